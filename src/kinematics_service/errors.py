@@ -22,7 +22,7 @@ changes.
     +-- SweepError
     +-- DerivationError (V)
     +-- FormulaError (V): line, column
-    +-- UrdfError (V)
+    +-- UrdfError (V): fault
     +-- RecordingError (V)
     +-- FramesError (V)
     +-- CalibrationError (V)
@@ -66,7 +66,7 @@ class Fault:
     line: int
     where: str
     message: str
-    code: str = 'fault'
+    code: str
 
     def __str__(self) -> str:
         """Return `file:line: where: message`, without empty parts."""
@@ -135,7 +135,7 @@ class RobotFileWriteError(KinematicsError):
 class ExpressionError(KinematicsError, ValueError):
     """A text is not an accepted mathematical expression."""
 
-    code = 'expression'
+    code = 'syntax'
 
 
 # A shape as text, or as dimensions, which may be letters: (6, 4), ('N', 6).
@@ -263,9 +263,24 @@ class FormulaError(KinematicsError, ValueError):
 
 
 class UrdfError(KinematicsError, ValueError):
-    """A URDF cannot be read, or a robot file cannot describe its chain of joints."""
+    """
+    A URDF cannot be read, or its chain cannot be described by a robot file.
+
+    Attributes
+    ----------
+    fault
+        The fault, with its file, line and element.
+    """
 
     code = 'urdf'
+
+    def __init__(self, fault: Fault) -> None:
+        self.fault = fault
+        super().__init__(str(fault), code=fault.code)
+
+    def __reduce__(self) -> tuple[type['UrdfError'], tuple[Fault]]:
+        """Rebuild the error from its fault, so that it passes between processes unchanged."""
+        return type(self), (self.fault,)
 
 
 class RecordingError(KinematicsError, ValueError):

@@ -86,12 +86,12 @@ def name_robots(argv: Sequence[str]) -> list[str]:
             continue
         ends[option] = link if equals else next(words, '')
         if not ends[option]:
-            raise WrongArguments(f'{option}: give the name of a link')
+            raise WrongArguments(f'{option}: write the name of a link after it')
     if not any(ends.values()):
         return named
     places = [i for i, word in enumerate(named) if translator_of(word) or TOPIC in word]
     if len(places) != 1:
-        raise WrongArguments('--base and --tip are links of a URDF: give one URDF with them')
+        raise WrongArguments('--base and --tip are links of a URDF; give one URDF with them')
     named[places[0]] += f':{ends["--base"]}:{ends["--tip"]}'
     return named
 

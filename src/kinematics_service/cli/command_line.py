@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from contextlib import nullcontext, suppress
 from typing import Any
 
-from ..errors import ArmsError, KinematicsError, RobotConflictError, RobotFileError
+from ..errors import ArmsError, KinematicsError, RobotConflictError, RobotFileError, UrdfError
 from ..stop_signals import interruptible
 from .arguments import WrongArguments, join_numbers, name_robots, split_ros_arguments
 from .missing_ros import RosMissingError
@@ -96,9 +96,12 @@ def _refused(error: KinematicsError, ours: Sequence[str], code: int = 1) -> int:
         from ..printing import attributes, json_text
 
         entry: dict[str, Any] = {'code': error.code, 'message': str(error)}
-        if isinstance(error, RobotFileError):
+        faults = error.faults if isinstance(error, RobotFileError) else ()
+        if isinstance(error, UrdfError):
+            faults = (error.fault,)
+        if faults:
             fields = ('file', 'line', 'where', 'message', 'code')
-            entry['faults'] = [attributes(fault, *fields) for fault in error.faults]
+            entry['faults'] = [attributes(fault, *fields) for fault in faults]
         print(json_text({'error': entry}))
     return _failed(str(error), code)
 

@@ -255,7 +255,9 @@ def robot_first(arguments: Sequence[str]) -> list[str]:
             continue
         robot = robot if equals else next(words, '')
         if not robot or robot.startswith('-'):
-            raise WrongUsage(f'{ROBOT}: give a robot file, or the name of a bundled robot')
+            raise WrongUsage(
+                f'{ROBOT}: write a robot file or the name of a bundled robot after it'
+            )
         robots.append(robot)
     return [*robots, *others]
 
@@ -324,11 +326,13 @@ def _node(
         options = NodeOptions(robot or [], allow_unsecured, allow_mixed_ros, managed)
         raise typer.Exit(start_node(options, context.obj))
     if robot or allow_unsecured or allow_mixed_ros or managed:
-        raise WrongUsage(f"options before a command are the node's: write them after {command!r}")
+        raise WrongUsage(
+            f'options before a command belong to the node; write them after {command!r}'
+        )
     if context.obj and command not in WITH_ROS:
-        raise WrongUsage(f'{command} takes no --ros-args: it needs no ROS')
-    # The notice says that the kernel is not compiled. The node logs the notice itself. If the user
-    # has set the environment variable, the notice is not needed.
+        raise WrongUsage(f'{command} does not use ROS; leave out --ros-args')
+    # The notice says that the kernel is not compiled. The node logs the notice itself, and a user
+    # who has set the variable knows about it.
     if VARIABLE not in os.environ and (notice := kernel.notice()):
         print(f'kinematics_service: {notice}', file=sys.stderr)
 

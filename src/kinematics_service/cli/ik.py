@@ -140,11 +140,13 @@ def ik(
       nearest                        null, or q, residual, position_error, rotation_error
     """
     if one and everything:
-        raise WrongUsage('--one and --all: give one of them')
+        raise WrongUsage('--one and --all exclude each other; give one of them')
     if one and family:
-        raise WrongUsage('--one and --family: give one of them')
+        raise WrongUsage('--one and --family exclude each other; give one of them')
     if axis is not None and (axis not in TOOL_AXES or (rpy is None and quaternion is None)):
-        raise WrongUsage(f'--axis: x, y or z, beside --rpy or --quaternion, not {axis!r} alone')
+        if axis in TOOL_AXES:
+            raise WrongUsage('--axis needs a rotation; give --rpy or --quaternion as well')
+        raise WrongUsage(f'--axis: unknown axis {axis!r} (accepted: {", ".join(TOOL_AXES)})')
     arm = given_robot(robot)
     target = target_from(xyz, rpy, quaternion, deg)
     start = None if near is None else joint_values(arm, near, '--near', deg)
@@ -179,16 +181,16 @@ def target_from(xyz: str, rpy: str | None, quaternion: str | None, degrees: bool
     """
     position = given_numbers('--xyz', xyz, 3)
     if rpy is not None and quaternion is not None:
-        raise WrongUsage('--rpy and --quaternion both say how the tool is turned: give one')
+        raise WrongUsage('--rpy and --quaternion exclude each other; give one of them')
     if rpy is not None:
         angles = given_numbers('--rpy', rpy, 3, True, degrees)
         if not degrees and np.abs(angles).max() > math.tau:
-            print('--rpy is read in radians, and is far out: did you mean --deg?', file=sys.stderr)
+            print('--rpy is read in radians and looks like degrees; add --deg?', file=sys.stderr)
         R = rotation_of_roll_pitch_yaw(angles)
     elif quaternion is not None:
         given = given_numbers('--quaternion', quaternion, 4)
         if abs(float(np.linalg.norm(given)) - 1.0) > 1e-3:
-            raise WrongUsage(f'--quaternion: {quaternion} has no unit length')
+            raise WrongUsage(f'--quaternion: {quaternion} must have length 1')
         R = rotation_of_quaternion(given)
     else:
         return position
@@ -201,7 +203,7 @@ def _row_names(text: str, target: Floats, axis: str | None) -> list[str]:
     accepted = ROW_NAMES if target.ndim == 2 and axis is None else ROW_NAMES[:3]
     names = re.split(r'\s*,\s*|\s+', text.strip())
     if set(names) - set(accepted):
-        raise WrongUsage(f'--rows: {text!r} is not some of {" ".join(accepted)}')
+        raise WrongUsage(f'--rows: unknown rows {text!r} (accepted: {" ".join(accepted)})')
     return names
 
 

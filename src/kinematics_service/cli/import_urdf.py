@@ -69,7 +69,9 @@ def import_urdf(
         raise WrongUsage(f'--name: {name!r} is not a name of letters, digits and underscores')
     if ur_calibration is not None:
         if robot is None or urdf is not None:
-            raise WrongUsage('--ur-calibration: give the nominal arm with --robot, and no --urdf')
+            raise WrongUsage(
+                '--ur-calibration: give the nominal arm by --robot, and leave out --urdf'
+            )
         _import_ur_calibration(ur_calibration, robot, out)
         return
     if urdf is None:

@@ -81,16 +81,16 @@ def new(
     if not re.fullmatch(r'[A-Za-z0-9_]+', name):
         raise WrongUsage(f'NAME: {name!r} is not a name of letters, digits and underscores')
     if table is None and (columns is not None or round_angles):
-        raise WrongUsage('--columns and --round-angles say how --table is read')
+        raise WrongUsage('--columns and --round-angles need --table; give both, or leave them out')
     if table is not None:
         if dof is not None or source is not None:
-            raise WrongUsage('--table takes all from the table, without --dof, --from')
+            raise WrongUsage('--table excludes --dof and --from; leave them out')
         convention_given = convention.value if convention else None
         given = (_unit_words(units or ''), convention_given, columns, round_angles)
         text = _from_table(name, table, *given)
     elif source is not None:
         if dof is not None or convention is not None or units is not None:
-            raise WrongUsage('--from takes a robot as it is, without --dof, --convention, --units')
+            raise WrongUsage('--from copies a robot; leave out --dof, --convention and --units')
         text = _copy(name, source)
     else:
         dof = DEFAULT_DOF if dof is None else dof
@@ -103,7 +103,7 @@ def new(
     if file != '-':
         refuse_unwritable('--out', Path(file))
         if Path(file).is_file() and not force:
-            raise WrongUsage(f'{file} exists already: give another name, --out, or --force')
+            raise WrongUsage(f'{file} exists already; give another name, --out, or --force')
     write_document(file, text)
     if file == '-':
         return
@@ -121,7 +121,7 @@ def _copy(name: str, source: str) -> str:
             find_robot_file(source)
         except RobotNotFoundError as error:
             raise WrongUsage(f'--from: {error}') from None
-        raise WrongUsage(f'--from: {source} is a file: copy it, or name a bundled robot')
+        raise WrongUsage(f'--from: {source} is a file; copy it, or give a bundled robot')
     text = bundled_robots()[source].read_text(encoding='utf-8')
     return ROBOT_LINE.sub(f'robot: {name}', text, count=1)
 
@@ -147,7 +147,9 @@ def _unit_words(text: str) -> list[str]:
     found = re.findall(r'[^\s,]+', text)
     for word in found:
         if word not in (*get_args(AngleUnit), *get_args(LengthUnit)):
-            raise WrongUsage(f'--units: {word!r} is none of rad, deg, m, mm; write them as deg,mm')
+            raise WrongUsage(
+                f'--units: unknown unit {word!r} (accepted: rad, deg, m, mm, as deg,mm)'
+            )
     for accepted in get_args(AngleUnit), get_args(LengthUnit):
         if all(unit in found for unit in accepted):
             raise WrongUsage(f'--units: {" and ".join(accepted)} exclude each other; write one')

@@ -15,6 +15,7 @@ from ..errors import ExpressionError, Fault, PointError, RobotNotFoundError
 from ..kernel import Floats
 from ..output_file import unwritable
 from ..robot.bundled import bundled_robots, find_robot_file
+from ..robot.file.reader import NO_SUCH_FILE
 from ..robot.file.text.expressions import Scope, parse_affine
 from ..robot.file.text.plain_expression import plain_expression
 from ..robot.file.translation import translator_of
@@ -130,9 +131,9 @@ def refuse_unwritable(option: str, file: Path) -> None:
     """Raise WrongUsage for an unwritable output file, before its content is computed."""
     folder = file.parent
     if file.is_dir():
-        raise WrongUsage(f'{option}: {file} is a folder: give the file itself')
+        raise WrongUsage(f'{option}: {file} is a folder; give a file in it')
     if not folder.is_dir():
-        raise WrongUsage(f'{option}: there is no folder {folder}')
+        raise WrongUsage(f'{option}: no such folder {folder}; make it first (mkdir -p {folder})')
     if reason := unwritable(file):
         raise WrongUsage(f'{option}: {reason}')
 
@@ -140,7 +141,7 @@ def refuse_unwritable(option: str, file: Path) -> None:
 def refuse_robot_file(option: str, file: Path, robot: str) -> None:
     """Raise WrongUsage if an output file is the robot file itself, which it would overwrite."""
     if file.exists() and file.samefile(find_robot_file(robot)):
-        raise WrongUsage(f'{option}: {file} is the robot file itself')
+        raise WrongUsage(f'{option}: {file} is the robot file itself; give another file')
 
 
 def refuse_unknown_robot(name: str) -> None:
@@ -150,7 +151,7 @@ def refuse_unknown_robot(name: str) -> None:
     except RobotNotFoundError as error:
         raise WrongUsage(f'--robot: {error}') from None
     if not path.exists():
-        raise WrongUsage(f'--robot: there is no file {path}')
+        raise WrongUsage(f'--robot: {path}: {NO_SUCH_FILE}')
 
 
 def given_robot(name: str, in_letters: bool = False) -> Robot:
@@ -208,14 +209,14 @@ def given_text(file: str) -> str:
             with Path(file).open('rb') as stream:
                 data = stream.read(MAX_BYTES + 1)
     except OSError as error:
-        raise WrongUsage(f'cannot read {file}: {error.strerror}') from None
+        raise WrongUsage(f'{file}: cannot be read: {error.strerror}') from None
     if len(data) > MAX_BYTES:
-        raise WrongUsage(f'{file} is larger than {MAX_BYTES // 1024} KiB')
+        raise WrongUsage(f'{file}: larger than {MAX_BYTES // 1024} KiB')
     try:
         return data.decode('utf-16' if data[:2] in UTF_16 else 'utf-8-sig')
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b'\n') + 1
-        raise WrongUsage(f'{file}:{line}: not UTF-8 text') from None
+        raise WrongUsage(f'{file}:{line}: not UTF-8 text; save the file as UTF-8') from None
 
 
 def given_numbers(
@@ -226,7 +227,8 @@ def given_numbers(
     values = [_value(option, word, angles, degrees) for word in words]
     if len(words) != count or None in values:
         example = ','.join(['0.1'] * count)
-        raise WrongUsage(f'{option}: {text!r} is not {count} numbers, such as {option}={example}')
+        message = f'{option}: expected {count} numbers, such as {option}={example}, not {text!r}'
+        raise WrongUsage(message)
     return np.array(values, dtype=np.float64)
 
 
@@ -242,7 +244,7 @@ def _value(option: str, word: str, angle: bool, degrees: bool) -> float | None:
     if not WITH_PI.fullmatch(word):
         return None
     if degrees and 'pi' in word:
-        raise WrongUsage(f'{option}: {word} beside --deg: write degrees, or leave out --deg')
+        raise WrongUsage(f'{option}: {word} is in radians; write degrees, or leave out --deg')
     try:
         return parse_affine(plain_expression(word, (), 'rad', int(angle)), Scope()).constant
     except ExpressionError as error:
@@ -256,7 +258,7 @@ def given_positions(robot: Robot, text: str, degrees: bool) -> Floats:
     """
     q = joint_values(robot, text, '--q', degrees)
     if not degrees and _look_like_degrees(robot, q):
-        print('--q is read in radians, and is far out: did you mean --deg?', file=sys.stderr)
+        print('--q is read in radians and looks like degrees; add --deg?', file=sys.stderr)
     return q
 
 

@@ -31,7 +31,7 @@ def set_parameter(
       kinematics_service set tool.xyz '[]'
     """
     if len(words) not in (2, 3):
-        raise WrongUsage('write: set [NODE] PARAMETER VALUE; quote a list')
+        raise WrongUsage('expected PARAMETER VALUE, or NODE PARAMETER VALUE; put a list in quotes')
     node, name, value = [NODE, *words][-3:]
     run_set = ros_module('node.process.node_requests').run_set
     raise typer.Exit(run_set(node, name, value, context.obj))

@@ -22,7 +22,8 @@ class _CheckedFile(io.FileIO):
         except OSError as error:
             self.failed = True
             reason = error.strerror or error
-            raise KinematicsError(f'standard output cannot be written: {reason}') from None
+            message = f'standard output cannot be written: {reason}'
+            raise KinematicsError(message, code='unwritable') from None
 
 
 def checked_output(stream: TextIO) -> TextIO:

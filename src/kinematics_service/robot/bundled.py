@@ -105,6 +105,7 @@ def find_robot(name: str | os.PathLike[str]) -> RobotSource:
             f'not {type(name).__name__}',
             repr(name),
             tuple(bundled),
+            code='wrong-type',
         )
     text = os.fspath(name)
     if text in bundled:
@@ -115,7 +116,10 @@ def find_robot(name: str | os.PathLike[str]) -> RobotSource:
         return RobotSource(Path(whole), *ends)
     if text.startswith(TOPIC):
         raise RobotNotFoundError(
-            f'{text}: only the node takes a robot from a topic: give a file', text, tuple(bundled)
+            f'{text}: only the node takes a robot from a topic; give a file',
+            text,
+            tuple(bundled),
+            code='unsupported',
         )
     looks_like_a_path = text.endswith(YAML) or bool(translator_of(text)) or path.name != text
     if path.exists() or looks_like_a_path:
@@ -123,9 +127,9 @@ def find_robot(name: str | os.PathLike[str]) -> RobotSource:
     near = difflib.get_close_matches(text.lower(), bundled, n=1)
     hint = f'did you mean {near[0]!r}? ' if near else ''
     if near and _other_model(text, near[0]):
-        hint = f'there is no {text}; {near[0]} is another arm; '
+        hint = f'{near[0]} is another arm; '
     raise RobotNotFoundError(
-        f'no robot {text!r}: {hint}give a robot file, a URDF or one of: {", ".join(bundled)}',
+        f'unknown robot {text!r}; {hint}give a robot file, a URDF or one of: {", ".join(bundled)}',
         text,
         tuple(bundled),
     )

@@ -86,7 +86,8 @@ class Cell:
         tip = tip or (others or [start])[0]
         end = _arm_of(tip, names, self.file)
         if end == self.frame or start == end:
-            refuse(self.file, f'from {base} to {tip} is no motion of one arm against another')
+            message = f'from {base} to {tip} is not a motion of one arm against another'
+            refuse(self.file, message, 'unsupported')
         if start == self.frame:
             return self._found(self._of(tip, end), f'{self.name}_{tip}')
         found = relative_motion(self._of(base, start), self._of(tip, end), (start, end))
@@ -115,7 +116,7 @@ class Cell:
 def _arm_of(name: str, known: Sequence[str], file: str) -> str:
     arm = name.partition('/')[0]
     if arm not in known:
-        refuse(file, f'{name!r} is not in this cell: it has {", ".join(known)}')
+        refuse(file, f'unknown arm {name!r} (known: {", ".join(known)})', 'unknown-name')
     return arm
 
 
@@ -166,7 +167,8 @@ def read_robot(source: RobotSource) -> RobotDescription:
         return read_cell(source.file).described(source.base, source.tip)
     file = str(source.file)
     if (source.base or source.tip) and not translator_of(file):
-        refuse(file, f'has one arm, {source.base}:{source.tip} are ends of URDFs and of cells')
+        message = f'is one arm; leave out :{source.base}:{source.tip}, ends of a URDF or cell'
+        refuse(file, message, 'unsupported')
     return read_robot_file(file, source.base, source.tip)
 
 
@@ -189,13 +191,13 @@ def read_cell(path: Path) -> Cell:
     quantities = Quantities(top, read_units(entry.units, top['units']), {}, {})
     given = checked_mapping(entry.arms, top['arms'], 'names to {robot, joint_prefix, xyz, rpy}')
     if len(given) > MAX_ARMS:
-        top['arms'].fault(f'{len(given):,} arms (at most {MAX_ARMS})')
+        top['arms'].fault(f'{len(given):,} arms (at most {MAX_ARMS})', 'too-many')
         top.report.raise_faults()
     placed = {
         name: _read_arm(name, data, frame, path.parent, quantities) for name, data in given.items()
     }
     if isinstance(document.data, dict) and 'arms' in document.data and not given:
-        top['arms'].fault('a cell has at least one arm')
+        top['arms'].fault('at least one arm is needed', 'empty')
     arms = {name: arm for name, arm in placed.items() if arm is not None}
     common = tuple(name for name in entry.common or () if name)
     _check_names(arms, common, top)
@@ -216,8 +218,9 @@ def _read_arm(
     at = quantities.top['arms', name]
     if name == frame or not POINT_NAME.fullmatch(name):
         at.fault(
-            f'{quoted(name)} is no name of an arm: letters, digits and single underscores between '
-            f'them, a letter first, and not {frame}, which is the frame of the cell'
+            f'{quoted(name)} cannot be the name of an arm; write a letter, then letters, digits '
+            f'and single underscores, and not {frame}, which is the frame of the cell',
+            'wrong-name',
         )
     entry = checked(CellArmEntry, data, at)
     motion = pose_motion(entry, at, quantities)
@@ -228,14 +231,15 @@ def _read_arm(
         # Paths are relative to the folder of the cell; an absolute path stays as it is.
         source = source._replace(file=folder / source.file)
         if is_cell(source):
-            at['robot'].fault(f'{source.file} is a cell itself: give one arm')
+            at['robot'].fault(f'{source.file} is a cell; give one arm', 'unsupported')
             return None
         arm = read_robot(source)
         if arm.letters:
-            at['robot'].fault(f'{arm.letters}: without a value in {source.file}: write it there')
+            message = f'{arm.letters}: no value in {source.file}; write it there'
+            at['robot'].fault(message, 'no-value')
             return None
     except RobotNotFoundError as error:
-        at['robot'].fault(str(error))
+        at['robot'].fault(str(error), error.code)
         return None
     prefix = entry.joint_prefix or ''
     arm = moved_base(arm, motion.matrix, frame)
@@ -253,8 +257,9 @@ def _check_names(arms: Mapping[str, RobotDescription], common: Sequence[str], to
         twice = sorted((names[first] & names[second]).difference(common))
         if twice:
             top['arms', second, 'joint_prefix'].fault(
-                f'{first} and {second} both have a joint {quoted(twice[0])}: give each arm a '
-                "joint_prefix of its own, or name the joint in 'common' if it moves both"
+                f'{first} and {second} both have a joint {quoted(twice[0])}; give each arm its '
+                "own joint_prefix, or write the joint into 'common' if it moves both",
+                'duplicate-name',
             )
     for index, name in enumerate(common):
         theirs = [
@@ -265,8 +270,10 @@ def _check_names(arms: Mapping[str, RobotDescription], common: Sequence[str], to
         ]
         if any(one != theirs[0] for one in theirs):
             top['common', index].fault(
-                f'{quoted(name)} is not the same joint in all arms: type, limits or speeds differ'
+                f'{quoted(name)} differs between the arms in type, limits or speed',
+                'mismatch',
             )
         if sum(name in joints for joints in names.values()) < 2:
             known = ', '.join(sorted(set().union(*names.values())))
-            top['common', index].fault(f'{quoted(name)} is no joint of two arms (joints: {known})')
+            message = f'{quoted(name)} is not a joint of two arms (joints: {known})'
+            top['common', index].fault(message, 'unknown-name')

@@ -279,8 +279,10 @@ def _check_zeros(factors: Factors, k: int, name: str, chain: Chain, task: Task, 
     if ratios[worst] > limit:
         pose = ', '.join(f'{x:.4g}' for x in zero[worst])
         raise KinematicsError(
-            f'factor {name!r} ({factors.texts[k]}) is zero at q = [{pose}], which is no singular '
-            f'pose: the smallest singular value there is {ratios[worst]:.2g} of the largest'
+            f'factor {name!r} ({factors.texts[k]}) is zero at q = [{pose}], which is not a '
+            f'singular pose: the smallest singular value is {ratios[worst]:.2g} of the largest; '
+            'delete or correct the factor',
+            code='wrong-factor',
         )
 
 

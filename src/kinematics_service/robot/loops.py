@@ -223,9 +223,9 @@ def _refuse(
         if idle := _idle_rows(loop, chains[k], moved, given):
             message = (
                 f'no passive joint of the {"loop" if alone else "loops closed together"} moves '
-                f'{" or ".join(idle)}: name the rows of the plane in which it moves'
+                f'{" or ".join(idle)}; write the rows of the plane in which it moves'
             )
-            refuse(description.file, message, loop.line, f'loops[{k}].rows')
+            refuse(description.file, message, 'no-effect', loop.line, f'loops[{k}].rows')
     names = ' and '.join(repr(loop.name) for loop in group)
     if failure[1] <= 1e-9:
         message = (
@@ -233,15 +233,17 @@ def _refuse(
             f'position: det of {its} closure by {", ".join(joint.name for joint in passive)} is '
             f'0, and two of {its} branches meet; give a position on one branch'
         )
+        code = 'flat-loop'
     else:
         gaps = [_gap_in_words(loop, chains[k], given) for k, loop in enumerate(group, first)]
         apart = [gap if alone else f'{loop.name}: {gap}' for loop, gap in zip(group, gaps)]
         message = (
             f'{"the loop does not close" if alone else f"the loops {names} do not close together"}'
             f' here: {its} ends are apart by {"; ".join(apart)} (m, rad), and '
-            "Newton's method finds no closed position nearby"
+            "Newton's method finds no closed position nearby; correct assembled, or the lengths"
         )
-    refuse(description.file, message, group[0].line, f'loops[{first}].assembled')
+        code = 'open-loop'
+    refuse(description.file, message, code, group[0].line, f'loops[{first}].assembled')
 
 
 def _gap_in_words(loop: LoopDescription, pair: tuple[Chain, Chain], x: Floats) -> str:
@@ -280,7 +282,7 @@ def _check_rest(
         k = description.loops.index(loop)
         message = (
             f'the ends are turned against each other about {" and ".join(others)} at the '
-            f'assembled position, and only {" ".join(named)} is among the rows: '
-            'name rx, ry and rz, or none'
+            f'assembled position, and rows has only {" ".join(named)}; '
+            'write rx, ry and rz, or none of them'
         )
-        refuse(description.file, message, loop.line, f'loops[{k}].rows')
+        refuse(description.file, message, 'missing-rows', loop.line, f'loops[{k}].rows')

@@ -84,34 +84,40 @@ def thresholds_for(
     measure = measure or default_measure(joints).name
     if measure not in MEASURES:
         raise KinematicsError(
-            f'singularity measure {measure!r} is unknown (choose from {", ".join(MEASURES)})'
+            f'unknown singularity measure {measure!r} (accepted: {", ".join(MEASURES)})',
+            code='unknown-name',
         )
     row = MEASURES[measure]
     if measure == 'distance' and (unsearched := why_unsearched(joints)):
         raise KinematicsError(
-            f'{unsearched}; choose condition_number, manipulability or smallest_singular_value'
+            f'{unsearched}; choose condition_number, manipulability or smallest_singular_value',
+            code='too-many',
         )
     if row.of_square and not task.square:
         raise KinematicsError(
             f'the {row.words} needs a square Jacobian: the task has {len(task.rows)} rows '
             f'({" ".join(task.rows)}) for {joints} joints; '
-            'choose distance or manipulability'
+            'choose distance or manipulability',
+            code='not-square',
         )
     if row.of_square and task.structurally_deficient:
         raise KinematicsError(
             f'the {row.words} of this arm is zero at every pose '
-            f'(generic rank {task.generic_rank} of {len(task.rows)}); choose distance'
+            f'(generic rank {task.generic_rank} of {len(task.rows)}); choose distance',
+            code='zero-measure',
         )
     warn = row.warn if warn is None else warn
     stop = row.stop if stop is None else stop
     if warn is None or stop is None:
-        raise KinematicsError(f'measure {measure} has no default thresholds: give warn and stop')
+        message = f'measure {measure} has no default thresholds; give warn and stop'
+        raise KinematicsError(message, code='missing-key')
     for name, value in (('warn', warn), ('stop', stop)):
         if refusal := row.refusal(value):
-            raise KinematicsError(f'{name} of {measure} {refusal}')
+            raise KinematicsError(f'{name} of {measure} {refusal}', code='out-of-range')
     if not row.ordered(warn, stop):
         side = 'below' if row.small_is_bad else 'above'
-        raise KinematicsError(f'stop ({stop:g}) of {measure} must be {side} warn ({warn:g})')
+        message = f'stop ({stop:g}) of {measure} must be {side} warn ({warn:g})'
+        raise KinematicsError(message, code='wrong-order')
     return Thresholds(measure, float(warn), float(stop))
 
 

@@ -81,11 +81,12 @@ def described_point(description: RobotDescription, of: str | int) -> PointDescri
         return PointDescription(f'row {of}', int(of), IDENTITY)
     known = known_points(description)
     raise PointError(
-        f'{of!r} is no point of {description.name}: it has {", ".join(known)}, and the frames of '
-        f'the rows 0 to {rows}',
+        f'unknown point {of!r} of {description.name} (known: {", ".join(known)}, and the frames '
+        f'of rows 0 to {rows})',
         'of',
         known,
         of,
+        code='unknown-name',
     )
 
 
@@ -103,7 +104,8 @@ def place_in_frame(at: npt.ArrayLike) -> Floats:
     except (TypeError, ValueError, OverflowError):
         place = np.empty(0)
     if place.shape != (3,) or not all(map(math.isfinite, place.tolist())):
-        raise PointError(f'at must be three finite numbers in m, not {at!r}', 'at', [(3,)], at)
+        message = f'at must be three finite numbers in m, not {at!r}'
+        raise PointError(message, 'at', [(3,)], at, code='wrong-shape')
     return place
 
 

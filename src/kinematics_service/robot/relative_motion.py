@@ -101,8 +101,9 @@ def relative_motion(
         if arm.loops:
             refuse(
                 arm.file,
-                f'{name} has closed loops, and a relative motion takes arms without: '
-                'take each arm alone, from the frame of the cell',
+                f'{name} has closed loops, which a relative motion cannot have; '
+                'use each arm alone, from the frame of the cell',
+                'unsupported',
             )
         for joint in arm.joints:
             variables.setdefault(joint.name, f'{name}_{joint.variable}')
@@ -111,17 +112,19 @@ def relative_motion(
     if twice := [variable for variable in called if called.count(variable) > 1]:
         refuse(
             first.file,
-            f'{names[0]} and {names[1]} both have a variable {min(twice)}: give one of the arms '
-            'another name',
+            f'{names[0]} and {names[1]} both have a variable {min(twice)}; rename one of the arms',
+            'duplicate-name',
         )
     chain = _joined(chains[0].reverse(), chains[1])
     if not chain.screws:
-        refuse(first.file, f'no joint moves the tool of {names[1]} against that of {names[0]}')
+        message = f'no joint moves the tool of {names[1]} against that of {names[0]}'
+        refuse(first.file, message, 'no-effect')
     links = tuple(_links(chain))
     joints = {variables[one.name]: one for one in (*first.joints, *second.joints)}
     moving = names_in_rows(links)
     if len(moving) > MAX_JOINTS:
-        refuse(first.file, f'{len(moving)} joints move the two arms (at most {MAX_JOINTS})')
+        message = f'{len(moving)} joints move the two arms (at most {MAX_JOINTS})'
+        refuse(first.file, message, 'too-many')
     return replace(
         first,
         source='; '.join(dict.fromkeys(arm.source for arm in (first, second) if arm.source)),

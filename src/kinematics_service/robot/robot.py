@@ -183,11 +183,12 @@ class Robot(FrozenArrays):
             return found
         if not point.chain.entries:
             raise PointError(
-                f'no joint moves {of!r} of {self.name}: it has a pose, and a Jacobian of zeros, '
-                'but there is nothing to judge',
+                f'no joint moves {of!r} of {self.name}, so it cannot be singular; '
+                'give a point after the first joint',
                 'of',
                 self.points,
                 of,
+                code='no-effect',
             )
         description = ending_at(self.description, of, at)
         robot = self if description is self.description else _build_for_its_joints(description)
@@ -220,15 +221,16 @@ def build_robot(description: RobotDescription, in_letters: bool = False) -> Robo
         message = f'{description.letters}: no value; write a number for each'
         if not description.loops:
             message += ' (check, derive and compare work without)'
-        raise RobotFileError((Fault(description.file, 0, 'constants', message),))
+        raise RobotFileError((Fault(description.file, 0, 'constants', message, 'no-value'),))
     joints = description.joints
     chain = chain_of(description, closure_of(description))
     try:
         singularity = singularity_model(description, chain)
     except KinematicsError as error:
-        raise RobotFileError((Fault(description.file, 1, 'singularity', str(error)),)) from None
+        fault = Fault(description.file, 1, 'singularity', str(error), error.code)
+        raise RobotFileError((fault,)) from None
     if barely_moved := singularity.task.barely_moved:
-        doubt = Fault(description.file, 0, 'singularity', barely_moved)
+        doubt = Fault(description.file, 0, 'singularity', barely_moved, 'barely-moved')
         description = replace(description, warnings=(*description.warnings, doubt))
     return Robot(
         name=description.name,

@@ -54,7 +54,10 @@ KINDS = {
     stat.S_IFCHR: 'a device',
     stat.S_IFBLK: 'a device',
 }
-# Finds the key `cell`, which only the file of a cell has. The file of a robot has the key `robot`.
+NO_SUCH_FILE = (
+    'no such file; give a robot file or a bundled robot (kinematics_service robots lists them)'
+)
+# The file of a cell has the key `cell`, where the file of a robot has `robot`.
 CELL = re.compile(r'^cell\s*:', re.MULTILINE)
 ROBOT_NAME = re.compile(r'[A-Za-z0-9_]+')
 
@@ -94,7 +97,7 @@ def robot_file_text(path: str | os.PathLike[str], base: str = '', tip: str = '')
         return translate(_content(file), file, base, tip).text
     text = text_of(file)
     if CELL.search(text):
-        refuse(file, 'is a cell: give the robot file of one of its arms')
+        refuse(file, 'is a cell; give the robot file of one of its arms', 'unsupported')
     return text
 
 
@@ -132,12 +135,13 @@ def _content(file: str) -> bytes:
                 # Read at most one byte more than the largest accepted size, because a file may be
                 # endless. The caller refuses a file that is too long.
                 return stream.read(most + 1)
-        reason = f'is {kind}: give the robot file itself'
+        reason, code = f'is {kind}; give the robot file itself', 'not-a-file'
     except FileNotFoundError:
-        reason = 'no such file'
+        reason, code = NO_SUCH_FILE, 'missing-file'
     except (OSError, ValueError) as error:
-        reason = f'cannot be read: {error.strerror if isinstance(error, OSError) else error}'
-    raise RobotFileError((Fault(file, 0, '', reason),))
+        cause = error.strerror if isinstance(error, OSError) else error
+        reason, code = f'cannot be read: {cause}', 'unreadable'
+    return refuse(file, reason, code)
 
 
 def _decoded(content: bytes, file: str) -> str:
@@ -145,8 +149,9 @@ def _decoded(content: bytes, file: str) -> str:
         return content.decode('utf-8-sig')
     except UnicodeDecodeError as error:
         if len(content) > MAX_BYTES:
-            refuse(file, f'larger than {MAX_BYTES // 1024} KiB: not a robot file')
-        refuse(file, 'is not UTF-8 text', content.count(b'\n', 0, error.start) + 1)
+            refuse(file, f'larger than {MAX_BYTES // 1024} KiB: not a robot file', 'too-large')
+        line = content.count(b'\n', 0, error.start) + 1
+        refuse(file, 'is not UTF-8 text; save the file as UTF-8', 'not-utf8', line)
 
 
 def parse_robot(text: str, file: str) -> RobotDescription:
@@ -170,7 +175,8 @@ def parse_robot(text: str, file: str) -> RobotDescription:
     data = document.data
     if not isinstance(data, dict):
         keys = ', '.join(RobotEntry.required)
-        refuse(file, f'expected a mapping with the keys {keys}, not {shown(data)}', top.line)
+        message = f'expected a mapping with the keys {keys}, not {shown(data)}'
+        refuse(file, message, 'wrong-type', top.line)
     entry = checked(RobotEntry, data, top)
     check_name(entry.robot, top['robot'])
     units = read_units(entry.units, top['units'])
@@ -192,16 +198,16 @@ def parse_robot(text: str, file: str) -> RobotDescription:
     singularity = read_singularity(entry.singularity, names.driven)
     uncertainty = read_uncertainty(entry.uncertainty, joints, links, convention.name, quantities)
     if uncertainty and loops:
-        top['uncertainty'].fault('is not carried through closed loops: leave it out')
+        message = 'is not propagated through closed loops; leave it out'
+        top['uncertainty'].fault(message, 'unsupported')
     speed_limits = read_speed_limits(entry.speed_limits, points, quantities)
     known_poses = read_known_poses(entry.known_poses, joints, quantities)
     tolerances = read_tolerances(entry.tolerance, convention, rows, quantities)
 
     top.report.raise_faults()
     if not (entry.robot and entry.convention and links and base and tool and singularity):
-        # This line never runs, because a missing section has a fault, which is raised above. mypy
-        # needs the check.
-        refuse(file, 'is incomplete')
+        # This never runs: a missing part has a fault, which is raised above. mypy needs the check.
+        refuse(file, 'is incomplete', 'missing-key')
     _remark(entry, names, links)
     return RobotDescription(
         name=entry.robot,
@@ -227,9 +233,9 @@ def parse_robot(text: str, file: str) -> RobotDescription:
     )
 
 
-def refuse(file: str, message: str, line: int = 0, where: str = '') -> NoReturn:
-    """Raise RobotFileError with one fault: at a line and key, or for the whole file."""
-    raise RobotFileError((Fault(file, line, where, message),))
+def refuse(file: str, message: str, code: str, line: int = 0, where: str = '') -> NoReturn:
+    """Raise RobotFileError with one fault, at a line and key or for the whole file."""
+    raise RobotFileError((Fault(file, line, where, message, code),))
 
 
 def read_units(data: Yaml, at: Place) -> Units:
@@ -243,7 +249,8 @@ def read_units(data: Yaml, at: Place) -> Units:
 def check_name(name: str | None, at: Place) -> None:
     """Report a fault if the name of a robot or cell has a character that is not allowed."""
     if name is not None and not ROBOT_NAME.fullmatch(name):
-        at.fault(f'{quoted(name)} is not a name of letters, digits and underscores')
+        message = f'{quoted(name)} is not a name of letters, digits and underscores'
+        at.fault(message, 'wrong-name')
 
 
 class _FileNames(NamedTuple):
@@ -313,7 +320,8 @@ def _ends(entry: RobotEntry, quantities: Quantities) -> tuple[Placement | None, 
     base = read_placement(entry.base, quantities.top['base'], 'base_link', quantities)
     tool = read_placement(entry.tool, quantities.top['tool'], 'tool0', quantities)
     if base and tool and base.frame == tool.frame:
-        quantities.top['tool', 'frame'].fault(f'{quoted(tool.frame)} is also the base frame')
+        message = f'{quoted(tool.frame)} is also the base frame; rename one of them'
+        quantities.top['tool', 'frame'].fault(message, 'duplicate-name')
     return base, tool
 
 
@@ -334,21 +342,21 @@ def _check_movement(entry: RobotEntry, names: _FileNames, links: Sequence[Link] 
         if variable not in known:
             continue
         if not {variable, *hidden} & (moving | moving_loops) and not joint.unused:
-            joints[index].fault(
-                f"{quoted(variable)} moves no row of links: add its row, or say 'unused: true'"
-            )
+            message = f"{quoted(variable)} moves no row of links; add its row, or 'unused: true'"
+            joints[index].fault(message, 'unused-joint')
         if variable in moving and joint.unused and links is not None:
             row = next(i for i, inside in enumerate(rows) if variable in inside)
-            joints[index, 'unused'].fault(f'{quoted(variable)} moves links[{row}]: it is used')
+            message = f'{quoted(variable)} moves links[{row}]; delete unused'
+            joints[index, 'unused'].fault(message, 'conflict')
 
 
 def _remark(entry: RobotEntry, names: _FileNames, links: Sequence[Link]) -> None:
     top = names.quantities.top
     if not entry.source:
-        top['source'].remark('is not given: say where the numbers come from')
+        top['source'].remark('is missing; write where the numbers come from')
     for constant in names.constants.constants:
         if constant.name not in names.quantities.used:
-            top['constants', constant.name].warn('is never used')
+            top['constants', constant.name].warn('is never used', 'unused-constant')
     for index, row in enumerate(links):
         if not variables_of(row) and not isinstance(row, ElementaryMotion):
             top['links', index].remark('no joint moves this row: it is fixed')

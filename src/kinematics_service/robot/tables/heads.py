@@ -130,7 +130,8 @@ def with_r(heads: Sequence[Head], report: TableReport) -> tuple[Sequence[Head], 
     khalil = {'r': 'd', 'd': 'a', 'a': 'before'}
     of_khalil = {'sigma', 'gamma', 'b', 'before', 'a'} & set(meanings)
     if of_khalil or (d.before and not r.before):
-        report.note('the letters are those of Khalil: d is along x (a here), r along z (d here)')
+        message = 'the letters are those of Khalil: d is along x (a here), r along z (d here)'
+        report.note(message, 'khalil')
         heads = [one._replace(meaning=khalil.get(one.meaning, one.meaning)) for one in heads]
         return heads, 'modified'
     if r.before and not d.before:
@@ -138,8 +139,9 @@ def with_r(heads: Sequence[Head], report: TableReport) -> tuple[Sequence[Head], 
     words = [meaning or '-' for meaning in meanings]
     one, other = (','.join(way.get(x, x) for x in words) for way in (khalil, {'r': 'a'}))
     return report.refuse(
-        f'd and r: in the tables of Khalil d is along x and r along z: --columns {one} '
-        f'--convention modified; in others r is a, along x: --columns {other}'
+        f'columns d and r: for a table of Khalil (d along x, r along z) write --columns {one} '
+        f'--convention modified; for others (r is a, along x) --columns {other}',
+        'ambiguous',
     )
 
 

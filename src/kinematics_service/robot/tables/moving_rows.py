@@ -8,9 +8,9 @@ from ..file.text.expression_syntax import names_in
 from .cells import is_quarter
 from .report import TableReport
 
-MARK = '@'  # stands for the variable of a row until it has a name
-# Names without a number, such as `theta` or `q_i`: each stands for the variable of the row in
-# which it is.
+ORDER = 'is the order of the heads another one? (--columns)'
+MARK = '@'  # replaces the variable of a row until the variable has a name
+# Names without a number, such as `theta` or `q_i`, that mean the variable of their own row.
 OWN = {
     'theta': re.compile(r'\b(?:theta|th|q|var|variable)(?:_?[ijn])?\b'),
     'd': re.compile(r'\b(?:d|q|s|var|variable)(?:_?[ijn])?\b'),
@@ -41,9 +41,9 @@ class NumberedRow(NamedTuple):
     number: int
     cells: dict[str, str]
 
-    def fault(self, report: TableReport, column: str, message: str) -> None:
-        """Report a fault of this row in the cell of a column."""
-        report.fault(message, self.line, f'row {self.number}, column {column}')
+    def fault(self, report: TableReport, column: str, message: str, code: str) -> None:
+        """Report a fault of the cell in a column of this row."""
+        report.fault(message, code, self.line, f'row {self.number}, column {column}')
 
 
 class MovingRow(NamedTuple):
@@ -75,11 +75,11 @@ def without_stars(
     if found and all(star[0].endswith('*') and star['sign'] for _, _, star in found):
         row, place, _ = found[0]
         message = f'{row.cells[place]}: a product, or a variable with its star? Write it without *'
-        row.fault(report, place, message)
+        row.fault(report, place, message, 'ambiguous')
     for row, place, star in found:
         row.cells[place] = row.cells[place].replace(star[0], f'{star[1]} ').strip()
     if found:
-        report.note('a star marks the variable of a joint')
+        report.note('a star marks the variable of a joint', 'star')
     return {star[1] for _, _, star in found}
 
 
@@ -94,13 +94,15 @@ def moving_rows(
     filled = all(row.cells['theta'] and row.cells['d'] for row in joints)
     alone, named = filled and not taken and 'type' not in rows[0].cells, bool(taken - {MARK})
     if alone:
-        report.note('theta holds numbers alone: every joint turns, and they are its offsets')
+        message = 'theta has only numbers: each joint turns, and they are its offsets'
+        report.note(message, 'offsets')
     arm: list[MovingRow] = []
     for row in rows:
         usual = '' if row not in joints else 'theta' if alone else None
         place = _place(row, constants, usual, named)
         if place is None:
-            row.fault(report, 'type', f'{row.cells["type"]!r} is none of R, P, fixed')
+            message = f'unknown type {row.cells["type"]!r} (accepted: R, P, fixed)'
+            row.fault(report, 'type', message, 'unknown-name')
             continue
         known = [before.variable for before in arm if before.variable]
         free = f'q{len(known) + 1}'
@@ -112,8 +114,8 @@ def moving_rows(
         variable = free if place and (MARK in own or not own) else new[0] if new else ''
         moved = _moved(row, place, variable, constants)
         arm.append(moved)
-        for column, message in _faults(moved, new, MARK in own, named):
-            row.fault(report, column, message)
+        for column, message, code in _faults(moved, new, MARK in own, named):
+            row.fault(report, column, message, code)
     _judge_fixed(arm, joints, report)
     return arm
 
@@ -146,7 +148,9 @@ def _lengths(
         found |= {one for one in names if not slides or (_number(one) or '-') in numbers}
         if slides and names - found and row is rows[-1] and found and not starred:
             one = f'{min(names)} may slide, or be the length of a tool: write {min(names)}* if it'
-            row.fault(report, 'd', f'{one} slides, and tool into the column joint otherwise')
+            row.fault(
+                report, 'd', f'{one} slides; if not, tool into the column joint', 'ambiguous'
+            )
     return found
 
 
@@ -203,29 +207,30 @@ def _moved(row: NumberedRow, place: str, variable: str, constants: Collection[st
 
 def _faults(
     moved: MovingRow, new: Sequence[str], own: bool, named: bool
-) -> Iterator[tuple[str, str]]:
+) -> Iterator[tuple[str, str, str]]:
     cells = moved.row.cells
     unnamed = named and moved.place == 'theta' and not cells['theta'] and 'type' not in cells
     texts = {**cells, 'd': moved.d, 'theta': '' if unnamed else moved.theta}
     for column in ('a', 'alpha', 'd', 'theta'):
         if not texts[column]:
-            yield column, 'the cell is empty: write 0 where it is 0 (merged cells hold one number)'
+            yield column, 'the cell is empty; write 0, or the number of merged cells', 'empty'
     if len(new) + own > 1:
-        yield moved.place, f'{" and ".join(new)}: which moves this row? The others need a number'
+        message = f'{" and ".join(new)}: which moves this row? Write numbers for the others'
+        yield moved.place, message, 'ambiguous'
     elif moved.place == 'theta' and new and LENGTH.fullmatch(new[0]):
-        yield 'theta', f'{new[0]} is a length by its name: another order of heads? (--columns)'
+        yield 'theta', f'{new[0]} is the name of a length; {ORDER}', 'wrong-column'
     for column in ('a', 'alpha'):
         if wrong := next(filter(ANGLE.fullmatch, names_in(cells[column])), None):
-            yield column, f'{wrong} is a joint by its name: another order of heads? (--columns)'
+            yield column, f'{wrong} is the name of a joint; {ORDER}', 'wrong-column'
     for column in ('a', 'd'):
         found = cells[column].strip('-')
         if AN_ANGLE.fullmatch(found) and ('pi' in found or is_quarter(found)):
-            yield column, f'{found} is an angle: another order of heads? (--columns)'
+            yield column, f'{found} is an angle; {ORDER}', 'wrong-column'
     if cells.get('offset', '') not in ZERO:
         if not moved.place:
-            yield 'offset', 'no joint moves this row: it has no offset'
+            yield 'offset', 'no joint moves this row; write 0', 'no-effect'
         elif cells[moved.place] not in (*ZERO, moved.variable) and not own:
-            yield 'offset', f'{moved.place} holds a number too: write one of the two'
+            yield 'offset', f'{moved.place} has a number as well; write one of the two', 'conflict'
 
 
 def _judge_fixed(
@@ -241,16 +246,18 @@ def _judge_fixed(
     for row, *_, variable, place in arm:
         if place and not variable and (again := row.cells[place]) in moving:
             if skipped:
-                row.fault(report, place, f'{again} again, and a number is left out: which is it?')
-            report.note(f'row {row.number} is moved by {again}, as a row above is')
+                message = f'{again} again, and a number is left out: which is it?'
+                row.fault(report, place, message, 'duplicate-name')
+            report.note(f'row {row.number} is moved by {again}, as a row above is', 'coupled-row')
     for row, *_ in arm if all(place == 'd' for *_, place in arm) else ():
         turn = row.cells['theta']
         if IN_METRES.fullmatch(turn) and not is_quarter(turn.strip('-')):
-            row.fault(report, 'theta', f'{turn}, and every joint slides: exchanged heads?')
+            row.fault(report, 'theta', f'{turn} is a length; {ORDER}', 'wrong-column')
     for row in fixed:
         if row is arm[-1].row or not skipped and len(fixed) < len(moving):
-            report.note(f'row {row.number} is fixed: no variable stands in it')
+            report.note(f'row {row.number} is fixed: it has no variable', 'fixed-row')
         else:
             name, own = f'q{row.number}', row.cells['theta']
-            fault = f'{own} without a variable: write {sum_of(name, own)} if a joint turns there'
-            row.fault(report, 'theta', f'{fault}, or a column type with R, P and fixed')
+            fault = f'{own} without a variable; write {sum_of(name, own)} if a joint turns there'
+            message = f'{fault}, or a column type with R, P and fixed'
+            row.fault(report, 'theta', message, 'missing-variable')

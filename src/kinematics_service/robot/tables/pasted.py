@@ -27,7 +27,7 @@ OPENED = '([{'
 # The space between a head and its unit, as in `a [m] d [m]`.
 UNIT_BEHIND = re.compile(r'(?<=\w)[ \t]+(?=[\[(](?:mm|cm|m|rad|deg|°)[\])])')
 ROW_END = re.compile(r'(;\s*|(?<![,;\s])[ \t]*\n\s*)')
-SEVERAL = 'there are several tables: leave one in the text'
+SEVERAL = 'the text has several tables; leave one in it'
 NAMED = re.compile(r'([A-Za-z_]\w*)(?:\[\w*\])*\s*[=:(]+\s*(?:[\w.]+\(\s*)?$')
 
 
@@ -62,7 +62,7 @@ def rows_of(text: str, report: TableReport) -> list[PastedRow]:
     tables = [block for block in blocks if len(block.rows) > 1]
     if len(tables) > 1:
         named = ', '.join(f'{one.name or "one"} in line {one.rows[0].line}' for one in tables)
-        report.refuse(f'{SEVERAL} ({named})')
+        report.refuse(f'{SEVERAL} ({named})', 'several-tables')
     lines = [] if tables else _read_lines(text, report)
     if not tables and (len(blocks) != 1 or find_heads(lines) is not None):
         return lines
@@ -170,7 +170,7 @@ def _read_lines(text: str, report: TableReport) -> list[PastedRow]:
         aligned = _plain(_lines(text, ' ')) if find_heads(rows) is None else rows
         return rows if find_heads(aligned) is None else aligned
     except csv.Error as error:
-        report.refuse(f'cannot be read as a table: {error}')
+        report.refuse(f'cannot be read as a table: {error}', 'syntax')
 
 
 def _lines(text: str, delimiter: str) -> Iterator[PastedRow]:

@@ -45,7 +45,7 @@ def rows_of_records(text: str, report: TableReport) -> list[PastedRow]:
     if len(rows) < 3 and not is_vector:
         return []
     if others := sorted({pair.key for pair, key in zip(pairs, keys) if not key}):
-        report.note(f'left out: {", ".join(others)}')
+        report.note(f'left out: {", ".join(others)}', 'left-out')
     return rows
 
 
@@ -84,10 +84,10 @@ def _vectors(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[Pas
     pairs = [pair for pair in pairs if pair.value.startswith('[')]
     vectors = {pair.key: cells_of(pair.value[1:-1]) for pair in pairs}
     if len(vectors) < len(pairs):
-        report.refuse(SEVERAL)
+        report.refuse(SEVERAL, 'several-tables')
     if len({len(cells) for cells in vectors.values()}) > 1:
         counts = ', '.join(f'{key} has {len(cells)}' for key, cells in vectors.items())
-        report.refuse(f'vectors of different lengths: {counts}')
+        report.refuse(f'vectors of different lengths: {counts}', 'wrong-length')
     body = (_row(text, pairs[0], cells) for cells in zip(*vectors.values()))
     return [PastedRow(0, tuple(vectors)), *body]
 
@@ -105,7 +105,7 @@ def _sequence(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[Pa
             rows[-1][1][pair.key] = pair.value
         end = pair.end
     if several:
-        report.refuse(SEVERAL)
+        report.refuse(SEVERAL, 'several-tables')
     numbers = {'a', 'r', 'alpha', 'd', 'theta'}
     rows = [row for row in rows if numbers & {head_of(key).meaning for key in row[1]}]
     heads = list(dict.fromkeys(key for _, values in rows for key in values))
@@ -120,7 +120,7 @@ def _numbered(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[Pa
     parts = (NUMBERED.sub(r'\1 \2', pair.key).split() for pair in pairs)
     found = {(name, int(index)): pair for (name, index), pair in zip(parts, pairs)}
     if len({(pair.key, pair.value) for pair in pairs}) > len(found):
-        report.refuse(SEVERAL)
+        report.refuse(SEVERAL, 'several-tables')
     twists = sorted(k for name, k in found if name == 'alpha')
     angle = next((name for name, _ in found if name in ('theta', 'th', 'q')), 'q')
     before = twists[0] == 0 and not {('d', 0), (angle, 0)} & found.keys()

@@ -21,19 +21,19 @@ class TableReport:
     faults: list[Fault] = field(default_factory=list)
     notes: list[Fault] = field(default_factory=list)
 
-    def fault(self, message: str, line: int = 0, where: str = '') -> None:
+    def fault(self, message: str, code: str, line: int = 0, where: str = '') -> None:
         """Add a fault; `where` names the row and column as text."""
-        self.faults.append(Fault(self.file, line, where, message))
+        self.faults.append(Fault(self.file, line, where, message, code))
 
-    def note(self, message: str) -> None:
-        """Add a sentence about an assumption that the user should check."""
-        self.notes.append(Fault(self.file, 0, '', message))
+    def note(self, message: str, code: str) -> None:
+        """Add an assumption that the user should know."""
+        self.notes.append(Fault(self.file, 0, '', message, code))
 
     def raise_faults(self) -> None:
         """Raise RobotFileError with all faults if the report has at least one."""
         if self.faults:
             raise RobotFileError(self.faults)
 
-    def refuse(self, message: str, line: int = 0) -> NoReturn:
-        """Raise RobotFileError with one fault: at a line, or for the whole table."""
-        raise RobotFileError([Fault(self.file, line, '', message)])
+    def refuse(self, message: str, code: str, line: int = 0) -> NoReturn:
+        """Raise RobotFileError with one fault of a line, or of the whole table."""
+        raise RobotFileError([Fault(self.file, line, '', message, code)])

@@ -76,14 +76,15 @@ def read_table(
     """
     report = TableReport(file)
     if len(text) > MAX_CHARACTERS:
-        report.refuse(f'longer than {MAX_CHARACTERS} characters: cut the table out')
+        message = f'longer than {MAX_CHARACTERS} characters; leave only the table in it'
+        report.refuse(message, 'too-large')
     plain = plain_text(text)
     script = None if columns else toolbox_links(plain, report)
     bare_text = without_comments(plain)
     constants = constants_of(bare_text, report)
     settings = script.settings if script else settings_of(bare_text, report)
     if not script and settings.get('offset', '').startswith('['):
-        report.refuse('offset of the robot: write a column offset into the table')
+        report.refuse('offset of the robot: write a column offset into the table', 'unsupported')
     rows = script.rows if script else _rows(plain, columns, report)
     heads, body = _headed(rows, columns, report)
     heads, khalil = with_r(heads, report)
@@ -105,12 +106,14 @@ def read_table(
         elif angle == 'rad':
             short += [digits for cell in cells.values() for digits, _ in rounded_quarters(cell)]
     if short:
-        report.note(f'{min(short)} looks like a part of pi rounded (--round-angles reads it so)')
+        message = f'{min(short)} looks like a part of pi rounded (--round-angles reads it so)'
+        report.note(message, 'rounded-pi')
     arm = moving_rows(numbered, constants, report)
     limits = [end for row in arm if row.place == 'theta' for end in _limits(row.row.cells)]
     in_degrees = angle == 'rad' and any(map(LIMITS_TURNS.fullmatch, limits))
     if in_degrees:
-        report.note('limits are taken to be in deg: no joint makes as many turns')
+        message = 'limits are read in deg: in rad they would be many turns'
+        report.note(message, 'assumed-unit')
     joints = [
         _joint(row, 'as deg' if in_degrees else angle, report) for row in arm if row.variable
     ]
@@ -156,7 +159,7 @@ def _headed(
     if at is None and columns and rows and not re.search(r'\d', ''.join(rows[0].cells)):
         at = 0  # a first row without digits has heads: `columns` replaces them
     if at is None and columns is None:
-        report.refuse(f'no row says what the columns hold: say it, {HOW}')
+        report.refuse(f'no row has the names of the columns; give them, {HOW}', 'missing-heads')
     words: Sequence[str] = rows[at].cells if at is not None else ()
     heads: Sequence[Head] = [head_of(word) for word in words]
     body = rows if at is None else rows[at + 1 :]
@@ -164,7 +167,7 @@ def _headed(
         # In a printed data frame, the first column has no head: it has the names of the rows.
         heads, words = [Head('joint'), *heads], ['', *words]
     if any(find_heads([row]) is not None for row in body):
-        report.refuse(SEVERAL)
+        report.refuse(SEVERAL, 'several-tables')
     if body and (known := with_unit_row(heads, body[0])):
         heads, body = known, body[1:]
     if columns is not None:
@@ -180,9 +183,9 @@ def _headed(
     heads = [Head('') if k in named[1:] else head for k, head in enumerate(heads)]
     left = [word for word, head in zip(words, heads) if word.strip(' -') and not head.meaning]
     for word in left:
-        report.note(f'the column {word!r} is left out')
+        report.note(f'the column {word!r} is left out', 'left-out')
     if not body:
-        report.refuse('there are no rows below the heads')
+        report.refuse('no rows below the heads', 'empty')
     return heads, body
 
 
@@ -192,16 +195,22 @@ def _refuse_unheaded(
     meanings = [head.meaning for head in heads if head.meaning]
     for meaning in ('a', 'alpha', 'd', *meanings):
         if meanings.count(meaning) != 1:
-            count = 'no column is' if meaning not in meanings else 'several columns are'
-            report.refuse(f'{count} {meaning}: say what the columns hold, {HOW}')
-    # Refuse tables of Khalil that describe a branched arm by their columns `before`, gamma or b.
+            missing = meaning not in meanings
+            count = 'no column is' if missing else 'several columns are'
+            message = f'{count} {meaning}; give the names of the columns, {HOW}'
+            report.refuse(message, 'missing-heads' if missing else 'ambiguous')
+    # Refuse tables of Khalil whose columns `before`, gamma or b describe branches.
     columns = list(zip(*(row.cells for row in body)))
     for head, cells in zip(heads, columns):
         counted = [str(k) for k in range(len(cells))]
         if head.meaning == 'before' and list(cells) != counted:
-            report.refuse(f'the links before are {", ".join(cells)}: the arm branches')
+            message = (
+                f'the links before are {", ".join(cells)}: the arm branches, which it must not'
+            )
+            report.refuse(message, 'branches')
         if head.meaning in ('gamma', 'b') and set(cells) - set(ZERO):
-            report.refuse(f'{head.meaning} is not 0: the arm branches, and a table is one chain')
+            message = f'{head.meaning} is not 0: the arm branches, which it must not'
+            report.refuse(message, 'branches')
 
 
 def _convention(
@@ -213,9 +222,10 @@ def _convention(
     named = [name for name, words in TITLES.items() if words.search(text)]
     stated = stated or (named[0] if len(named) == 1 else '')
     if stated and given and stated != given:
-        report.refuse(f'--convention {given}: the table itself is {stated}')
+        report.refuse(f'--convention {given}: the table itself is {stated}', 'conflict')
     if not (stated or given):
-        report.note('the standard convention is assumed (--convention modified is that of Craig)')
+        message = 'the standard convention is assumed (--convention modified is that of Craig)'
+        report.note(message, 'assumed-convention')
     return stated or given or 'standard'
 
 
@@ -224,7 +234,7 @@ def _note_columns(heads: Sequence[Head], report: TableReport) -> None:
         f'{head.meaning}{"(i-1)" if head.before else ""}{f" [{head.unit}]" if head.unit else ""}'
         for head in heads
     )
-    report.note(f'the columns are read as {", ".join(word or "-" for word in words)}')
+    report.note(f'the columns are read as {", ".join(word or "-" for word in words)}', 'columns')
 
 
 def _numbered(
@@ -235,18 +245,18 @@ def _numbered(
     for number, (line, cells) in enumerate(body, 1):
         filled = cells[: len(heads)] if not any(cells[len(heads) :]) else cells
         if len(filled) == 1 and ' ' in filled[0]:
-            report.note(f'left out: {filled[0]}')
+            report.note(f'left out: {filled[0]}', 'left-out')
             continue
         if len(filled) != len(heads):
-            message = f'{len(filled)} cells, and the heads are {len(heads)}'
-            report.fault(message, line, f'row {number}')
+            message = f'{len(filled)} cells for {len(heads)} heads'
+            report.fault(message, 'wrong-length', line, f'row {number}')
             continue
         read = NumberedRow(line, number, {})
         for head, cell in zip(heads, filled):
             if head.meaning != 'limits' and '(' not in cell and DECIMAL_COMMA.search(cell):
                 if pointed or IN_THOUSANDS.fullmatch(cell):
-                    message = f'{cell!r}: write it with a point, or without'
-                    read.fault(report, head.meaning, message)
+                    message = f'{cell!r} has a comma; write a point, or no sign'
+                    read.fault(report, head.meaning, message, 'decimal-comma')
                 cell = DECIMAL_COMMA.sub('.', cell)
             read.cells[head.meaning] = cell.strip('-—') and cell
         rows.append(read)
@@ -267,8 +277,9 @@ def _constants(
             kept.insert(0, f'  {name}: {scalar(text)}')
     known = {bare(name) for name in ('pi', *constants, *(row.variable for row in arm))}
     if letters := [name for name in dict.fromkeys(used) if bare(name) not in known]:
-        note = f'{", ".join(letters)}: letters without a value; write it into constants for all'
-        report.note(f'{note} that needs numbers')
+        names = ', '.join(letters)
+        message = f'{names}: letters without a value; for numbers write it into constants'
+        report.note(message, 'no-value')
     kept += [f'  {name}:' for name in letters]
     yield from ['constants:', *kept] if kept else ()
 
@@ -281,7 +292,8 @@ def _joint(moved: MovingRow, angle: str, report: TableReport) -> str:
     entry.append(f'type: {"revolute" if moved.place == "theta" else "prismatic"}')
     if ends := _limits(row.cells, angle if moved.place == 'theta' else ''):
         if len(ends) != 2 or not all(ends):
-            row.fault(report, 'limits', 'two numbers are expected, such as [-160, 160]')
+            message = 'expected two numbers, such as [-160, 160]'
+            row.fault(report, 'limits', message, 'wrong-length')
         entry.append(f'limits: [{", ".join(map(scalar, ends))}]')
     return f'  - {{{", ".join(entry)}}}'
 
@@ -320,4 +332,4 @@ def _in_the_table(fault: Fault, arm: Sequence[MovingRow]) -> Fault:
         rows = arm if found[1] == 'links' else [row for row in arm if row.variable]
         line, number, _ = rows[int(found[2])].row
         where = f'row {number}' + (f', column {found[3]}' if found[3] else '')
-    return Fault(fault.file, line, where, fault.message)
+    return Fault(fault.file, line, where, fault.message, fault.code)

@@ -40,7 +40,7 @@ def constants_of(text: str, report: TableReport) -> dict[str, str]:
         first = 1 if re.search(rf'\b{name}\(\d', text) else 0
         found |= {f'{name}{k}': plain_cell(v) for k, v in enumerate(cells_of(value), first)}
     if joints := sorted(filter(ANGLE.fullmatch, found)):
-        report.note(f'the values of {", ".join(joints)} are left out: joints move')
+        report.note(f'the values of {", ".join(joints)} are left out: joints move', 'left-out')
     return {name: value for name, value in found.items() if name not in joints}
 
 
@@ -48,7 +48,8 @@ def settings_of(text: str, report: TableReport) -> dict[str, str]:
     """Return the expressions in a script for `offset`, `base` and `tool` of the robot, by key."""
     found = {key: value.strip() for key, value in SETTING.findall(text)}
     if found.pop('qlim', ''):
-        report.note('qlim of the robot is not read: write limits into the robot file')
+        message = 'qlim of the robot is not read; write limits into the robot file'
+        report.note(message, 'left-out')
     return found
 
 
@@ -59,16 +60,17 @@ def end_lines(text: str, settings: Mapping[str, str], report: TableReport) -> It
             found = _placement(settings[end])
             if found is None:
                 fault = (
-                    f'{end}: {settings[end]!r} is not understood: write transl(x, y, z)*trotx(a)'
+                    f'{end}: {settings[end]!r} is not understood; write transl(x, y, z)*trotx(a)'
                 )
-                report.refuse(f'{fault}, or take it out and write it into the robot file')
+                report.refuse(f'{fault}, or write {end} into the robot file', 'syntax')
             yield _line(end, *found)
     for end, xyz, order, angles in BOXED.findall(text):
         # In the toolbox, the order xyz means R = Rx(yaw) Ry(pitch) Rz(roll): reverse the angles.
         rpy = angles.replace(' ', '').split(',')[:: -1 if order == 'xyz' else 1]
         if order == 'xyz' and sum(re.search('[1-9a-z]', angle) is not None for angle in rpy) > 1:
-            report.refuse(f'{end}: rpy/xyz has several angles: write it into the robot file')
-        report.note(f'{end} has the digits that are printed')
+            message = f'{end}: rpy/xyz has several angles; write {end} into the robot file'
+            report.refuse(message, 'unsupported')
+        report.note(f'{end} has the digits that are printed', 'printed-digits')
         yield _line(end, xyz.split(','), rpy)
 
 

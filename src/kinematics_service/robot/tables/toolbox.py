@@ -74,19 +74,22 @@ def toolbox_links(text: str, report: TableReport) -> ToolboxLinks | None:
     robot = set(re.findall(r'(\w+)\s*=\s*(?:SerialLink|DHRobot)', text))
     for target, key, value in LATER.findall(text):
         if target not in {*named, *robot}:
-            report.refuse(f'{target}.{key} is set, and {target} is no link of this text')
+            message = f'{target}.{key} is set, and the text has no link {target}'
+            report.refuse(message, 'unknown-name')
         named.setdefault(target, {})[key] = value
     settings = settings_of(LATER_OF_LINKS.sub('', LINK.sub('', text)), report)
     if offset := settings.get('offset'):
         cells = cells_of(re.sub(r'.*?\[|\].*', '', offset))
         if len(cells) != len(links):
-            report.refuse(f'offset: {len(cells)} values for {len(links)} links')
+            report.refuse(f'offset: {len(cells)} values for {len(links)} links', 'wrong-length')
         for link, cell in zip(links, cells):
             link.values['offset'] = cell
     always = re.search(r"SerialLink\([^;\n]*'modified'", text) is not None
     modified = {always or 'MDH' in one.function or one.has('mdh', 'modified') for one in links}
     if len(modified) > 1:
-        report.refuse('some links are standard, some modified: a table has one convention')
+        report.refuse(
+            'some links are standard and some modified; write all in one way', 'conflict'
+        )
     rows = [PastedRow(links[0].line, HEADS), *(_row(link, report) for link in links)]
     return ToolboxLinks(rows, 'modified' if modified.pop() else 'standard', settings)
 
@@ -105,16 +108,20 @@ def _matrix_links(text: str) -> list[_LinkCall]:
 def _refuse_other_orders(text: str, targets: list[str], report: TableReport) -> None:
     robots = ROBOT.findall(text)
     if len(robots) > 1 or len(set(targets)) < len(targets):
-        report.refuse('there are several robots: leave the links of one in the text')
+        message = 'the text has several robots; leave the links of one in it'
+        report.refuse(message, 'several-tables')
     listed = [word for word in NAME.findall(robots[0]) if word in targets] if robots else []
     places = [int(found[1]) for one in targets if (found := re.search(r'(\d+)\W?$', one))]
     apart = any(b - a != 1 for a, b in zip(places, places[1:]))
     if (listed or targets) != targets or apart:
-        report.refuse('the links of the robot are others, or in another order: write those alone')
+        message = 'the links of the robot are others, or in another order; write only those'
+        report.refuse(message, 'wrong-order')
     if len(CALL.findall(text)) != len(LINK.findall(text)) or UNREAD.search(LINK.sub('', text)):
-        report.refuse('not every link is understood: a bracket is open, or its name is another')
+        message = 'a link is not understood; close its brackets, and write its arguments by name'
+        report.refuse(message, 'syntax')
     if REPEATED.search(text):
-        report.refuse('links are made in a loop, which is not run: write each of them')
+        message = 'links are made in a loop, which is not run; write each link'
+        report.refuse(message, 'unsupported')
 
 
 def _call(text: str, found: re.Match[str], report: TableReport) -> _LinkCall:
@@ -123,14 +130,14 @@ def _call(text: str, found: re.Match[str], report: TableReport) -> _LinkCall:
     if vector := re.match(r'\s*\[([^\]]*)\]', rest):
         elements = cells_of(vector[1].replace(',', ' '))
         if not 4 <= len(elements) <= len(VECTOR):
-            message = f'{len(elements)} numbers, and theta d a alpha are expected'
-            report.fault(f'{message}, then sigma and offset', line)
+            message = f'{len(elements)} numbers; write theta d a alpha, then sigma and offset'
+            report.fault(message, 'wrong-length', line)
         values |= zip(VECTOR, elements)
         rest = rest[vector.end() :]
     given = {matlab or python: value for matlab, python, value in VALUE.findall(rest)}
     strange = ', '.join(given.keys() - KNOWN) or VALUE.sub('', rest).strip(' ,.\t\n')
     if strange:
-        report.fault(f'{strange!r} is not understood: write a=..., alpha=...', line)
+        report.fault(f'{strange!r} is not understood; write a=..., alpha=...', 'syntax', line)
     values |= {key: value.strip() for key, value in given.items()}
     return _LinkCall(line, found[1] or '', found[2], values)
 
@@ -143,8 +150,8 @@ def _row(link: _LinkCall, report: TableReport) -> PastedRow:
     slides = link.has('sigma', 'prismatic', 'p') or link.function.startswith('Prismatic')
     moving = 'd' if slides or names_theta else 'theta'
     if not re.fullmatch(r'0?|[A-Za-z]\w*(?:\(\d+\))?', values.get(moving, '')):
-        moves = f'line {link.line}: {moving} moves there'
-        report.note(f'{moves}, and the toolbox takes no number of it')
+        message = f'line {link.line}: {moving} moves, so its number is not read'
+        report.note(message, 'left-out')
     cells = dict.fromkeys(HEADS, '0') | values | {'limits': values.get('qlim', '')}
     cells |= {moving: '-variable' if link.has('flip') else '', 'type': 'RP'[moving == 'd']}
     return PastedRow(link.line, tuple(plain_cell(cells[head]) for head in HEADS))

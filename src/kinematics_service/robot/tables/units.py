@@ -54,13 +54,15 @@ def in_one_unit(
     asked = set(given).intersection(accepted)
     chosen = {*in_heads.values(), *asked}
     if asked and len(chosen) > 1:
-        report.refuse(f'{kind} in {" and in ".join(sorted(chosen))}: write them in one')
+        message = f'{kind} in {" and in ".join(sorted(chosen))}; write them in one unit'
+        report.refuse(message, 'conflict')
     cells = [(row, name) for row in rows for name in meanings if row.cells.get(name)]
     if len(chosen) == 1 and chosen <= set(accepted):
         (unit,) = chosen
     elif chosen:
         unit = accepted[kind == 'lengths']
-        report.note(f'{kind} in {" and ".join(sorted(chosen))} are written in {unit}')
+        message = f'{kind} in {" and ".join(sorted(chosen))} are written in {unit}'
+        report.note(message, 'converted-unit')
     else:
         texts = [
             ' '.join([cell, *(constants.get(name, '') for name in sorted(names_in(cell)))])
@@ -71,7 +73,7 @@ def in_one_unit(
         own, cell = in_heads.get(name, unit if len(chosen) < 2 else ''), row.cells[name]
         if own != unit and TERM.search(cell) and cell not in ZERO:
             if not own:
-                row.fault(report, name, 'no unit is said: write it into the heads')
+                row.fault(report, name, 'no unit; write it into the heads', 'missing-unit')
             cell = TERM.sub(rf'\g<0>{DEGREE if own == "deg" else own}', cell)
         row.cells[name] = in_unit(cell, unit)
     return unit
@@ -101,14 +103,16 @@ def _likely_unit(kind: str, texts: Sequence[str], whole: str, report: TableRepor
     number = plain[-1 if is_large else 0] if plain else ''
     if number and other:
         report.refuse(
-            f'{number} beside {other}: which unit has {number}? --units {small} or --units '
-            f'{large} says that of plain numbers; signs and parts of pi are read as they are'
+            f'{number} and {other}: which unit has {number}? Write --units {small} or --units '
+            f'{large} for numbers without a sign or pi',
+            'ambiguous',
         )
     unit = large if is_large or (large in marks and small not in marks) else small
-    why = f': {float(number):g} {small} are not meant' if is_large else ''
+    why = f', because {float(number):g} {small} would be too large' if is_large else ''
     if unit == 'deg' and not is_large:
-        why = ', as the degree signs say'
-    report.note(f'{kind} are taken to be in {unit}{why} (--units says otherwise)')
+        why = ', because of the degree signs'
+    message = f'{kind} are read in {unit}{why} (--units changes it)'
+    report.note(message, 'assumed-unit')
     return unit
 
 

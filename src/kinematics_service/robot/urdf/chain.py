@@ -134,7 +134,7 @@ def read_chain(tree: UrdfTree, base: str, tip: str, rounds: bool = False) -> Urd
     moving = [joint for joint in way if joint.name in leaders and leaders[joint.name].multiplier]
     names = list(dict.fromkeys(leaders[joint.name].mimics for joint in moving))
     if not names:
-        tree.root.refuse(f'no joint moves {tip!r} against {base!r}')
+        tree.root.refuse(f'no joint moves {tip!r} against {base!r}; give other links', 'no-effect')
     extension = tree.root.first(EXTENSION)
     text = '' if extension is None else extension.attributes.get('joint_order', '')
     order = text.split(',' if ',' in text else None)
@@ -179,16 +179,17 @@ def _joint(tree: UrdfTree, element: XmlElement, rounds: bool = False) -> UrdfJoi
     try:
         return read_joint(element, tree.version, rounds)
     except UrdfError as error:
-        raise UrdfError(str(error) + _links_of(element)) from None
+        message = error.fault.message + _links_of(element)
+        raise UrdfError(replace(error.fault, message=message)) from None
 
 
 def _links_of(joint: XmlElement) -> str:
     parent, child = (quoted(end_of(joint, end)) for end in ('parent', 'child'))
-    return f'; the joint leads from link {parent} to {child}'
+    return f'; the joint is between links {parent} and {child}'
 
 
-def _refuse(joint: XmlElement, message: str) -> NoReturn:
-    joint.refuse(message + _links_of(joint))
+def _refuse(joint: XmlElement, message: str, code: str) -> NoReturn:
+    joint.refuse(message + _links_of(joint), code)
 
 
 def _followed(tree: UrdfTree, joint: UrdfJoint) -> UrdfJoint:
@@ -198,17 +199,17 @@ def _followed(tree: UrdfTree, joint: UrdfJoint) -> UrdfJoint:
     passed = set()
     while leader.mimics:
         if leader.name in passed:
-            _refuse(joint.element, 'it mimics itself, by way of the joints it mimics')
+            _refuse(joint.element, 'mimics itself, through other joints', 'circular')
         passed.add(leader.name)
         if leader.mimics not in tree.joints:
             hint = did_you_mean(meant_by(leader.mimics, tuple(tree.joints)))
-            _refuse(
-                leader.element, f'it mimics {leader.mimics!r}, and there is no such joint{hint}'
-            )
+            message = f'mimics the unknown joint {leader.mimics!r}{hint}'
+            _refuse(leader.element, message, 'unknown-name')
         factor, offset = factor * leader.multiplier, factor * leader.offset + offset
         leader = _joint(tree, tree.joints[leader.mimics])
         if leader.type not in MOVING:
-            _refuse(joint.element, f'it mimics {leader.name!r}, which is {leader.type}')
+            message = f'mimics {leader.name!r}, which is {leader.type} and does not move'
+            _refuse(joint.element, message, 'wrong-joint-type')
     return replace(joint, mimics=leader.name, multiplier=factor, offset=offset)
 
 
@@ -222,8 +223,9 @@ def _variable(
         does, itself = ('turns', 'slides') if turns else ('slides', 'turns')
         _refuse(
             others[0].element,
-            f'it {itself}, and {name!r}, which it mimics, {does}; a robot file can say that only '
-            'of a joint that turns in the same chain (type: helical)',
+            f'{itself}, and {name!r}, which it mimics, {does}; a robot file can have this only '
+            'for a joint that turns in the same chain (type: helical)',
+            'wrong-joint-type',
         )
     kind = 'helical' if others else 'revolute' if turns else 'prismatic'
     return Variable(name, kind, leader.limits)

@@ -61,7 +61,7 @@ class XmlElement:
         """Return the first child with the tag `tag`, or None."""
         return next(self.all(tag), None)
 
-    def refuse(self, message: str) -> NoReturn:
+    def refuse(self, message: str, code: str) -> NoReturn:
         """
         Raise a UrdfError with a message and the file and line of this element.
 
@@ -70,12 +70,13 @@ class XmlElement:
         UrdfError
             Always.
         """
-        raise UrdfError(str(self.fault(message)))
+        raise UrdfError(self.fault(message, code))
 
-    def fault(self, message: str) -> Fault:
-        """Return a fault with a message and the file and line of this element."""
+    def fault(self, message: str, code: str) -> Fault:
+        """Return a fault with a message and the place of this element."""
         inside = f' of {self.inside}' if self.inside else ''
-        return Fault(self.file, self.line, _title(self.tag, self.attributes) + inside, message)
+        where = _title(self.tag, self.attributes) + inside
+        return Fault(self.file, self.line, where, message, code)
 
 
 def _title(tag: str, attributes: Mapping[str, str]) -> str:
@@ -101,8 +102,11 @@ def read_urdf(path: Path) -> XmlElement:
     try:
         with path.open('rb') as stream:
             content = stream.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        raise UrdfError(Fault(str(path), 0, '', 'no such file', 'missing-file')) from None
     except OSError as error:
-        raise UrdfError(f'{path}: cannot be read: {error.strerror}') from None
+        message = f'cannot be read: {error.strerror}'
+        raise UrdfError(Fault(str(path), 0, '', message, 'unreadable')) from None
     return parse_urdf(content, str(path))
 
 
@@ -117,12 +121,13 @@ def parse_urdf(content: bytes, file: str) -> XmlElement:
         root is not `<robot>`.
     """
     if len(content) > MAX_BYTES:
-        raise UrdfError(f'{file}: larger than {MAX_BYTES // 2**20} MiB: not a URDF')
+        message = f'larger than {MAX_BYTES // 2**20} MiB: not a URDF'
+        raise UrdfError(Fault(file, 0, '', message, 'too-large'))
     root = _XmlReader(file).read(content)
     if root.tag != 'robot':
         other = {'sdf': 'SDF', 'mujoco': 'MuJoCo XML'}.get(root.tag)
         what = f'this is {other}, not URDF; ' if other else ''
-        root.refuse(f'{what}the root of a URDF is <robot>')
+        root.refuse(f'{what}the root of a URDF is <robot>', 'wrong-type')
     return root
 
 
@@ -148,12 +153,14 @@ class _XmlReader:
         except expat.ExpatError as error:
             reason = expat.errors.messages.get(error.code, 'malformed')
             if error.code == MISPLACED:
-                reason += '; delete what stands before <?xml, or delete <?xml ...?>'
-            self._refuse(error.lineno, f'not valid XML: {reason}')
+                reason += '; delete the text before <?xml, or delete <?xml ...?>'
+            self._refuse(error.lineno, f'not valid XML: {reason}', 'syntax')
         except UrdfError:
             raise  # a handler refused the file (UrdfError is a ValueError)
         except (ValueError, LookupError) as error:
-            self._refuse(0, f'not valid XML: {error}')  # expat does not know the encoding
+            self._refuse(
+                0, f'not valid XML: {error}', 'syntax'
+            )  # expat does not know the encoding
         assert self.root is not None  # expat refuses a document without a root
         return self.root
 
@@ -174,17 +181,20 @@ class _XmlReader:
                 line = content.count(b'\n', 0, error.start) + 1
         return self._refuse(
             line,
-            f'not {declared} text: name its encoding in the first line, such as <?xml '
-            'version="1.0" encoding="Shift_JIS"?>, or convert it, such as by '
+            f'not {declared} text; write its encoding into the first line, such as <?xml '
+            'version="1.0" encoding="Shift_JIS"?>, or convert it: '
             f'iconv -f SHIFT_JIS -t UTF-8 {self.file} > utf8.urdf',
+            'wrong-encoding',
         )
 
-    def _refuse(self, line: int, message: str) -> NoReturn:
-        raise UrdfError(str(Fault(self.file, line, '', message)))
+    def _refuse(self, line: int, message: str, code: str) -> NoReturn:
+        raise UrdfError(Fault(self.file, line, '', message, code))
 
     def _doctype(self, *_: object) -> None:
         self._refuse(
-            self.parser.CurrentLineNumber, 'a DOCTYPE, which may declare entities, is not accepted'
+            self.parser.CurrentLineNumber,
+            'a DOCTYPE, which may declare entities, is not accepted; delete it',
+            'unsupported',
         )
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
@@ -192,12 +202,14 @@ class _XmlReader:
         self.elements += 1
         if tag.startswith('xacro:'):
             self._refuse(
-                line, f'<{tag}> is xacro: expand it first (xacro FILE > robot.urdf) and give that'
+                line,
+                f'<{tag}> is xacro; expand the file first (xacro FILE > robot.urdf)',
+                'xacro',
             )
         if len(self.open) >= MAX_DEPTH:
-            self._refuse(line, f'nested more than {MAX_DEPTH} deep')
+            self._refuse(line, f'nested more than {MAX_DEPTH} deep', 'too-deep')
         if self.elements > MAX_ELEMENTS:
-            self._refuse(line, f'more than {MAX_ELEMENTS} elements')
+            self._refuse(line, f'more than {MAX_ELEMENTS} elements', 'too-many')
         self.open.append((tag, attributes, line, []))
 
     def _end(self, _: str) -> None:

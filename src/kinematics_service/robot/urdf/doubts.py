@@ -50,14 +50,14 @@ def chain_doubts(
     written = tree.root.attributes.get('version', tree.version)
     if written != tree.version:
         message = f'unknown version {quoted(written)}, read as {tree.version}{choice(VERSIONS)}'
-        doubts.append(tree.root.fault(message))
+        doubts.append(tree.root.fault(message, 'unknown-name'))
     for joint in chain.joints:
         doubts += _of_joint(joint.element, tree.version)
         doubts += [joint.limits.doubt] if joint.limits.doubt else []
     for doubt in of_the_table:
         if part := MAPPED_PLACES.match(doubt.where):
             element = tree.joints[chain.variables[int(part[1])].name] if part[1] else tree.root
-            doubts.append(element.fault(_in_urdf(doubt.message)))
+            doubts.append(element.fault(_in_urdf(doubt.message), doubt.code))
     alike: dict[str, list[Fault]] = {}
     for doubt in doubts:
         alike.setdefault(doubt.message, []).append(doubt)
@@ -90,7 +90,7 @@ def chain_remarks(tree: UrdfTree, chain: UrdfChain, rounded: UrdfChain) -> tuple
     ]
     remarks = {
         'a robot file has no jerk, and of acceleration and deceleration the smaller one': left_out,
-        'angles or axes are nearly parts of pi; to read those, which closed forms need, write '
+        'angles or axes are nearly parts of pi, which closed forms need; to round them, write '
         f'import --urdf {tree.root.file} --base {chain.base} --tip {chain.tip} --round-angles '
         '--out arm.yaml': nearly,
     }
@@ -105,23 +105,28 @@ def _of_joint(joint: XmlElement, version: str) -> Iterator[Fault]:
     for part in joint.children:
         known = ATTRIBUTES.get(part.tag, ())
         if known and part is not joint.first(part.tag):
-            yield part.fault('only the first of several is read')
+            yield part.fault('only the first of several is read', 'duplicate-key')
             continue
         for name in part.attributes if known else ():
             since = SINCE.get(name, version)
             if name not in known:
                 hint = f'{did_you_mean(meant_by(name, known))}{choice(known)}'
-                yield part.fault(f'unknown attribute {quoted(name)}, which is not read{hint}')
+                message = f'unknown attribute {quoted(name)}, which is not read{hint}'
+                yield part.fault(message, 'unknown-key')
             elif since > version:
                 yield part.fault(
-                    f'{name} is not read: it is of URDF {since}, and the file is of {version}; if '
-                    f'it is meant, write <robot version="{since}">'
+                    f'{name} is not read: it is of URDF {since}, and the file is of {version}; to '
+                    f'use it, write <robot version="{since}">',
+                    'newer-version',
                 )
             elif name == 'quat_xyzw' and 'rpy' in part.attributes:
-                yield part.fault('rpy and quat_xyzw are the same rotation; rpy is read')
+                message = 'rpy and quat_xyzw are the same rotation; rpy is read'
+                yield part.fault(message, 'duplicate-key')
         for name, largest, what in UNIT_DOUBTS if part.tag == 'origin' else ():
             for value in map(float, part.attributes.get(name, '').split()):
                 if abs(value) > largest:
-                    yield part.fault(_in_urdf(what.replace('{}', number(value))))
+                    message = _in_urdf(what.replace('{}', number(value)))
+                    yield part.fault(message, 'wrong-unit')
         for meant in () if known else get_close_matches(part.tag[:60], ATTRIBUTES, 1, SIMILARITY):
-            yield part.fault(f'an unknown element, which is not read{did_you_mean(meant)}')
+            message = f'an unknown element, which is not read{did_you_mean(meant)}'
+            yield part.fault(message, 'unknown-key')

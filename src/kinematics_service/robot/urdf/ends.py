@@ -93,8 +93,8 @@ def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
         ways = {link: way for link, way in ways.items() if way.base == base}
     moving = {link: _count(tree, way.moving) for link, way in ways.items()}
     if not any(moving.values()):
-        where = f'below {quoted(base)}' if base else 'in it'
-        tree.root.refuse(f'no joint moves anything {where}')
+        where = f'below {quoted(base)}; give another base' if base else 'in the file'
+        tree.root.refuse(f'no moving joint {where}', 'no-effect')
     tip, hand = _tip(tree, ways)
     cuts = () if base else tuple(_cuts(tree, [way for link, way in ways.items() if moving[link]]))
     way = _way(tree, tip, base)
@@ -105,9 +105,10 @@ def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
     named = listed([f'{link} ({moving[link]})' for link in others], MAX_NAMED_TIPS)
     ends = f' before {quoted(hand)}, the first one of a hand' if hand else ''
     choice = tree.root.fault(
-        f'the chain taken is {way.base} to {tip}, with {_count(tree, way.moving)} moving joints'
+        f'the chain is {way.base} to {tip}, with {_count(tree, way.moving)} moving joints'
         f'{ends}; other tips, and their joints: {named}; to take the first of them, write '
-        f'{tree.root.file}:{ways[others[0]].base}:{others[0]}'
+        f'{tree.root.file}:{ways[others[0]].base}:{others[0]}',
+        'chosen-chain',
     )
     return ChainEnds(way.base, tip, (choice, *cuts))
 
@@ -118,9 +119,10 @@ def _cuts(tree: UrdfTree, ways: Sequence[_LinkWay]) -> Iterator[Fault]:
         for joint in tree.above.get(base, ())[:1]:
             if above := _way(tree, end_of(joint, 'parent')).moving:
                 yield joint.fault(
-                    f'a {joint.attributes["type"]} joint, which no robot file holds, cuts the '
-                    f'chain: {listed(above, MAX_NAMED_TIPS)} above it and the joints below it are '
-                    'never those of one arm'
+                    f'a {joint.attributes["type"]} joint, which a robot file cannot have, cuts '
+                    f'the chain: {listed(above, MAX_NAMED_TIPS)} above it and the joints below it '
+                    'cannot be one arm',
+                    'unsupported',
                 )
 
 
@@ -203,7 +205,8 @@ def _before_branches(
             begin = f'{tree.root.file}:{ways[leaf].base}'
             hand = end_of(tree.joints[arm[k]], 'parent')
             tree.root.refuse(
-                f'{" and ".join(map(quoted, fingers))} are joints of fingers or of limbs; if they '
-                f'are those of fingers, write {begin}:{hand}, else {begin}:{leaf}'
+                f'{" and ".join(map(quoted, fingers))} are joints of fingers or of limbs; for '
+                f'fingers write {begin}:{hand}, for limbs {begin}:{leaf}',
+                'ambiguous',
             )
     return len(arm)

@@ -2,7 +2,7 @@
 
 import os
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
 from typing import Literal
 
@@ -102,7 +102,11 @@ def import_urdf(
         cannot express.
     """
     if not isinstance(urdf, str | os.PathLike):
-        raise UrdfError(f'urdf must be a path or a text, not {type(urdf).__name__}')
+        raise UrdfError(
+            Fault(
+                '', 0, 'urdf', f'must be a path or a text, not {type(urdf).__name__}', 'wrong-type'
+            )
+        )
     if isinstance(urdf, str) and ('<' in urdf or not urdf.strip()):
         root, origin = parse_urdf(urdf.encode('utf-8'), '<text>'), 'URDF'
     else:
@@ -146,18 +150,19 @@ def _imported(
     try:
         chain = read_chain(tree, base, tip)
     except UrdfError as error:
-        messages = [str(error), *(choice.message for choice in choices)]
-        raise UrdfError('; '.join(messages)) from None
+        messages = [error.fault.message, *(choice.message for choice in choices)]
+        raise UrdfError(replace(error.fault, message='; '.join(messages))) from None
     _check_names(tree, chain)
     for count, most, what in (
         (len(chain.variables), MAX_JOINTS, 'joints'),
         (len(chain.motions), MAX_ROWS, 'rows'),
     ):
         if count > most:
-            raise UrdfError(
-                f'{root.file}: the way from {quoted(base)} to {quoted(tip)} has {count} {what}, '
+            message = (
+                f'the chain from {quoted(base)} to {quoted(tip)} has {count} {what}, '
                 f'and a robot file at most {most}'
             )
+            raise UrdfError(Fault(root.file, 0, '', message, 'too-many'))
 
     rounded = read_chain(tree, base, tip, rounds=True)
     meant = rounded if round_angles else chain
@@ -181,7 +186,8 @@ def _imported(
     worst = max(certificate.position_error, certificate.rotation_error)
     size = 1.0 + sum(float(np.linalg.norm(motion.before[:3, 3])) for motion in chain.motions)
     if worst > MAX_RELATIVE_ERROR * size and not round_angles:
-        raise UrdfError(f'the table is not exact enough to be written: {certificate}')
+        message = f'the table is not exact enough to be written: {certificate}'
+        raise UrdfError(Fault(root.file, 0, '', message, 'inexact'))
     written = text(str(certificate))
     doubts = chain_doubts(tree, chain, robot.description.warnings)
     return UrdfImport(
@@ -200,16 +206,20 @@ def _check_names(tree: UrdfTree, chain: UrdfChain) -> None:
         if not name.isprintable() or re.search(refused, name) or len(name) > MAX_NAME_LENGTH:
             what = 'commas' if refused == REFUSED_IN_JOINTS else 'white space'
             element.refuse(
-                f'a robot file takes no {element.tag} whose name has {what}, control characters, '
-                f'or more than {MAX_NAME_LENGTH} characters: rename it'
+                f'the name of a {element.tag} must not have {what}, control characters, or more '
+                f'than {MAX_NAME_LENGTH} characters; rename it',
+                'wrong-name',
             )
 
 
 def _robot(root: XmlElement, text: str) -> Robot:
     file = f'{root.file}, as a robot file'
     if len(text.encode('utf-8')) > MAX_BYTES:
-        raise UrdfError(f'{file}: larger than the {MAX_BYTES // 1024} KiB that one may have')
+        message = f'larger than the {MAX_BYTES // 1024} KiB that one may have'
+        raise UrdfError(Fault(file, 0, '', message, 'too-large'))
     try:
         return robot_from_text(text, file)
     except RobotFileError as error:
-        raise UrdfError(str(error)) from None
+        first, *others = error.faults
+        message = '\n'.join([first.message, *map(str, others)])
+        raise UrdfError(replace(first, message=message)) from None

@@ -20,8 +20,8 @@ INFINITE = re.compile(r'[-+]?inf(?:inity)?', re.IGNORECASE)
 MOVING = ('revolute', 'continuous', 'prismatic')
 # Joint types that a robot file cannot express, each with the reason for the message.
 WHY_NOT = {
-    'floating': 'a floating joint moves in six ways at once: begin the chain below it',
-    'planar': 'a planar joint moves in three ways at once: begin the chain below it',
+    'floating': 'a floating joint moves in six ways at once; begin the chain below it',
+    'planar': 'a planar joint moves in three ways at once; begin the chain below it',
 }
 # An axis vector shorter than this is refused, because its direction is round-off.
 MIN_AXIS_LENGTH = 1e-6
@@ -109,12 +109,13 @@ def read_joint(element: XmlElement, version: str, rounds: bool = False) -> UrdfJ
     """
     kind = element.attributes.get('type', '')
     if kind not in (*MOVING, 'fixed'):
-        why = WHY_NOT.get(kind, f'its type is {quoted(kind)}')
-        element.refuse(f'{why} (accepted: {", ".join(MOVING)}, fixed)')
+        why = WHY_NOT.get(kind, f'unknown type {quoted(kind)}')
+        code = 'unsupported' if kind in WHY_NOT else 'unknown-name'
+        element.refuse(f'{why} (accepted: {", ".join(MOVING)}, fixed)', code)
     mimic = None if kind == 'fixed' else element.first('mimic')
     followed = '' if mimic is None else mimic.attributes.get('joint', '')
     if mimic is not None and not followed:
-        mimic.refuse('it does not say which joint="..." to mimic')
+        mimic.refuse('the attribute joint="..." is missing', 'missing-key')
     return UrdfJoint(
         element=element,
         name=element.attributes['name'],
@@ -139,7 +140,7 @@ def _origin(element: XmlElement, version: str, rounds: bool) -> Floats:
         return pose
     quaternion = _numbers(origin, 'quat_xyzw', '', count=4)
     if not any(quaternion):
-        origin.refuse('quat_xyzw: a quaternion of length 0 is no rotation')
+        origin.refuse('quat_xyzw: a quaternion of length 0 is not a rotation', 'not-a-rotation')
     roll, pitch, yaw = exact_rpy(rotation_of_quaternion(quaternion))
     if rounds:
         roll, pitch, yaw = map(part_of_pi, (roll, pitch, yaw))
@@ -149,9 +150,10 @@ def _origin(element: XmlElement, version: str, rounds: bool) -> Floats:
     if apart(pose, turned)[1] > ROUNDED:
         rpy = origin.attributes.get('rpy', '0 0 0 (not written)')
         origin.refuse(
-            f'rpy {rpy} and quat_xyzw {origin.attributes["quat_xyzw"]} are two rotations: delete '
-            'quat_xyzw if rpy is meant, else delete rpy and write '
-            f'<robot version="{SINCE["quat_xyzw"]}">'
+            f'rpy {rpy} and quat_xyzw {origin.attributes["quat_xyzw"]} are two rotations; delete '
+            'quat_xyzw, or delete rpy and write '
+            f'<robot version="{SINCE["quat_xyzw"]}">',
+            'conflict',
         )
     return pose
 
@@ -165,8 +167,9 @@ def _axis(element: XmlElement, rounds: bool) -> Floats:
             direction[np.abs(direction) < CAD_NOISE * np.abs(direction).max()] = 0.0
         length = float(np.linalg.norm(direction))
         if length < MIN_AXIS_LENGTH:
-            axis.refuse(f'xyz={quoted(axis.attributes.get("xyz", ""))} has no direction')
-        # Divide the axis by its length, unless it is a unit vector up to round-off.
+            xyz = quoted(axis.attributes.get('xyz', ''))
+            axis.refuse(f'xyz={xyz} has no direction; write a unit vector', 'zero-axis')
+        # Do not divide a vector that is a unit vector up to round-off.
         if abs(length - 1.0) > 1e-15:
             direction = direction / length
     return direction
@@ -185,21 +188,23 @@ def _limits(element: XmlElement, kind: str, version: str) -> JointLimits:
         return JointLimits(-math.inf, math.inf, *rates)
     if limit is None:
         other = ", or type='continuous'" if kind == 'revolute' else ''
-        element.refuse(f'a {kind} joint needs <limit lower="..." upper="..."/>{other}')
+        message = f'a {kind} joint needs <limit lower="..." upper="..."/>{other}'
+        element.refuse(message, 'missing-key')
     lower, upper = _number(limit, 'lower', 0.0), _number(limit, 'upper', 0.0)
     doubt = None
     if lower == upper == 0.0:
-        doubt = limit.fault('limits 0 and 0 are taken as none')
+        doubt = limit.fault('limits 0 and 0 mean a joint without limits', 'no-limits')
         lower, upper = -math.inf, math.inf
     elif not lower < upper and element.first('mimic') is None:
         limit.refuse(
             f'the lower limit must be below the upper one, not {lower:g} and {upper:g} '
-            "(type='fixed' for a joint that does not move)"
+            "(type='fixed' for a joint that does not move)",
+            'wrong-order',
         )
     elif any(MAX_LIMIT <= abs(end) < UNLIMITED for end in (lower, upper)):
         doubt = limit.fault(
-            f'limits {lower:.9g} and {upper:.9g} are farther than any joint goes: '
-            f'what is beyond {MAX_LIMIT:g} is taken as none'
+            f'limits {lower:.9g} and {upper:.9g}: a limit beyond {MAX_LIMIT:g} means no limit',
+            'no-limits',
         )
     return JointLimits(
         lower if lower > -MAX_LIMIT else -math.inf,
@@ -220,11 +225,13 @@ def _number(element: XmlElement | None, attribute: str, default: float) -> float
 
 def _value(element: XmlElement, attribute: str, text: str, rounds: bool = False) -> float:
     if '$' in text:
-        element.refuse(f'{attribute}={quoted(text)} is xacro: expand the file first')
+        message = f'{attribute}={quoted(text)} is xacro; expand the file first'
+        element.refuse(f'{message} (xacro FILE > robot.urdf)', 'xacro')
     if not NUMBER.fullmatch(text) or not abs(float(text)) <= UNLIMITED:
         if attribute in INFINITE_ATTRIBUTES and NUMBER.fullmatch(text):
             return math.copysign(UNLIMITED, float(text))
-        element.refuse(f'{attribute}: {quoted(text)} is not a number (at most {UNLIMITED:g})')
+        message = f'{attribute}: {quoted(text)} is not a number (at most {UNLIMITED:g})'
+        element.refuse(message, 'not-a-number')
     return as_rounded_part_of_pi(text) if rounds else float(text)
 
 
@@ -236,10 +243,13 @@ def _numbers(
     separated = ' '.join(text.replace(',', ' ').split())
     if ',' in text and len(separated.split()) == count:
         element.refuse(
-            f'{attribute}: {quoted(text)} has commas between its numbers: '
-            f'write {quoted(separated)}'
+            f'{attribute}: {quoted(text)} has commas between its numbers; '
+            f'write {quoted(separated)}',
+            'decimal-comma',
         )
     if len(words) != count and '$' not in text:
         wanted = 'three' if count == 3 else 'four'
-        element.refuse(f'{attribute}: expected {wanted} numbers, not {quoted(text)}')
+        element.refuse(
+            f'{attribute}: expected {wanted} numbers, not {quoted(text)}', 'wrong-length'
+        )
     return [_value(element, attribute, word, rounds) for word in words]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
 from typing import NamedTuple
 
-from ...errors import UrdfError
+from ...errors import Fault, UrdfError
 from ..file.text.entries import did_you_mean, meant_by
 from ..file.text.fault_report import quoted
 from .document import XmlElement, listed_names
@@ -66,7 +66,8 @@ class UrdfTree:
             if link not in self.links:
                 hint = did_you_mean(meant_by(link, tuple(self.links)))
                 names = listed_names(self.links)
-                self.root.refuse(f'no link {quoted(link)} for the {option}{hint} (links: {names})')
+                message = f'unknown link {quoted(link)} for the {option}{hint} (links: {names})'
+                self.root.refuse(message, 'unknown-name')
         joints = self._joints_above(tip, base)
         links = [tip, *(end_of(joint, 'parent') for joint in joints)]
         if links[-1] == base:
@@ -75,7 +76,7 @@ class UrdfTree:
         meets = end_of(up[-1], 'parent') if up else base
         if meets not in links[1:]:
             above = f'; it is below: {listed_names(links[1:])}' if links[1:] else ''
-            self.root.refuse(f'{quoted(tip)} is not below {quoted(base)}{above}')
+            self.root.refuse(f'{quoted(tip)} is not below {quoted(base)}{above}', 'wrong-order')
         return UrdfWay(up, tuple(reversed(joints[: links.index(meets)])))
 
     def _joints_above(self, link: str, *ends: str) -> tuple[XmlElement, ...]:
@@ -86,7 +87,8 @@ class UrdfTree:
                 names = ' and '.join(quoted(joint.attributes['name']) for joint in above)
                 above[1].refuse(
                     f'a loop: link {quoted(link)} is the child of {names}; '
-                    'a robot file takes chains'
+                    'delete one of these joints',
+                    'loop',
                 )
             joints.append(above[0])
             link = end_of(above[0], 'parent')
@@ -105,7 +107,7 @@ def end_of(joint: XmlElement, end: str) -> str:
     element = joint.first(end)
     link = None if element is None else element.attributes.get('link')
     if not link:
-        joint.refuse(f'it has no <{end} link="..."/>')
+        joint.refuse(f'<{end} link="..."/> is missing', 'missing-key')
     return link.removeprefix('/')
 
 
@@ -121,13 +123,14 @@ def read_tree(root: XmlElement) -> UrdfTree:
     """
     links, joints = _named(root, 'link'), _named(root, 'joint')
     if not links:
-        raise UrdfError(f'{root.file}: there is no <link> in it')
+        raise UrdfError(Fault(root.file, 0, '', 'the file has no <link>', 'missing-key'))
     above: dict[str, list[XmlElement]] = {}
     for joint in joints.values():
         for end in ('parent', 'child'):
             if end_of(joint, end) not in links:
                 names = listed_names(links)
-                joint.refuse(f'its {end} {quoted(end_of(joint, end))} is no link (links: {names})')
+                message = f'unknown {end} {quoted(end_of(joint, end))} (links: {names})'
+                joint.refuse(message, 'unknown-name')
         above.setdefault(end_of(joint, 'child'), []).append(joint)
     tree = UrdfTree(root, links, joints, above)
     _refuse_circle(tree)
@@ -147,7 +150,8 @@ def _refuse_circle(tree: UrdfTree) -> None:
         joint = next(
             one for one in reversed(tree.above[circle[-2]]) if end_of(one, 'parent') == circle[0]
         )
-        joint.refuse(f'a loop: link {quoted(circle[0])} is below itself ({listed_names(circle)})')
+        message = f'a loop: link {quoted(circle[0])} is below itself ({listed_names(circle)})'
+        joint.refuse(message, 'loop')
 
 
 def _named(root: XmlElement, tag: str) -> dict[str, XmlElement]:
@@ -156,8 +160,9 @@ def _named(root: XmlElement, tag: str) -> dict[str, XmlElement]:
         name = element.attributes.get('name', '')
         name = name.removeprefix('/') if tag == 'link' else name
         if not name:
-            element.refuse('it has no name')
+            element.refuse('the attribute name is missing', 'missing-key')
         if name in found:
-            element.refuse(f'line {found[name].line} has the same name')
+            message = f'line {found[name].line} has the same name; rename one of the two'
+            element.refuse(message, 'duplicate-name')
         found[name] = element
     return found

@@ -73,9 +73,9 @@ def without_loops(robot: Robot) -> str:
     loops = ', '.join(repr(loop.name) for loop in robot.description.loops)
     passive = ', '.join(robot.passive_joint_names)
     return (
-        f'URDF has no closed loops: what closes {loops} is left out. Of the passive joints, those '
-        f'of the table are joints like others ({passive}): nothing moves them but '
-        'positions that somebody publishes.'
+        f'URDF has no closed loops, so the second chain of {loops} is left out. The passive '
+        f'joints of the table ({passive}) become ordinary joints, which move only if their '
+        'positions are published.'
     )
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from ....errors import ExpressionError
 from ....typography import number_text
 from ..text.entries import checked_mapping, checked_number, is_null
-from ..text.expression_syntax import names_in, why_no_name
+from ..text.expression_syntax import Reason, names_in, why_no_name
 from ..text.expressions import Scope, parse_affine
 from ..text.fault_report import Place, quoted
 from ..text.plain_expression import plain_expression
@@ -39,7 +39,7 @@ def read_constants(data: Yaml, units: Units, variables: Iterable[str], at: Place
         return NO_CONSTANTS
     given = checked_mapping(data, at, 'names to numbers')
     if len(given) > MAX_CONSTANTS:
-        at.fault(f'{len(given)} constants (at most {MAX_CONSTANTS})')
+        at.fault(f'{len(given)} constants (at most {MAX_CONSTANTS})', 'too-many')
     if not at.intact:
         return NO_CONSTANTS._replace(all_names_known=False)
     values: dict[str, float] = {}
@@ -47,12 +47,12 @@ def read_constants(data: Yaml, units: Units, variables: Iterable[str], at: Place
     unreadable: set[str] = set()
     used: set[str] = set()
     moving = {
-        name: f'{name!r} is a joint variable, and a constant is expected here'
+        name: Reason(f'{name!r} is a joint variable; write a constant here', 'not-constant')
         for name in variables
     }
     for name, value in given.items():
         if reason := why_no_name(name):
-            at[name].fault(f'the name {quoted(name)} {reason}')
+            at[name].fault(f'the name {quoted(name)} {reason.message}', reason.code)
             continue
         if is_null(value):
             values[name] = _stand_in(name, units)
@@ -63,11 +63,11 @@ def read_constants(data: Yaml, units: Units, variables: Iterable[str], at: Place
         names = names_in(text or '')
         used |= names
         later = {
-            other: f'{other!r} stands further down: a constant may use only those above it'
+            other: Reason(f'{other!r} comes later; write its line above this one', 'wrong-order')
             for other in given
             if other not in values
         }
-        later[name] = f'{name!r} is defined by itself'
+        later[name] = Reason(f'{name!r} is defined by itself; write a number', 'circular')
         unreadable.add(name)
         if text is None or names & (unreadable - {name}):
             continue
@@ -75,7 +75,7 @@ def read_constants(data: Yaml, units: Units, variables: Iterable[str], at: Place
             check_finite(text)
             affine = parse_affine(text, Scope(units.angle, dict(values), (), {**moving, **later}))
         except ExpressionError as error:
-            at[name].fault(str(error))
+            at[name].fault(str(error), error.code)
             continue
         unreadable.remove(name)
         values[name] = affine.constant

@@ -43,11 +43,12 @@ def read_joint_heads(data: Yaml, constants: Sequence[str], at: Place) -> list[Jo
     """Read the names and types in the list of joints, and report the faults of each joint."""
     items = checked_list(data, at, NOUN)
     if data == []:
-        at.fault('at least one joint is needed')
+        at.fault('at least one joint is needed', 'empty')
     if len(items) > MAX_JOINTS:
         at.fault(
-            f'{len(items)} joints (at most {MAX_JOINTS}: every message carries a Jacobian with '
-            'a column for each, and no serial arm has as many)'
+            f'{len(items)} joints (at most {MAX_JOINTS}, because each message has a Jacobian '
+            'with a column for each joint)',
+            'too-many',
         )
         items = []
     entries = [checked(JointEntry, item, at[index]) for index, item in enumerate(items)]
@@ -92,7 +93,9 @@ def read_joint(head: JointHead, at: Place, quantities: Quantities) -> JointDescr
         for key in ('velocity', 'acceleration')
     )
     if FASTEST_JOINT < velocity < math.inf:
-        at['velocity'].warn(f'{number(velocity)} per second is very fast: which unit?')
+        at['velocity'].warn(
+            f'{number(velocity)} per second is very fast: which unit?', 'wrong-unit'
+        )
     if entry.name is None or variable is None or not at.intact:
         return None
     return JointDescription(
@@ -103,11 +106,10 @@ def read_joint(head: JointHead, at: Place, quantities: Quantities) -> JointDescr
 
 def _check_name(name: str, first: int, index: int, at: Place) -> None:
     if ',' in name:
-        # Refuse commas, because the label of the Jacobian in messages separates joint names by
-        # commas.
-        at.fault(f'{quoted(name)} holds a comma, which no joint name may')
+        # In messages, the label of the Jacobian separates joint names by commas.
+        at.fault(f'{quoted(name)} has a comma; write another name', 'wrong-name')
     if first < index:
-        at.fault(f'{quoted(name)} is already the name of joints[{first}]')
+        at.fault(f'{quoted(name)} is already the name of joints[{first}]', 'duplicate-name')
 
 
 def _variable(
@@ -118,21 +120,21 @@ def _variable(
         return None
     key = 'variable' if entry.variable else 'name'
     if not entry.variable and not IDENTIFIER.fullmatch(variable):
-        message = (
-            f"{quoted(variable)} cannot stand in an expression: add 'variable', its name there"
-        )
+        message = f"{quoted(variable)} is not a name for expressions; add 'variable: q1'"
+        code = 'wrong-name'
     elif reason := why_no_name(variable):
-        advice = '' if entry.variable else ": add 'variable', its name in expressions"
-        message = f'{quoted(variable)} {reason}{advice}'
+        advice = '' if entry.variable else "; add 'variable', its name in expressions"
+        message, code = f'{quoted(variable)} {reason.message}{advice}', reason.code
     elif variable in constants:
-        message = f'{quoted(variable)} is also the name of a constant'
+        message, code = f'{quoted(variable)} is also the name of a constant', 'duplicate-name'
     elif variable in earlier:
         message = (
             f'{quoted(variable)} is already the variable of joints[{earlier.index(variable)}]'
         )
+        code = 'duplicate-name'
     else:
         return variable
-    at[key].fault(message)
+    at[key].fault(message, code)
     return None
 
 
@@ -151,7 +153,7 @@ def _limits(
         return -math.inf, math.inf
     if not lower < upper:
         texts = ', '.join(map(str, entry.limits))
-        at.fault(f'the lower limit must be below the upper one, not [{texts}]')
+        at.fault(f'the lower limit must be below the upper one, not [{texts}]', 'wrong-order')
     else:
         _warn_of_limits(lower, upper, joint_type, at, quantities.units)
     return lower, upper
@@ -165,14 +167,14 @@ def _warn_of_limits(
         return
     if joint_type == 'prismatic':
         if units.length == 'm' and largest > 10.0:
-            at.warn(f'a stroke to {number(largest)} m: {MILLIMETRES}')
+            at.warn(f'a stroke to {number(largest)} m: {MILLIMETRES}', 'wrong-unit')
         if units.length == 'mm' and largest < 0.002:
-            at.warn(f'a stroke to {number(largest * 1e3)} mm: {METRES}')
+            at.warn(f'a stroke to {number(largest * 1e3)} mm: {METRES}', 'wrong-unit')
     elif joint_type == 'revolute':
         turns = largest / (2.0 * math.pi)
         # Limits in rad up to 4 turns are plausible for a wrist, but an integer is probably in
         # degrees.
         if units.angle == 'rad' and (turns > 4.0 or (turns > 1.0 and largest.is_integer())):
-            at.warn(f'limits of {number(turns)} turns: {DEGREES}')
+            at.warn(f'limits of {number(turns)} turns: {DEGREES}', 'wrong-unit')
         if units.angle == 'deg' and largest <= math.radians(2.0 * math.pi + 0.01):
-            at.warn(f'limits within {math.degrees(largest):.3g} deg: {RADIANS}')
+            at.warn(f'limits within {math.degrees(largest):.3g} deg: {RADIANS}', 'wrong-unit')

@@ -60,7 +60,9 @@ def _known_pose(
     rpy = quantities.above_zero(tolerance.rpy, 'angle', beside['rpy']) or DEFAULT_TOLERANCE
     if entry.rpy is None:
         if tolerance.rpy is not None and isinstance(data, dict) and 'rpy' not in data:
-            beside['rpy'].fault('the pose has no rpy that it could be of')
+            beside['rpy'].fault(
+                'the pose has no rpy; write rpy, or delete this tolerance', 'conflict'
+            )
         rpy = math.inf
     if motion is None or not at.intact or len(q) != len(types):
         return None
@@ -95,4 +97,4 @@ def _remark_of_limits(q: Sequence[float], joints: Sequence[JointDescription], at
     for index, (value, joint) in enumerate(zip(q, joints)):
         if not joint.lower - LIMIT_TOLERANCE <= value <= joint.upper + LIMIT_TOLERANCE:
             limits = f'[{number(joint.lower)}, {number(joint.upper)}]'
-            at[index].remark(f'{number(value)} lies outside the limits {limits} of {joint.name!r}')
+            at[index].remark(f'{number(value)} is outside the limits {limits} of {joint.name!r}')

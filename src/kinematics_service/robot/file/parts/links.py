@@ -29,9 +29,10 @@ def read_links(
     """
     items = checked_list(data, at, 'a list of the rows of the table')
     if data == []:
-        at.fault('at least one row is needed')
+        at.fault('at least one row is needed', 'empty')
     if len(items) > MAX_ROWS:
-        at.fault(f'{len(items)} rows (at most {MAX_ROWS}: four for each of 128 joints)')
+        message = f'{len(items)} rows (at most {MAX_ROWS}: four for each of 128 joints)'
+        at.fault(message, 'too-many')
         items = items[:MAX_ROWS]
     read_row = READERS[convention.rows]
     rows = [read_row(item, convention, at[k], quantities) for k, item in enumerate(items)]
@@ -83,9 +84,9 @@ def warn_of_size(rows: Sequence[Link], quantities: Quantities) -> None:
     lengths = [length for row in rows for length in _lengths(row)]
     total, at, unit = sum(lengths), quantities.top['links'], quantities.units.length
     if unit == 'm' and total > LARGEST_USUAL_LENGTH and max(lengths) <= LARGEST_USUAL_LENGTH:
-        at.warn(f'lengths of {number(total)} m in all: {MILLIMETRES}')
+        at.warn(f'lengths of {number(total)} m in all: {MILLIMETRES}', 'wrong-unit')
     if unit == 'mm' and 0.0 < total < MIN_USUAL_LENGTH:
-        at.warn(f'lengths of {number(total * 1e3)} mm in all: {METRES}')
+        at.warn(f'lengths of {number(total * 1e3)} mm in all: {METRES}', 'wrong-unit')
 
 
 def _lengths(row: Link) -> Iterator[float]:
@@ -112,9 +113,8 @@ def check_helical(rows: Sequence[Link], quantities: Quantities) -> None:
         if joint_type == 'helical' and len(found) == 1:
             (only,) = found.values()
             other = 'a length (its pitch)' if 'angle' in found else 'an angle'
-            quantities.top['joints', position, 'type'].fault(
-                f'{variable!r} is helical and stands only in {only}: it must stand in {other} too'
-            )
+            message = f'{variable!r} is helical and only in {only}; write it into {other} as well'
+            quantities.top['joints', position, 'type'].fault(message, 'missing-pitch')
 
 
 def _dh_row(data: Yaml, convention: Convention, at: Place, quantities: Quantities) -> DhRow | None:
@@ -122,7 +122,7 @@ def _dh_row(data: Yaml, convention: Convention, at: Place, quantities: Quantitie
     axes = {motion.quantity: motion.axis for motion in convention.motions}
     entry = checked(dh_row_entry(names), data, at)
     may_move = ' and '.join(name for name in names if name in MOVING)
-    advice = f': in a table row only {may_move} may move'
+    advice = f'; in a table row only {may_move} may move'
     motions = []
     for name in names:
         text, kind = getattr(entry, name), _kind(axes[name])
@@ -140,7 +140,7 @@ def _elementary_row(
 ) -> ElementaryMotion | None:
     if not isinstance(data, ScalarNode):
         what = 'a mapping' if isinstance(data, dict) else 'a list'
-        at.fault(f'expected an elementary motion such as Rz(q1), not {what}')
+        at.fault(f'expected an elementary motion such as Rz(q1), not {what}', 'wrong-type')
         return None
     text = checked_formula(data, at)
     return None if text is None else _elementary_motion(text, at, quantities)
@@ -162,7 +162,8 @@ def _elementary_motion(text: str, at: Place, quantities: Quantities) -> Elementa
     found = ELEMENTARY.fullmatch(text)
     if found is None:
         accepted = ', '.join(AXES)
-        at.fault(f'{quoted(text)} is not an elementary motion (accepted: {accepted}, as Rz(q1))')
+        message = f'{quoted(text)} is not an elementary motion (accepted: {accepted}, as Rz(q1))'
+        at.fault(message, 'unknown-name')
         return None
     axis = AXES[AXES.index(found[1])]
     argument = quantities.moving(found[2].strip(), _kind(axis), at, axis)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..text.entries import checked, checked_list, checked_word
-from ..text.expression_syntax import why_no_name
+from ..text.expression_syntax import Reason, why_no_name
 from ..text.fault_report import Place, quoted
 from ..text.plain_expression import known_names_in
 from ..text.yaml_document import Yaml, texts_in
@@ -49,7 +49,7 @@ def read_passive(
         return ()
     loops = checked_list(data, at, 'a list of loops')
     if len(loops) > MAX_LOOPS:
-        at.fault(f'{len(loops)} loops (at most {MAX_LOOPS})')
+        at.fault(f'{len(loops)} loops (at most {MAX_LOOPS})', 'too-many')
         return ()
     owner: dict[str, int] = {}
     found = []
@@ -60,24 +60,23 @@ def read_passive(
         joints = [_passive_joint(item, place[i]) for i, item in enumerate(items or ())]
         for i, joint in enumerate(joints):
             if joint and (fault := _why_not_passive(joint.name, taken, owner)):
-                place[i].fault(f'{quoted(joint.name)} {fault}')
+                place[i].fault(f'{quoted(joint.name)} {fault.message}', fault.code)
             elif joint:
                 owner[joint.name] = k
         found.append(tuple(joint for joint in joints if joint))
     if len(owner) > MAX_PASSIVE:
-        at.fault(f'{len(owner)} passive joints (at most {MAX_PASSIVE})')
+        at.fault(f'{len(owner)} passive joints (at most {MAX_PASSIVE})', 'too-many')
         return ()
     return tuple(found)
 
 
-def _why_not_passive(name: str, taken: Sequence[str], owner: Mapping[str, int]) -> str | None:
+def _why_not_passive(name: str, taken: Sequence[str], owner: Mapping[str, int]) -> Reason | None:
     if name in taken or name == 'q':
-        return (
-            'is also the name of a constant or of a joint with a motor: a passive joint has a '
-            'name of its own'
-        )
+        message = 'is also the name of a constant or of a driven joint; write another name'
+        return Reason(message, 'duplicate-name')
     if name in owner:
-        return f'is moved by loops[{owner[name]}] already: a passive joint belongs to one loop'
+        message = f'is already passive in loops[{owner[name]}]; write another name'
+        return Reason(message, 'duplicate-name')
     return why_no_name(name)
 
 
@@ -136,10 +135,12 @@ def read_loops(
     for k, loop in enumerate(found):
         first = called.index(loop.name)
         if first < k:
-            at[k, 'name'].fault(f'{quoted(loop.name)} is already the name of loops[{first}]')
+            message = f'{quoted(loop.name)} is already the name of loops[{first}]'
+            at[k, 'name'].fault(message, 'duplicate-name')
         if loop.q != found[0].q:
             at[k, 'assembled', 'q'].fault(
-                f'is not that of {quoted(found[0].name)}: all loops are assembled at one position'
+                f'differs from that of {quoted(found[0].name)}; all loops have one assembled q',
+                'mismatch',
             )
     return found
 
@@ -163,16 +164,16 @@ def _check_effect(loops: Sequence[LoopDescription], table: Sequence[Link], at: P
             for joint in loop.passive:
                 if joint.name not in names:
                     at[k, 'passive'].fault(
-                        f'{quoted(joint.name)} moves no row of this loop: neither one of links, '
-                        f'nor one of the table between row {loop.start.row} and row '
-                        f'{loop.meets.row}'
+                        f'{quoted(joint.name)} moves no row of this loop; use it in links, or in '
+                        f'the table between row {loop.start.row} and row {loop.meets.row}',
+                        'no-effect',
                     )
             for name in sorted(names & later.keys()):
                 if later[name] > k:
                     at[k, 'links'].fault(
-                        f'{quoted(name)} is moved by loops[{later[name]}], which comes later: a '
-                        'loop may use the passive joints of those before it, and of later ones '
-                        'that need its own'
+                        f'{quoted(name)} is passive in loops[{later[name]}], which comes later; '
+                        'write that loop before this one',
+                        'wrong-order',
                     )
         _check_group(group, indices, used, at)
         used = used.union(*map(names_in_loop, group))
@@ -184,20 +185,23 @@ def _check_group(
     first, listed = at[indices[0]], [f'loops[{k}]' for k in indices]
     if indices[-1] - indices[0] >= len(indices):
         first.fault(
-            f"{' and '.join(listed)} need each other's passive joints and are closed together: "
-            'write them one after the other'
+            f"{' and '.join(listed)} need each other's passive joints; "
+            'write them one after the other',
+            'wrong-order',
         )
     rows = sum(len(loop.rows) for loop in group)
     if rows > MAX_TOGETHER:
         first.fault(
-            f"{rows} rows of loops that need each other's passive joints ({', '.join(listed)}): "
-            f'at most {MAX_TOGETHER} are closed together'
+            f"{rows} rows of loops that need each other's passive joints ({', '.join(listed)}); "
+            f'at most {MAX_TOGETHER} are closed together',
+            'too-many',
         )
     names = [joint.name for joint in passive_of(group)]
     if not used.intersection(names):
         first['passive'].fault(
-            f'no row of the table and no later loop moves with {" or ".join(map(quoted, names))}: '
-            f'the {"loop" if len(group) == 1 else "loops"} would move nothing'
+            f'no row of the table or of a later loop has {" or ".join(map(quoted, names))}; use '
+            f'it in links, or delete the {"loop" if len(group) == 1 else "loops"}',
+            'no-effect',
         )
 
 
@@ -219,14 +223,15 @@ class _LoopReader:
         if entry.rows is not None:
             rows = read_rows(entry.rows, 'row', at['rows'])
         if entry.name is not None and ',' in entry.name:
-            at['name'].fault(f'{quoted(entry.name)} holds a comma')
+            at['name'].fault(f'{quoted(entry.name)} has a comma; write another name', 'wrong-name')
         if entry.passive == []:
-            at['passive'].fault('names no joint: at least one is needed')
+            at['passive'].fault('at least one passive joint is needed', 'empty')
         if passive and rows and len(passive) != len(rows):
             names = ', '.join(joint.name for joint in passive)
             at['passive'].fault(
-                f'{len(passive)} passive joints ({names}) for {len(rows)} rows that '
-                f'coincide ({" ".join(rows)}): a loop moves as many joints as it has rows'
+                f'{len(passive)} passive joints ({names}) for {len(rows)} rows '
+                f'({" ".join(rows)}); write one passive joint for each row',
+                'wrong-length',
             )
         start, meets = self._ends(entry, at)
         links = None
@@ -252,8 +257,9 @@ class _LoopReader:
         meets = None if entry.meets is None else self._end(entry.meets, at['meets'])
         if start and meets and start.row > meets.row:
             at['meets'].fault(
-                f'row {meets.row} comes before row {start.row}, where the loop begins: exchange '
-                'them'
+                f'row {meets.row} comes before row {start.row}, where the loop begins; exchange '
+                'from and meets',
+                'wrong-order',
             )
         return start, meets
 
@@ -261,10 +267,10 @@ class _LoopReader:
         entry = checked(LoopEndEntry, data, at)
         if entry.point is not None:
             if entry.row is not None or entry.xyz is not None or entry.rpy is not None:
-                at.fault('has a point and a row, xyz or rpy too: give one of them')
+                at.fault('has a point and also row, xyz or rpy; write one of the two', 'conflict')
             return self._point(entry.point, at['point'])
         if entry.row is None and at.intact:
-            at.fault('needs a row of the table, or a point')
+            at.fault('write a row of the table, or a point', 'missing-key')
         motion = pose_motion(entry, at, self.quantities)
         if self.table is not None:
             check_row(entry.row, len(self.table), at)
@@ -276,7 +282,7 @@ class _LoopReader:
         found = next((point for point in self.points if point.name == name), None)
         if found is None:
             known = ', '.join(point.name for point in self.points) or 'none'
-            at.fault(f'unknown point {quoted(name)} (known: {known})')
+            at.fault(f'unknown point {quoted(name)} (known: {known})', 'unknown-name')
         return found
 
     def _assembled(

@@ -29,9 +29,11 @@ def read_placement(
     entry = checked(PlacementEntry, data, at)
     frame = default_frame if entry.frame is None else entry.frame
     if frame.startswith('/'):
-        at['frame'].fault(f'{quoted(frame)} begins with a slash, which tf2 refuses')
+        plain = quoted(frame.lstrip('/'))
+        message = f'{quoted(frame)} begins with a slash, which tf2 refuses; write {plain}'
+        at['frame'].fault(message, 'wrong-name')
     if any(character.isspace() for character in frame):
-        at['frame'].fault(f'{quoted(frame)} holds white space')
+        at['frame'].fault(f'{quoted(frame)} has white space; write underscores', 'wrong-name')
     motion = pose_motion(entry, at, quantities)
     return None if motion is None or not at.intact else Placement(frame, motion)
 
@@ -69,7 +71,7 @@ def read_motion(data: Yaml, at: Place, quantities: Quantities) -> RigidMotion | 
 def _matrix_motion(data: Yaml, at: Place, quantities: Quantities) -> RigidMotion | None:
     rows = checked_list(data, at, 'a matrix of 3 or 4 rows, or {xyz, rpy}')
     if at.intact and len(rows) not in (3, 4):
-        at.fault(f'expected a matrix of 3 or 4 rows, not {len(rows)}')
+        at.fault(f'expected a matrix of 3 or 4 rows, not {len(rows)}', 'wrong-shape')
     texts: list[str] = []
     values: list[float] = []
     for i, row in enumerate(rows[:4]):
@@ -90,7 +92,7 @@ def _matrix_motion(data: Yaml, at: Place, quantities: Quantities) -> RigidMotion
 
 def _rigid(matrix: npt.NDArray[np.float64], at: Place) -> npt.NDArray[np.float64] | None:
     if matrix[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
-        at[3].fault('the fourth row of a rigid motion is [0, 0, 0, 1]')
+        at[3].fault('the fourth row of a rigid motion is [0, 0, 0, 1]', 'not-a-motion')
         return None
     R = matrix[:3, :3]
     # Clip the entries, so that R^T R cannot overflow. The entries of a rotation are at most 1.
@@ -99,12 +101,14 @@ def _rigid(matrix: npt.NDArray[np.float64], at: Place) -> npt.NDArray[np.float64
     if error > PRINTED_ROTATION_TOLERANCE:
         at.fault(
             f'not a rotation: its columns are not orthogonal unit vectors, by {number(error)} '
-            f'(at most {PRINTED_ROTATION_TOLERANCE:g}); exact expressions such as sqrt(2)/2 are '
-            'accepted'
+            f'(at most {PRINTED_ROTATION_TOLERANCE:g}); write more digits, or exact expressions '
+            'such as sqrt(2)/2',
+            'not-a-rotation',
         )
         return None
     if np.linalg.det(R) < 0.0:
-        at.fault('the determinant is -1: a mirror image, not a rotation')
+        message = 'the determinant is -1: a mirror image, not a rotation; check the signs'
+        at.fault(message, 'not-a-rotation')
         return None
     if error <= EXACT_ROTATION_TOLERANCE:
         return matrix

@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 
 from ..text.entries import checked, checked_mapping
+from ..text.expression_syntax import Reason
 from ..text.fault_report import Place, quoted
 from ..text.yaml_document import Yaml
 from .description import Placement, PointDescription
@@ -41,32 +42,36 @@ def read_points(
     at = quantities.top['points']
     given = checked_mapping(data, at, 'names to {row, xyz, rpy}')
     if len(given) > MAX_POINTS:
-        at.fault(f'{len(given)} points (at most {MAX_POINTS})')
+        at.fault(f'{len(given)} points (at most {MAX_POINTS})', 'too-many')
         return ()
     frames = {place.frame: key for place, key in zip(placements, ('base', 'tool')) if place}
     points = [_point(name, value, rows, frames, quantities) for name, value in given.items()]
     return tuple(point for point in points if point is not None)
 
 
-def _why_no_name(name: str, frames: dict[str, str]) -> str:
+def _why_no_name(name: str, frames: dict[str, str]) -> Reason | None:
     if name in RESERVED_NAMES:
-        return f'the name {quoted(name)} is that of {RESERVED_NAMES[name]}'
+        message = f'{quoted(name)} is reserved for {RESERVED_NAMES[name]}; write another name'
+        return Reason(message, 'reserved-name')
     if name in frames:
-        return f'the name {quoted(name)} is that of the frame of the {frames[name]}'
+        message = f'{quoted(name)} is the frame of the {frames[name]}; write another name'
+        return Reason(message, 'duplicate-name')
     if len(name) > MAX_NAME_LENGTH or not POINT_NAME.fullmatch(name):
-        return (
-            f'the name {quoted(name)} cannot be part of a topic: letters, digits and single '
-            f'underscores between them, a letter first, at most {MAX_NAME_LENGTH} characters'
+        message = (
+            f'{quoted(name)} cannot be part of a topic; write a letter, then letters, digits and '
+            f'single underscores, at most {MAX_NAME_LENGTH} characters'
         )
-    return ''
+        return Reason(message, 'wrong-name')
+    return None
 
 
 def check_row(row: int | None, rows: int, at: Place) -> None:
     """Report a fault if the row number of a point or loop exceeds the number of table rows."""
     if row is not None and row > rows:
         at['row'].fault(
-            f'there is no row {row}: 0 is the frame before the table, {rows} the frame after its '
-            'last row'
+            f'the table has no row {row}; write 0 (the frame before the table) to {rows} (the '
+            'frame after its last row)',
+            'out-of-range',
         )
 
 
@@ -75,7 +80,7 @@ def _point(
 ) -> PointDescription | None:
     at = quantities.top['points', name]
     if reason := _why_no_name(name, frames):
-        at.fault(reason)
+        at.fault(reason.message, reason.code)
     entry = checked(PointEntry, data, at)
     check_row(entry.row, rows, at)
     motion = pose_motion(entry, at, quantities)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple
 
 from ....errors import ExpressionError
-from ..text.expression_syntax import names_in
+from ..text.expression_syntax import Reason, names_in
 from ..text.expressions import Affine, Expression, Scope, check_function, parse_affine
 from ..text.fault_report import Place, number
 from ..text.plain_expression import plain_expression
@@ -35,7 +35,7 @@ DECIMALS = re.compile(r'(?<![\w.])(\d\.(\d{2,9}))(?!\w)')
 INFINITE = re.compile(r'[-+]?\.?(inf|Inf|INF)')
 NOT_A_NUMBER = re.compile(r'[-+]?\.?(nan|NaN|NAN)')
 WORDS_OF_YAML_1_1 = {
-    word: f'{word!r} is a word in YAML 1.2, neither a number nor a truth value'
+    word: Reason(f'{word!r} is a word in YAML 1.2, not a number or truth value', 'not-a-number')
     for word in ['yes', 'no', 'on', 'off', 'Yes', 'No', 'On', 'Off', 'YES', 'NO', 'ON', 'OFF']
 }
 KIND_OF: Mapping[JointType, Kind] = {
@@ -55,9 +55,9 @@ def check_finite(text: str) -> None:
         The text is such a word, for example `.inf` or `nan`.
     """
     if INFINITE.fullmatch(text):
-        raise ExpressionError(f"'{text}' is accepted only in limits")
+        raise ExpressionError(f"'{text}' is accepted only in limits", code='not-finite')
     if NOT_A_NUMBER.fullmatch(text):
-        raise ExpressionError(f"'{text}' is not a finite number")
+        raise ExpressionError(f"'{text}' is not a finite number", code='not-finite')
 
 
 class Units(NamedTuple):
@@ -135,7 +135,7 @@ class Quantities:
         """Return the value of a constant expression in SI units if it is above 0, else None."""
         value = self.fixed(text, kind, at, usual=usual)
         if value is not None and value <= 0.0:
-            at.fault(f'must be above 0, not {text}')
+            at.fault(f'must be above 0, not {text}', 'out-of-range')
             return None
         return value
 
@@ -146,7 +146,7 @@ class Quantities:
         If the file has more or fewer values than joints, report a fault and return no positions.
         """
         if texts is not None and self.types and len(texts) != len(self.types):
-            at.fault(f'{len(texts)} values for {len(self.types)} joints')
+            at.fault(f'{len(texts)} values for {len(self.types)} joints', 'wrong-length')
             return ()
         found = [
             self.fixed(text, KIND_OF[joint_type], at[index], usual=False)
@@ -180,7 +180,8 @@ class Quantities:
                 article = 'an angle' if kind == 'angle' else 'a length'
                 at.fault(
                     f'{variable!r} is {joint_type}, and {quantity} is {article}; a joint that '
-                    "both turns and slides is 'type: helical' and stands in both"
+                    "turns and slides is 'type: helical' and is in both",
+                    'wrong-joint-type',
                 )
                 return None
         if expression:
@@ -200,16 +201,15 @@ class Quantities:
                 return None
             check_function(text, scope)
         except ExpressionError as error:
-            at.fault(str(error))
+            at.fault(str(error), error.code)
             return None
         return text
 
     def _scope(self, kind: Kind | None, moving: bool = False, advice: str = '') -> Scope:
         refused = dict(WORDS_OF_YAML_1_1)
         for name in () if moving else self.joint_types:
-            refused[name] = (
-                f'{name!r} is a joint variable, and a constant is expected here{advice}'
-            )
+            message = f'{name!r} is a joint variable; write a constant here{advice}'
+            refused[name] = Reason(message, 'not-constant')
         variables = tuple(self.joint_types) if moving else ()
         wanted = None if kind is None else int(kind == 'angle')
         return Scope(self.units.angle, self.constants, variables, refused, wanted)
@@ -250,7 +250,7 @@ class Quantities:
             affine = self._in_si(parse_affine(text, scope), kind)
             _check_size(affine, kind)
         except ExpressionError as error:
-            at.fault(str(error))
+            at.fault(str(error), error.code)
             return None
         expression = Expression(text, affine)
         if usual:
@@ -273,7 +273,7 @@ class Quantities:
         if self.letters & names_in(expression.text):
             return
         if getattr(self.units, kind, '') in ('m', 'rad') and (doubt := unit_doubt(value, kind)):
-            at.warn(doubt)
+            at.warn(doubt, 'wrong-unit')
         if kind == 'angle' and self.units.angle == 'rad' and at.path[0] == 'links':
             for digits, k in rounded_quarters(expression.text):
                 part = 'pi' if k == 2 else '2*pi' if k == 4 else f'{k}*pi/2'.removeprefix('1*')
@@ -283,7 +283,7 @@ class Quantities:
         if kind == 'angle' and self.units.angle == 'deg' and at.path[0] != 'known_poses':
             degrees = math.degrees(value)
             if any(abs(abs(degrees) - quarter) < QUARTER_TOLERANCE for quarter in QUARTERS):
-                at.warn(f'{number(degrees)} deg: {RADIANS}')
+                at.warn(f'{number(degrees)} deg: {RADIANS}', 'wrong-unit')
 
 
 def unit_doubt(
@@ -323,6 +323,5 @@ def _check_size(affine: Affine, kind: Kind) -> None:
     unit = {'angle': 'rad', 'length': 'm', 'number': ''}[kind]
     for value in (affine.constant, *(factor for _, factor in affine.coefficients)):
         if unit and abs(value) > LARGEST:
-            raise ExpressionError(
-                f'{number(value)} {unit} is beyond every arm (at most {LARGEST:g} {unit})'
-            )
+            message = f'{number(value)} {unit} is too large (at most {LARGEST:g} {unit})'
+            raise ExpressionError(message, code='out-of-range')

@@ -44,13 +44,13 @@ def read_rows(words: Sequence[str | None], noun: str, at: Place) -> tuple[str, .
     """
     accepted = f'(accepted: {", ".join(ROWS)})'
     if not words:
-        at.fault(f'is empty {accepted}')
+        at.fault(f'is empty {accepted}', 'empty')
     for index, word in enumerate(words):
         if word is not None and word not in ROWS:
             hint = did_you_mean(meant_by(word, ROWS))
-            at[index].fault(f'unknown {noun} {quoted(word)}{hint} {accepted}')
+            at[index].fault(f'unknown {noun} {quoted(word)}{hint} {accepted}', 'unknown-name')
         elif word in words[:index]:
-            at[index].fault(f'{word!r} stands twice')
+            at[index].fault(f'{word!r} is listed twice', 'duplicate-name')
     return tuple(row for row in ROWS if row in words)
 
 
@@ -65,9 +65,10 @@ def _thresholds(
         if text is not None:
             value = quantities.fixed(text, kind, at[key], usual=False)
         elif value is None:
-            at[key].fault(f'the key {key!r} is missing: {measure.name} has no default threshold')
+            message = f'the key {key!r} is missing: {measure.name} has no default threshold'
+            at[key].fault(message, 'missing-key')
         if value is not None and (refusal := measure.refusal(value)):
-            at[key].fault(f'a threshold of the {measure.words} {refusal}')
+            at[key].fault(f'a threshold of the {measure.words} {refusal}', 'out-of-range')
         elif value is not None:
             values[key] = value
     if len(values) < 2:
@@ -79,7 +80,8 @@ def _thresholds(
             f'{key} {number(values[key])}' + (' (the default)' if text is None else '')
             for key, text in texts.items()
         ]
-        at['stop'].fault(f'stop must be {word} warn for {measure.name}: {", ".join(stated)}')
+        message = f'stop must be {word} warn for {measure.name}: {", ".join(stated)}'
+        at['stop'].fault(message, 'wrong-order')
         return None
     return warn, stop
 
@@ -89,7 +91,8 @@ def _factors(data: Yaml, at: Place, quantities: Quantities) -> tuple[Factor, ...
     for index, item in enumerate(checked_list(data, at, 'a list of {name, expression}')):
         entry = checked(FactorEntry, item, at[index])
         if entry.name in [factor.name for factor in factors]:
-            at[index, 'name'].fault(f'{quoted(entry.name)} is already a factor')
+            message = f'{quoted(entry.name)} is already the name of a factor'
+            at[index, 'name'].fault(message, 'duplicate-name')
         if entry.expression is None:
             continue
         where = at[index, 'expression']
@@ -97,6 +100,6 @@ def _factors(data: Yaml, at: Place, quantities: Quantities) -> tuple[Factor, ...
         if text is None:
             continue
         if not names_in(text) & set(quantities.joint_types):
-            where.fault('names no joint variable: it never changes')
+            where.fault('has no joint variable, so it never changes', 'no-effect')
         factors.append(Factor(entry.name or '', text, bool(entry.approximate)))
     return tuple(factors)

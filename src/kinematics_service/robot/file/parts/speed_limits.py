@@ -44,7 +44,7 @@ def _limit(
 ) -> SpeedLimit | None:
     at = quantities.top['speed_limits', name]
     if name not in known:
-        at.fault(f'there is no point {quoted(name)}{choice(known)}')
+        at.fault(f'unknown point {quoted(name)}{choice(known)}', 'unknown-name')
     entry = checked(SpeedLimitEntry, data, at)
     given = [
         quantities.above_zero(getattr(entry, key), kind, at[key]) or math.inf
@@ -53,13 +53,14 @@ def _limit(
     if not at.intact:
         return None
     if min(given) == math.inf:
-        at.fault('says no limit: give linear, angular or reduced, a second')
+        message = 'has no limit; write linear (per second), angular or reduced'
+        at.fault(message, 'missing-key')
         return None
     limit = SpeedLimit(name, *given)
     if math.isfinite(limit.reduced) and limit.reduced > limit.linear:
         at['reduced'].fault(
-            f'must be at most linear, {entry.linear}, not {entry.reduced}: it is the slower of '
-            'the two'
+            f'must be at most linear, {entry.linear}, not {entry.reduced}',
+            'wrong-order',
         )
         return None
     _warn_of_units(limit, at, quantities.units)
@@ -69,8 +70,8 @@ def _limit(
 def _warn_of_units(limit: SpeedLimit, at: Place, units: Units) -> None:
     for key, speed in (('linear', limit.linear), ('reduced', limit.reduced)):
         if units.length == 'm' and LARGEST_USUAL_SPEED < speed < math.inf:
-            at[key].warn(f'a speed of {number(speed)} m/s: {MILLIMETRES}')
+            at[key].warn(f'a speed of {number(speed)} m/s: {MILLIMETRES}', 'wrong-unit')
         if units.length == 'mm' and speed < SMALLEST_USUAL_SPEED:
-            at[key].warn(f'a speed of {number(speed * 1e3)} mm/s: {METRES}')
+            at[key].warn(f'a speed of {number(speed * 1e3)} mm/s: {METRES}', 'wrong-unit')
     if units.angle == 'rad' and LARGEST_USUAL_ROTATION < limit.angular < math.inf:
-        at['angular'].warn(f'a speed of {number(limit.angular)} rad/s: {DEGREES}')
+        at['angular'].warn(f'a speed of {number(limit.angular)} rad/s: {DEGREES}', 'wrong-unit')

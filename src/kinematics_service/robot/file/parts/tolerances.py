@@ -46,7 +46,8 @@ def read_tolerances(
         here, match = at['of', name], NAME.fullmatch(name)
         if match is None or int(match[2]) > last.get(match[1], 0):
             accepted = tuple(f'{word}1 to {word}{most}' for word, most in last.items())
-            here.fault(f'{quoted(name)} is no number of this table{choice(accepted)}')
+            message = f'unknown number {quoted(name)}{choice(accepted)}'
+            here.fault(message, 'unknown-name')
             continue
         value = quantities.above_zero(checked_number(item, here), kind_of(name, convention), here)
         if value is not None:

@@ -60,12 +60,14 @@ def read_uncertainty(
     if entry.velocity_noise is not None:
         velocities = _of_joints(entry.velocity_noise, kinds, place, quantities)
         if velocities and not any(velocities):
-            place.fault('is 0 for every joint: leave it out')
+            place.fault('is 0 for each joint; leave it out', 'no-effect')
     known = uncertain_parameters(links, convention, joints)
     parameters = _parameters(entry.parameters, known, at['parameters'], quantities)
     factor = _factor(entry.covariance, known, at['covariance'], quantities)
     if entry.parameters is not None and entry.covariance is not None:
-        at['parameters'].fault('stands beside covariance, which is of the same: give one')
+        at['parameters'].fault(
+            'parameters and covariance exclude each other; write one', 'conflict'
+        )
     floor = checked(FloorEntry, {} if entry.floor is None else entry.floor, at['floor'])
     xyz = _deviation(floor.xyz, 'length', at['floor', 'xyz'], quantities)
     rpy = _deviation(floor.rpy, 'angle', at['floor', 'rpy'], quantities)
@@ -73,7 +75,7 @@ def read_uncertainty(
         return None
     found = Uncertainty(noise, resolution, backlash, velocities, parameters, factor, xyz, rpy)
     if velocities is None and not found.of_pose:
-        at.fault('says that nothing is off: give at least one number above 0, or leave it out')
+        at.fault('all numbers are 0; write one above 0, or leave the section out', 'no-effect')
         return None
     return found
 
@@ -87,7 +89,7 @@ def _kind(one: ArmParameter) -> Kind:
 def _deviation(text: str | None, kind: Kind, at: Place, quantities: Quantities) -> float:
     value = quantities.fixed(text, kind, at, usual=False)
     if value is not None and value < 0.0:
-        at.fault(f'must not be below 0, not {text}')
+        at.fault(f'must be 0 or more, not {text}', 'out-of-range')
     return value or 0.0
 
 
@@ -102,13 +104,14 @@ def _of_joints(
         text = checked_number(data, at)
         if len(set(kinds)) > 1:
             at.fault(
-                'one number for joints that turn and joints that slide: give a list of '
-                f'{len(kinds)}, one for each joint'
+                'one number cannot be rad and m, for joints that turn and joints that slide; '
+                f'write a list of {len(kinds)}, one for each joint',
+                'ambiguous',
             )
             return ()
         return (_deviation(text, kinds[0], at, quantities),) * len(kinds)
     if len(data) != len(kinds):
-        at.fault(f'{len(data)} values for {len(kinds)} joints')
+        at.fault(f'{len(data)} values for {len(kinds)} joints', 'wrong-length')
     return tuple(
         _deviation(checked_number(item, at[index]), kind, at[index], quantities)
         for index, (item, kind) in enumerate(zip(data, kinds))
@@ -127,10 +130,10 @@ def _parameters(
             found.append((name, _deviation(text, kinds.pop(), at[name], quantities)))
         elif kinds:
             at[name].fault(
-                'one number for joints that turn and joints that slide: name the parameters'
+                'one number cannot be rad and m; write the parameters one by one', 'ambiguous'
             )
         elif name in TABLE_GROUPS:
-            at[name].fault('the table has none of these')
+            at[name].fault('the table has no parameter in this group; delete it', 'no-effect')
         else:
             _unknown(name, at[name], known, TABLE_GROUPS)
     return tuple(found)
@@ -143,8 +146,9 @@ def _unknown(
     listed = accepted[:MAX_LISTED]
     more = (f'{len(accepted) - MAX_LISTED} more',) if len(accepted) > MAX_LISTED else ()
     at.fault(
-        f'{quoted(name)} is no parameter of the table'
-        f'{did_you_mean(meant_by(name, accepted))}{choice((*listed, *more))}'
+        f'unknown parameter {quoted(name)}'
+        f'{did_you_mean(meant_by(name, accepted))}{choice((*listed, *more))}',
+        'unknown-name',
     )
 
 
@@ -159,7 +163,8 @@ def _factor(
         if len(items) > index + 1:
             place.fault(
                 f'{len(items)} numbers in row {index + 1} of L, which is lower triangular '
-                f'(at most {index + 1})'
+                f'(at most {index + 1})',
+                'wrong-length',
             )
         texts = [checked_number(one, place[k]) for k, one in enumerate(items)]
         if name not in known:

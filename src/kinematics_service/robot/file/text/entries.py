@@ -27,11 +27,11 @@ Check = Callable[[Yaml], Any]
 
 
 class WrongValue(Exception):
-    """A value of the file has a fault; `meant` is the word that the user probably meant."""
+    """A value has a fault, with a reason and a code; `meant` is the word probably meant."""
 
-    def __init__(self, message: str, meant: str | None = None) -> None:
+    def __init__(self, message: str, code: str, meant: str | None = None) -> None:
         super().__init__(message)
-        self.meant = meant
+        self.code, self.meant = code, meant
 
 
 def is_null(value: Yaml) -> bool:
@@ -41,11 +41,11 @@ def is_null(value: Yaml) -> bool:
 
 def _scalar(value: Yaml, wanted: str) -> ScalarNode:
     if not isinstance(value, ScalarNode):
-        raise WrongValue(f'expected {wanted}, not {shown(value)}')
+        raise WrongValue(f'expected {wanted}, not {shown(value)}', 'wrong-type')
     if is_null(value):
-        raise WrongValue(f'has no value: expected {wanted}')
+        raise WrongValue(f'has no value; write {wanted}', 'empty')
     if not value.quoted and TRUTH.fullmatch(value.text):
-        raise WrongValue(f"expected {wanted}, not the truth value '{value.text}'")
+        raise WrongValue(f"expected {wanted}, not the truth value '{value.text}'", 'wrong-type')
     return value
 
 
@@ -56,11 +56,12 @@ MAX_CITATION_LENGTH = 2000  # characters; a source may have several citations
 def _text(value: Yaml, longest: int) -> str:
     text = _scalar(value, 'a text').text
     if not text:
-        raise WrongValue('is empty: expected a text')
+        raise WrongValue('is empty; write a text', 'empty')
     if not text.isprintable():
-        raise WrongValue(f'expected a text without control characters, not {quoted(text)}')
+        message = f'expected a text without control characters, not {quoted(text)}'
+        raise WrongValue(message, 'control-characters')
     if len(text) > longest:
-        raise WrongValue(f'too long: {len(text)} characters (at most {longest})')
+        raise WrongValue(f'too long: {len(text)} characters (at most {longest})', 'too-long')
     return text
 
 
@@ -80,23 +81,23 @@ def _number(value: Yaml) -> str:
 def _whole(value: Yaml) -> int:
     text = _scalar(value, 'a whole number').text.strip()
     if not WHOLE.fullmatch(text):
-        raise WrongValue(f'expected a whole number, not {quoted(text)}')
+        raise WrongValue(f'expected a whole number, not {quoted(text)}', 'not-a-number')
     return int(text)
 
 
 def _truth(value: Yaml) -> bool:
     if isinstance(value, ScalarNode) and not value.quoted and TRUTH.fullmatch(value.text):
         return value.text.lower() == 'true'
-    raise WrongValue(f'expected true or false, not {shown(value)}')
+    raise WrongValue(f'expected true or false, not {shown(value)}', 'wrong-type')
 
 
 def _listed(length: int | None, wanted: str) -> Callable[[Yaml], list[Yaml]]:
     def check(value: Yaml) -> list[Yaml]:
         if not isinstance(value, list):
-            raise WrongValue(f'expected {wanted}, not {shown(value)}')
+            raise WrongValue(f'expected {wanted}, not {shown(value)}', 'wrong-type')
         if length is not None and len(value) != length:
             comma = ' (a decimal is written with a point: 0.4)' if len(value) > length else ''
-            raise WrongValue(f'expected {wanted}, not {len(value)}{comma}')
+            raise WrongValue(f'expected {wanted}, not {len(value)}{comma}', 'wrong-length')
         return value
 
     return check
@@ -113,9 +114,8 @@ def one_of(*accepted: str, also: Mapping[str, str] | None = None) -> Check:
         text = _scalar(value, ' or '.join(accepted)).text
         if text not in accepted:
             meant = meant_by(text, accepted, also)
-            raise WrongValue(
-                f'unknown {quoted(text)}{did_you_mean(meant)}{choice(accepted)}', meant
-            )
+            message = f'unknown {quoted(text)}{did_you_mean(meant)}{choice(accepted)}'
+            raise WrongValue(message, 'unknown-name', meant)
         return text
 
     return check
@@ -240,7 +240,7 @@ def checked(kind: type[EntryType], data: Yaml, at: Place) -> EntryType:
         wanted = f'{{{", ".join(keys)}}}'
         advice = _named(keys, data) if isinstance(data, list) else ''
         message = f'expected {kind.noun} as a mapping {wanted}, not {shown(data)}{advice}'
-        at.fault(message)
+        at.fault(message, 'wrong-type')
         return kind({})
     # Search suggestions only for keys that the message lists, because the search takes time.
     unknown = [key for key in data if key not in checks]
@@ -249,24 +249,26 @@ def checked(kind: type[EntryType], data: Yaml, at: Place) -> EntryType:
     for key in kind.required:
         if key not in data and key not in renamed.values():
             needed = ', '.join(kind.required)
-            at.fault(f'the key {key!r} is missing ({kind.noun} needs: {needed})')
+            message = f'the key {key!r} is missing ({kind.noun} needs: {needed})'
+            at.fault(message, 'missing-key')
     values: dict[str, Value | None] = {}
     for key in [key for key in keys if key in data]:
         taken, refusals = _taken(checks[key], data[key], (key,))
         values[key] = None if refusals else taken
         for place, wrong in refusals:
-            at[place].fault(str(wrong))
+            at[place].fault(str(wrong), wrong.code)
             if wrong.meant and place == (key,):
                 values[key], _ = _taken(checks[key], ScalarNode(wrong.meant, 0, False), place)
     for key in unknown:
         word = renamed.get(key)
         if _before_colon(key, keys):
-            at[key].fault(f"write '{key.replace(':', ': ', 1)}', with a space")
+            advice = f"write '{key.replace(':', ': ', 1)}', with a space after the colon"
+            at[key].fault(advice, 'missing-space')
             continue
         if key.isdecimal():
-            at[key].fault('a decimal is written with a point: 0.4')
+            at[key].fault('a decimal is written with a point: 0.4', 'decimal-comma')
             continue
-        at[key].fault(f'unknown key{did_you_mean(word)}{choice(keys)}')
+        at[key].fault(f'unknown key{did_you_mean(word)}{choice(keys)}', 'unknown-key')
         if word and word not in data:
             value, refusals = _taken(checks[word], data[key], ())
             values[word] = None if refusals else value
@@ -279,7 +281,7 @@ def _named(keys: tuple[str, ...], values: list[Yaml]) -> str:
     if not len(keys) == len(values) == len(texts):
         return ''
     pairs = ', '.join(f'{key}: {text}' for key, text in zip(keys, texts))
-    return f': write {{{pairs}}}, if they stand in this order'
+    return f'; write {{{pairs}}}, if this is their order'
 
 
 def checked_number(data: Yaml, at: Place) -> str | None:
@@ -311,7 +313,7 @@ def checked_mapping(data: Yaml, at: Place, noun: str) -> dict[str, Yaml]:
     The result is empty if the mapping is missing, or has a fault, which the function reports.
     """
     if data is not None and not isinstance(data, dict):
-        at.fault(f'expected a mapping of {noun}, not {shown(data)}')
+        at.fault(f'expected a mapping of {noun}, not {shown(data)}', 'wrong-type')
     return data if isinstance(data, dict) else {}
 
 
@@ -319,5 +321,5 @@ def _reported(check: Callable[[Yaml], Result], data: Yaml, at: Place) -> Result 
     try:
         return check(data)
     except WrongValue as wrong:
-        at.fault(str(wrong))
+        at.fault(str(wrong), wrong.code)
         return None

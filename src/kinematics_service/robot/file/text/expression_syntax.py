@@ -32,7 +32,15 @@ SQUARE = 'x*x for a square'
 POWERS = {'²': SQUARE, '^': SQUARE, '³': 'x*x*x for a cube'}
 UNITS = ('deg', 'degrees', 'rad', 'mm', 'cm', 'm')
 
-WhyNot = Callable[[str], str | None]
+
+class Reason(NamedTuple):
+    """Why a name is not accepted, as text, and the code of the fault."""
+
+    message: str
+    code: str
+
+
+WhyNot = Callable[[str], Reason | None]
 
 # This lock allows one thread at a time in ast.parse. Up to Python 3.12, threads that parse at the
 # same time share a depth counter, which can raise SystemError (python/cpython issue 106905).
@@ -48,18 +56,18 @@ class Token(NamedTuple):
     end: int
 
 
-def why_no_name(name: str) -> str | None:
-    """
-    Return why a text cannot be the name of a constant or joint variable; None for a valid name.
-    """
+def why_no_name(name: str) -> Reason | None:
+    """Return why a text cannot be the name of a constant or joint variable; None if it can."""
     if not IDENTIFIER.fullmatch(name):
         plain = plain_names(name)
         advice = f': write {plain}' if IDENTIFIER.fullmatch(plain) else ''
-        return f'is not an identifier (letters a-z, digits, underscore; no digit first){advice}'
+        message = f'is not an identifier (letters a-z, digits, underscore; no digit first){advice}'
+        return Reason(message, 'wrong-name')
     if name == 'pi' or name in ARGUMENTS_OF:
-        return 'already has a meaning (reserved: pi, ' + ', '.join(ARGUMENTS_OF) + ')'
+        reserved = ', '.join(('pi', *ARGUMENTS_OF))
+        return Reason(f'already has a meaning (reserved: {reserved})', 'reserved-name')
     if name in ('inf', 'nan') or keyword.iskeyword(name):
-        return 'is a reserved word'
+        return Reason('is a reserved word; take another name', 'reserved-name')
     return None
 
 
@@ -103,7 +111,7 @@ def syntax_tree(text: str, why_not: WhyNot) -> ast.expr:
             wanted = ARGUMENTS_OF[node.func.id]
             if len(node.args) != wanted:
                 takes = f'{node.func.id}() takes {counted(wanted, "argument")}'
-                raise ExpressionError(f'{takes}, not {len(node.args)}')
+                raise ExpressionError(f'{takes}, not {len(node.args)}', code='wrong-length')
     return tree
 
 
@@ -189,9 +197,11 @@ def short(text: str) -> str:
 
 def _tokens(text: str, why_not: WhyNot) -> list[Token]:
     if len(text) > MAX_CHARACTERS:
-        raise ExpressionError(f'too long: {len(text)} characters (at most {MAX_CHARACTERS})')
+        message = f'too long: {len(text)} characters (at most {MAX_CHARACTERS})'
+        raise ExpressionError(message, code='too-long')
     if SEXAGESIMAL.fullmatch(text.strip()):
-        raise ExpressionError(f"'{text.strip()}' is text, not a number: write 90 or 1.5 for 1:30")
+        message = f"'{text.strip()}' is text, not a number: write 90 or 1.5 for 1:30"
+        raise ExpressionError(message, code='not-a-number')
     tokens: list[Token] = []
     position, end = 0, len(text.rstrip())
     while position < end:
@@ -206,7 +216,8 @@ def _tokens(text: str, why_not: WhyNot) -> list[Token]:
         tokens.append(token)
         position = token.end
     if not tokens:
-        raise ExpressionError('expected a number or an expression, not an empty text')
+        message = 'expected a number or an expression, not an empty text'
+        raise ExpressionError(message, code='empty')
     return tokens
 
 
@@ -226,7 +237,8 @@ def _check_token(token: Token) -> None:
     if token.text == '//':
         raise ExpressionError("'//' is not accepted: write / to divide")
     if token.kind == 'number' and float(token.text) == float('inf'):
-        raise ExpressionError(f'{short(token.text)} is too large: not a finite number')
+        message = f'{short(token.text)} is too large: not a finite number'
+        raise ExpressionError(message, code='not-finite')
 
 
 def _check_touching(before: Token, token: Token, text: str, why_not: WhyNot) -> None:
@@ -238,16 +250,17 @@ def _check_touching(before: Token, token: Token, text: str, why_not: WhyNot) -> 
     advice = 'write decimal digits'
     if token.kind == 'name' and why_not(token.text) is None:
         advice = f'write {before.text}*{token.text} for a product'
-    raise ExpressionError(f"'{short(word)}' is not a number: {advice}")
+    raise ExpressionError(f"'{short(word)}' is not a number: {advice}", code='not-a-number')
 
 
 def _check_unit(before: Token, token: Token, why_not: WhyNot) -> None:
     if before.kind != 'number' or token.text not in UNITS or why_not(token.text) is None:
         return
-    advice = f'{before.text} alone, in the unit that the file says under units'
+    advice = f'{before.text} alone, in the unit that the file has under units'
     if token.text.startswith('deg'):
         advice = f'{before.text}{DEGREE}'
-    raise ExpressionError(f"'{before.text} {token.text}' holds a unit: write {advice}")
+    message = f"'{before.text} {token.text}' has a unit; write {advice}"
+    raise ExpressionError(message, code='unit-in-number')
 
 
 def _check_names(tokens: list[Token], why_not: WhyNot) -> None:
@@ -272,9 +285,10 @@ def _check_names(tokens: list[Token], why_not: WhyNot) -> None:
                     f"'{token.text}' is not a function: write {token.text}*(...) for a product"
                 )
             known = ', '.join(ARGUMENTS_OF)
-            raise ExpressionError(f"unknown function '{token.text}' (known: {known})")
+            message = f"unknown function '{token.text}' (known: {known})"
+            raise ExpressionError(message, code='unknown-name')
         if reason is not None:
-            raise ExpressionError(reason)
+            raise ExpressionError(reason.message, code=reason.code)
 
 
 def _check_order(tokens: list[Token], text: str) -> None:
@@ -291,26 +305,28 @@ def _check_order(tokens: list[Token], text: str) -> None:
             if token.text == '(':
                 open_calls.append(last in ARGUMENTS_OF)
             if len(open_calls) > MAX_DEPTH:
-                raise ExpressionError(f'nested too deeply (at most {MAX_DEPTH} parentheses)')
+                message = f'nested too deeply (at most {MAX_DEPTH} parentheses)'
+                raise ExpressionError(message, code='too-deep')
         elif operand_next and token.text not in '+-':
             raise ExpressionError(f"'{token.text}' where a number or a name is expected")
         elif token.text == ')':
             if not open_calls:
-                raise ExpressionError("')' without '('")
+                raise ExpressionError("')' without '('; delete it, or write '(' before it")
             open_calls.pop()
         elif token.text == ',' and not (open_calls and open_calls[-1]):
-            raise ExpressionError(_comma(text, token.start))
+            raise _comma(text, token.start)
         last = token.text
     if last in '+-*/(,':
         whole = text[: tokens[-1].start].strip('+-*/ ')
         advice = f': write {whole}' if 0 < len(whole) <= 40 and last != '(' else ''
         raise ExpressionError(f"ends after '{last}'{advice}")
     if open_calls:
-        raise ExpressionError("'(' is never closed")
+        raise ExpressionError("'(' is never closed; write ')'")
 
 
-def _comma(text: str, at: int) -> str:
+def _comma(text: str, at: int) -> ExpressionError:
     for found in DECIMAL_COMMA.finditer(text):
         if found.start() < at < found.end():
-            return f"'{found[0]}' is no number: write {found[0].replace(',', '.')}"
-    return "',' is accepted only between the arguments of a function"
+            message = f"'{found[0]}' is not a number; write {found[0].replace(',', '.')}"
+            return ExpressionError(message, code='decimal-comma')
+    return ExpressionError("',' is accepted only between the arguments of a function")

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 from ....errors import ExpressionError
 from .entries import did_you_mean, meant_by
-from .expression_syntax import ARGUMENTS_OF, evaluated, names_in, short, syntax_tree
+from .expression_syntax import ARGUMENTS_OF, Reason, evaluated, names_in, short, syntax_tree
 
 # Patterns for suggestions in messages: usual names of joint variables, the number at the end of a
 # name, and `pi2`, which may mean pi/2.
@@ -73,7 +73,7 @@ class Scope:
     angle_unit: str = 'rad'
     constants: Mapping[str, float] = field(default_factory=dict)
     variables: tuple[str, ...] = ()
-    refused: Mapping[str, str] = field(default_factory=dict)
+    refused: Mapping[str, Reason] = field(default_factory=dict)
     wanted: int | None = None
 
     @property
@@ -82,20 +82,19 @@ class Scope:
         pi = ('pi',) if self.angle_unit == 'rad' else ()
         return (*pi, *self.constants, *self.variables)
 
-    def why_not(self, name: str) -> str | None:
-        """Return why an expression may not use a name; None for an accepted name."""
+    def why_not(self, name: str) -> Reason | None:
+        """Return why an expression may not use a name; None if it may."""
         if name in self.known or name == 'pi':
             return None  # `parse_affine` refuses pi in degrees, with a correction
         hint = did_you_mean(self._meant(name))
         if not hint and self.variables and JOINT.fullmatch(name):
-            hint = ': add a joint of that name to joints, or take one that is there'
+            hint = '; add a joint of that name to joints, or take a known one'
         elif not hint and not self.constants and self.wanted is not None:
             hint = (
-                f': name it under constants, as in {{{name}: 0.3}}, or {{{name}: }} for a letter'
+                f'; write its value under constants, {{{name}: 0.3}}, or {{{name}: }} for a letter'
             )
-        return self.refused.get(name) or (
-            f'unknown name {short(name)!r}{hint} (known: {_listed(self.known)})'
-        )
+        message = f'unknown name {short(name)!r}{hint} (known: {_listed(self.known)})'
+        return self.refused.get(name) or Reason(message, 'unknown-name')
 
     def _meant(self, name: str) -> str | None:
         # Return a suggestion for an unknown name: pi/2 for `pi2`, a function without parentheses,
@@ -119,7 +118,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 class _NotLinearError(ExpressionError):
-    pass
+    code = 'not-linear'
 
 
 def parse_affine(text: str, scope: Scope) -> Affine:
@@ -153,13 +152,13 @@ def check_function(text: str, scope: Scope) -> None:
 def _value(text: str, scope: Scope, must_be_linear: bool) -> Affine | None:
     tree = syntax_tree(text, scope.why_not)
     if scope.angle_unit == 'deg' and 'pi' in names_in(text):
-        raise ExpressionError(_advice_on_pi(text, scope))
+        raise ExpressionError(_advice_on_pi(text, scope), code='pi-in-degrees')
 
     def worth(said: float | str, taken: list[Affine | None]) -> Affine | None:
         operands = [value for value in taken if value is not None]
         if len(operands) < len(taken):
             if said == '/' and taken[1] == Affine(0.0, ()):
-                raise ExpressionError('division by zero')
+                raise ExpressionError('division by zero', code='division-by-zero')
             return None
         try:
             return _finite(_combined(said, operands, scope), scope)
@@ -228,7 +227,7 @@ def _quotient(one: Affine, other: Affine) -> Affine:
     if other.coefficients:
         raise _not_linear(f'division by {_names(other)}')
     if other.constant == 0.0:
-        raise ExpressionError('division by zero')
+        raise ExpressionError('division by zero', code='division-by-zero')
     divisor = other.constant
     # Divide each factor by the divisor. A product with the reciprocal would be rounded twice.
     coefficients = tuple((name, value / divisor) for name, value in one.coefficients)
@@ -238,10 +237,11 @@ def _quotient(one: Affine, other: Affine) -> Affine:
 def _called(name: str, operands: list[Affine], degrees: bool) -> Affine:
     for operand in operands:
         if operand.coefficients:
-            raise _not_linear(f'{_names(operand)} stands inside {name}()')
+            raise _not_linear(f'{_names(operand)} is inside {name}()')
     arguments = [operand.constant for operand in operands]
     if name == 'sqrt' and arguments[0] < 0.0:
-        raise ExpressionError(f'square root of a negative number, {arguments[0]:g}')
+        message = f'square root of a negative number, {arguments[0]:g}'
+        raise ExpressionError(message, code='out-of-range')
     if degrees and name in ('sin', 'cos'):
         arguments = [math.radians(arguments[0])]
     value: float = getattr(math, name)(*arguments)
@@ -268,7 +268,7 @@ def _names(value: Affine) -> str:
 
 def _finite(value: Affine, scope: Scope) -> Affine:
     if not all(map(math.isfinite, (value.constant, *(c for _, c in value.coefficients)))):
-        raise ExpressionError('the result is too large: not a finite number')
+        raise ExpressionError('the result is too large: not a finite number', code='not-finite')
     order = {name: index for index, name in enumerate(scope.variables)}
     kept = ((name, c) for name, c in value.coefficients if c != 0.0)
     # The sum with 0.0 changes -0.0 to 0.0.

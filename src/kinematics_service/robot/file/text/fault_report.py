@@ -79,15 +79,13 @@ class Place:
         """Return the line of the place in the file."""
         return self.report.document.line(self.path)
 
-    def fault(self, message: str, code: str = 'fault') -> None:
+    def fault(self, message: str, code: str) -> None:
         """Report a fault at this place."""
         # Use line 0 if the list of faults is full, because the search for a line takes time.
         self.report.add(self.path, 0 if self.report.full else self.line, message, code)
 
-    def warn(self, message: str, code: str = 'doubt') -> None:
-        """
-        Report a probable mistake at this place as a warning, with which the file stays valid.
-        """
+    def warn(self, message: str, code: str) -> None:
+        """Report a probable mistake at this place; the file stays valid."""
         report = self.report
         if len(report.warned) < MAX_FAULTS:
             file = report.document.file
@@ -109,14 +107,14 @@ class FaultReport:
         self.fault_count = 0
         self._faults: list[Fault] = []
         for path, line, message in document.faults:
-            self.add(path, line, message)
+            self.add(path, line, message, 'duplicate-key')
 
     @property
     def full(self) -> bool:
         """Return whether MAX_FAULTS faults are listed; further faults are only counted."""
         return self.fault_count >= MAX_FAULTS
 
-    def add(self, path: Path, line: int, message: str, code: str = 'fault') -> None:
+    def add(self, path: Path, line: int, message: str, code: str) -> None:
         """Add a fault at a path and line of the file."""
         self.fault_count += 1
         if self.fault_count <= MAX_FAULTS:

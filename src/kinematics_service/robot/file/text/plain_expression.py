@@ -43,7 +43,8 @@ def plain_expression(
     text = _with_known_names(text, known)
     for found in IN_DEGREES.finditer(text) if wanted == 0 else ():
         if not _in_a_function(text[: found.start()]):
-            raise ExpressionError(f"'{found[0]}' is an angle, and no angle is expected here")
+            message = f"'{found[0]}' is an angle; write a length or a ratio here"
+            raise ExpressionError(message, code='wrong-unit')
     return IN_DEGREES.sub(lambda found: _without_sign(found, angle_unit), text)
 
 

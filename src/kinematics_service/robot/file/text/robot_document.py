@@ -29,15 +29,18 @@ def read_document(text: str, file: str) -> Document:
     """
     try:
         if not isinstance(text, str):
-            raise YamlError(0, f'expected a text, not {type(text).__name__}')
+            raise YamlError(0, f'expected a text, not {type(text).__name__}', 'wrong-type')
         if len(text.encode('utf-8', 'surrogatepass')) > MAX_BYTES:
-            raise YamlError(0, f'larger than {MAX_BYTES // 1024} KiB: not a robot file')
-        second = 'a second document: one file is one robot'
+            raise YamlError(
+                0, f'larger than {MAX_BYTES // 1024} KiB: not a robot file', 'too-large'
+            )
+        second = 'a second document; one file is one robot, so delete the line ---'
         roots = _TreeReader(MAX_DEPTH, MAX_NODES, 'not a robot file', second).documents(text)
         if not roots or roots[0] == ScalarNode('', roots[0].line, False):
-            raise YamlError(0, 'the file is empty')
+            message = 'the file is empty; `kinematics_service new NAME` writes an example'
+            raise YamlError(0, message, 'empty')
     except YamlError as error:
-        raise RobotFileError((Fault(file, error.line, '', error.reason),)) from None
+        raise RobotFileError((Fault(file, error.line, '', error.reason, error.code),)) from None
     return Document(file, roots[0])
 
 
@@ -53,8 +56,8 @@ class _TreeReader(YamlReader[Node]):
     def mapping(self, start: MappingStart, entries: list[tuple[ScalarNode, Node]]) -> Node:
         for key, _ in entries:
             if not key.text.isprintable():
-                message = f'the key {quoted(key.text)} holds control characters'
-                raise YamlError(key.line, message)
+                message = f'the key {quoted(key.text)} has control characters'
+                raise YamlError(key.line, message, 'control-characters')
         if start.flow_style:
             _refuse_split(chain.from_iterable(entries))
         return MappingNode(tuple(entries), start.start_mark.line + 1)
@@ -68,7 +71,6 @@ def _refuse_split(nodes: Iterable[Node]) -> None:
         depth = node.text.count('(') - node.text.count(')')
         if opened and depth < 0:
             advice = 'quote expressions that contain commas'
-            raise YamlError(
-                opened.line, f'YAML splits {quoted(opened.text)} at its comma: {advice}'
-            )
+            message = f'YAML splits {quoted(opened.text)} at its comma: {advice}'
+            raise YamlError(opened.line, message, 'split-expression')
         opened = node if depth > 0 else opened

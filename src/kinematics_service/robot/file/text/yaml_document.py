@@ -42,7 +42,7 @@ class Document:
     data
         The document as dicts and lists, with a `ScalarNode` for each scalar.
     faults
-        Path, line and message of each key that occurs twice in one mapping.
+        Path, line and message of each key that a mapping has twice.
     """
 
     def __init__(self, file: str, root: Node) -> None:
@@ -69,7 +69,7 @@ class Document:
             if key.text in found:
                 first = self.line(inner)
                 lines = f'lines {first} and {key.line}' if first < key.line else f'line {first}'
-                self.faults.append((inner, key.line, f'this key stands twice, on {lines}'))
+                self.faults.append((inner, key.line, f'the key is written twice, on {lines}'))
             else:
                 found[key.text] = self._taken(value, inner, key.line)
         return found

@@ -40,11 +40,12 @@ class YamlError(Exception):
     ----------
     line
         The line of the fault, counted from 1; 0 if unknown.
-    reason
+    reason, code
+        The fault as text, and its stable name.
     """
 
-    def __init__(self, line: int, reason: str) -> None:
-        self.line, self.reason = line, reason
+    def __init__(self, line: int, reason: str, code: str = 'syntax') -> None:
+        self.line, self.reason, self.code = line, reason, code
         super().__init__(f'{line or ""}: {reason}'.removeprefix(':'))
 
 
@@ -95,7 +96,8 @@ class YamlReader(Generic[Read]):
         """
         if found := UNACCEPTED.search(text):
             line = text.count('\n', 0, found.start()) + 1
-            raise YamlError(line, f'character {found[0]!a} is not accepted in YAML')
+            message = f'character {found[0]!a} is not accepted in YAML; delete it'
+            raise YamlError(line, message, 'control-characters')
         try:
             for event in yaml.parse(text, Loader=LOADER):
                 self._take(event)
@@ -139,7 +141,7 @@ class YamlReader(Generic[Read]):
         elif kind is SequenceStart or kind is MappingStart:
             self._check(event)
             if self._at_key():
-                raise _refusal(event, 'a key must be a word, not a list or mapping')
+                raise _refusal(event, 'a key must be a word, not a list or mapping', 'wrong-type')
             if len(self._open) > self._deepest:
                 raise self._too_deep(event)
             self._open.append((event, []))
@@ -151,16 +153,17 @@ class YamlReader(Generic[Read]):
             entries = list(zip(both[::2], both[1::2], strict=True))
             self._open[-1][1].append(self.mapping(start, entries))
         elif kind is yaml.AliasEvent:
-            raise _refusal(event, f'aliases are not accepted: {quoted("*" + event.anchor)}')
+            alias = quoted('*' + event.anchor)
+            raise _refusal(event, f'aliases are not accepted: {alias}', 'unsupported')
         elif kind is yaml.DocumentStartEvent:
             line = event.end_mark.line + 1  # the first line after the document's directives
             if self._second and self._documents:
-                raise YamlError(line, self._second)
+                raise YamlError(line, self._second, 'too-many')
             if event.version or event.tags:
-                raise YamlError(line, 'directives (%YAML, %TAG) are not accepted')
+                raise YamlError(line, 'directives (%YAML, %TAG) are not accepted', 'unsupported')
 
     def _too_deep(self, event: yaml.Event) -> YamlError:
-        return _refusal(event, f'nested more than {self._deepest} deep')
+        return _refusal(event, f'nested more than {self._deepest} deep', 'too-deep')
 
     def _at_key(self) -> bool:
         start, children = self._open[-1]
@@ -169,11 +172,14 @@ class YamlReader(Generic[Read]):
     def _check(self, event: yaml.Event) -> None:
         self._values += 1
         if self._values > self._most_values:
-            raise _refusal(event, f'more than {self._most_values:,} values: {self._advice}')
+            message = f'more than {self._most_values:,} values: {self._advice}'
+            raise _refusal(event, message, 'too-many')
         if event.anchor is not None:
-            raise _refusal(event, f'anchors are not accepted: {quoted("&" + event.anchor)}')
+            anchor = quoted('&' + event.anchor)
+            raise _refusal(event, f'anchors are not accepted: {anchor}', 'unsupported')
         if event.tag is not None:
-            raise _refusal(event, f'tags are not accepted: {quoted(str(event.tag))}')
+            tag = quoted(str(event.tag))
+            raise _refusal(event, f'tags are not accepted: {tag}', 'unsupported')
 
 
 def node_of(event: Scalar) -> ScalarNode:
@@ -186,5 +192,5 @@ def _line_of(error: yaml.MarkedYAMLError) -> int:
     return mark.line + 1 if mark else 0
 
 
-def _refusal(event: yaml.Event, reason: str) -> YamlError:
-    return YamlError(event.start_mark.line + 1, reason)
+def _refusal(event: yaml.Event, reason: str, code: str) -> YamlError:
+    return YamlError(event.start_mark.line + 1, reason, code)
