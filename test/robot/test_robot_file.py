@@ -1,5 +1,5 @@
 """
-The robot-file reader: what a file says in SI units, and the exact words for each thing wrong.
+The robot-file reader: what a file says in SI units, and the place and code of each fault.
 """
 
 import contextlib
@@ -34,6 +34,7 @@ from kinematics_service.robot.file.reader import parse_robot, read_robot_file
 from kinematics_service.robot.file.text.robot_document import read_document
 from kinematics_service.robot.file.text.yaml_document import ScalarNode
 from kinematics_service.robot.robot import build_robot
+from refusal import places
 
 ROUND_OFF = 1e-15
 # Of processor time, so that a busy machine changes little: the worst answer takes 0.6.
@@ -71,10 +72,14 @@ def parse(text: str) -> RobotDescription:
     return parse_robot(text, 'robot.yaml')
 
 
-def faults(text: str) -> list[str]:
+def refusal(text: str) -> RobotFileError:
     with pytest.raises(RobotFileError) as caught:
         parse(text)
-    return str(caught.value).splitlines()
+    return caught.value
+
+
+def faults(text: str) -> list[tuple[int, str, str]]:
+    return places(refusal(text))
 
 
 def test_craig_3r() -> None:
@@ -287,12 +292,8 @@ def test_a_printed_matrix_becomes_the_nearest_rotation_and_is_remarked_on() -> N
     R = row.inner.matrix[:3, :3]
     assert pytest.approx(np.eye(3), abs=4 * ROUND_OFF) == R.T @ R
     assert R[0, 0] == pytest.approx(math.sqrt(0.5), abs=ROUND_OFF)
-    assert len(robot.remarks) == 1
-    assert re.fullmatch(
-        r'line 7: links\[0\]\.in: is 5\.3\d*e-08 from a rotation matrix: the nearest rotation is '
-        'used instead',
-        robot.remarks[0],
-    )
+    (remark,) = robot.remarks
+    assert re.match(r'line 7: links\[0\]\.in: is 5\.3\d*e-08 from a rotation', remark)
 
 
 def test_an_exact_matrix_is_kept_to_the_last_bit() -> None:
@@ -355,73 +356,82 @@ tool: {xyz: [0, 0, -85], rpy: [0, 90, 0]}
 known_poses:
   - {q: [200, 0, 0], xyz: [0, 0, 1500], rpy: [0, 0, 0]}
 """
-DEGREES = 'are these degrees? (then: units: {angle: deg})'
-MILLIMETRES = 'are these millimetres? (then: units: {length: mm})'
+DEGREES, RADIANS = 'angle: deg', 'angle: rad'
+MILLIMETRES, METRES = 'length: mm', 'length: m}'
 
 
-def warnings(text: str) -> list[str]:
-    return [str(warning) for warning in parse(text).warnings]
+def warnings(text: str) -> list[tuple[int, str, str]]:
+    return [(doubt.line, doubt.where, doubt.code) for doubt in parse(text).warnings]
 
 
 def test_warnings_say_what_is_most_likely_a_mistake() -> None:
     assert warnings(REMARKABLE) == [
-        'robot.yaml:3: constants.L2: is never used',
-        f'robot.yaml:5: joints[0].limits: limits of 28.6479 turns: {DEGREES}',
-        'robot.yaml:5: joints[0].velocity: 180 per second is very fast: which unit?',
-        f'robot.yaml:6: joints[1].limits: a stroke to 500 m: {MILLIMETRES}',
-        f'robot.yaml:7: joints[2].limits: limits of 1.90986 turns: {DEGREES}',
-        f'robot.yaml:9: links[0].alpha: 90 rad is more than a turn: {DEGREES}',
-        f'robot.yaml:10: links[1].d: a length of -21.5 m: {MILLIMETRES}',
-        f'robot.yaml:11: links[2].a: a length of 320 m: {MILLIMETRES}',
-        f'robot.yaml:11: links[2].theta: -45 rad is more than a turn: {DEGREES}',
-        f'robot.yaml:12: tool.xyz[2]: a length of -85 m: {MILLIMETRES}',
-        f'robot.yaml:12: tool.rpy[1]: 90 rad is more than a turn: {DEGREES}',
-        f'robot.yaml:14: known_poses[0].xyz[2]: a length of 1500 m: {MILLIMETRES}',
+        (3, 'constants.L2', 'unused-constant'),
+        (5, 'joints[0].limits', 'wrong-unit'),
+        (5, 'joints[0].velocity', 'wrong-unit'),
+        (6, 'joints[1].limits', 'wrong-unit'),
+        (7, 'joints[2].limits', 'wrong-unit'),
+        (9, 'links[0].alpha', 'wrong-unit'),
+        (10, 'links[1].d', 'wrong-unit'),
+        (11, 'links[2].a', 'wrong-unit'),
+        (11, 'links[2].theta', 'wrong-unit'),
+        (12, 'tool.xyz[2]', 'wrong-unit'),
+        (12, 'tool.rpy[1]', 'wrong-unit'),
+        (14, 'known_poses[0].xyz[2]', 'wrong-unit'),
+    ]
+    stated = [doubt.message for doubt in parse(REMARKABLE).warnings]
+    numbers = ['28.6', '180', '500 m', '1.90', '90 rad', '-21.5', '320', '-45', '-85', '90 rad']
+    for message, number in zip(stated[1:], [*numbers, '1500'], strict=True):
+        assert number in message
+    assert [DEGREES in message for message in stated] == [k in (1, 4, 5, 8, 10) for k in range(12)]
+    assert [MILLIMETRES in message for message in stated] == [
+        k in (3, 6, 7, 9, 11) for k in range(12)
     ]
 
 
 def test_remarks_say_what_is_worth_knowing() -> None:
-    assert parse(
+    source, row, position = parse(
         REMARKABLE.replace('theta: q3 - 45', 'theta: 0').replace(
             'type: revolute, limits: [-12, 12]', 'type: revolute, unused: true'
         )
-    ).remarks == (
-        'line 1: source: is not given: say where the numbers come from',
-        'line 11: links[2]: no joint moves this row: it is fixed',
-        "line 14: known_poses[0].q[0]: 200 lies outside the limits [-180, 180] of 'q1'",
-    )
+    ).remarks
+    assert source.startswith('line 1: source:')
+    assert row.startswith('line 11: links[2]:')
+    assert position.startswith('line 14: known_poses[0].q[0]: 200')
+    assert "[-180, 180] of 'q1'" in position
 
 
 ONE_JOINT = '  - {name: q1, type: revolute}'
 
 
 @pytest.mark.parametrize(
-    ('rows', 'convention', 'units', 'said'),
+    ('rows', 'convention', 'units', 'place', 'words'),
     [
         ('{a: 19, alpha: 0, d: 2, theta: q1}', 'standard', 'length: m',
-         f'7: links: lengths of 21 m in all: {MILLIMETRES}'),
+         (7, 'links'), ('21 m', MILLIMETRES)),
         ('{a: 0.4, alpha: 0, d: 0, theta: q1}', 'modified', 'length: mm',
-         '7: links: lengths of 0.4 mm in all: are these metres? (then: units: {length: m})'),
+         (7, 'links'), ('0.4 mm', METRES)),
         ('Rz(q1)\n  - Rx(270)\n  - Tx(0.2)', 'elementary', 'angle: rad',
-         f'9: links[1]: 270 rad is more than a turn: {DEGREES}'),
+         (9, 'links[1]'), ('270 rad', DEGREES)),
         ('Rz(q1)\n  - Ty(66)', 'elementary', 'angle: deg',
-         f'9: links[1]: a length of 66 m: {MILLIMETRES}'),
+         (9, 'links[1]'), ('66 m', MILLIMETRES)),
         ('{in: {xyz: [0, 45, 0]}, joint: Rz(q1)}', 'shape', 'angle: deg',
-         f'8: links[0].in.xyz[1]: a length of 45 m: {MILLIMETRES}'),
+         (8, 'links[0].in.xyz[1]'), ('45 m', MILLIMETRES)),
         ('{joint: Rz(q1), out: [[1, 0, 0, 88], [0, 1, 0, 0], [0, 0, 1, 0]]}', 'shape',
-         'angle: deg', f'8: links[0].out[0][3]: a length of 88 m: {MILLIMETRES}'),
+         'angle: deg', (8, 'links[0].out[0][3]'), ('88 m', MILLIMETRES)),
         ('{a: 0.4, alpha: -1.5708, d: 0, theta: q1}', 'standard', 'angle: deg',
-         '8: links[0].alpha: -1.5708 deg: are these radians? (then: units: {angle: rad})'),
+         (8, 'links[0].alpha'), ('-1.5708 deg', RADIANS)),
         ('{a: 0.4, alpha: 0, d: 0, theta: q1 + 3.14}', 'standard', 'angle: deg',
-         '8: links[0].theta: 3.14 deg: are these radians? (then: units: {angle: rad})'),
+         (8, 'links[0].theta'), ('3.14 deg', RADIANS)),
     ],
 )  # fmt: skip
 def test_another_unit_is_asked_for_at_its_line(
-    rows: str, convention: str, units: str, said: str
+    rows: str, convention: str, units: str, place: tuple[int, str], words: tuple[str, ...]
 ) -> None:
     text = minimal(ONE_JOINT, f'  - {rows}', convention, f'units: {{{units}}}\n')
-    line, _, rest = said.partition(': ')
-    assert warnings(text) == [f'robot.yaml:{line}: {rest}']
+    assert warnings(text) == [(*place, 'wrong-unit')]
+    (doubt,) = parse(text).warnings
+    assert all(word in doubt.message for word in words)
 
 
 @pytest.mark.parametrize(
@@ -444,10 +454,11 @@ def test_limits_of_real_arms_are_not_doubted(limits: str, units: str) -> None:
 def test_radians_in_a_file_of_degrees_are_warned_of() -> None:
     joints = '  - {name: q1, type: revolute, limits: [-3.14, 3.14]}'
     rows = '  - {a: 1, alpha: 0, d: 0, theta: q1}'
-    assert warnings(minimal(joints, rows, more='units: {angle: deg}\n')) == [
-        'robot.yaml:6: joints[0].limits: limits within 3.14 deg: '
-        'are these radians? (then: units: {angle: rad})'
-    ]
+    text = minimal(joints, rows, more='units: {angle: deg}\n')
+    assert warnings(text) == [(6, 'joints[0].limits', 'wrong-unit')]
+    (doubt,) = parse(text).warnings
+    assert '3.14 deg' in doubt.message
+    assert RADIANS in doubt.message
 
 
 def test_an_unused_joint_keeps_its_place_and_moves_nothing() -> None:
@@ -473,22 +484,32 @@ def test_a_known_pose_without_rpy_is_known_in_position_alone() -> None:
     assert (pose.tolerance_xyz, pose.tolerance_rpy) == (2e-4, math.inf)
 
 
-def expected_faults() -> dict[str, str]:
-    sections = re.split(r'^\[(.+\.yaml)\]\n', (BROKEN / 'expected.txt').read_text(), flags=re.M)
-    return {name: text.strip() for name, text in zip(sections[1::2], sections[2::2], strict=True)}
+def expected_faults() -> dict[str, list[str]]:
+    lines = (BROKEN / 'expected.txt').read_text().splitlines()
+    return {name: rest for name, *rest in (line.split(' | ') for line in lines)}
 
 
-def test_every_broken_robot_is_expected() -> None:
-    assert sorted(expected_faults()) == sorted(path.name for path in BROKEN.glob('*.yaml'))
+def test_each_broken_robot_has_one_fault_with_its_place_code_and_word() -> None:
+    expected, found = expected_faults(), {}
+    for path in sorted(BROKEN.glob('*.yaml')):
+        with pytest.raises(RobotFileError) as caught:
+            read_robot_file(path)
+        (fault,) = caught.value.faults
+        assert fault.file == str(path)
+        line, where, code, *words = expected[path.name]
+        said = [word for word in words if word in fault.message]
+        found[path.name] = [str(fault.line), fault.where, fault.code, *said]
+    assert found == expected
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize('name', sorted(expected_faults()))
-def test_broken_robot(name: str) -> None:
-    path = str(BROKEN / name)
-    with pytest.raises(RobotFileError) as caught:
-        read_robot_file(path)
-    assert str(caught.value).replace(path, name) == expected_faults()[name]
+def test_the_messages_of_a_dozen_broken_robots() -> None:
+    # For a person to read: change it with a message that becomes clearer.
+    text = (BROKEN / 'golden.txt').read_text()
+    for line in text.splitlines():
+        name = line.partition(':')[0]
+        with pytest.raises(RobotFileError) as caught:
+            read_robot_file(BROKEN / name)
+        assert str(caught.value).replace(f'{BROKEN}/', '') == line
 
 
 def test_all_faults_at_once_in_the_order_of_the_file() -> None:
@@ -500,13 +521,14 @@ def test_all_faults_at_once_in_the_order_of_the_file() -> None:
         .replace('robot: craig_3r', 'robot: craig 3r')
     )
     assert faults(text) == [
-        "robot.yaml:1: robot: 'craig 3r' is not a name of letters, digits and underscores",
-        'robot.yaml:4: constants.L2: division by zero',
-        "robot.yaml:6: joints[0].name: 'a,b' holds a comma, which no joint name may",
-        "robot.yaml:11: links[1].alpha: unknown name 'p1' (known: pi, L1, L3)",
-        "robot.yaml:12: links[2].thata: unknown key, did you mean 'theta'? "
-        '(accepted: a, alpha, d, theta)',
+        (1, 'robot', 'wrong-name'),
+        (4, 'constants.L2', 'division-by-zero'),
+        (6, 'joints[0].name', 'wrong-name'),
+        (11, 'links[1].alpha', 'unknown-name'),
+        (12, 'links[2].thata', 'unknown-key'),
     ]
+    # A constant with a fault is not offered.
+    assert '(known: pi, L1, L3)' in refusal(text).faults[3].message
 
 
 def test_links_and_poses_are_judged_beside_broken_joints() -> None:
@@ -520,24 +542,21 @@ def test_links_and_poses_are_judged_beside_broken_joints() -> None:
         .replace('q: [0, 0, 0]', 'q: [0, 0, O]')
     )
     assert faults(text) == [
-        "robot.yaml:3: convention: unknown 'khalil' "
-        '(accepted: standard, modified, elementary, shape)',
-        'robot.yaml:6: joints[0].offset: unknown key '
-        '(accepted: name, variable, type, limits, velocity, acceleration, unused)',
-        'robot.yaml:6: joints[0].limits: the lower limit must be below the upper one, '
-        'not [pi, -pi]',
-        "robot.yaml:7: joints[1].type: unknown 'ball' (accepted: revolute, prismatic, helical)",
-        "robot.yaml:10: links[0].theta: ends after '+': write q1",
-        "robot.yaml:11: links[1].theta: '2q2' is not a number: write 2*q2 for a product",
-        "robot.yaml:13: links[3].a: unknown name 'L4' (known: pi, L1, L2, L3)",
-        "robot.yaml:16: known_poses[0].q[2]: unknown name 'O' (known: pi, L1, L2, L3)",
+        (3, 'convention', 'unknown-name'),
+        (6, 'joints[0].offset', 'unknown-key'),
+        (6, 'joints[0].limits', 'wrong-order'),
+        (7, 'joints[1].type', 'unknown-name'),
+        (10, 'links[0].theta', 'syntax'),
+        (11, 'links[1].theta', 'not-a-number'),
+        (13, 'links[3].a', 'unknown-name'),
+        (16, 'known_poses[0].q[2]', 'unknown-name'),
     ]
 
 
 def test_a_key_that_hides_a_variable_is_one_fault() -> None:
     joints = ''.join(f'  - {{name: arm/{i}, var: q{i}, type: R}}\n' for i in range(1, 4))
     rows = ''.join(f'  - {{a: 0.2, alpha: 0, d: 0, theta: q{i}}}\n' for i in range(1, 4))
-    told = [line.partition(': ')[2].partition(':')[0] for line in faults(minimal(joints, rows))]
+    told = [where for _, where, _ in faults(minimal(joints, rows))]
     assert told == [f'joints[{i}].{key}' for i in range(3) for key in ('type', 'var')]
     named_elsewhere = joints.replace('var: q', 'coordinate: q').replace('arm/', 'axis_')
     assert len(faults(minimal(named_elsewhere, rows))) == 6
@@ -547,22 +566,16 @@ def test_the_name_of_a_joint_is_not_its_variable() -> None:
     text = CRAIG.replace('name: q3,', 'name: wrist, variable: q3,').replace(
         'theta: q3', 'theta: wrist'
     )
-    assert faults(text) == [
-        "robot.yaml:12: links[2].theta: unknown name 'wrist' (known: pi, L1, L2, L3, q1, q2, q3)"
-    ]
+    assert faults(text) == [(12, 'links[2].theta', 'unknown-name')]
+    assert 'q1, q2, q3' in str(refusal(text))
 
 
 def test_a_forgotten_row_is_told_beside_other_faults() -> None:
     text = CRAIG.replace('theta: q3}', 'theta: 0}').replace('a: L1, ', 'a: L1*, ')
-    assert faults(text) == [
-        "robot.yaml:8: joints[2]: 'q3' moves no row of links: add its row, or say 'unused: true'",
-        "robot.yaml:11: links[1].a: ends after '*': write L1",
-    ]
+    assert faults(text) == [(8, 'joints[2]', 'unused-joint'), (11, 'links[1].a', 'syntax')]
     misspelt = CRAIG.replace('theta: q3}', 'theta: q33}')
-    assert faults(misspelt) == [
-        "robot.yaml:12: links[2].theta: unknown name 'q33', did you mean 'q3'? "
-        '(known: pi, L1, L2, L3, q1, q2, q3)'
-    ]
+    assert faults(misspelt) == [(12, 'links[2].theta', 'unknown-name')]
+    assert "'q3'?" in str(refusal(misspelt))
 
 
 def test_one_wrong_definition_is_one_fault() -> None:
@@ -573,43 +586,43 @@ def test_one_wrong_definition_is_one_fault() -> None:
 
 
 def test_a_fault_knows_its_parts() -> None:
-    with pytest.raises(RobotFileError) as caught:
-        parse(CRAIG.replace('alpha: -pi/2', 'alpha: p1'))
-    (fault,) = caught.value.faults
+    error = refusal(CRAIG.replace('alpha: -pi/2', 'alpha: p1'))
+    (fault,) = error.faults
     message = "unknown name 'p1' (known: pi, L1, L2, L3)"
-    assert fault == Fault('robot.yaml', 11, 'links[1].alpha', message)
+    assert fault == Fault('robot.yaml', 11, 'links[1].alpha', message, 'unknown-name')
     assert str(fault) == f'robot.yaml:11: links[1].alpha: {message}'
-    assert isinstance(caught.value, KinematicsError)
-    assert isinstance(caught.value, ValueError)
+    assert isinstance(error, KinematicsError)
+    assert isinstance(error, ValueError)
 
 
 def test_a_hundred_faults_are_enough() -> None:
     rows = '  - {a: x, alpha: 0, d: 0, theta: q1}\n' * 150
     lines = faults(minimal('  - {name: q1, type: revolute}', rows))
     assert len(lines) == 101
-    assert lines[-1] == 'robot.yaml: 50 more faults are not listed'
+    assert lines[-1] == (0, '', 'too-many-faults')
+    assert '50 more' in str(refusal(minimal('  - {name: q1, type: revolute}', rows)))
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
-    def refusal(path: str | os.PathLike[str]) -> str:
+    def code(path: str | os.PathLike[str], word: str = '') -> str:
         with pytest.raises(RobotFileError) as caught:
             read_robot_file(path)
-        return str(caught.value)
+        (fault,) = caught.value.faults
+        assert (fault.file, fault.line) == (str(path), 0)
+        assert word in fault.message
+        return fault.code
 
-    missing = tmp_path / 'nosuch.yaml'
-    assert refusal(missing) == f'{missing}: no such file'
-    assert refusal(tmp_path) == f'{tmp_path}: is a directory: give the robot file itself'
-    # The rest is Python's, 'byte' or 'character in path'.
-    words = {
-        f'a\0b: cannot be read: embedded null {word}' for word in ('byte', 'character in path')
-    }
-    assert refusal('a\0b') in words
-    (tmp_path / 'large.yaml').write_text('#' * 300_000)
-    assert refusal(tmp_path / 'large.yaml').endswith('larger than 256 KiB: not a robot file')
-    (tmp_path / 'binary.yaml').write_bytes(b'\xff' * 300_000)
-    assert refusal(tmp_path / 'binary.yaml').endswith('larger than 256 KiB: not a robot file')
-    (tmp_path / 'nothing.yaml').write_bytes(b'')
-    assert refusal(tmp_path / 'nothing.yaml').endswith('nothing.yaml: the file is empty')
+    # Without another file the cure is a list of the bundled robots.
+    assert code(tmp_path / 'nosuch.yaml', 'kinematics_service robots') == 'missing-file'
+    assert code(tmp_path, 'a directory') == 'not-a-file'
+    assert code('a\0b', 'null') == 'unreadable'
+    for name, content, expected in (
+        ('large', b'#' * 300_000, 'too-large'),
+        ('binary', b'\xff' * 300_000, 'too-large'),
+        ('nothing', b'', 'empty'),
+    ):
+        (tmp_path / f'{name}.yaml').write_bytes(content)
+        assert code(tmp_path / f'{name}.yaml') == expected
 
 
 @pytest.mark.parametrize('kind', ['a named pipe', 'a device', 'a socket'])
@@ -625,7 +638,9 @@ def test_what_is_no_file_is_refused_at_once(tmp_path: Path, kind: str) -> None:
             path.symlink_to(os.devnull)
         with pytest.raises(RobotFileError) as caught:
             read_robot_file(path)
-    assert str(caught.value) == f'{path}: is {kind}: give the robot file itself'
+    (fault,) = caught.value.faults
+    assert (fault.file, fault.code) == (str(path), 'not-a-file')
+    assert kind in fault.message
 
 
 def test_a_byte_order_mark_and_crlf_are_read(tmp_path: Path) -> None:
@@ -643,7 +658,7 @@ BOMBS = {
     'questions': '? ' * 100_000,
     'comments': '#\n' * 130_000,
     'equal_keys': 'a: 1\n' * 40_000,
-    'keys': ''.join(f'a{i}: 1\n' for i in range(9_900)),
+    'keys': ''.join(f'a{i}: 1\n' for i in range(5_000)),
     'one_long_text': 'a ' * 130_000,
     'parentheses': f'{HEAD}["{"(" * 200_000}"]',
     'open_pieces': f'{HEAD}[{"(," * 19_000}]',
@@ -676,9 +691,7 @@ def test_a_bomb_is_refused_in_time(name: str) -> None:
 @pytest.mark.parametrize('brackets', ['[' * 17, '[' * 1_000, '[' * 200_000, '{a: ' * 40_000])
 def test_brackets_of_any_depth_are_refused_alike(brackets: str) -> None:
     # libyaml refuses more than a thousand by itself, before it tells any.
-    with pytest.raises(RobotFileError) as caught:
-        parse(f'{HEAD}{brackets}')
-    assert str(caught.value) == 'robot.yaml:4: nested more than 16 deep'
+    assert faults(f'{HEAD}{brackets}') == [(4, '', 'too-deep')]
 
 
 FRAGMENTS = st.sampled_from(
@@ -737,13 +750,13 @@ FRAGMENTS = st.sampled_from(
 
 
 @pytest.mark.slow
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(st.text(max_size=200))
 def test_any_text_is_a_robot_or_a_robot_file_error(text: str) -> None:
     _only_robot_file_errors(text)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(st.binary(max_size=200))
 def test_any_bytes_are_a_robot_or_a_robot_file_error(content: bytes) -> None:
     _only_robot_file_errors(content.decode('latin-1'))
@@ -762,7 +775,10 @@ def plain(node: Any) -> Any:
 @pytest.mark.slow
 def test_the_reader_agrees_with_another_one() -> None:
     yaml = pytest.importorskip('ruamel.yaml').YAML(typ='base', pure=True)
-    paths = [*sorted(BROKEN.glob('*.yaml'))[::2], *map(find_robot_file, bundled_robots())]
+    paths = [
+        *sorted(BROKEN.glob('*.yaml'))[::4],
+        *map(find_robot_file, sorted(bundled_robots())[::4]),
+    ]
     compared = 0
     for text in (path.read_bytes().decode('latin-1') for path in paths):
         try:
@@ -772,11 +788,11 @@ def test_the_reader_agrees_with_another_one() -> None:
         if not document.faults:
             assert plain(document.data) == yaml.load(text)
             compared += 1
-    assert compared > 60
+    assert compared > 30
 
 
 @pytest.mark.slow
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(
     st.sampled_from(['craig', *sorted(expected_faults())]),
     st.lists(st.tuples(st.floats(0, 1), st.integers(0, 8), FRAGMENTS), max_size=5),
@@ -844,12 +860,14 @@ def planar(links, alpha, task=''):
 
 
 @pytest.mark.parametrize('links', [2, 3])
-@pytest.mark.parametrize('alpha', [1e-6, 1e-3, -5e-3])
+@pytest.mark.parametrize('alpha', [1e-6, -5e-3])
 def test_rows_that_count_by_a_tilt_of_axes_alone_are_named(links, alpha):
     rows = 'x, y' if links == 2 else 'x, y, rz'
     (doubt,) = planar(links, alpha).description.warnings
     assert doubt.where == 'singularity'
-    assert f'write task: [{rows}], or task: [x, y, z] if these are meant' in doubt.message
+    assert doubt.code == 'barely-moved'
+    assert f'task: [{rows}]' in doubt.message
+    assert 'task: [x, y, z]' in doubt.message
     # Whichever is written, nothing is left to ask.
     for task in (rows, 'x, y, z'):
         robot = planar(links, alpha, f'singularity: {{task: [{task}]}}')

@@ -18,7 +18,7 @@ POINT_NAME = re.compile(r'[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*')
 MAX_NAME_LENGTH = 60
 RESERVED_NAMES = {
     'base': 'the base frame',
-    'tool': "the tool, which is always a point; its place stands under the key 'tool'",
+    'tool': "the tool, whose place is the key 'tool'",
 }
 
 
