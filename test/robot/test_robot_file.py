@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from refusal import places
 
 import kinematics_service as ks
 from kinematics_service.errors import Fault, KinematicsError, RobotFileError
@@ -34,7 +35,6 @@ from kinematics_service.robot.file.reader import parse_robot, read_robot_file
 from kinematics_service.robot.file.text.robot_document import read_document
 from kinematics_service.robot.file.text.yaml_document import ScalarNode
 from kinematics_service.robot.robot import build_robot
-from refusal import places
 
 ROUND_OFF = 1e-15
 # Of processor time, so that a busy machine changes little: the worst answer takes 0.6.
