@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from arms import BUNDLED, EVERY_ARM, poses, robot_of
+from arms import DISTINCT_BUNDLED, RANDOM, poses, robot_of
 from tolerances import ROUND_OFF
 
 import kinematics_service as ks
@@ -38,7 +38,7 @@ def same_motion(robot, other, q, tolerance=ROUND_OFF):
 
 @pytest.mark.slow
 @pytest.mark.parametrize('convention', CONVENTIONS)
-@pytest.mark.parametrize('name', BUNDLED)
+@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
 def test_a_bundled_robot_comes_back_the_same(name, convention):
     robot = robot_of(name)
     other = again(robot, convention)
@@ -50,11 +50,11 @@ def test_a_bundled_robot_comes_back_the_same(name, convention):
     assert other.tool_frame == robot.tool_frame
     assert np.array_equal(other.limits, robot.limits)
     assert np.array_equal(other.velocity_limits, robot.velocity_limits)
-    same_motion(robot, other, poses(robot))
+    same_motion(robot, other, poses(robot, 5))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', [name for name in EVERY_ARM if name not in BUNDLED][::3])
+@pytest.mark.parametrize('name', RANDOM[::7])
 def test_a_random_arm_comes_back_the_same(name):
     robot = robot_of(name)
     other = again(robot, 'modified' if robot.dof % 2 else 'standard')
@@ -129,6 +129,15 @@ def links(robot):
     return robot.description.links
 
 
+def refusal(urdf, *ends, **named):
+    """Return the fault for which a URDF is refused; its error has the same code and text."""
+    with pytest.raises(UrdfError) as caught:
+        ks.import_urdf(urdf, *ends, **named)
+    fault = caught.value.fault
+    assert (caught.value.code, str(caught.value)) == (fault.code, str(fault))
+    return fault
+
+
 def in_pinocchio(content, base, tip):
     """Return Pinocchio's pose of the tip in the base, of joint positions by name."""
     pinocchio = pytest.importorskip('pinocchio')
@@ -150,7 +159,7 @@ def in_pinocchio(content, base, tip):
 
 def compare_with_pinocchio(content, base, tip, robot, tolerance=ROUND_OFF):
     pose = in_pinocchio(content, base, tip)
-    for q in poses(robot, 10):
+    for q in poses(robot, 5):
         expected = pose(dict(zip(robot.joint_names, q)))
         np.testing.assert_allclose(
             ks.forward_kinematics(robot, q), expected, rtol=0, atol=tolerance
@@ -183,7 +192,7 @@ def nearly_parallel(angle):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    'angle', [10.0**-k * (-1) ** k for k in range(1, 17)] + [1e-9, math.pi - 1e-9, 3.1416]
+    'angle', [10.0**-k * (-1) ** k for k in (1, 4, 5, 6, 9, 12, 16)] + [math.pi - 1e-9]
 )
 def test_nearly_parallel_axes_make_no_huge_lengths(angle):
     found = ks.import_urdf(nearly_parallel(angle), 'l0', 'l4')
@@ -191,7 +200,7 @@ def test_nearly_parallel_axes_make_no_huge_lengths(angle):
     assert found.certificate.rotation_error < ROUND_OFF
     lengths = [abs(e.affine.constant) for row in links(found.robot) for e in (row['a'], row['d'])]
     assert max(lengths) < 6.0
-    same_motion(found.robot, again(found.robot, 'modified'), poses(found.robot, 5))
+    same_motion(found.robot, again(found.robot, 'modified'), poses(found.robot, 3))
 
 
 def test_axes_that_are_nearly_parallel_are_joined_by_two_rows():
@@ -339,158 +348,197 @@ def small(*joints, links='abc', head='<robot name="r">'):
 
 
 FINE = ('j', 'revolute', 'a', 'b', LIMIT)
-LEADS = "; the joint leads from link 'a' to 'b'"
+LINKS = "links 'a' and 'b'"
 REFUSED = {
-    'no XML': ('robot: <r>', '<text>:1: not valid XML: syntax error'),
-    'cut off': (small(FINE)[:-3], '<text>:4: not valid XML: unclosed token'),
-    'empty': ('', '<text>:1: not valid XML: no element found'),
+    'no XML': (
+        'robot: <r>',
+        (1, '', 'syntax'),
+        (),
+    ),
+    'cut off': (
+        small(FINE)[:-3],
+        (4, '', 'syntax'),
+        (),
+    ),
+    'empty': (
+        '',
+        (1, '', 'syntax'),
+        (),
+    ),
     'another format': (
         '<sdf/>',
-        '<text>:1: <sdf>: this is SDF, not URDF; the root of a URDF is <robot>',
+        (1, '<sdf>', 'wrong-type'),
+        (),
     ),
     'entities': (
         '<?xml version="1.0"?>\n<!DOCTYPE robot [<!ENTITY a "aaaa">]>\n<robot name="&a;"/>',
-        '<text>:2: a DOCTYPE, which may declare entities, is not accepted',
+        (2, '', 'unsupported'),
+        (),
     ),
     'a file by entity': (
         '<!DOCTYPE robot SYSTEM "file:///etc/passwd"><robot/>',
-        '<text>:1: a DOCTYPE, which may declare entities, is not accepted',
+        (1, '', 'unsupported'),
+        (),
     ),
     'xacro': (
         '<robot xmlns:xacro="http://wiki.ros.org/xacro">\n<xacro:include filename="a"/></robot>',
-        '<text>:2: <xacro:include> is xacro: expand it first (xacro FILE > robot.urdf) and give '
-        'that',
+        (2, '', 'xacro'),
+        ('xacro FILE',),
     ),
     'a xacro expression': (
         small(('j', 'revolute', 'a', 'b', '<origin rpy="${pi/2} 0 0"/>' + LIMIT)),
-        "<text>:3: <origin> of <joint name='j'>: rpy='${pi/2}' is xacro: expand the file first"
-        + LEADS,
+        (3, "<origin> of <joint name='j'>", 'xacro'),
+        ("'${pi/2}'", LINKS),
     ),
-    'deep': (f'{"<robot>" * 70}{"</robot>" * 70}', '<text>:1: nested more than 64 deep'),
+    'deep': (
+        f'{"<robot>" * 70}{"</robot>" * 70}',
+        (1, '', 'too-deep'),
+        ('64',),
+    ),
     'no such base': (
         small(('j', 'revolute', 'c', 'b', LIMIT), links=('base_link', 'c', 'b')),
-        "<text>:1: <robot name='r'>: no link 'a' for the base (links: base_link, c, b)",
+        (1, "<robot name='r'>", 'unknown-name'),
+        ("'a'",),
     ),
     'not below': (
         small(('j', 'revolute', 'c', 'b', LIMIT)),
-        "<text>:1: <robot name='r'>: 'b' is not below 'a'; it is below: c",
+        (1, "<robot name='r'>", 'wrong-order'),
+        ("'b'",),
     ),
     'two parents': (
         small(FINE, ('k', 'revolute', 'c', 'b', LIMIT)),
-        "<text>:4: <joint name='k'>: a loop: link 'b' is the child of 'j' and 'k'; "
-        'a robot file takes chains',
+        (4, "<joint name='k'>", 'loop'),
+        ("'b'",),
     ),
     'a circle': (
         small(('j', 'revolute', 'c', 'b', LIMIT), ('k', 'revolute', 'b', 'c', LIMIT)),
-        "<text>:4: <joint name='k'>: a loop: link 'b' is below itself (b, c, b)",
+        (4, "<joint name='k'>", 'loop'),
+        ("'b'",),
     ),
     'floating': (
         small(('j', 'floating', 'a', 'b', '')),
-        "<text>:3: <joint name='j'>: a floating joint moves in six ways at once: begin the chain "
-        'below it (accepted: revolute, continuous, prismatic, fixed)' + LEADS,
+        (3, "<joint name='j'>", 'unsupported'),
+        (LINKS,),
     ),
     'planar': (
         small(('j', 'planar', 'a', 'b', '')),
-        "<text>:3: <joint name='j'>: a planar joint moves in three ways at once: begin the chain "
-        'below it (accepted: revolute, continuous, prismatic, fixed)' + LEADS,
+        (3, "<joint name='j'>", 'unsupported'),
+        (LINKS,),
     ),
     'unknown type': (
         small(('j', 'hinge', 'a', 'b', '')),
-        "<text>:3: <joint name='j'>: its type is 'hinge' (accepted: revolute, continuous, "
-        'prismatic, fixed)' + LEADS,
+        (3, "<joint name='j'>", 'unknown-name'),
+        ("'hinge'", LINKS),
     ),
     'only fixed': (
         small(('j', 'fixed', 'a', 'b', '')),
-        "<text>:1: <robot name='r'>: no joint moves 'b' against 'a'",
+        (1, "<robot name='r'>", 'no-effect'),
+        ("'b'",),
     ),
     'no limit': (
         small(('j', 'revolute', 'a', 'b', '')),
-        '<text>:3: <joint name=\'j\'>: a revolute joint needs <limit lower="..." upper="..."/>, '
-        "or type='continuous'" + LEADS,
+        (3, "<joint name='j'>", 'missing-key'),
+        ("'continuous'", LINKS),
     ),
     'limits of one place': (
         small(('j', 'revolute', 'a', 'b', '<limit lower="1.5" upper="1.5"/>')),
-        "<text>:3: <limit> of <joint name='j'>: the lower limit must be below the upper one, not "
-        f"1.5 and 1.5 (type='fixed' for a joint that does not move){LEADS}",
+        (3, "<limit> of <joint name='j'>", 'wrong-order'),
+        ("'fixed'", LINKS),
     ),
     'no axis': (
         small(('j', 'revolute', 'a', 'b', LIMIT + '<axis xyz="0 0 0"/>')),
-        "<text>:3: <axis> of <joint name='j'>: xyz='0 0 0' has no direction" + LEADS,
+        (3, "<axis> of <joint name='j'>", 'zero-axis'),
+        ("'0 0 0'", LINKS),
     ),
     'two numbers': (
         small(('j', 'revolute', 'a', 'b', LIMIT + '<origin xyz="0 0"/>')),
-        "<text>:3: <origin> of <joint name='j'>: xyz: expected three numbers, not '0 0'" + LEADS,
+        (3, "<origin> of <joint name='j'>", 'wrong-length'),
+        ("'0 0'", LINKS),
     ),
     'commas between numbers': (
         small(('j', 'revolute', 'a', 'b', LIMIT + '<origin rpy="0 1.57, 0"/>')),
-        "<text>:3: <origin> of <joint name='j'>: rpy: '0 1.57, 0' has commas between its numbers: "
-        "write '0 1.57 0'" + LEADS,
+        (3, "<origin> of <joint name='j'>", 'decimal-comma'),
+        ("'0 1.57, 0'", LINKS),
     ),
     'a decimal comma': (
         small(('j', 'revolute', 'a', 'b', LIMIT + '<origin xyz="0 0,5 0"/>')),
-        "<text>:3: <origin> of <joint name='j'>: xyz: '0,5' is not a number (at most 1e+06)"
-        + LEADS,
+        (3, "<origin> of <joint name='j'>", 'not-a-number'),
+        ("'0,5'", LINKS),
     ),
     'not a number': (
         small(('j', 'revolute', 'a', 'b', LIMIT + '<origin xyz="0 nan 0"/>')),
-        "<text>:3: <origin> of <joint name='j'>: xyz: 'nan' is not a number (at most 1e+06)"
-        + LEADS,
+        (3, "<origin> of <joint name='j'>", 'not-a-number'),
+        ("'nan'", LINKS),
     ),
     'no child': (
         '<robot name="r"><link name="a"/>\n'
         '<joint name="j" type="fixed"><parent link="a"/></joint></robot>',
-        '<text>:2: <joint name=\'j\'>: it has no <child link="..."/>',
+        (2, "<joint name='j'>", 'missing-key'),
+        (),
     ),
     'a child that is not there': (
         small(('j', 'revolute', 'a', 'z', LIMIT)),
-        "<text>:3: <joint name='j'>: its child 'z' is no link (links: a, b, c)",
+        (3, "<joint name='j'>", 'unknown-name'),
+        ("'z'",),
     ),
     'one name twice': (
         small(FINE, ('j', 'fixed', 'b', 'c', '')),
-        "<text>:4: <joint name='j'>: line 3 has the same name",
+        (4, "<joint name='j'>", 'duplicate-name'),
+        ('3',),
     ),
     'mimics nobody': (
         small(('j', 'continuous', 'a', 'b', '<mimic joint="x"/>')),
-        "<text>:3: <joint name='j'>: it mimics 'x', and there is no such joint" + LEADS,
+        (3, "<joint name='j'>", 'unknown-name'),
+        ("'x'", LINKS),
     ),
     'mimics a misspelt one': (
         small(
             ('elbow', 'continuous', 'b', 'c', ''),
             ('j', 'continuous', 'a', 'b', '<mimic joint="elbwo"/>'),
         ),
-        "<text>:4: <joint name='j'>: it mimics 'elbwo', and there is no such joint, did you mean "
-        "'elbow'?" + LEADS,
+        (4, "<joint name='j'>", 'unknown-name'),
+        ("'elbwo'", LINKS),
     ),
     'mimics itself': (
         small(('j', 'continuous', 'a', 'b', '<mimic joint="j"/>')),
-        "<text>:3: <joint name='j'>: it mimics itself, by way of the joints it mimics" + LEADS,
+        (3, "<joint name='j'>", 'circular'),
+        (LINKS,),
     ),
     'mimics a fixed one': (
         small(('k', 'fixed', 'b', 'c', ''), ('j', 'continuous', 'a', 'b', '<mimic joint="k"/>')),
-        "<text>:4: <joint name='j'>: it mimics 'k', which is fixed" + LEADS,
+        (4, "<joint name='j'>", 'wrong-joint-type'),
+        ("'k'", LINKS),
     ),
     'a rack': (
         small(
             ('k', 'continuous', 'b', 'c', ''),
             ('j', 'prismatic', 'a', 'b', LIMIT + '<mimic joint="k"/>'),
         ),
-        "<text>:4: <joint name='j'>: it slides, and 'k', which it mimics, turns; a robot file can "
-        'say that only of a joint that turns in the same chain (type: helical)' + LEADS,
+        (4, "<joint name='j'>", 'wrong-joint-type'),
+        ("'k'", LINKS),
     ),
     'a name with a comma': (
         small(('j,k', 'revolute', 'a', 'b', LIMIT)),
-        "<text>:3: <joint name='j,k'>: a robot file takes no joint whose name has commas, "
-        'control characters, or more than 256 characters: rename it',
+        (3, "<joint name='j,k'>", 'wrong-name'),
+        ('256',),
     ),
 }
 
 
 @pytest.mark.parametrize('fault', REFUSED)
 def test_what_is_refused_is_said_with_its_line(fault):
-    text, message = REFUSED[fault]
-    with pytest.raises(UrdfError) as caught:
-        ks.import_urdf(text, 'a', 'b')
-    assert str(caught.value) == message
+    text, place, words = REFUSED[fault]
+    found = refusal(text, 'a', 'b')
+    assert (found.line, found.where, found.code) == place
+    assert all(word in found.message for word in words)
+
+
+def test_a_refusal_of_a_urdf_for_a_person():
+    text, _, _ = REFUSED['commas between numbers']
+    assert str(refusal(text, 'a', 'b')) == (
+        "<text>:3: <origin> of <joint name='j'>: rpy: '0 1.57, 0' has commas between its numbers; "
+        "write '0 1.57 0'; the joint is between links 'a' and 'b'"
+    )
 
 
 def test_a_path_and_the_text_of_its_file_are_the_same_arm(urdf):
@@ -499,15 +547,16 @@ def test_a_path_and_the_text_of_its_file_are_the_same_arm(urdf):
         found = ks.import_urdf(path, 'world', 'f')
         assert found.text == of_text.text.replace('URDF, robot', 'URDF own.urdf, robot')
         assert found.text != of_text.text
-    with pytest.raises(UrdfError, match='no_such.urdf: cannot be read: No such file'):
-        ks.import_urdf('no_such.urdf', 'world', 'f')
+    fault = refusal('no_such.urdf', 'world', 'f')
+    assert (fault.file, fault.code) == ('no_such.urdf', 'missing-file')
+    assert refusal(5).code == 'wrong-type'
 
 
 def test_a_file_that_never_ends_is_refused():
-    with pytest.raises(UrdfError, match='larger than 8 MiB'):
-        ks.import_urdf(f'<robot>{" " * MAX_BYTES}</robot>', 'a', 'b')
-    with pytest.raises(UrdfError, match='larger than 8 MiB'):
-        ks.import_urdf('/dev/zero', 'a', 'b')
+    for urdf in (f'<robot>{" " * MAX_BYTES}</robot>', '/dev/zero'):
+        fault = refusal(urdf, 'a', 'b')
+        assert fault.code == 'too-large'
+        assert '8 MiB' in fault.message
 
 
 def test_what_a_broken_part_elsewhere_says_does_not_matter():
@@ -557,8 +606,8 @@ def test_the_command_prints_the_robot_file_alone(capsys, urdf):
 @pytest.mark.parametrize(
     ('arguments', 'code', 'sentence'),
     [
-        (['--base', 'world', '--tip', 'g'], 1, "no link 'g' for the tip (links: world, a, b"),
-        (['--base', 'world', '--tip', 'f', '--name', 'a b'], 2, "--name: 'a b' is not a name"),
+        (['--base', 'world', '--tip', 'g'], 1, "'g' for the tip (links: world, a, b"),
+        (['--base', 'world', '--tip', 'f', '--name', 'a b'], 2, "--name: 'a b'"),
         (['--base', 'world', '--tip', 'side'], 1, 'a floating joint'),
         (['--base', 'world', '--tip', 'f', '--out', '/no/folder/x.yaml'], 1, 'cannot be written'),
     ],
@@ -573,7 +622,7 @@ def test_the_command_refuses_in_a_sentence(capsys, urdf, arguments, code, senten
 def test_a_file_that_is_not_there_is_named(capsys, tmp_path):
     missing = tmp_path / 'missing.urdf'
     assert main(['import', '--urdf', str(missing), '--base', 'a', '--tip', 'b']) == 1
-    assert f'{missing}: cannot be read: No such file' in capsys.readouterr().err
+    assert f'{missing}: no such file' in capsys.readouterr().err
 
 
 # The longest chain, and what is possible beside it.
@@ -643,7 +692,8 @@ def test_the_longest_chain_is_taken_and_others_are_told(joints, base, tip, other
     assert (found.robot.base_frame, found.robot.tool_frame) == (base, tip)
     choice = ''.join(map(str, found.doubts))
     if others:
-        assert f'other tips, and their joints: {others}; to take the first of them' in choice
+        assert f'joints: {others};' in choice
+        assert [doubt.code for doubt in found.doubts] == ['chosen-chain']
         assert choice.endswith(f'write <text>:{base}:{others.split()[0]}')
     else:
         assert not choice
@@ -651,38 +701,34 @@ def test_the_longest_chain_is_taken_and_others_are_told(joints, base, tip, other
 
 def test_where_the_chosen_chain_is_refused_others_are_told():
     text = tree_of(*HAND).replace('xyz="0.1 0 0"', 'xyz="0.1, 0, 0"')
-    with pytest.raises(UrdfError) as error:
-        ks.import_urdf(text)
-    assert "<origin> of <joint name='flange'>: xyz: '0.1, 0, 0' has commas" in str(error.value)
-    assert str(error.value).endswith(
-        'other tips, and their joints: camera (1); to take the first of them, write '
-        '<text>:base:camera'
-    )
+    fault = refusal(text)
+    assert (fault.where, fault.code) == ("<origin> of <joint name='flange'>", 'decimal-comma')
+    assert 'camera (1)' in fault.message
+    assert fault.message.endswith('<text>:base:camera')
     assert ks.import_urdf(text, 'base', 'camera').robot.joint_names == ('turn',)
 
 
 def test_blank_lines_before_the_declaration_are_accepted():
     text = '\n \t\r\n<?xml version="1.0"?>\n' + small(FINE)
     assert ks.import_urdf(text).robot.joint_names == ('j',)
-    with pytest.raises(UrdfError, match=r"^<text>:6: <joint name='j'>: .* needs <limit"):
-        ks.import_urdf(text.replace(LIMIT, ''), 'a', 'b')
+    fault = refusal(text.replace(LIMIT, ''), 'a', 'b')
+    assert (fault.line, fault.where, fault.code) == (6, "<joint name='j'>", 'missing-key')
 
 
 def test_one_end_of_the_chain_may_be_named():
     text = tree_of(*HAND)
     assert ks.import_urdf(text, tip='camera').robot.joint_names == ('turn',)
     assert ks.import_urdf(text, base='upper').robot.joint_names == ('bend',)
-    with pytest.raises(UrdfError, match="no joint moves anything below 'wrist'"):
-        ks.import_urdf(text, base='wrist')
-    with pytest.raises(UrdfError, match="no link 'nobody' for the base"):
-        ks.import_urdf(text, base='nobody')
+    for base, code in (('wrist', 'no-effect'), ('nobody', 'unknown-name')):
+        fault = refusal(text, base=base)
+        assert fault.code == code
+        assert repr(base) in fault.message
 
 
 def test_no_chain_can_be_chosen_where_nothing_moves():
-    with pytest.raises(UrdfError, match='<text>:1: .*no joint moves anything in it'):
-        ks.import_urdf(small(('j', 'fixed', 'a', 'b', '')))
-    with pytest.raises(UrdfError, match='no joint moves anything in it'):
-        ks.import_urdf(small(('j', 'floating', 'a', 'b', '')))
+    for kind in ('fixed', 'floating'):
+        fault = refusal(small(('j', kind, 'a', 'b', '')))
+        assert (fault.line, fault.code) == (1, 'no-effect')
 
 
 def test_limits_that_are_none_are_none_and_told():
@@ -692,11 +738,11 @@ def test_limits_that_are_none_are_none_and_told():
     )
     found = ks.import_urdf(text)
     assert np.isinf(found.robot.limits).all()
-    assert [str(doubt) for doubt in found.doubts] == [
-        "<text>:3: <limit> of <joint name='j'>: limits 0 and 0 are taken as none",
-        "<text>:4: <limit> of <joint name='k'>: limits -999999 and 999999 are farther than any "
-        'joint goes: what is beyond 10000 is taken as none',
+    assert [(doubt.line, doubt.where, doubt.code) for doubt in found.doubts] == [
+        (3, "<limit> of <joint name='j'>", 'no-limits'),
+        (4, "<limit> of <joint name='k'>", 'no-limits'),
     ]
+    assert '-999999' in found.doubts[1].message
 
 
 @pytest.mark.parametrize('farthest', [99.0, 9999.0])
@@ -731,10 +777,8 @@ def test_links_with_a_leading_slash_lose_it():
 
 def test_a_name_that_no_robot_file_holds_is_refused_with_its_line():
     text = small(('j', 'revolute', 'my base', 'b', LIMIT), links=('my base', 'b'))
-    with pytest.raises(
-        UrdfError, match="<text>:2: <link name='my base'>: a robot file takes no l"
-    ):
-        ks.import_urdf(text)
+    fault = refusal(text)
+    assert (fault.line, fault.where, fault.code) == (2, "<link name='my base'>", 'wrong-name')
 
 
 # A URDF in the place of a robot.
@@ -767,7 +811,6 @@ def test_a_urdf_is_a_robot_of_the_library(hand):
     'command',
     [
         ['fk', '--robot', 'FILE', '--q', '0.1,0.2'],
-        ['jacobian', '--robot', 'FILE', '--q', '0.1,0.2'],
         ['ik', '--robot', 'FILE', '--xyz', '0.48,0.05,0'],
         ['check', 'FILE'],
         ['check', '--robot', 'FILE'],
@@ -781,9 +824,8 @@ def test_every_command_takes_a_urdf(capsys, hand, command):
     out, err = capsys.readouterr()
     assert 'tool' in out or '0.5' in out
     assert 'WARN' in err
-    assert (
-        f'other tips, and their joints: camera (1); to take the first of them, write {hand}' in err
-    )
+    assert 'camera (1)' in err
+    assert f'write {hand}' in err
     # The ends by options, wherever they stand; and nothing is left to doubt.
     assert main([*words, '--base', 'base', '--tip=tool']) == 0
     assert capsys.readouterr() == (out, '')
@@ -792,21 +834,13 @@ def test_every_command_takes_a_urdf(capsys, hand, command):
 @pytest.mark.parametrize(
     ('words', 'code', 'sentence'),
     [
-        (['fk', '--robot', 'ur5e', '--tip', 'tool0'], 2, 'give one URDF with them'),
-        (['check', 'a.urdf', 'b.urdf', '--tip', 'tool0'], 2, 'give one URDF with them'),
-        (['fk', '--robot', 'a.urdf', '--tip'], 2, '--tip: give the name of a link'),
-        (
-            ['fk', '--robot', 'no_such.urdf', '--tip', 'a', '--q', '0'],
-            2,
-            'there is no file no_such.urdf',
-        ),
-        (['check', 'no_such.urdf'], 1, 'no_such.urdf: no such file'),
-        (
-            ['fk', '--robot', 'topic:/robot_description', '--q', '0'],
-            2,
-            'only the node takes a robot from a top',
-        ),
-        (['derive', 'HAND', '--write'], 2, '--write: a URDF has no factors'),
+        (['fk', '--robot', 'ur5e', '--tip', 'tool0'], 2, 'give one URDF'),
+        (['check', 'a.urdf', 'b.urdf', '--tip', 'tool0'], 2, 'give one URDF'),
+        (['fk', '--robot', 'a.urdf', '--tip'], 2, '--tip:'),
+        (['fk', '--robot', 'no.urdf', '--tip', 'a', '--q', '0'], 2, 'no.urdf: no such file;'),
+        (['check', 'no.urdf'], 1, 'no.urdf: no such file;'),
+        (['fk', '--robot', 'topic:/robot_description', '--q', '0'], 2, 'only the node'),
+        (['derive', 'HAND', '--write'], 2, '--write: a URDF'),
     ],
 )
 def test_what_is_no_chain_of_a_urdf_is_said(capsys, hand, words, code, sentence):
@@ -818,7 +852,9 @@ def test_xacro_in_the_place_of_a_robot_is_told_how_to_expand_it(capsys, tmp_path
     path = tmp_path / 'arm.urdf.xacro'
     path.write_text(REFUSED['xacro'][0])
     assert main(['fk', '--robot', str(path), '--q', '0']) == 1
-    assert f'{path}:2: <xacro:include> is xacro: expand it first' in capsys.readouterr().err
+    err = capsys.readouterr().err
+    assert f'{path}:2: <xacro:include>' in err
+    assert 'xacro FILE' in err
 
 
 def test_the_command_chooses_the_chain_that_is_not_named(capsys, hand):
@@ -865,7 +901,7 @@ def test_a_chain_goes_up_and_down_again(base, tip, joints, convention):
     model = pinocchio.buildModelFromXML(TWO_ARMS, mimic=True)
     data = model.createData()
     random = np.random.default_rng(2)
-    for _ in range(20):
+    for _ in range(5):
         values = dict(zip(joints, random.uniform(-1, 1, 3)), lift=random.uniform(0, 1))
         q = pinocchio.neutral(model)
         for name, value in values.items():
@@ -879,14 +915,14 @@ def test_a_chain_goes_up_and_down_again(base, tip, joints, convention):
 
 
 def test_upwards_alone_there_is_no_chain():
-    with pytest.raises(UrdfError, match="'base' is not below 'left_tool'"):
-        ks.import_urdf(TWO_ARMS, 'left_tool', 'base')
+    fault = refusal(TWO_ARMS, 'left_tool', 'base')
+    assert fault.code == 'wrong-order'
+    assert "'base' is not below 'left_tool'" in fault.message
     apart = TWO_ARMS.replace(
         '<joint name="left" type="revolute"><parent link="chest"/>',
         '<joint name="left" type="revolute"><parent link="floor"/>',
     ).replace('<link name="base"/>', '<link name="base"/><link name="floor"/>')
-    with pytest.raises(UrdfError, match="'right_tool' is not below 'left_tool'; it is below"):
-        ks.import_urdf(apart, 'left_tool', 'right_tool')
+    assert refusal(apart, 'left_tool', 'right_tool').code == 'wrong-order'
 
 
 CELL = """
