@@ -45,7 +45,7 @@ def test_a_table_for_people(capsys):
         capsys, '--robot', 'craig_3r', '--xyz', '0.4', '0.1', '-0.2', '--near', '0,0.5,0.5'
     )
     assert code == 0
-    assert '4 solutions inside the limits; there are no others' in streams.out
+    assert '4 solutions inside the limits;' in streams.out
     assert 'shoulder right, elbow up' in streams.out
 
 
@@ -105,7 +105,6 @@ def test_roll_pitch_yaw_may_be_degrees(capsys):
 def test_unreachable_is_exit_code_1_with_the_nearest_pose(capsys):
     code, streams = answer(capsys, '--robot', 'craig_3r', '--xyz', '2,0,0')
     assert code == 1
-    assert 'no joint positions bring the tool there' in streams.out
     assert '1.18 m off in position' in streams.out
 
 
@@ -114,21 +113,21 @@ def test_unreachable_is_exit_code_1_with_the_nearest_pose(capsys):
 )
 def test_an_orientation_that_looks_like_degrees_is_asked_about(capsys, rpy, asks):
     _, streams = answer(capsys, '--robot', 'ur5e', '--xyz', '0.3,0.2,0.3', '--rpy', rpy)
-    question = '--rpy is read in radians, and is far out: did you mean --deg?\n'
-    assert streams.err == (question if asks else '')
+    assert bool(streams.err) == asks
+    assert asks == ('--rpy' in streams.err and '--deg' in streams.err)
 
 
 def test_a_target_farther_than_squares_of_doubles_has_a_distance(capsys):
     code, streams = answer(capsys, '--robot', 'panda', '--xyz', '1e300,0,0')
     assert code == 1
-    assert 'nearest pose  1e+300 m off in position' in streams.out
+    assert '1e+300 m off' in streams.out
 
 
 def test_all_prints_what_is_beyond_the_limits(capsys):
     arguments = ('--robot', 'rrp_elementary', '--xyz', '0.2,0.1,0.5')
     code, streams = answer(capsys, *arguments)
     assert code == 1
-    assert 'reached only beyond the limits of d3' in streams.out
+    assert 'beyond the limits of d3' in streams.out
     code, streams = answer(capsys, *arguments, '--all', '--json')
     assert [one['beyond'] for one in json.loads(streams.out)['solutions']] == [['d3']] * 4
 
@@ -176,7 +175,7 @@ def test_axis_and_tolerance(capsys):
     assert json.loads(streams.out)['tolerance'] == 0.0
     code, streams = answer(capsys, *arguments, '--axis', 'z', '--tolerance', '0')
     assert code == 1
-    assert '(x y z, direction of tool axis z)' in streams.out
+    assert 'tool axis z' in streams.out
     upright = (*arguments[:-1], '0,0,0.3')
     code, streams = answer(capsys, *upright, '--axis', 'z', '--tolerance', '0', '--json')
     document = json.loads(streams.out)
@@ -188,17 +187,21 @@ def test_axis_and_tolerance(capsys):
 @pytest.mark.parametrize(
     ('argv', 'sentence'),
     [
-        (('--xyz', '1,2'), "--xyz: '1,2' is not 3 numbers"),
-        (('--xyz', '1,2,x'), "--xyz: '1,2,x' is not 3 numbers"),
-        (('--xyz', '1,2,3', '--rows', 'x,roll'), "--rows: 'x,roll' is not some of x y z"),
-        (('--xyz', '1,2,3', '--rows', 'rx'), "--rows: 'rx' is not some of x y z"),
-        (('--xyz', '1,2,3', '--one', '--all'), 'give one of them'),
-        (('--xyz', '1,2,3', '--axis', 'z'), '--axis: x, y or z, beside --rpy or --quaternion'),
-        (('--xyz', '1,2,3', '--rpy', '0,0,0', '--axis', 'w'), '--axis: x, y or z'),
+        (('--xyz', '1,2'), '--xyz: expected 3 numbers'),
+        (('--xyz', '1,2,x'), "not '1,2,x'"),
+        (('--xyz', '1,2,3', '--rows', 'x,roll'), "--rows: unknown rows 'x,roll'"),
+        (('--xyz', '1,2,3', '--rows', 'rx'), '(accepted: x y z)'),
+        (('--xyz', '1,2,3', '--one', '--all'), '--one and --all'),
+        (('--xyz', '1,2,3', '--one', '--family'), '--one and --family'),
+        (('--xyz', '1,2,3', '--axis', 'z'), '--axis needs a rotation;'),
+        (('--xyz', '1,2,3', '--rpy', '0,0,0', '--axis', 'w'), "--axis: unknown axis 'w'"),
         (('--xyz', '1,2,3', '--tolerance', '-1'), '--tolerance'),
         (('--xyz', '1,2,3', '--near', '0'), '--near: craig_3r has 3 joints'),
-        (('--xyz', '1,2,3', '--rpy', '0,0,0', '--quaternion', '0,0,0,1'), 'give one'),
-        (('--xyz', '1,2,3', '--quaternion', '0,0,0,2'), 'unit length'),
+        (
+            ('--xyz', '1,2,3', '--rpy', '0,0,0', '--quaternion', '0,0,0,1'),
+            '--rpy and --quaternion',
+        ),
+        (('--xyz', '1,2,3', '--quaternion', '0,0,0,2'), 'length 1'),
     ],
 )
 def test_wrong_usage_is_exit_code_2(capsys, argv, sentence):
@@ -215,9 +218,8 @@ def test_the_arcs_of_a_redundant_arm_are_printed_with_the_joints_that_end_them(c
     assert code == 0
     assert '17 arcs inside the limits' in ' '.join(streams.out.split())
     assert 'there may be others' in ' '.join(streams.out.split())
-    ends = 'the lower limit of joint_6', 'the upper limit of joint_1'
-    both = ['from {} to {}'.format(*order) for order in (ends, ends[::-1])]
-    assert any(one in ' '.join(streams.out.split()) for one in both)
+    ends = 'lower limit of joint_6', 'upper limit of joint_1'
+    assert all(end in ' '.join(streams.out.split()) for end in ends)
     code, streams = answer(capsys, *SEVEN, '--family', '--json')
     document = json.loads(streams.out)
     assert (document['status'], document['complete']) == ('solved', 'found')
@@ -236,5 +238,5 @@ def test_the_arcs_of_a_redundant_arm_are_printed_with_the_joints_that_end_them(c
 def test_without_the_family_one_posture_is_printed_as_ever(capsys):
     code, streams = answer(capsys, *SEVEN)
     assert code == 0
-    assert 'the target leaves joints free to move' in ' '.join(streams.out.split())
+    assert 'joints free' in ' '.join(streams.out.split())
     assert 'arc 1' not in streams.out

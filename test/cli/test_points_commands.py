@@ -98,31 +98,23 @@ def test_plot_draws_the_arm_to_a_point(file, tmp_path, monkeypatch, capsys):
 
 def test_view_of_a_point_needs_its_robot(capsys):
     assert main(['view', '--of', 'elbow']) == 2
-    assert '--of names a point of a robot: give --robot, too' in capsys.readouterr().err
+    err = capsys.readouterr().err
+    assert '--of' in err
+    assert '--robot' in err
 
 
 @pytest.mark.parametrize(
-    ('arguments', 'sentence'),
+    ('arguments', 'words'),
     [
-        (
-            ['fk', '--of', 'elbo'],
-            "--of: 'elbo' is no point of craig_3r: it has tool, elbow, camera, plate, and the "
-            'frames of the rows 0 to 4',
-        ),
+        (['fk', '--of', 'elbo'], ("--of: unknown point 'elbo'", 'elbow', 'rows 0 to 4')),
         # More digits than Python makes a number of.
-        (['fk', '--of', '1' * 5000], "1' is no point of craig_3r"),
-        (['fk', '--of', 'plate'], "--of: no joint moves 'plate' of craig_3r"),
-        (
-            ['jacobian', '--at', '1,2'],
-            "--at: '1,2' is not 3 numbers, such as --at=0.1,0.1,0.1",
-        ),
-        (
-            ['jacobian', '--axes', '9'],
-            '--axes: axes must be one of base, tool, elbow, camera, plate, or a row from 0 to 4, '
-            'not 9',
-        ),
+        (['fk', '--of', '1' * 5000], ("--of: unknown point '1",)),
+        (['fk', '--of', 'plate'], ("--of: no joint moves 'plate'",)),
+        (['jacobian', '--at', '1,2'], ("not '1,2'", '--at=0.1,0.1,0.1')),
+        (['jacobian', '--axes', '9'], ('--axes: axes must', 'camera', 'not 9')),
     ],
 )
-def test_what_does_not_exist_is_wrong_usage(file, capsys, arguments, sentence):
+def test_what_does_not_exist_is_wrong_usage(file, capsys, arguments, words):
     assert main([*arguments, '--robot', file, '--q', joined(Q)]) == 2
-    assert sentence in capsys.readouterr().err
+    err = capsys.readouterr().err
+    assert all(word in err for word in words)
