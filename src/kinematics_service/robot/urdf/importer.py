@@ -22,7 +22,7 @@ from .chain import UrdfChain, read_chain
 from .document import XmlElement, parse_urdf, read_urdf
 from .doubts import chain_doubts, chain_remarks
 from .ends import chain_ends
-from .robot_text import robot_file_text
+from .robot_text import printable_source, robot_file_text
 from .table import modified, table_of
 from .tree import UrdfTree, read_tree
 
@@ -173,13 +173,15 @@ def _imported(
     poses = configurations(chain, 2)
     known = list(zip(poses, meant.poses(poses)))
 
+    def source(certificate: str) -> str:
+        return f'{origin}, robot {chain.robot!r}, {base} to {tip}; {certificate}'
+
     def text(certificate: str) -> str:
-        source = f'{origin}, robot {chain.robot!r}, {base} to {tip}; {certificate}'
         head = (
             f'# Made from a URDF by kinematics_service {__version__}; in rad and m.\n'
             f'# {certificate.capitalize()}.\n'
         )
-        return head + robot_file_text(chain, table, convention, name, source, known)
+        return head + robot_file_text(chain, table, convention, name, source(certificate), known)
 
     robot = _robot(root, text('not yet measured'))
     certificate = certify(chain, robot)
@@ -189,9 +191,14 @@ def _imported(
         message = f'the table is not exact enough to be written: {certificate}'
         raise UrdfError(Fault(root.file, 0, '', message, 'inexact'))
     written = text(str(certificate))
+    _refuse_large(root, written)
     doubts = chain_doubts(tree, chain, robot.description.warnings)
+    # The text differs from the measured one in the certificate alone.
+    certified = printable_source(source(str(certificate)))
+    description = replace(robot.description, source=certified)
+    robot = replace(robot, source=certified, description=description)
     return UrdfImport(
-        *(written, _robot(root, written), certificate),
+        *(written, robot, certificate),
         (*choices, *doubts),
         chain.mimics,
         chain_remarks(tree, meant, rounded),
@@ -212,14 +219,21 @@ def _check_names(tree: UrdfTree, chain: UrdfChain) -> None:
             )
 
 
-def _robot(root: XmlElement, text: str) -> Robot:
-    file = f'{root.file}, as a robot file'
+def _refuse_large(root: XmlElement, text: str) -> None:
     if len(text.encode('utf-8')) > MAX_BYTES:
         message = f'larger than the {MAX_BYTES // 1024} KiB that one may have'
-        raise UrdfError(Fault(file, 0, '', message, 'too-large'))
+        raise UrdfError(Fault(_as_robot_file(root), 0, '', message, 'too-large'))
+
+
+def _robot(root: XmlElement, text: str) -> Robot:
+    _refuse_large(root, text)
     try:
-        return robot_from_text(text, file)
+        return robot_from_text(text, _as_robot_file(root))
     except RobotFileError as error:
         first, *others = error.faults
         message = '\n'.join([first.message, *map(str, others)])
         raise UrdfError(replace(first, message=message)) from None
+
+
+def _as_robot_file(root: XmlElement) -> str:
+    return f'{root.file}, as a robot file'

@@ -41,11 +41,10 @@ def robot_file_text(
         Pairs for `known_poses`: joint positions (n,), and the pose of the tip (4, 4).
     """
     names = _variables(chain.variables)
-    source = ''.join(c if c.isprintable() else '?' for c in source)[:MAX_SOURCE_LENGTH]
     moving = {term.variable for row in table.rows for term in row.terms}
     lines = [
         f'robot: {name}',
-        f'source: {json.dumps(source, ensure_ascii=False)}',
+        f'source: {json.dumps(printable_source(source), ensure_ascii=False)}',
         f'convention: {convention}',
         'joints:',
         *(
@@ -60,6 +59,11 @@ def robot_file_text(
         *(f'  - {_known_pose(q, T)}' for q, T in known),
     ]
     return '\n'.join([*lines, ''])
+
+
+def printable_source(source: str) -> str:
+    """Return a source as a robot file can have it: printable, and short enough."""
+    return ''.join(c if c.isprintable() else '?' for c in source)[:MAX_SOURCE_LENGTH]
 
 
 def _variables(joints: Sequence[Variable]) -> list[str]:
