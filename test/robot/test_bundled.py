@@ -40,28 +40,20 @@ def test_every_document_has_its_arms():
 
 
 @every_robot
-def test_the_name_is_that_of_the_file(name):
-    path = ks.bundled_robots()[name]
-    assert path.stem == name
-    assert robot_of(name).name == name
-
-
-@every_robot
-def test_the_source_is_named_and_known_poses_are_given(name):
-    robot = robot_of(name)
+def test_a_bundled_file_is_sound(name):
+    path, robot = ks.bundled_robots()[name], robot_of(name)
+    assert path.stem == robot.name == name
+    assert robot.description.warnings == ()
     assert len(robot.source) > 20
     assert len(robot.description.known_poses) >= 3
-
-
-@every_robot
-def test_the_source_is_for_people(name):
+    text = path.read_text(encoding='utf-8')
+    assert text.isascii()
+    assert '\t' not in text
     # No names of files nobody else has, no numbers of a list of errata; comments are copied too.
-    text = ks.bundled_robots()[name].read_text(encoding='utf-8')
     for inner in (r'\bE\d\.\d', r'\.txt\b', r'_[0-9a-f]{12,}\b', r'\(lines? \d', r'document 00'):
         assert not re.search(inner, text), inner
-    # Where it is from stands first: `robots` cuts what does not fit.
-    first = robot_of(name).source.partition(';')[0]
-    assert len(first) <= 200
+    # Where it is from comes first: `robots` cuts what does not fit.
+    assert len(robot.source.partition(';')[0]) <= 200
 
 
 @every_robot
@@ -75,16 +67,7 @@ def test_known_poses_hold(name):
         assert angle <= known.tolerance_rpy
 
 
-@pytest.mark.slow
-@every_robot
-def test_the_file_is_clean(name):
-    assert robot_of(name).description.warnings == ()
-    text = ks.bundled_robots()[name].read_text(encoding='utf-8')
-    assert text.isascii()
-    assert '\t' not in text
-
-
-@every_robot
+@pytest.mark.parametrize('name', ['craig_3r', 'rrp_elementary', 'six_joint_dh', 'flexpicker'])
 def test_what_a_robot_says_goes_into_json(name):
     robot = robot_of(name)
     said = {

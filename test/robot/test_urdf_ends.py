@@ -7,6 +7,10 @@ from refusal import refused
 
 import kinematics_service as ks
 from kinematics_service.errors import UrdfError
+from kinematics_service.robot.urdf.chain import read_chain
+from kinematics_service.robot.urdf.document import parse_urdf
+from kinematics_service.robot.urdf.ends import chain_ends
+from kinematics_service.robot.urdf.tree import read_tree
 
 LIMIT = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
 
@@ -187,21 +191,23 @@ ARMS = {
 
 @pytest.mark.parametrize(('joints', 'tip', 'count', 'hand'), HANDS.values(), ids=list(HANDS))
 def test_an_arm_ends_at_its_hand(joints, tip, count, hand):
-    found = ks.import_urdf(tree(*joints))
-    assert (found.robot.tool_frame, found.robot.dof) == (tip, count)
-    (doubt,) = found.doubts
-    assert f'to {tip}, with {count} moving joints before' in doubt.message
+    read = read_tree(parse_urdf(tree(*joints).encode(), 'arm.urdf'))
+    base, end, (doubt,) = chain_ends(read)
+    assert (end, len(read_chain(read, base, end).variables)) == (tip, count)
+    assert doubt.code == 'chosen-chain'
+    assert f'to {tip}, with {count} moving' in doubt.message
     assert f"'{hand}" in doubt.message.partition(', the first one of a hand')[0]
     # How to choose otherwise, and what that gives.
     _, base, other = doubt.message.rpartition('write ')[2].split(':')
-    assert ks.import_urdf(tree(*joints), base, other).robot.dof > count
+    assert len(read_chain(read, base, other).variables) > count
 
 
 @pytest.mark.parametrize(('joints', 'tip', 'count'), ARMS.values(), ids=list(ARMS))
 def test_an_arm_without_a_hand_ends_where_its_last_joint_leads(joints, tip, count):
-    found = ks.import_urdf(tree(*joints))
-    assert (found.robot.tool_frame, found.robot.dof) == (tip, count)
-    assert not any('of a hand' in doubt.message for doubt in found.doubts)
+    read = read_tree(parse_urdf(tree(*joints).encode(), 'arm.urdf'))
+    base, end, doubts = chain_ends(read)
+    assert (end, len(read_chain(read, base, end).variables)) == (tip, count)
+    assert not any('of a hand' in doubt.message for doubt in doubts)
 
 
 @pytest.mark.parametrize(

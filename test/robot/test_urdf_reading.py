@@ -174,8 +174,7 @@ ORIGIN, OF_LIMIT = (f"<{tag}> of <joint name='j2'>" for tag in ('origin', 'limit
     ('attributes', 'version', 'roll'),
     [
         (QUARTER, '1.1', math.pi / 2),
-        (QUARTER, '1.2', math.pi / 2),
-        ('quat_xyzw="3 0 0 3"', '1.1', math.pi / 2),
+        ('quat_xyzw="3 0 0 3"', '1.2', math.pi / 2),
         ('quat_xyzw="0 0 0 1"', '', 0.0),
         (f'rpy="1.5707963267948966 0 0" {QUARTER}', '1.1', math.pi / 2),
         (f'rpy="1.5707963267948966 0 0" {QUARTER}', '', math.pi / 2),

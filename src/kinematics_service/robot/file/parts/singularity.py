@@ -45,13 +45,15 @@ def read_rows(words: Sequence[str | None], noun: str, at: Place) -> tuple[str, .
     accepted = f'(accepted: {", ".join(ROWS)})'
     if not words:
         at.fault(f'is empty {accepted}', 'empty')
+    before: set[str | None] = set()
     for index, word in enumerate(words):
         if word is not None and word not in ROWS:
             hint = did_you_mean(meant_by(word, ROWS))
             at[index].fault(f'unknown {noun} {quoted(word)}{hint} {accepted}', 'unknown-name')
-        elif word in words[:index]:
+        elif word in before:
             at[index].fault(f'{word!r} is listed twice', 'duplicate-name')
-    return tuple(row for row in ROWS if row in words)
+        before.add(word)
+    return tuple(row for row in ROWS if row in before)
 
 
 def _thresholds(
