@@ -159,7 +159,7 @@ def test_an_unknown_robot_is_refused_with_the_names():
         "no robot 'puma650': did you mean 'puma560'? give a robot file, a URDF or one of: "
         f'{listed}'
     )
-    with pytest.raises(ks.RobotFileError, match=r'^nowhere/arm\.yaml: no such file$'):
+    with pytest.raises(ks.RobotFileError, match=r'^nowhere/arm\.yaml: no such file;'):
         ks.load_robot('nowhere/arm.yaml')
 
 

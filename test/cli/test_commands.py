@@ -249,7 +249,7 @@ def test_check_reports_all_faults_of_all_files_and_still_checks_the_others(capsy
         f'{bad}:6',
         f'{bad}:7',
         str(missing),
-        "unknown robot 'nosuch'; give a robot file, a URDF or one of",
+        "no robot 'nosuch'",
     ]
     assert '1 of 1 agree' in out
     assert out.endswith('4 files checked, 3 of them with faults\n')
@@ -528,12 +528,12 @@ def test_the_labelled_jacobian_and_twist_are_the_librarys(capsys):
         (['jacobian', '--robot', 'craig_3r', '--q', '1,2,3', '--qdot', 'nan,0,0'],
          ("--qdot: 'nan' ", '--qdot=0.1,0.1,0.1')),
         (['fk', '--robot', 'craig', '--q', '1'],
-         ("--robot: unknown robot 'craig';", "'craig_3r'?")),
+         ("--robot: no robot 'craig':", "'craig_3r'?")),
         (['fk', '--robot', 'no/such.yaml', '--q', '1'],
          ('--robot: no/such.yaml: no such file;', 'kinematics_service robots')),
-        (['demo', '--robot', 'nosuch'], ("--robot: unknown robot 'nosuch'",)),
+        (['demo', '--robot', 'nosuch'], ("--robot: no robot 'nosuch'",)),
         (['--robot', 'puma560', 'robots'], ("after 'robots'",)),
-        (['robots', '--ros-args', '-p', 'a:=1'], ('robots does not use ROS',)),
+        (['robots', '--ros-args', '-p', 'a:=1'], ('robots takes no --ros-args',)),
         (['fk', '--q', '1'], ("option '--robot'. A robot file,",)),
         (['export', 'ur5e'], ("option '--urdf'.",)),
         (['new'], ("argument 'NAME'. Name of",)),
@@ -794,7 +794,7 @@ def test_a_robot_that_an_option_takes_may_stand_alone(capsys, tmp_path):
         imports.append(capsys.readouterr())
     assert imports[0] == imports[1]
     for command in ('demo', *(['view'] if find_spec('viser') else [])):
-        assert "unknown robot 'nosuch'" in refusal(capsys, command, 'nosuch', code=2)
+        assert "no robot 'nosuch'" in refusal(capsys, command, 'nosuch', code=2)
 
 
 @pytest.mark.parametrize('command', ['compare', 'derive', 'export', 'plot'])
@@ -805,7 +805,7 @@ def test_an_unknown_robot_is_refused_in_the_same_words_by_every_command(capsys, 
     mine.touch()
     others = {'compare': (str(mine),), 'export': ('--urdf', '-')}.get(command, ())
     said = refusal(capsys, 'ik', '--robot', 'nosuch', '--xyz', '0,0,1', code=2).splitlines()[-1]
-    assert said.startswith("Error: --robot: unknown robot 'nosuch'")
+    assert said.startswith("Error: --robot: no robot 'nosuch'")
     for given in (('nosuch',), ('--robot', 'nosuch')):
         assert refusal(capsys, command, *given, *others, code=2).splitlines()[-1] == said
 

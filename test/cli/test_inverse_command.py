@@ -187,8 +187,8 @@ def test_axis_and_tolerance(capsys):
 @pytest.mark.parametrize(
     ('argv', 'sentence'),
     [
-        (('--xyz', '1,2'), '--xyz: expected 3 numbers'),
-        (('--xyz', '1,2,x'), "not '1,2,x'"),
+        (('--xyz', '1,2'), "--xyz: '1,2' is not 3"),
+        (('--xyz', '1,2,x'), "--xyz: '1,2,x' is not 3"),
         (('--xyz', '1,2,3', '--rows', 'x,roll'), "--rows: unknown rows 'x,roll'"),
         (('--xyz', '1,2,3', '--rows', 'rx'), '(accepted: x y z)'),
         (('--xyz', '1,2,3', '--one', '--all'), '--one and --all'),

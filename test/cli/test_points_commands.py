@@ -110,7 +110,7 @@ def test_view_of_a_point_needs_its_robot(capsys):
         # More digits than Python makes a number of.
         (['fk', '--of', '1' * 5000], ("--of: unknown point '1",)),
         (['fk', '--of', 'plate'], ("--of: no joint moves 'plate'",)),
-        (['jacobian', '--at', '1,2'], ("not '1,2'", '--at=0.1,0.1,0.1')),
+        (['jacobian', '--at', '1,2'], ("--at: '1,2'", '--at=0.1,0.1,0.1')),
         (['jacobian', '--axes', '9'], ('--axes: axes must', 'camera', 'not 9')),
     ],
 )

@@ -228,10 +228,9 @@ def test_a_point_that_the_arm_does_not_have_is_refused_with_those_it_has(seen, o
     ):
         with pytest.raises(ks.PointError) as refusal:
             function()
-        assert str(refusal.value) == (
-            f'{of!r} is no point of seen: it has tool, elbow, camera, plate, and the frames of '
-            'the rows 0 to 3'
-        )
+        assert refusal.value.code == 'unknown-name'
+        assert repr(of) in str(refusal.value)
+        assert 'rows 0 to 3' in str(refusal.value)
         assert refusal.value.expected == ('tool', 'elbow', 'camera', 'plate')
 
 

@@ -330,7 +330,7 @@ def _node(
             f'options before a command belong to the node; write them after {command!r}'
         )
     if context.obj and command not in WITH_ROS:
-        raise WrongUsage(f'{command} does not use ROS; leave out --ros-args')
+        raise WrongUsage(f'{command} takes no --ros-args: it needs no ROS')
     # The notice says that the kernel is not compiled. The node logs the notice itself, and a user
     # who has set the variable knows about it.
     if VARIABLE not in os.environ and (notice := kernel.notice()):

@@ -131,9 +131,11 @@ def refuse_unwritable(option: str, file: Path) -> None:
     """Raise WrongUsage for an unwritable output file, before its content is computed."""
     folder = file.parent
     if file.is_dir():
-        raise WrongUsage(f'{option}: {file} is a folder; give a file in it')
+        raise WrongUsage(f'{option}: {file} is a folder: give the file itself')
     if not folder.is_dir():
-        raise WrongUsage(f'{option}: no such folder {folder}; make it first (mkdir -p {folder})')
+        raise WrongUsage(
+            f'{option}: there is no folder {folder}; make it first (mkdir -p {folder})'
+        )
     if reason := unwritable(file):
         raise WrongUsage(f'{option}: {reason}')
 
@@ -227,8 +229,7 @@ def given_numbers(
     values = [_value(option, word, angles, degrees) for word in words]
     if len(words) != count or None in values:
         example = ','.join(['0.1'] * count)
-        message = f'{option}: expected {count} numbers, such as {option}={example}, not {text!r}'
-        raise WrongUsage(message)
+        raise WrongUsage(f'{option}: {text!r} is not {count} numbers, such as {option}={example}')
     return np.array(values, dtype=np.float64)
 
 

@@ -129,7 +129,7 @@ def find_robot(name: str | os.PathLike[str]) -> RobotSource:
     if near and _other_model(text, near[0]):
         hint = f'{near[0]} is another arm; '
     raise RobotNotFoundError(
-        f'unknown robot {text!r}; {hint}give a robot file, a URDF or one of: {", ".join(bundled)}',
+        f'no robot {text!r}: {hint}give a robot file, a URDF or one of: {", ".join(bundled)}',
         text,
         tuple(bundled),
     )

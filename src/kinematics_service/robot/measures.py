@@ -84,7 +84,7 @@ def thresholds_for(
     measure = measure or default_measure(joints).name
     if measure not in MEASURES:
         raise KinematicsError(
-            f'unknown singularity measure {measure!r} (accepted: {", ".join(MEASURES)})',
+            f'singularity measure {measure!r} is unknown (choose from {", ".join(MEASURES)})',
             code='unknown-name',
         )
     row = MEASURES[measure]
@@ -109,7 +109,7 @@ def thresholds_for(
     warn = row.warn if warn is None else warn
     stop = row.stop if stop is None else stop
     if warn is None or stop is None:
-        message = f'measure {measure} has no default thresholds; give warn and stop'
+        message = f'measure {measure} has no default thresholds: give warn and stop'
         raise KinematicsError(message, code='missing-key')
     for name, value in (('warn', warn), ('stop', stop)):
         if refusal := row.refusal(value):

@@ -241,7 +241,7 @@ def find_task(
     indices = [ROW_NAMES.index(name) for name in rows]
     if not any(moved[i] for i in indices):
         asked = ' '.join(rows) or 'tool'
-        message = f'no joint moves the tool (task {asked})'
+        message = f'no joint moves the tool (task {asked}): nothing to judge'
         raise KinematicsError(message, code='no-effect')
 
     row_scales = np.array([length if i >= 3 else 1.0 for i in indices])

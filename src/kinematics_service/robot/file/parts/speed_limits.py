@@ -44,7 +44,7 @@ def _limit(
 ) -> SpeedLimit | None:
     at = quantities.top['speed_limits', name]
     if name not in known:
-        at.fault(f'unknown point {quoted(name)}{choice(known)}', 'unknown-name')
+        at.fault(f'there is no point {quoted(name)}{choice(known)}', 'unknown-name')
     entry = checked(SpeedLimitEntry, data, at)
     given = [
         quantities.above_zero(getattr(entry, key), kind, at[key]) or math.inf

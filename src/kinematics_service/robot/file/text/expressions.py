@@ -91,7 +91,7 @@ class Scope:
             hint = '; add a joint of that name to joints, or take a known one'
         elif not hint and not self.constants and self.wanted is not None:
             hint = (
-                f'; write its value under constants, {{{name}: 0.3}}, or {{{name}: }} for a letter'
+                f': name it under constants, as in {{{name}: 0.3}}, or {{{name}: }} for a letter'
             )
         message = f'unknown name {short(name)!r}{hint} (known: {_listed(self.known)})'
         return self.refused.get(name) or Reason(message, 'unknown-name')
