@@ -199,9 +199,14 @@ def test_decimal_commas_in_a_list_are_asked_about():
 
 
 def test_elementary_motions_and_loops_are_read_in_the_same_way():
-    text = 'robot: e\nsource: x\nconvention: elementary\njoints: [{name: q_1, type: revolute}]\n'
-    description = parse_robot(f'{text}links: [Rz(q1\u00a0−\u00a090°), Tx(1⁄2)]\n', 'e.yaml')
-    assert [motion.argument.text for motion in description.links] == ['q_1 - pi/2', '1/2']
+    for name, written in (('q_1', 'q1'), ('q1', 'q_1')):
+        text = (
+            'robot: e\nsource: x\nconvention: elementary\n'
+            f'joints: [{{name: {name}, type: revolute}}]\n'
+            f'links: [Rz({written}\u00a0−\u00a090°), Tx(1⁄2)]\n'
+        )
+        description = parse_robot(text, 'e.yaml')
+        assert [motion.argument.text for motion in description.links] == [f'{name} - pi/2', '1/2']
 
 
 def test_plain_text_is_plain():
