@@ -116,7 +116,7 @@ def test_the_screen_gets_the_file_alone(capsys):
         (['arm', '--dof', '13'], ('--dof: 13', '1 to 12')),
         (['arm', '--units', 'deg,cm'], ("--units: unknown unit 'cm'", 'deg,mm')),
         (['arm', '--units', 'm,mm'], ('--units: m and mm',)),
-        (['arm', '--from', 'ur5'], ("--from: no robot 'ur5': ur5e", *ks.bundled_robots())),
+        (['arm', '--from', 'ur5'], ("--from: no robot 'ur5': there", *ks.bundled_robots())),
         (['arm', '--from', 'other.yaml'], ('--from: other.yaml',)),
         (['arm', '--from', 'ur5e', '--dof', '6'], ('--from', '--dof')),
         (['arm', '--out', 'no/arm.yaml'], ('--out: there is no folder no', 'mkdir -p no')),

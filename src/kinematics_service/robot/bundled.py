@@ -127,7 +127,7 @@ def find_robot(name: str | os.PathLike[str]) -> RobotSource:
     near = difflib.get_close_matches(text.lower(), bundled, n=1)
     hint = f'did you mean {near[0]!r}? ' if near else ''
     if near and _other_model(text, near[0]):
-        hint = f'{near[0]} is another arm; '
+        hint = f'there is no {text}; {near[0]} is another arm; '
     raise RobotNotFoundError(
         f'no robot {text!r}: {hint}give a robot file, a URDF or one of: {", ".join(bundled)}',
         text,

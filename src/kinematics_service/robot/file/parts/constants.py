@@ -7,7 +7,7 @@ from typing import NamedTuple
 from ....errors import ExpressionError
 from ....typography import number_text
 from ..text.entries import checked_mapping, checked_number, is_null
-from ..text.expression_syntax import Reason, names_in, why_no_name
+from ..text.expression_syntax import NameRefusal, names_in, why_no_name
 from ..text.expressions import Scope, parse_affine
 from ..text.fault_report import Place, quoted
 from ..text.plain_expression import plain_expression
@@ -47,7 +47,7 @@ def read_constants(data: Yaml, units: Units, variables: Iterable[str], at: Place
     unreadable: set[str] = set()
     used: set[str] = set()
     moving = {
-        name: Reason(f'{name!r} is a joint variable; write a constant here', 'not-constant')
+        name: NameRefusal(f'{name!r} is a joint variable; write a constant here', 'not-constant')
         for name in variables
     }
     for name, value in given.items():
@@ -63,11 +63,13 @@ def read_constants(data: Yaml, units: Units, variables: Iterable[str], at: Place
         names = names_in(text or '')
         used |= names
         later = {
-            other: Reason(f'{other!r} comes later; write its line above this one', 'wrong-order')
+            other: NameRefusal(
+                f'{other!r} comes later; write its line above this one', 'wrong-order'
+            )
             for other in given
             if other not in values
         }
-        later[name] = Reason(f'{name!r} is defined by itself; write a number', 'circular')
+        later[name] = NameRefusal(f'{name!r} is defined by itself; write a number', 'circular')
         unreadable.add(name)
         if text is None or names & (unreadable - {name}):
             continue

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..text.entries import checked, checked_list, checked_word
-from ..text.expression_syntax import Reason, why_no_name
+from ..text.expression_syntax import NameRefusal, why_no_name
 from ..text.fault_report import Place, quoted
 from ..text.plain_expression import known_names_in
 from ..text.yaml_document import Yaml, texts_in
@@ -70,13 +70,15 @@ def read_passive(
     return tuple(found)
 
 
-def _why_not_passive(name: str, taken: Sequence[str], owner: Mapping[str, int]) -> Reason | None:
+def _why_not_passive(
+    name: str, taken: Sequence[str], owner: Mapping[str, int]
+) -> NameRefusal | None:
     if name in taken or name == 'q':
         message = 'is also the name of a constant or of a driven joint; write another name'
-        return Reason(message, 'duplicate-name')
+        return NameRefusal(message, 'duplicate-name')
     if name in owner:
         message = f'is already passive in loops[{owner[name]}]; write another name'
-        return Reason(message, 'duplicate-name')
+        return NameRefusal(message, 'duplicate-name')
     return why_no_name(name)
 
 

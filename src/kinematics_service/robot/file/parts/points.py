@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 
 from ..text.entries import checked, checked_mapping
-from ..text.expression_syntax import Reason
+from ..text.expression_syntax import NameRefusal
 from ..text.fault_report import Place, quoted
 from ..text.yaml_document import Yaml
 from .description import Placement, PointDescription
@@ -49,19 +49,19 @@ def read_points(
     return tuple(point for point in points if point is not None)
 
 
-def _why_no_name(name: str, frames: dict[str, str]) -> Reason | None:
+def _why_no_name(name: str, frames: dict[str, str]) -> NameRefusal | None:
     if name in RESERVED_NAMES:
         message = f'{quoted(name)} is reserved for {RESERVED_NAMES[name]}; write another name'
-        return Reason(message, 'reserved-name')
+        return NameRefusal(message, 'reserved-name')
     if name in frames:
         message = f'{quoted(name)} is the frame of the {frames[name]}; write another name'
-        return Reason(message, 'duplicate-name')
+        return NameRefusal(message, 'duplicate-name')
     if len(name) > MAX_NAME_LENGTH or not POINT_NAME.fullmatch(name):
         message = (
             f'{quoted(name)} cannot be part of a topic; write a letter, then letters, digits and '
             f'single underscores, at most {MAX_NAME_LENGTH} characters'
         )
-        return Reason(message, 'wrong-name')
+        return NameRefusal(message, 'wrong-name')
     return None
 
 

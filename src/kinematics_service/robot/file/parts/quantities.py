@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple
 
 from ....errors import ExpressionError
-from ..text.expression_syntax import Reason, names_in
+from ..text.expression_syntax import NameRefusal, names_in
 from ..text.expressions import Affine, Expression, Scope, check_function, parse_affine
 from ..text.fault_report import Place, number
 from ..text.plain_expression import plain_expression
@@ -35,7 +35,9 @@ DECIMALS = re.compile(r'(?<![\w.])(\d\.(\d{2,9}))(?!\w)')
 INFINITE = re.compile(r'[-+]?\.?(inf|Inf|INF)')
 NOT_A_NUMBER = re.compile(r'[-+]?\.?(nan|NaN|NAN)')
 WORDS_OF_YAML_1_1 = {
-    word: Reason(f'{word!r} is a word in YAML 1.2, not a number or truth value', 'not-a-number')
+    word: NameRefusal(
+        f'{word!r} is a word in YAML 1.2, not a number or truth value', 'not-a-number'
+    )
     for word in ['yes', 'no', 'on', 'off', 'Yes', 'No', 'On', 'Off', 'YES', 'NO', 'ON', 'OFF']
 }
 KIND_OF: Mapping[JointType, Kind] = {
@@ -209,7 +211,7 @@ class Quantities:
         refused = dict(WORDS_OF_YAML_1_1)
         for name in () if moving else self.joint_types:
             message = f'{name!r} is a joint variable; write a constant here{advice}'
-            refused[name] = Reason(message, 'not-constant')
+            refused[name] = NameRefusal(message, 'not-constant')
         variables = tuple(self.joint_types) if moving else ()
         wanted = None if kind is None else int(kind == 'angle')
         return Scope(self.units.angle, self.constants, variables, refused, wanted)

@@ -33,14 +33,14 @@ POWERS = {'²': SQUARE, '^': SQUARE, '³': 'x*x*x for a cube'}
 UNITS = ('deg', 'degrees', 'rad', 'mm', 'cm', 'm')
 
 
-class Reason(NamedTuple):
+class NameRefusal(NamedTuple):
     """Why a name is not accepted, as text, and the code of the fault."""
 
     message: str
     code: str
 
 
-WhyNot = Callable[[str], Reason | None]
+WhyNot = Callable[[str], NameRefusal | None]
 
 # This lock allows one thread at a time in ast.parse. Up to Python 3.12, threads that parse at the
 # same time share a depth counter, which can raise SystemError (python/cpython issue 106905).
@@ -56,18 +56,18 @@ class Token(NamedTuple):
     end: int
 
 
-def why_no_name(name: str) -> Reason | None:
+def why_no_name(name: str) -> NameRefusal | None:
     """Return why a text cannot be the name of a constant or joint variable; None if it can."""
     if not IDENTIFIER.fullmatch(name):
         plain = plain_names(name)
         advice = f': write {plain}' if IDENTIFIER.fullmatch(plain) else ''
         message = f'is not an identifier (letters a-z, digits, underscore; no digit first){advice}'
-        return Reason(message, 'wrong-name')
+        return NameRefusal(message, 'wrong-name')
     if name == 'pi' or name in ARGUMENTS_OF:
         reserved = ', '.join(('pi', *ARGUMENTS_OF))
-        return Reason(f'already has a meaning (reserved: {reserved})', 'reserved-name')
+        return NameRefusal(f'already has a meaning (reserved: {reserved})', 'reserved-name')
     if name in ('inf', 'nan') or keyword.iskeyword(name):
-        return Reason('is a reserved word; take another name', 'reserved-name')
+        return NameRefusal('is a reserved word; take another name', 'reserved-name')
     return None
 
 

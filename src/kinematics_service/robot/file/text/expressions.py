@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 from ....errors import ExpressionError
 from .entries import did_you_mean, meant_by
-from .expression_syntax import ARGUMENTS_OF, Reason, evaluated, names_in, short, syntax_tree
+from .expression_syntax import ARGUMENTS_OF, NameRefusal, evaluated, names_in, short, syntax_tree
 
 # Patterns for suggestions in messages: usual names of joint variables, the number at the end of a
 # name, and `pi2`, which may mean pi/2.
@@ -73,7 +73,7 @@ class Scope:
     angle_unit: str = 'rad'
     constants: Mapping[str, float] = field(default_factory=dict)
     variables: tuple[str, ...] = ()
-    refused: Mapping[str, Reason] = field(default_factory=dict)
+    refused: Mapping[str, NameRefusal] = field(default_factory=dict)
     wanted: int | None = None
 
     @property
@@ -82,7 +82,7 @@ class Scope:
         pi = ('pi',) if self.angle_unit == 'rad' else ()
         return (*pi, *self.constants, *self.variables)
 
-    def why_not(self, name: str) -> Reason | None:
+    def why_not(self, name: str) -> NameRefusal | None:
         """Return why an expression may not use a name; None if it may."""
         if name in self.known or name == 'pi':
             return None  # `parse_affine` refuses pi in degrees, with a correction
@@ -94,7 +94,7 @@ class Scope:
                 f': name it under constants, as in {{{name}: 0.3}}, or {{{name}: }} for a letter'
             )
         message = f'unknown name {short(name)!r}{hint} (known: {_listed(self.known)})'
-        return self.refused.get(name) or Reason(message, 'unknown-name')
+        return self.refused.get(name) or NameRefusal(message, 'unknown-name')
 
     def _meant(self, name: str) -> str | None:
         # Return a suggestion for an unknown name: pi/2 for `pi2`, a function without parentheses,
