@@ -420,6 +420,13 @@ def test_fk_prints_at_most_eight_lines(capsys, narrow, robot, q, level, last):
     assert any(line.startswith('  determinant') for line in lines) == (determinant is not None)
 
 
+@pytest.mark.parametrize(('q', 'level'), [('-0.93,-0.42,2.8', 'WARN'), ('2.14,-2.8,1.38', 'OK')])
+def test_fk_names_a_loop_that_is_nearly_flat_only_near_it(capsys, q, level):
+    text = answer(capsys, 'fk', '--robot', 'four_bar_arm', f'--q={q}')
+    assert re.search(rf'singularity +{level}:', text)
+    assert bool(re.search(r'^  near +.*four_bar', text, re.MULTILINE)) == (level == 'WARN')
+
+
 def test_fk_says_how_near_the_pose_is_in_words(capsys):
     text = answer(capsys, 'fk', '--robot', 'planar_2r', '--deg', '--q', '0,3', '--all')
     assert 'level WARN' in text
