@@ -361,6 +361,47 @@ def _first_sentence(ks: Any, name: str) -> str:
     return ' '.join(inspect.cleandoc(getattr(ks, name).__doc__).split('\n\n')[0].split())
 
 
+CODE = re.compile(r'[a-z][a-z0-9]*(-[a-z0-9]+)*')
+# Functions that take the code of a fault after its message.
+TAKES_CODE = {'fault', 'warn', 'refuse', 'note', 'add', 'Reason', '_refuse'}
+
+
+def _codes(tree: ast.AST) -> Iterator[str]:
+    # Yield the codes of errors and faults in a module.
+    for node in ast.walk(tree):
+        if isinstance(node, ast.keyword):
+            values = [node.value] if node.arg == 'code' else []
+        elif isinstance(node, ast.Assign):
+            pairs = [(node.targets[0], node.value)]
+            if isinstance(node.targets[0], ast.Tuple) and isinstance(node.value, ast.Tuple):
+                pairs = list(zip(node.targets[0].elts, node.value.elts))
+            values = [v for t, v in pairs if isinstance(t, ast.Name) and t.id == 'code']
+        elif isinstance(node, ast.Call):
+            name = getattr(node.func, 'attr', getattr(node.func, 'id', ''))
+            values = node.args[1:] if name in TAKES_CODE or name.endswith('Error') else []
+        else:
+            continue
+        for part in (part for value in values for part in ast.walk(value)):
+            if isinstance(part, ast.Constant) and isinstance(part.value, str):
+                if CODE.fullmatch(part.value):
+                    yield part.value
+
+
+def error_codes() -> str:
+    """Return a table of the codes of errors, with the parts of the package that raise them."""
+    import kinematics_service as ks
+
+    package = Path(ks.__file__).parent
+    rooms: dict[str, set[str]] = {}
+    for file in package.rglob('*.py'):
+        folders = file.relative_to(package).parts[:-1]
+        room = folders[1 if folders[:1] == ('apps',) else 0] if folders else 'errors'
+        for code in _codes(ast.parse(file.read_text(encoding='utf-8'))):
+            rooms.setdefault(code, set()).add(room)
+    rows = [(f'`{code}`', ', '.join(sorted(rooms[code]))) for code in sorted(rooms)]
+    return table(('Code', 'Raised in'), rows)
+
+
 def docstrings() -> str:
     """Return a directive of autodoc for each public name."""
     from sentences import LIBRARY
@@ -387,6 +428,7 @@ MAKERS: dict[str, Callable[[], str]] = {
     'measures': measures,
     'robots': robots,
     'library': library,
+    'error_codes': error_codes,
 }
 
 # Pages and pictures
