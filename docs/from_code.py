@@ -381,10 +381,9 @@ def _codes(tree: ast.AST) -> Iterator[str]:
             values = node.args[1:] if name in TAKES_CODE or name.endswith('Error') else []
         else:
             continue
-        for part in (part for value in values for part in ast.walk(value)):
-            if isinstance(part, ast.Constant) and isinstance(part.value, str):
-                if CODE.fullmatch(part.value):
-                    yield part.value
+        parts = (part for value in values for part in ast.walk(value))
+        texts = (part.value for part in parts if isinstance(part, ast.Constant))
+        yield from (text for text in texts if isinstance(text, str) and CODE.fullmatch(text))
 
 
 def error_codes() -> str:
@@ -395,7 +394,7 @@ def error_codes() -> str:
     rooms: dict[str, set[str]] = {}
     for file in package.rglob('*.py'):
         folders = file.relative_to(package).parts[:-1]
-        room = folders[1 if folders[:1] == ('apps',) else 0] if folders else 'errors'
+        room = next((name for name in folders if name != 'apps'), 'errors')
         for code in _codes(ast.parse(file.read_text(encoding='utf-8'))):
             rooms.setdefault(code, set()).add(room)
     rows = [(f'`{code}`', ', '.join(sorted(rooms[code]))) for code in sorted(rooms)]
