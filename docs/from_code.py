@@ -363,7 +363,7 @@ def _first_sentence(ks: Any, name: str) -> str:
 
 CODE = re.compile(r'[a-z][a-z0-9]*(-[a-z0-9]+)*')
 # Functions that take the code of a fault after its message.
-TAKES_CODE = {'fault', 'warn', 'refuse', 'note', 'add', 'Reason', '_refuse'}
+TAKES_CODE = {'fault', 'warn', 'refuse', 'note', 'Reason', 'YamlError', '_refuse'}
 
 
 def _codes(tree: ast.AST) -> Iterator[str]:
@@ -378,12 +378,16 @@ def _codes(tree: ast.AST) -> Iterator[str]:
             values = [v for t, v in pairs if isinstance(t, ast.Name) and t.id == 'code']
         elif isinstance(node, ast.Call):
             name = getattr(node.func, 'attr', getattr(node.func, 'id', ''))
-            values = node.args[1:] if name in TAKES_CODE or name.endswith('Error') else []
+            # The fault of a row of a table has its report and column first.
+            of_row = name == 'fault' and getattr(node.args[0], 'id', '') == 'report'
+            values = node.args[3 if of_row else 1 :] if name in TAKES_CODE else []
         else:
             continue
-        parts = (part for value in values for part in ast.walk(value))
-        texts = (part.value for part in parts if isinstance(part, ast.Constant))
-        yield from (text for text in texts if isinstance(text, str) and CODE.fullmatch(text))
+        for value in values:
+            for part in (value.body, value.orelse) if isinstance(value, ast.IfExp) else (value,):
+                text = getattr(part, 'value', None)
+                if isinstance(text, str) and CODE.fullmatch(text):
+                    yield text
 
 
 def error_codes() -> str:
