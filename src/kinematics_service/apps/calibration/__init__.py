@@ -1,5 +1,5 @@
 """
-Calibrate a robot from its nominal table: `calibrate`, its variants, the node's second source.
+Calibrate a robot: correct the numbers of its nominal table so that its poses fit measured ones.
 
 reading, boards, collecting      rows: joint positions, and poses, touches or images
 -> checking, camera, conditions  `Measured`: rows that fit each other, without known mistakes

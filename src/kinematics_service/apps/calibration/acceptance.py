@@ -28,29 +28,30 @@ from .result import Calibration
 # Largest share of rows that may be outliers. If more rows contradict the arm, the calibration is
 # refused.
 OUTLIER_SHARE = 0.1
-# Level of two tests, for all joints together: Fisher's exact test, whether the rows left out share
-# positions of a joint; and the score test, whether errors depend on the position of a joint.
+# Significance level of two tests, each for all joints together. Fisher's exact test detects
+# outliers in one part of a joint's range. The score test detects errors that depend on a joint
+# position.
 TEST_LEVEL = 1e-3
-# Rows may be off by two standard deviations of the instrument's noise, if it is known.
+# If the noise of the instrument is known, errors up to this factor times the noise are accepted.
 NOISE_RATIO = 2.0
 
 
 class JudgedFit(NamedTuple):
-    """A calibration, and whether all numbers of its table were fitted, gear ratios apart."""
+    """A calibration, and whether all numbers of its table except gear ratios were fitted."""
 
     found: Calibration
     whole: bool
 
     @property
     def limit(self) -> PoseLimit:
-        """Return the largest rms errors of an accepted calibration, as those of `audit`."""
+        """Return the largest rms errors (m, rad) with which a calibration is accepted."""
         limit = FrameLimits().warn if self.whole else EXPLAINED
         left = (NOISE_RATIO * math.sqrt(3) * one for one in self.found.instrument or (0.0, 0.0))
         return PoseLimit(*map(max, zip(limit, left)))
 
     @property
     def contradicting(self) -> Flags:
-        """Return flags (N,) of the rows that are left out and have an error above `limit`."""
+        """Return flags (N,): True for outliers whose error is above `limit`."""
         far = np.linalg.norm(self.found.remainders, axis=2) > self.limit
         return np.asarray(~self.found.used & np.any(far, axis=1))
 
@@ -61,7 +62,7 @@ class JudgedFit(NamedTuple):
 
 
 def refusals_of(fit: JudgedFit) -> tuple[str, ...]:
-    """Return a sentence for each reason against the calibration; none if it is accepted."""
+    """Return a sentence for each reason to refuse the calibration; empty if it is accepted."""
     found, out, reasons = fit.found, fit.contradicting, list[str]()
     if np.sum(out) > OUTLIER_SHARE * found.count:
         reasons.append(
@@ -81,8 +82,8 @@ def refusals_of(fit: JudgedFit) -> tuple[str, ...]:
 
 def noise_remarks(fit: JudgedFit) -> Iterator[str]:
     """
-    Yield a sentence if many rows were left out, but a larger noise of the instrument may explain
-    them.
+    Yield a sentence if more than a tenth of the rows are outliers, but none has an error above
+    `limit`. A larger noise of the instrument may explain these rows.
     """
     if fit.many_out and not np.any(fit.contradicting):
         position, angle = (one / math.sqrt(3) for one in fit.found.with_outliers.after.rms)
@@ -94,9 +95,10 @@ def noise_remarks(fit: JudgedFit) -> Iterator[str]:
 
 
 def _by_joint(found: Calibration, out: Flags) -> str:
-    # Return a sentence if the rows left out share positions of a joint. For each joint and each
-    # row left out, take all rows at or above its position (or at or below, or as far from the
-    # median). Count the rows left out among them, and compute the probability of this by chance.
+    # Return a sentence if the outliers lie in one part of the range of a joint; else an empty
+    # text. For each joint and each outlier, take the rows with joint positions at or above that of
+    # the outlier (then at or below it, then at least as far from the median). Count the outliers
+    # among these rows, and compute the probability of this count by chance.
     left, count, rows = int(np.sum(out)), len(out), found.rows
     if left < MIN_POSES or left == count:
         return ''
@@ -120,8 +122,8 @@ def _by_joint(found: Calibration, out: Flags) -> str:
 
 
 def _by_chance(count: int, left: int, drawn: int, found: int) -> float:
-    # Return the probability that a random draw of `drawn` rows among `count` has at least `found`
-    # of the `left` rows: hypergeometric.
+    # Return the hypergeometric probability that `drawn` random rows of `count` contain at least
+    # `found` of the `left` outliers.
     ways = (
         math.comb(left, k) * math.comb(count - left, drawn - k)
         for k in range(found, min(left, drawn) + 1)
@@ -130,17 +132,17 @@ def _by_chance(count: int, left: int, drawn: int, found: int) -> float:
 
 
 def joint_remarks(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
-    """Yield sentences on joints that move too little, or that errors depend on."""
+    """Yield sentences on joints that move too little, and on a joint that the errors depend on."""
     yield from _nearly_still(robot, problem, found)
     if not any(one.group == GEARS for one in problem.parameters):
         yield from _by_gear(robot, problem, found)
 
 
 def _nearly_still(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
-    # If an axis has an error e, the tool moves by e times the motion of its joint. For a turning
-    # axis e is a distance (m), for a sliding axis an angle (rad). The standard deviation of e is
-    # the noise divided by the norm of the motion. e is identified if this is KNOWN_RATIO times
-    # smaller than its usual error.
+    # If a joint axis has an error e, the tool moves by e times the motion of the joint. For a
+    # turning axis e is a distance (m), for a sliding axis an angle (rad). The standard deviation
+    # of e is the position noise divided by the norm of the joint's motion. e is identified if its
+    # standard deviation is KNOWN_RATIO times smaller than its usual error.
     q = problem.given.q[found.used]
     seen = np.linalg.norm(q - np.mean(q, axis=0), axis=0)
     usual = np.where(robot.prismatic, float(ANGLE), LENGTH)
@@ -158,7 +160,8 @@ def _nearly_still(robot: Robot, problem: FitProblem, found: Identified) -> Itera
 
 
 def _by_gear(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
-    # The derivative by the gear ratio is the derivative by the joint times the joint position.
+    # The derivative of a pose by a gear ratio is its derivative by the joint position, times the
+    # joint position.
     moves = problem.moves_with_joints(found.values) * problem.given.q[:, None, None, :]
     shown = np.any(moves != 0.0, axis=(0, 1, 2))
     joints = np.flatnonzero(shown)

@@ -25,18 +25,21 @@ if TYPE_CHECKING:
     from ...printing import Json
 
 # A flat board looks nearly equal in two different poses. The second pose is excluded if its sum of
-# squares is larger by the square of 5 standard deviations of the corner noise.
+# squared corner residuals is larger by 25 variances of the corner noise.
 POSE_DEVIATIONS = 5.0
 # OpenCV's criteria of a refinement: flag 3 (both criteria end it), largest number of steps,
 # smallest change.
 REFINED = (3, 50, float(np.finfo(np.float64).eps))
-# Upper limit of the usual noise of corners, px; above it there is a warning.
+# Largest usual noise of a corner's coordinate, px. A larger noise causes a warning.
 USUAL_PIXELS = 0.3
-# In proposed poses, the board is at most this factor nearer or farther than in the images.
+# Proposed poses bring the board at most this factor nearer to the camera, or farther, than the
+# images show it.
 DISTANCE_RATIO = 1.2
-# Least cosine of the angle between the board's normal and the view in proposed poses: 60 degrees.
+# Least cosine of the angle between the board's normal and the camera's axis in proposed poses: the
+# angle is at most 60 degrees.
 FACING_COSINE = 0.5
-# Share of the image that stays free at each edge in proposed poses.
+# In proposed poses, the board stays away from each edge of the image by this share of its width
+# and height.
 RIM_SHARE = 0.04
 TOO_FLAT = 'the board is seen too flat, or from too far, to tell which way it is inclined'
 
@@ -51,7 +54,7 @@ class BoardPose(NamedTuple):
     squares: float
 
 
-# For each image, by its index, the poses that fit its corners, the likeliest first.
+# Maps the index of an image to the poses of the board that fit its corners, the likeliest first.
 PosesOfImages = dict[int, list[BoardPose]]
 
 
@@ -67,7 +70,7 @@ class BoardViews(FrozenArrays):
     seen : N
         The corners in each image.
     rows : shape (N,)
-        The row of joint positions at which each image was taken.
+        Index of the joint positions at which each image was taken.
     poses : shape (N, 4, 4)
         Poses of the board in the frame of the camera.
     squares : shape (N,), px^2
@@ -85,22 +88,24 @@ class BoardViews(FrozenArrays):
 
     @property
     def noise(self) -> float:
-        """Return the standard deviation of one number of a corner within an image, px."""
+        """Return the standard deviation (px) of one coordinate of a corner, from the residuals."""
         free = sum(2 * len(one.points) - 6 for one in self.seen)
         return float(np.sqrt(np.sum(self.squares) / free))
 
     @property
     def typical(self) -> Floats:
         """
-        Return the typical standard deviations (2,) of one number of a position (m) and of a
-        rotation (rad) if corners have a noise of one pixel.
+        Return typical standard deviations (2,) of a pose of the board, for a corner noise of 1 px.
+        They belong to one coordinate of the position (m) and of the rotation vector (rad).
         """
         variances = np.einsum('nkk->nk', self._covariances(self.poses, self.seen))
         return np.asarray(np.sqrt(variances.reshape(-1, 2, 3).mean(axis=(0, 2))))
 
     @property
     def instrument(self) -> tuple[float, float]:
-        """Return the noise of a typical pose that the noise of the corners causes; m and rad."""
+        """
+        Return the noise of a typical pose (m, rad), propagated from the noise of the corners.
+        """
         position, rotation = (self.noise * self.typical).tolist()
         return position, rotation
 
@@ -124,15 +129,15 @@ class BoardViews(FrozenArrays):
     @property
     def whitening(self) -> Floats:
         """
-        Return whitening matrices (N, 6, 6): residuals multiplied by them all have the noise of a
-        typical pose.
+        Return whitening matrices (N, 6, 6): they scale the residuals of each pose to the noise of
+        a typical pose.
         """
         return self._whitening(self.poses, self.seen)
 
     def whitening_at(self, poses: Floats) -> Floats:
         """
-        Return whitening matrices (N, 6, 6) for other poses (N, 4, 4), at which the corners of the
-        fullest image would be seen.
+        Return whitening matrices (N, 6, 6) for given poses (N, 4, 4) of the board. All corners of
+        the image with most corners are assumed to be seen at each pose.
         """
         return self._whitening(poses, [self._whole] * len(poses))
 
@@ -147,7 +152,7 @@ class BoardViews(FrozenArrays):
 
     def are_in_view(self, poses: Floats) -> Flags:
         """
-        Return whether the board is wholly in the image at poses (N, 4, 4), shape (N,).
+        Return flags (N,): whether the image shows the whole board at each of its poses (N, 4, 4).
 
         The distance of the board from the camera must be nearly that in the images. The angle
         between the board's normal and the view must be below 60 degrees.
@@ -181,8 +186,8 @@ class BoardViews(FrozenArrays):
 
 def moved(camera: Intrinsics, pose: Floats, seen: SeenCorners) -> tuple[Floats, Floats]:
     """
-    Return the residuals of the corners in px, (K, 2), and their derivatives by position and
-    rotation of the board, (2 K, 6).
+    Return the residuals (K, 2) of the corners, px, and the derivatives (2 K, 6) of the computed
+    pixels by position and rotation of the board.
     """
     arms = seen.points @ pose[:3, :3].T
     pixels, J = camera.pixels(arms + pose[:3, 3])
@@ -228,7 +233,8 @@ def board_views(
     Parameters
     ----------
     seen, names : N
-        For each image its corners, or a sentence that says why they are missing; and its name.
+        The corners of each image, or a sentence that says why it has none; and the name of each
+        image.
 
     Raises
     ------
@@ -258,8 +264,9 @@ def board_views(
 def _decided(
     robot: Robot, q: Floats, found: PosesOfImages, sure: Sequence[int], camera: Camera
 ) -> PosesOfImages:
-    # Choose for each image the pose whose rotation is nearest to that of the arm; base and tool
-    # come from the images with one pose.
+    # Choose for each image the pose of the board whose rotation is nearest to the rotation that
+    # the arm predicts. The offsets of base and tool are fitted to the images with one possible
+    # pose.
     def placed(poses: Floats) -> Floats:
         return inverses(poses) if camera == ON_TOOL else poses
 
@@ -281,9 +288,10 @@ def view_sentences(views: BoardViews, held_out: Floats, outliers: Sequence[int])
     Parameters
     ----------
     held_out : shape (N, 2, 3), m and rad
-        The residual of each pose in the fit without its block of rows.
+        The residual of each pose, with corrections fitted without the block of rows that contains
+        this pose.
     outliers
-        Rows that were left out.
+        Indices of the rows that were left out of the fit.
     """
     errors = np.delete(views.pixel_errors(held_out), outliers)
     yield (

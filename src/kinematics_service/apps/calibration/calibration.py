@@ -228,8 +228,8 @@ def calibrate(
         return TriedCalibration(one.accepted, left, len(one.outliers))
 
     if frames is not None and frames.cause is not None:
-        # The frame check has named a cause already. A calibration corrects it unless it is far
-        # beyond its prior.
+        # The frame check has named a cause that the fit can correct. The fit is refused, so the
+        # cause is probably far beyond its prior: report this cause alone.
         causes = RefusalCauses((frames.cause.sentence,), True, True)
     else:
         changes, scores = mistakes_of(robot, names.given, read), names.scores_of(found.used)
@@ -297,9 +297,9 @@ def _fitted(
 
 
 def _blocks(problem: FitProblem) -> Integers:
-    # Return the number of the block of each row. The joint positions of each set are cut into
-    # blocks of consecutive ones. A row that repeats a position is in the block of its first row:
-    # in another block, it would predict the held-out row.
+    # Return the block number of each row, for cross-validation. Consecutive joint positions of a
+    # set form a block. Rows with equal joint positions are in one block: otherwise one of them
+    # would predict another one that is held out.
     numbers, begin = position_numbers(problem.given.q), 0
     blocks = np.full(len(problem.given.q), -1)
     for k in range(len(problem.chains)):

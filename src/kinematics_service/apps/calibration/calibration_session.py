@@ -1,4 +1,4 @@
-"""Collect poses of a running robot for a calibration, and fit them again as their number grows."""
+"""Collect poses of a running robot for a calibration, and repeat the fit as more poses arrive."""
 
 import os
 import threading
@@ -93,7 +93,7 @@ def collect_poses(
         spinner.spin(lambda: stop.came or time.monotonic() >= end or not context.ok())
         spinner.close()
         session.finish()
-        # Without a time limit: a time-out would end the process and lose the collected poses.
+        # Destroy the node without a time limit: a time-out would lose the collected poses.
         node.destroy_node()
         return session.collector.collected()
 
@@ -102,7 +102,8 @@ def collect_poses(
 
 
 class _Session:
-    # Two subscriptions, the poses matched from their messages, and fits of these poses.
+    # Subscribes to joint states and poses, matches them by their stamps, and runs fits in a
+    # thread.
 
     def __init__(
         self,
@@ -178,6 +179,6 @@ class _Session:
         self._complete = found.complete
 
     def finish(self) -> None:
-        """Wait for a running fit: the final fit of all poses must not compete with it."""
+        """Wait for a running fit, so that it does not compete with the final fit of all poses."""
         if self._thread is not None:
             self._thread.join()

@@ -1,4 +1,4 @@
-"""Calibrate with a camera on the tool or standing still, and detect a wrong size of its board."""
+"""Prepare the poses of a board that a camera measured, and detect a wrong size of the board."""
 
 from typing import Literal, NamedTuple
 
@@ -26,7 +26,9 @@ LONGER = "the camera's focal length is some {} times that of its calibration fil
 
 
 class WrongSize(NamedTuple):
-    """A sentence on a wrong size, and whether the calibration is refused."""
+    """
+    A sentence on a wrong size of the board, and whether the calibration is refused because of it.
+    """
 
     sentence: str
     refused: bool
@@ -34,8 +36,8 @@ class WrongSize(NamedTuple):
 
 def wrong_size(problem: FitProblem, fit: Identified) -> WrongSize | None:
     """
-    Return a sentence if the rows show that the squares of the board, or the focal length, are of
-    another size; else None.
+    Return a sentence if the measured poses show a wrong size of the board's squares, or a wrong
+    focal length of the camera; else None.
 
     If the board is larger, all its coordinates in the camera grow by one factor. If the focal
     length is longer, only the distance along the view grows. A larger arm looks like a smaller
@@ -67,8 +69,8 @@ def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) 
     Raises
     ------
     CalibrationError
-        A camera on the tool has positions alone. Or `check` is set and the size of the board is
-        off by more than 1 %.
+        A camera on the tool measured positions alone. Or `check` is set and the size of the board
+        is off by more than 1 %.
     """
     if camera == ON_TOOL and given.positions:
         raise CalibrationError(
@@ -80,8 +82,8 @@ def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) 
         return given
     A, B = forward_kinematics(robot, given.q), given.poses
     X, Y, left = offsets_of(A, B, False, Free())
-    # Solve s p_B = X A y for the size s, y and the translation of X. It is linear in them, since
-    # the rotations of X and A do not depend on the size.
+    # Solve s p_B = X A y for the size s, the point y and the translation of X. The equation is
+    # linear in these unknowns, since the rotations of X and A do not depend on s.
     R = X[:3, :3] @ A[:, :3, :3]
     ones = np.broadcast_to(np.eye(3), R.shape)
     M = np.concatenate([ones, R, -B[:, :3, 3, None]], axis=2).reshape(-1, 7)

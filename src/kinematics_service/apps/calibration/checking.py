@@ -1,4 +1,4 @@
-"""Check measured poses against the arm before the fit; an error says what is wrong."""
+"""Check measured poses against the arm before the fit, and raise an error that names a mistake."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -35,8 +35,8 @@ from .placing import Free, Offsets, offsets_of, shared_offsets
 
 # Joint positions, tool positions or rotations that differ by less (rad, m) count as equal.
 MIN_CHANGE = 1e-3
-# Largest median error (m) of a nominal table once base and tool are fitted; a larger error is a
-# mistake of the input.
+# Largest median error (m) of the nominal table after base and tool are fitted. If the error is
+# larger, the input has a mistake.
 MAX_ERROR = 0.02
 # The frame check leaves out rows whose residual is above 5 times the median.
 OUTLIER_MEDIANS = 5.0
@@ -54,9 +54,9 @@ ROWS_AT_ONCE = 20_000
 NAMES_IN_SENTENCE = 8
 # Poses, screws and relative changes (m, rad) that differ by less are equal.
 ROUND_OFF = 1e-9
-# The mistake if poses are 1000 times too small for a table in metres: they were divided by 1000.
+# The sentence on poses that are 1000 times too small: a wrong unit divided them by 1000.
 IN_METRES = 'the poses are in metres, not millimetres'
-# Advice which option of the command to use, by the sentence of the mistake.
+# The option of the command that corrects a mistake; the keys are the sentences on the mistakes.
 OPTIONS = {
     INVERSE: '. Poses of a board take calibrate-camera, with the right --camera',
     DEGREES: '; add --joint-format deg',
@@ -66,20 +66,22 @@ OPTIONS = {
 }
 # Names that users may not give to points or sessions, since names of parameters begin with them.
 TAKEN = re.compile(r'(base|tool)\d*|compliance')
-# Groups of parameters: PLACEMENT and ZEROS are drifts from session to session, COMPLIANCE is that
-# of the joints under load.
+# Names of groups of parameters: drifts of the instrument's pose and of the joint zeros between
+# sessions, and the compliance of the joints under load.
 PLACEMENT, ZEROS, COMPLIANCE = 'placement', 'zeros', 'compliance'
 # Parameters that are not in a table: the delay of the joint states, and the backlash of the
 # joints. Each joint stops half the backlash before its measured position.
 LAG = ArmParameter('lag', 'lag', False)
 BACKLASH = ArmParameter('backlash', 'backlash', True)
-# Keys of causes in the frame check that do not stop a calibration, since it corrects them.
+# If the frame check finds one of these causes, the calibration goes on, since it corrects the
+# cause.
 FOUND_HERE = ('joint_offset', 'link_length', 'link_twist')
 
 
 class Measured(NamedTuple):
     """
-    The measured rows of a calibration: joint positions, poses, and what differs between rows.
+    The measured rows of a calibration: joint positions, poses, and the set and session of each
+    row.
 
     Attributes
     ----------
@@ -132,7 +134,7 @@ class Measured(NamedTuple):
     ) -> 'Measured':
         """
         Return measured rows of one session. If `qdot` (N, n) is given, the lag is a parameter, and
-        joints move by `qdot` per second of it.
+        a lag of 1 s moves the joints by `qdot`.
         """
         rates = np.zeros((*q.shape, 0)) if qdot is None else qdot[:, :, None]
         moving = () if qdot is None else (LAG,)
@@ -144,7 +146,7 @@ class Measured(NamedTuple):
         return int(np.max(self.sets)) + 1
 
     def of_set(self, k: int) -> 'Measured':
-        """Return the rows of set k: only `q` and `poses` are selected."""
+        """Return a copy that has `q` and `poses` of set k only; its other fields are unchanged."""
         own = self.sets == k
         return self._replace(q=self.q[own], poses=self.poses[own])
 
@@ -225,7 +227,7 @@ def measured(
 
 
 def rigid_positions(points: Floats) -> Floats:
-    """Return points (N, 3) as poses (N, 4, 4) without a rotation."""
+    """Return poses (N, 4, 4) with the positions `points` (N, 3) and no rotation."""
     T = np.tile(np.eye(4), (len(points), 1, 1))
     T[:, :3, 3] = points
     return T
@@ -245,7 +247,7 @@ def check_mark(what: str, name: str) -> None:
 
 
 def position_numbers(q: Floats) -> Integers:
-    """Return a number (N,) from 0 for each joint position; equal positions have equal numbers."""
+    """Number the different rows of q from 0, and return the number of each row, shape (N,)."""
     numbers, different = np.full(len(q), -1), 0
     while np.any(left := numbers < 0):
         first = q[int(np.argmax(left))]
@@ -281,7 +283,8 @@ def checked_offsets(
     robot: Robot, given: Measured, free: Free, own: Free, check: bool, read: str = ''
 ) -> tuple[list[Offsets], FrameDiagnosis | None]:
     """
-    Return the initial offsets of each set, and the frame check of the first set that has one.
+    Return the initial offsets of base and tool for each set, and the result of the frame check.
+    The result is that of the first set that the frame check accepts as input.
 
     Parameters
     ----------
@@ -313,7 +316,8 @@ def _checked(
     q, poses, positions = given.q, given.poses, given.positions
     middle = float(np.median(found.remainder))
     if positions and len(q) >= CAUSE_POSES:
-        # Require CAUSE_POSES positions: base and point alone fit three positions to any three.
+        # Require CAUSE_POSES positions: the offsets of base and point alone fit any three
+        # positions.
         _check_positions(robot, q, poses, middle, free)
     near = np.flatnonzero(found.remainder <= OUTLIER_MEDIANS * middle + MIN_CHANGE)
     near = near[np.unique(np.linspace(0, len(near) - 1, MAX_POSES).astype(int))]
@@ -406,7 +410,7 @@ def _check_positions(robot: Robot, q: Floats, poses: Floats, middle: float, free
 
 def refuse_mistake(sentence: str, left: float, middle: float) -> None:
     """
-    Refuse rows if a mistake explains them: its correction divides the median residual by 3.
+    Raise an error if the correction of a mistake divides the median residual by 3 or more.
 
     Parameters
     ----------
@@ -428,7 +432,7 @@ def refuse_mistake(sentence: str, left: float, middle: float) -> None:
 
 
 def in_words(position: float, rotation: float, positions: bool) -> str:
-    """Return a length (m) as text, and an angle (rad) if not only positions were measured."""
+    """Return a length (m) and an angle (rad) as text; the length alone if `positions` is set."""
     length, angle = map(not_nothing, (length_in_words(position), angle_in_words(rotation)))
     return length if positions else f'{length}, {angle}'
 

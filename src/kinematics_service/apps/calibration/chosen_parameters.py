@@ -44,13 +44,14 @@ from .identified_table import (
 )
 from .placing import Offsets
 
-# Prior standard deviation (m and rad) of base, tool and points. It is wide, since they may be
-# anywhere.
+# Prior standard deviation (m and rad) of base, tool and points. It is wide, since base, tool and
+# points may be anywhere.
 PLACE_PRIOR = 1.0
 # Prior standard deviation of a lag, s, and of a backlash, rad.
 LAG_PRIOR = 0.1
 NOTHING_SAID = Tolerances()
-# The word for all groups. It includes gear ratios, which are fitted only on request.
+# The word in `fit` and `fix` for all groups, including gear ratios. Gear ratios are fitted only on
+# request.
 EVERYTHING = 'all'
 
 
@@ -77,8 +78,8 @@ class TouchedPoint:
 
 class PlacedEnds(NamedTuple):
     """
-    Offsets of base and tool, and their poses from which the fit starts, (sets, 4, 4) each, as in
-    `Calibration`.
+    The fitted offsets of base and tool, and the poses of base and tool from which the fit starts.
+    Each array has the shape (sets, 4, 4), as in `Calibration`.
     """
 
     base_offsets: Floats
@@ -88,7 +89,7 @@ class PlacedEnds(NamedTuple):
 
 
 class UndoneRows(TypedDict, total=False):
-    """Rows of poses or of touches with a mistake corrected, as arguments of `calibrate`."""
+    """Arguments of `calibrate`: measured rows after a mistake of the input is corrected."""
 
     q: Floats
     poses: Floats
@@ -103,7 +104,7 @@ def asks_for_gears(fit: Sequence[str]) -> bool:
 
 class ChosenParameters:
     """
-    All parameters of an arm measured in sets; words of the user choose the fitted ones.
+    All parameters of an arm; the user's words in `fit` and `fix` choose those that are fitted.
 
     Attributes
     ----------
@@ -136,7 +137,9 @@ class ChosenParameters:
     def fitted(
         self, fit: Sequence[str], fix: Sequence[str], tolerances: Iterable[str] = ()
     ) -> list[int]:
-        """Return the indices of the fitted parameters; refuse a word that names none."""
+        """
+        Return the indices of the fitted parameters; raise an error if a word names no parameter.
+        """
         known = (*self.words, EVERYTHING, *(one.name for one in self.every))
         for word in (*fit, *fix, *tolerances):
             if word not in known:
@@ -206,9 +209,11 @@ class ChosenParameters:
         return FitProblem(parameters, before, columns, count, tuple(chains), rows, known_distances)
 
     def possible(self, problem: FitProblem) -> int:
-        """Return the number of parameter combinations that poses of this kind can determine."""
-        # `J` is that of the first set. Each further set adds a base or tool of its own, which the
-        # poses of this set determine: count these parameters separately.
+        """
+        Return the largest number of parameter combinations that measured poses can determine.
+        """
+        # `J` is the Jacobian of the first set. Each further set adds a base or tool of its own,
+        # which the poses of this set determine: count these parameters separately.
         J = scaled_jacobian(self.robot, problem.chains[0], self.every, problem.given.positions)[
             :, problem.columns
         ]
@@ -219,7 +224,7 @@ class ChosenParameters:
     def combinations(
         self, problem: FitProblem, noise: Noise, used: Flags
     ) -> tuple[ParameterCombination, ...]:
-        """Return the sets of parameters that these poses do not distinguish."""
+        """Return the sets of parameters that the used poses do not distinguish."""
         return combinations_of(usual_motions(problem, noise, used), problem.parameters)
 
     def ends_of(self, problem: FitProblem, values: Floats) -> PlacedEnds:
@@ -239,20 +244,24 @@ class ChosenParameters:
 
     def as_given(self) -> Floats:
         """
-        Return the residuals (N, 2, 3) of position (m) and rotation (rad) from the poses of the
-        robot file, unchanged, to the measured poses.
+        Return the residuals (N, 2, 3), m and rad, of the measured poses with the unchanged robot
+        file.
         """
         poses = forward_kinematics(self.robot, self.given.q)
         return remainders_between(self.given.poses, poses, self.given.positions)
 
     def undone(self, change: Hypothesis) -> UndoneRows:
-        """Return the rows with a mistake corrected, as arguments of `calibrate`."""
+        """
+        Correct a mistake of the input, and return the measured rows as arguments of `calibrate`.
+        """
         T = change.seen(self.given.poses)
         poses = T[:, :3, 3] if self.given.positions else inverses(T) if self.given.from_tool else T
         return {'q': change.joints(self.given.q), 'poses': poses, 'sets': self.given.sets}
 
     def scores_of(self, used: Flags) -> Callable[[Sequence[Hypothesis]], Floats]:
-        """Return a function that scores mistakes: the misfit of the rows with each corrected."""
+        """
+        Return a function that maps mistakes of the input to the misfits after their correction.
+        """
         return scores_of_poses(self.robot, self.given, used)
 
     def points(self, problem: FitProblem, found: Identified) -> tuple[TouchedPoint, ...]:
@@ -273,18 +282,20 @@ class ChosenParameters:
 
 def usual_motions(problem: FitProblem, noise: Noise, used: Flags) -> Floats:
     """
-    Return how usual errors of the parameters move the rows, in standard deviations of the noise.
+    Return the QR factor R (P, P) of the Jacobian of the poses, scaled by usual errors and noise.
 
-    The result is the triangle R (P, P) of a QR decomposition of this Jacobian. The scales are
-    usual errors, since priors do not decide which parameters are identifiable. The Jacobian is
-    that of the nominal arm: corrections turn parallel axes by too little to be measured.
+    Column k of the scaled Jacobian tells how a usual error of parameter k moves the poses, in
+    standard deviations of the noise. Priors are not used, since they must not decide which
+    parameters are identifiable. The Jacobian is computed for the nominal arm, with exactly
+    parallel axes: corrections turn these axes by too little to be measured.
     """
     scales = np.array([one.scale for one in problem.parameters]) / problem.prior
     return weighted_jacobian(problem, np.zeros(len(scales)), noise, used) * scales
 
 
 def _moved(chain: CorrectedChain, first: int) -> CorrectedChain:
-    # Return the chain with the corrections of a session added behind those of the base.
+    # Return the chain with the six placement corrections of a session, after the corrections of
+    # the base.
     begin = chain.still[0]
     six = [CorrectingMotion(k > 2, k % 3, first + k) for k in range(len(SIX))]
     at = 1 + len(SIX)

@@ -19,8 +19,8 @@ MAX_GAP = SECOND // 10
 STATES = 2048
 # Largest number of kept poses whose stamps are later than the newest joint state.
 MAX_AHEAD = STATES // 8
-# Two poses are kept as one if no joint moved by this angle between them (rad; prismatic joints are
-# scaled by a length of the arm).
+# Two poses count as one if each joint moved less than this angle between them (rad; prismatic
+# joints are scaled by a length of the arm).
 MIN_CHANGE = 0.02
 # Largest number of poses kept.
 MAX_POSES = 2000
@@ -136,8 +136,8 @@ class PoseCollector:
 
     def taken(self) -> CollectedPoses:
         """
-        Return all poses except the last, and drop them. The last pose may still be replaced by one
-        with a lower joint speed.
+        Return all kept poses except the last, and remove them from the collector. The last pose
+        may still be replaced by one with a lower joint speed.
         """
         poses = self.collected().at(slice(-1))
         del self._pairs[:-1]

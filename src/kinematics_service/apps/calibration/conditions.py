@@ -34,8 +34,8 @@ COMPLIANCE_PRIOR = {True: 1e-4, False: 1e-5}
 # Prior standard deviations of drifts of the instrument: the usual errors of a table. The key is
 # whether the parameter is an angle (rad) or a length (m).
 PLACEMENT_PRIOR = {True: float(ANGLE), False: LENGTH}
-# Prior standard deviation of the drift of a joint zero, by temperature, divided by the usual error
-# of the zero in a datasheet.
+# The prior standard deviation of a zero's drift is this share of the usual error of the zero in a
+# datasheet. Temperature causes the drift.
 DRIFT_SHARE = 0.5
 STANDARD_GRAVITY = 9.80665  # m/s^2
 # Largest load (kg) of an arm whose tool is 1 m from its base (RMS). For other arms, the limit
@@ -62,7 +62,7 @@ class ToolLoads(NamedTuple):
 
 
 class RowConditions(NamedTuple):
-    """Session names of the rows, and loads, as the arguments of `calibrate`."""
+    """The arguments `sessions` and `loads` of `calibrate`."""
 
     sessions: Sequence[str] | None = None
     loads: ToolLoads | None = None
@@ -168,8 +168,8 @@ def _checked_loads(robot: Robot, count: int, loads: ToolLoads) -> tuple[Floats, 
 
 
 def _elsewhere(q: Floats, marks: Integers, names: Sequence[str], what: str) -> Iterator[str]:
-    # Yield a warning about marks (sessions, loads) if most of their joint positions were measured
-    # under no other mark.
+    # Yield a warning if most joint positions were measured in one session only, or with one load
+    # only.
     numbers = position_numbers(q)
     shared = (np.isin(numbers[marks == k], numbers[marks != k]) for k in range(len(names)))
     alone = ', '.join(name for name, own in zip(names, shared) if np.mean(own) < 0.5)

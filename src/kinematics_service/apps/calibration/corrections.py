@@ -131,7 +131,8 @@ def in_file_units(value: float, angle: bool, description: RobotDescription) -> f
 
 @dataclass(frozen=True, eq=False)
 class _Corrections:
-    # Corrections (rad or m) by the row of a description's table and the name in the row.
+    # Corrections (rad or m) of a table. The keys of `found` are the row of the table and the name
+    # of a number in this row.
     description: RobotDescription
     found: Mapping[tuple[int, str], float]
 

@@ -153,5 +153,5 @@ def scores_of_poses(
 
 
 def truncated(squares: Floats) -> Floats:
-    """Return the means (...,) of squares (..., N), each limited to 1."""
+    """Limit each of the squares (..., N) to 1, and return their means (...,)."""
     return np.asarray(np.mean(np.minimum(squares, 1.0), axis=-1))

@@ -27,8 +27,8 @@ from .checking import Measured
 
 # Noise (m and rad) below this is round-off.
 NOISE_FLOOR = 1e-10
-# The relative standard deviation of a noise estimate is 1 / sqrt(2 f). It is above an eighth if f
-# is below 30: then USUAL_NOISE is a lower bound of the estimate.
+# A noise estimate with f degrees of freedom has the relative standard deviation 1 / sqrt(2 f). It
+# is above an eighth if f is below 30: then USUAL_NOISE is a lower bound of the estimate.
 NOISE_FREEDOM = 30.0
 # Usual noise of encoders and trackers (m and rad).
 USUAL_NOISE = 2e-5
@@ -36,13 +36,13 @@ USUAL_NOISE = 2e-5
 HUBER_QUANTILE = 0.95
 # Level of the chi-square test of a row: beyond it the row is an outlier.
 OUTLIER_CHANCE = 3e-6
-# Largest number of rounds of each phase.
+# Largest number of Gauss-Newton steps in each phase of the fit.
 MAX_ROUNDS = 25
-# The rounds end if the step, in standard deviations, and the relative change of the noise are
-# below this value.
+# A phase ends if the step, in standard deviations, and the relative change of the noise are below
+# this value.
 STEP_TOLERANCE = 1e-3
-# Lower bound of f in the variance f / (f - 2) of Student's distribution, which is infinite at
-# f = 2.
+# Student's distribution with f degrees of freedom has the variance f / (f - 2), which is infinite
+# at f = 2. This lower bound of f keeps the variance finite.
 LEAST_STUDENT_FREEDOM = 3.0
 # With at most 1 degree of freedom the rows do not determine the noise.
 UNKNOWN_NOISE_FREEDOM = 1.0
@@ -89,8 +89,8 @@ class FitProblem:
     chains
         Chains from the frame of the poses to the tool, one for each set.
     given
-        The measured rows. `sets` has the index of each row's chain; `rates` belongs to the last K
-        parameters.
+        The measured rows. `sets` has the index of each row's chain; `rates` has derivatives of the
+        joint positions by the last K parameters.
     known_distances
         Distances between corrected points.
     """
@@ -290,8 +290,8 @@ class Identified:
 
 
 class _Step(NamedTuple):
-    # A Gauss-Newton step divided by the priors; the triangle R of the equations; the rows of the
-    # equations, and their residuals.
+    # A Gauss-Newton step, divided by the prior standard deviations; the triangle R of the scaled
+    # equations; their Jacobian `rows`, and their right-hand side.
     step: Floats
     triangle: Floats
     rows: Floats
@@ -300,15 +300,16 @@ class _Step(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class _Equations:
-    # The equations of a problem, divided by standard deviations. Each row has a weight, or a flag
-    # that is True if the row is used.
+    # The linear least-squares equations of a fit, scaled by standard deviations. Each pose has a
+    # weight, or a flag that is True if the pose is used.
     problem: FitProblem
     noise: Noise
     weights: Floats | Flags
 
     @property
     def scale(self) -> Floats:
-        # Return the factors of the residuals, (N, 1, 1) for positions, (N, 2, 1) for whole poses.
+        # Return the factors by which residuals are multiplied: root of the weight, divided by the
+        # noise. The shape is (N, 1, 1) for positions, (N, 2, 1) for poses.
         each = np.asarray(self.noise, dtype=np.float64)[: self.problem.kinds]
         return np.asarray(np.sqrt(self.weights, dtype=np.float64)[:, None, None] / each[:, None])
 
@@ -428,12 +429,13 @@ def widened(noise: Noise, freedom: Noise) -> Noise:
 
 
 def refined(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> Floats:
-    """Return the corrections fitted to the `used` rows with a given noise, from `values` on."""
+    """Fit the corrections to the `used` rows with a given noise, starting from `values`."""
     for _ in range(MAX_ROUNDS if len(values) else 0):
         solved = _Equations(problem, noise, used).solved(values)
         values = values + problem.prior * solved.step
-        # Stop if the step is small in standard deviations after the fit. These are tiny for exact
-        # poses: stop also if the step is far below the prior standard deviations.
+        # Stop if the step is small compared with the standard deviations after the fit. For exact
+        # poses these standard deviations are tiny: then stop if the step is far below the prior
+        # standard deviations.
         moved = np.linalg.norm(solved.triangle @ solved.step)
         if moved < STEP_TOLERANCE or np.all(np.abs(solved.step) < STEP_TOLERANCE**2):
             break
@@ -502,7 +504,7 @@ def one_more(
     columns[: own[..., 0].size] = own.reshape(-1, moves.shape[3])
     triangle = triangle_of(np.column_stack([solved.rows, columns, solved.right]))
     at = len(found.values)
-    # Take the part of each column, and of the residuals, that no fitted parameter explains.
+    # Take the parts of the added columns, and of the residuals, that no fitted parameter explains.
     left, right = triangle[at:, at:-1], triangle[at:, -1]
     squares = np.maximum(np.sum(left**2, axis=0), np.finfo(np.float64).tiny)
     return (right @ left / squares).tolist(), (1.0 / np.sqrt(squares)).tolist()
@@ -523,7 +525,7 @@ def _stepped(equations: _Equations, values: Floats, remainders: Floats) -> tuple
 
 def length_quantile(share: float, kinds: int) -> float:
     """
-    Return a quantile of the length of a vector of 3 kinds standard normal numbers (Wilson and
+    Return a quantile of the length of a vector of `3 * kinds` standard normal numbers (Wilson and
     Hilferty 1931).
     """
     spread = 2 / (9 * 3 * kinds)
@@ -555,8 +557,8 @@ def huber_weights(distances: Floats, kinds: int) -> Floats:
 
 def median_noise(lengths: Floats) -> Floats:
     """
-    Return the standard deviation (...,) of each of three numbers, from the median of the lengths
-    (..., N) of such triples.
+    Return the standard deviation (...,) of one coordinate of random 3-vectors, from the median of
+    their lengths (..., N).
     """
     return np.asarray(
         np.maximum(np.median(lengths, axis=-1) / length_quantile(0.5, 1), NOISE_FLOOR)
@@ -566,8 +568,9 @@ def median_noise(lengths: Floats) -> Floats:
 def _evident_noise(
     problem: FitProblem, remainders: Floats, rows: Floats, inverse: Floats, used: Flags
 ) -> tuple[Noise, Noise]:
-    # Return the noise and its degrees of freedom: the root of the summed squared residuals divided
-    # by the measured numbers that determine no parameter, and the count of these numbers.
+    # Return the noise and its degrees of freedom. The degrees of freedom are the measured numbers
+    # minus those that determine parameters. The noise is the root of the sum of squared residuals
+    # divided by the degrees of freedom.
     kinds, count = problem.kinds, len(problem.given.q)
     basis = rows[: 3 * kinds * count] @ inverse
     leverage = np.sum(basis.reshape(count, kinds, -1) ** 2, axis=(0, 2))

@@ -1,5 +1,5 @@
 """
-Corrections of a table, their remaining uncertainty, and parameters that poses do not distinguish.
+Compute the uncertainty of a calibrated table, and find parameters that poses do not distinguish.
 """
 
 from collections.abc import Sequence
@@ -37,8 +37,8 @@ KNOWN_RATIO = 3.0
 PROJECTOR_TOLERANCE = 1e-6
 # A singular value is round-off if its ratio to the largest one is below this.
 SINGULAR_VALUE_RATIO = 1e-9
-# A robot is the calibrated one if its poses differ by at most this (m, rad): its file has numbers
-# with a limited number of digits.
+# A robot counts as the calibrated one if its poses differ by at most this value (m, rad) from
+# those of the calibration. They differ slightly, since the robot file rounds numbers.
 POSE_TOLERANCE = 1e-8
 
 
@@ -86,7 +86,8 @@ class CalibratedParameter(ArmParameter):
         """
         Return whether the poses identify the parameter; else it mostly keeps its nominal value.
         """
-        # The priors of base and tool are wide: compare their deviation with usual errors instead.
+        # The priors of base and tool are wide: compare the standard deviation with the usual error
+        # instead.
         before = self.prior if self.group in TABLE_GROUPS else min(self.prior, self.scale)
         return KNOWN_RATIO * self.deviation < before
 
@@ -111,14 +112,15 @@ class IdentifiedTable(FrozenArrays):
     covariance: Floats
 
     def fitted_of(self, names: Sequence[str]) -> tuple[list[int], list[int]]:
-        """Return the indices of fitted names in `names`, and their indices in `parameters`."""
+        """Find fitted parameters by name; return their indices in `names` and in `parameters`."""
         at = {one.name: k for k, one in enumerate(self.parameters)}
         own = [k for k, name in enumerate(names) if name in at]
         return own, [at[names[k]] for k in own]
 
     def table_errors(self, robot: Robot, q: Floats) -> TableErrors:
         """
-        Return the errors that the table may still have; `robot` is the calibrated robot.
+        Return the uncertainty of the calibrated table, at joint positions q of the calibrated
+        robot.
 
         Raises
         ------
@@ -178,8 +180,7 @@ def table_corrections(
 
 def calibrated_errors(robot: Robot, found: IdentifiedTable, ends: bool = False) -> TableErrors:
     """
-    Return the errors that the table may still have after a calibration, as a factor of their
-    covariance.
+    Return the uncertainty of the table after a calibration, as a factor of the covariance.
 
     Parameters
     ----------
@@ -248,7 +249,7 @@ def structural_rank(J: Floats) -> int:
 
 
 def motion_of(six: Floats) -> Floats:
-    """Return the motion (4, 4) of the corrections x y z rx ry rz of a base or tool."""
+    """Convert corrections x y z rx ry rz of a base or tool to a transformation (4, 4)."""
     T = np.eye(4)
     for k, value in enumerate(six.tolist()):
         T = T @ small_motion(k > 2, k % 3, value)

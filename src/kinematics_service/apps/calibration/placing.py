@@ -18,15 +18,15 @@ TRIM_ROUNDS = 3
 TRIMMED_SHARE = 0.7
 # Number of alternating steps that fit base and tool to positions.
 PLACING_STEPS = 40
-# A coordinate of the tool's point stays 0 if moving it moves the positions by less than 1e-6 of
-# that motion: the positions do not determine it.
+# If a motion of the tool's point along an axis moves the positions by less than 1e-6 of this
+# motion, the positions do not determine the coordinate. Then the coordinate stays 0.
 MIN_RATIO = 1e-6
 
 
 class Offsets(NamedTuple):
     """
-    X and Y, each (..., 4, 4), of B = X A Y, and the lengths (..., N) of the residuals of the
-    positions, m.
+    The base offset X and the tool offset Y of B = X A Y, each (..., 4, 4), and the lengths (...,
+    N) of the residuals of the positions, m.
     """
 
     base: Floats
@@ -43,8 +43,8 @@ class Free(NamedTuple):
 
 def offsets_of(A: Floats, B: Floats, positions: bool, free: Free) -> Offsets:
     """
-    Return X and Y of B = X A Y, between poses of a robot file and measured poses, by least trimmed
-    squares.
+    Fit the base offset X and the tool offset Y of B = X A Y by least trimmed squares. A are the
+    poses of a robot file, B the measured poses.
 
     Parameters
     ----------

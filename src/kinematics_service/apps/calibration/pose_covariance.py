@@ -1,5 +1,5 @@
 """
-Compute the covariances of the tool's pose and twist, from those of joint positions and table.
+Propagate the covariances of joint positions and table to the covariances of tool pose and twist.
 """
 
 import numpy as np
@@ -44,9 +44,9 @@ def pose_covariance(
         Standard deviations of the joint positions, for example of encoders. The errors of the
         joints are independent. Default: those of the robot file.
     calibration
-        Its covariance of the table's numbers is used instead of the uncertainty of the robot file.
-        Numbers that it did not identify have their priors. Base and tool are not included, since
-        they are those of the measuring device.
+        The covariance of the table from this calibration is used instead of the uncertainty of the
+        robot file. Numbers that the calibration did not identify have their priors. Base and tool
+        are not included, since they are those of the measuring device.
 
     Raises
     ------

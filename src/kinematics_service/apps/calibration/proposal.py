@@ -54,7 +54,7 @@ SPEED_SHARE = 0.25
 USUAL_SPEED = 1.0
 # Time (s) for which the arm stands still at each pose, so that it can be measured.
 HOLD_TIME = 2.0
-# Time (s) from rest to the first pose.
+# Time (s) that the planned motion takes from rest to the first pose.
 START_TIME = 5.0
 # Decimals of joint positions and times.
 DIGITS = 6
@@ -80,7 +80,8 @@ class LineOfSight(NamedTuple):
 
     def is_free(self, poses: Floats) -> Flags:
         """
-        Return whether the point is in the cone of the tool, shape (N,), for tool poses (N, 4, 4).
+        Return flags (N,): whether the instrument is in the cone of the tool at tool poses (N, 4,
+        4).
         """
         axis = np.asarray(self.axis, dtype=np.float64)
         ways = np.asarray(self.point) - poses[:, :3, 3]
@@ -104,7 +105,7 @@ class ProposedPoses(FrozenArrays):
     before, after : shape (P,), rad or m
         Standard deviations of the parameters now, and after these poses have been measured.
     rows : shape (N,)
-        Indices of the poses in the given joint positions; empty if none were given.
+        Indices of the proposed poses among the given joint positions; empty if none were given.
     """
 
     robot: Robot

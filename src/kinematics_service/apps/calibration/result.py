@@ -26,7 +26,7 @@ BLOCKS = 5
 
 class FitErrors(NamedTuple):
     """
-    Errors of the measured rows, with different numbers fitted.
+    Errors of the measured poses, with different groups of parameters fitted.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Calibration(IdentifiedTable):
     instrument
         The noise of the instrument, as in `noise`, if it was given; else None.
     positions
-        Whether the poses are positions alone.
+        Whether only positions were measured.
     outliers
         Indices of the rows that were left out, the largest error first.
     distances : shape (N,)
@@ -143,9 +143,9 @@ class Calibration(IdentifiedTable):
         """
         Return a sentence if held-out rows are worse with the corrections; else an empty text.
 
-        They are worse if their mean squared error grows by more than that of the noise. They do
-        not judge the calibration if the rows outside a held-out block suffice only for base and
-        tool.
+        Held-out rows are worse if the corrections increase their mean squared error by more than
+        that of the noise. If the rows outside a held-out block suffice only for base and tool, the
+        sentence says that held-out rows do not judge the calibration.
         """
         kind, more = self.kind, f'measure more {self.kind}, far apart (calibrate-propose)'
         before, after = self.held_out_before.position_rms, self.held_out.position_rms

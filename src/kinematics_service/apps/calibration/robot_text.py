@@ -171,8 +171,8 @@ def placed_robot(found: Calibration, frames: Frames) -> Robot:
     try:
         return build_robot(placed)
     except KinematicsError:
-        # An arm of few joints has other singular poses at another point of the tool: the factors
-        # of the file do not fit exactly.
+        # The singular poses of an arm with few joints depend on the tool frame. With the measured
+        # tool frame, the singular factors of the file hold only approximately.
         return built_nearly(placed)
 
 
@@ -212,8 +212,8 @@ def certificate(
 def _known_poses(
     found: Calibration, robot: Robot, q: Floats, poses: Floats, frames: Frames
 ) -> list[str]:
-    # Return the lines of the section: measured poses, evenly spread over the rows, as poses of the
-    # tool in the base frame of the written file.
+    # Return the lines of the section `known_poses`. They are measured poses, evenly spread over
+    # the rows, as poses of the tool in the base frame of the written file.
     X, Y = found.base_offsets[0], found.tool_offsets[0]
     # If the calibration is refused, take also the rows that contradict it.
     outliers = set(found.outliers) if found.accepted else set()
@@ -247,9 +247,9 @@ def _known_poses(
 
 
 def _tolerances(found: Calibration, poses: Floats, frames: Frames) -> tuple[float, float]:
-    # Return the tolerances (m, rad) of known poses. They follow from the noise, so that all used
-    # poses are within them. The noise is estimated from the residuals, and is at most the largest
-    # residual of a calibration.
+    # Return the tolerances (m, rad) of known poses. The tolerances follow from the noise, so that
+    # all used poses are within the tolerances. The noise is estimated from the residuals, and is
+    # at most the largest residual of a calibration.
     known, limit = found.instrument or (0.0, 0.0), outlier_limit(2)
     length, angle = (
         limit * min(noise, max(most / limit, of_instrument))
@@ -327,7 +327,8 @@ def named_factor(
             own = np.flatnonzero(there)
             made_of[own, column] = np.linalg.lstsq(known.screws[own].T, screw, rcond=None)[0]
     factor = made_of @ errors.factor
-    # A gear has an equal row for each screw of its joint: keep the first one.
+    # A gear ratio has one row for each screw of its joint. These rows are equal: keep the first
+    # one.
     _, first = np.unique(known.of, return_index=True)
     rows = first[np.any(made_of[first], axis=1)]
     triangle = np.linalg.qr(factor[rows].T, mode='r')
@@ -338,7 +339,7 @@ def named_factor(
 def _scaled(
     value: float, angle: bool, description: RobotDescription | None, digits: int = DIGITS
 ) -> str:
-    # Return a number as text in the units of the file; without a description, as a share.
+    # Return a number as text in the units of the file; unchanged if no description is given.
     unit = 1.0
     if description is not None:
         unit = description.radians if angle else description.metres

@@ -68,15 +68,15 @@ TOUCH_TOLERANCE = 1e-13
 STEP_LIMIT = 0.5
 # No joint turns farther than this angle (rad): larger joint positions are tested for degrees.
 MAX_TURN = 4 * np.pi
-# A constant reflection that reverses the sign of translations: a correction of the point is the
-# opposite correction of the tip.
+# A reflection that reverses the sign of translations. A correction of a touched point moves the
+# tip, relative to the point, in the opposite direction.
 MIRROR = np.diag([-1.0, -1.0, -1.0, 1.0])
 
 
 class TouchStart(NamedTuple):
     """
-    Points (..., K, 3) in the base frame, tips (..., 3) in the tool frame, and residuals `left`
-    (..., N, 3) from tips to points; m.
+    Initial points (..., K, 3) in the base frame, initial tips (..., 3) in the tool frame, and
+    residuals `left` (..., N, 3) from tips to points; m.
     """
 
     points: Floats
@@ -100,7 +100,7 @@ def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> Touc
     Parameters
     ----------
     q : shape (..., N, n), rad or m
-        Joint positions; leading dimensions may be corrections of several mistakes.
+        Joint positions; each leading index may be a different correction of the input.
     point : shape (N,)
         The number of the point touched.
     free
@@ -244,8 +244,8 @@ class SamePointParameters(ChosenParameters):
 
     def scores_of(self, used: Flags) -> Callable[[Sequence[Hypothesis]], Floats]:
         """
-        Return a function that scores mistakes of the input: the squared distance of each touch,
-        with the mistake corrected.
+        Return a function that scores mistakes of the input. It corrects each mistake and returns
+        the truncated mean of the squared distances from tips to points.
         """
         q, far = self.given.q, ERROR_LIMIT.position
         return lambda changes: truncated(
@@ -253,7 +253,8 @@ class SamePointParameters(ChosenParameters):
         )
 
     def _distances(self, joints: Floats) -> Floats:
-        # Return distances (H, N) from tips to points, m, at other joint positions (H, N, n).
+        # Fit tip and points to joint positions (H, N, n), and return the distances (H, N) from
+        # tips to points, m.
         return started(self.robot, joints, self.given.sets).distances
 
     def _check_touches(self, start: TouchStart) -> None:
@@ -313,8 +314,10 @@ class SamePointParameters(ChosenParameters):
     def _exact_jacobian(
         self, problem: FitProblem, noise: Noise, q: Floats, point: Integers
     ) -> Floats:
-        # Return how usual errors of the parameters move the tip, at joint positions where the
-        # nominal arm touches the points exactly. Only there do scaled lengths keep the touches.
+        # Return the scaled Jacobian of the tip at joint positions with which the nominal arm
+        # touches the points exactly. Only at such joint positions does a common factor of all
+        # lengths keep the touches exact, so that the Jacobian shows that this factor is not
+        # identifiable.
         touching, exact = _touching(self.robot, q, self.start.points[point], self.start.tip)
         if not np.any(exact):
             touching, exact = q, np.ones(len(q), dtype=bool)
@@ -338,8 +341,8 @@ class SamePointParameters(ChosenParameters):
 
     def as_given(self) -> Floats:
         """
-        Return the residuals from the tip of the file to the fitted points, (N, 2, 3), m; those of
-        rotations are zero.
+        Return the residuals (N, 2, 3) from the tip of the robot file to the fitted points, m.
+        Residuals of rotations are zero.
         """
         left = started(self.robot, self.given.q, self.given.sets, free=False).left
         return np.stack([left, np.zeros_like(left)], axis=1)
@@ -387,8 +390,8 @@ class SamePointParameters(ChosenParameters):
 
 
 def _touching(robot: Robot, q: Floats, targets: Floats, tip: Floats) -> tuple[Floats, Flags]:
-    # Return joint positions near q at which the tip is at its target, and flags of the rows where
-    # it is. Damped least squares (Levenberg and Marquardt).
+    # Move the tip to its targets from q by damped least squares (Levenberg and Marquardt). Return
+    # the joint positions, and flags of the rows whose tip has reached the target.
     for _ in range(PLACING_STEPS + 1):
         T, J = forward_kinematics(robot, q), jacobian(robot, q, at=tip)[:, :3]
         left = targets - (T[:, :3, 3] + T[:, :3, :3] @ tip)
@@ -404,7 +407,7 @@ def _touching(robot: Robot, q: Floats, targets: Floats, tip: Floats) -> tuple[Fl
 def _checked(
     apart: Mapping[tuple[str, str], float], names: Sequence[str]
 ) -> dict[tuple[int, int], float]:
-    # Check the known distances, and return them by the numbers of their points instead of names.
+    # Check the known distances, and return them with the indices of the points as keys.
     for (one, other), distance in apart.items():
         if missing := [name for name in (one, other) if name not in names]:
             points = ', '.join(names)

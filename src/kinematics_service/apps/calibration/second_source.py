@@ -1,7 +1,8 @@
 """
-Diagnose poses of a second source, and test them for jumps once they fit the robot file.
+Diagnose tool poses of a second source (a tracker), and test them for jumps of a joint zero.
 
-While the poses do not fit the robot file, the newest poses are diagnosed again and again.
+The jump test starts once the poses fit the robot file. Until then, the newest poses are diagnosed
+again and again.
 """
 
 from dataclasses import dataclass, replace
@@ -24,8 +25,8 @@ from .zero_jump import RECENT, JumpDetector, Watched
 
 # Number of poses of the first diagnosis, and number of new poses before the next one.
 MIN_NEW = 20
-# Keys of causes that a jump may look like. If a jump is detected and the diagnosis has one of
-# these causes, the jump is reported.
+# A diagnosis may mistake a jump for one of these causes. If a jump is detected and the diagnosis
+# has one of these causes, the jump is reported.
 LOOKS_OF_A_JUMP = ('joint_offset', 'link_length', 'link_twist', 'time_lag')
 # The advice to the user if large errors remain and no mistake explains them.
 ADVICE = 'calibrate-live collects poses for a robot file of this very arm'
@@ -69,8 +70,8 @@ def examined(
     way: list[tuple[int, Floats]],
 ) -> Examined:
     """
-    Return the diagnosis and the jump test, updated by new poses; `way` are joint positions at
-    stamps (ns).
+    Return the diagnosis and the jump test, updated by new poses. `way` has the stamps (ns) and
+    joint positions of the path.
     """
     if before is None:
         return restarted(robot, limits, None, new, way)
@@ -98,8 +99,8 @@ def restarted(
     way: list[tuple[int, Floats]],
 ) -> Examined:
     """
-    Return the diagnosis of the newest poses alone. A running jump test goes on if the level is as
-    in the diagnosis before; else a new test starts.
+    Return the diagnosis of the newest poses alone. If the status level is the level of the
+    previous diagnosis, a running jump test goes on; else a new jump test starts.
     """
     recent, judge = newest.at(slice(-RECENT, None)), judge_of(limits)
     found = diagnosed(robot, recent, way)

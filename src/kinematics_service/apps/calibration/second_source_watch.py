@@ -18,7 +18,7 @@ from ...robot.robot import Robot
 from .collecting import PoseCollector
 from .second_source import MIN_NEW, Examined, examined, frames_status
 
-# Largest number of kept poses that have joint states.
+# Largest number of kept poses that were matched with joint states.
 MAX_POSES = 256
 # Least time between two samples of the joints' path, ns: the path is sampled at 100 Hz at most.
 PATH_STEP = 10_000_000
@@ -77,8 +77,8 @@ class SecondSourceWatch:
         self._ahead = 0.0 if is_stale else 1e-9 * (stamp - self._way[-1][0])
         is_matched = poses.different > 0 and poses.unmatched == self._unmatched
         if is_stale or is_matched and self._ahead < CLOCK_DIFFERENCE:
-            # Without joint states no pose can be used. The status `input` reports this, so the
-            # time without a used pose starts anew here.
+            # Restart the time without a used pose if this pose was used. Restart it too if joint
+            # states are missing, since the status `input` reports their absence.
             self._used_at, self._arrived = now, 0
         self._unmatched = poses.unmatched
 
@@ -119,7 +119,8 @@ class SecondSourceWatch:
         )
 
     def _compared(self, limits: ReferenceLimits, refused: str) -> StatusText:
-        # Start a comparison if new poses are there, and return the status of the last one.
+        # Start a comparison if enough new poses were collected; return the status of the last
+        # comparison.
         count = self._poses.different
         busy = self.thread is not None and self.thread.is_alive()
         if count > MIN_NEW and not busy and (new := self._poses.taken()).stamps:

@@ -1,12 +1,12 @@
 """
 Detect a jump of a joint zero by the generalized likelihood ratio (GLR) test of Willsky and Jones.
 
-Willsky and Jones 1976; Basseville and Nikiforov 1993, chapter 7. The residual of pose k is
-e = H x + A delta + noise. The unknown x contains base, tool, lag and the errors of the table, with
-Gaussian priors. delta is the jump, from some pose of the window on. The test maximizes the
-likelihood ratio over the jumping parameter, its first pose and delta. x is estimated from the
-baseline of healthy poses and the window. A wrong table is part of x, so a new working region
-raises no alarm.
+Willsky and Jones 1976; Basseville and Nikiforov 1993, chapter 7. The residual of pose k is e = H x
++ A delta + noise. The unknown x contains base, tool, lag and the errors of the table, with
+Gaussian priors. delta is the jump: it acts on some pose of the window and on all later poses. The
+test maximizes the likelihood ratio over the jumping parameter, its first pose and delta. x is
+estimated from the baseline of healthy poses and the window. A wrong table is part of x, so a new
+working region raises no alarm.
 """
 
 import math
@@ -31,14 +31,15 @@ from .collecting import CollectedPoses
 # Quantiles of chi-square with 1 and 6 degrees of freedom at 1e-10. With some 1000 tests for each
 # pose, a healthy arm raises one false alarm in 1e7 poses.
 THRESHOLDS = {1: 41.8, 6: 58.4}
-# Freeze the baseline if a ratio exceeds its threshold minus this share of the smaller threshold.
+# Add no poses to the baseline while a likelihood ratio exceeds its threshold minus this share of
+# the smaller threshold.
 FREEZE_RATIO = 0.5
-# Number of poses of the window; up to a batch more. A slip must be detected within 100 poses of a
-# camera.
+# The window has this number of poses, or up to one batch more. A slip must be detected within 100
+# poses of a camera.
 WINDOW = 128
 # A second source may fail for this number of poses without an alarm.
 MAX_FAILED = 5
-# Smallest number of poses since a jump, and smallest number of poses that must fit better with it.
+# A jump is detected only if at least this number of poses came after it and fit better with it.
 MIN_POSES = MAX_FAILED + 1
 # Number of poses that are tested together and then enter the baseline together.
 BATCH = 16
@@ -51,8 +52,8 @@ OFFSET = 0.3
 LAG = 0.01
 # Number of poses of the baseline. It keeps the newest poses, to follow an arm that warms up.
 MEMORY = 2 * WINDOW
-# Linearize again if the offsets moved by this or more (m, rad); the square of a smaller step is
-# negligible.
+# Linearize again if the offsets of base and tool moved by this or more (m, rad); the square of a
+# smaller step is negligible.
 STEP = 2e-3
 # The median of chi-square with 6 degrees of freedom.
 MEDIAN = 5.35
@@ -61,18 +62,18 @@ ROUNDS = 8
 # Joints that moved less than this are never named (rad; prismatic joints are scaled by a length of
 # the arm).
 MIN_RANGE = 0.02
-# If the information of a jump is below this ratio to its information with x known, it is
-# round-off.
+# The information of a jump is round-off if it is below this share of its information for known x.
 MIN_RATIO = 1e-9
-# A joint is not named if it is more than 100 times less likely than the best one.
+# A joint is not named if its jump is more than 100 times less likely than the likeliest jump.
 RIVAL_GAIN = 2.0 * math.log(100)
-# Nine of ten jumps are detected that exceed the threshold by this number of standard deviations.
+# A jump that exceeds the threshold by this number of standard deviations is detected in nine of
+# ten cases.
 POWER_Z = NormalDist().inv_cdf(0.9)
 # Number of the newest poses that are given to a diagnosis: half of the window.
 RECENT = WINDOW // 2
 # The second source fails if more than an eighth of the poses of the window are outliers.
 MAX_OUTLIERS = WINDOW // 8
-# Number of poses after which the smallest detectable jump is predicted.
+# The status predicts the smallest jump that this number of poses after the jump would reveal.
 FORECAST = 50
 
 BASE, TOOL, LAGS = slice(0, 6), slice(6, 12), slice(12, 13)
@@ -113,7 +114,7 @@ class ZeroJump:
 
 class Watched(NamedTuple):
     """
-    The result of all tests so far.
+    The result of the jump tests of all poses so far.
 
     Attributes
     ----------
@@ -147,7 +148,8 @@ class Watched(NamedTuple):
 
     def sentence(self) -> str:
         """
-        Return a sentence without a jump: how large a detectable jump is, or that the source fails.
+        Return the sentence of the status if no jump is detected. It tells how large a detectable
+        jump is, or that the second source fails.
         """
         if self.fails:
             return (
@@ -180,9 +182,9 @@ class Watched(NamedTuple):
 
 
 class _Baseline:
-    # Mean and information matrix of x by healthy poses, in units of the prior of x. The noise
-    # follows from the residuals and from the number of entries of x that the poses determine
-    # (MacKay 1992).
+    # The estimate of x from healthy poses: its mean and information matrix, in units of the prior
+    # of x. The noise follows from the residuals and from the number of entries of x that the poses
+    # determine (MacKay 1992).
     def __init__(self, rows: Floats, unknown: Integers, floor: Floats) -> None:
         e, H = rows[:, :, 0], rows[:, :, 1:][:, :, unknown]
         r = np.moveaxis(e.reshape(len(e), 2, 3), 1, 0).reshape(2, -1, 1)
@@ -290,7 +292,8 @@ class _LikelihoodRatios:
         )
 
     def outlier_gains(self) -> Floats:
-        # Return for each pose the gain (N,) of the assumption that only this pose is wrong.
+        # Return the gain (N,) of each pose: twice the increase of the log likelihood if only this
+        # pose is assumed to be an outlier.
         V = (1.0 + MIN_RATIO) * np.eye(6) - self.B @ np.swapaxes(self.B, 1, 2)
         left = self.left[:, :, None]
         return np.asarray(np.sum(left * np.linalg.solve(V, left), axis=(1, 2)))
@@ -298,7 +301,7 @@ class _LikelihoodRatios:
 
 class JumpDetector:
     """
-    Test of each new pose of a second source for a jump since a baseline of healthy poses.
+    Tests each new pose of a second source for a jump against a baseline of healthy poses.
 
     Parameters
     ----------
@@ -341,7 +344,8 @@ class JumpDetector:
         self._keep(len(first.q))
 
     def _learn(self, poses: CollectedPoses) -> None:
-        # Add poses to the baseline. Linearize again at its offsets until they hardly change.
+        # Add poses to the baseline. Linearize at the offsets of base and tool until these hardly
+        # change.
         self._learned = self._learned.followed_by(poses).at(slice(-MEMORY, None))
         for _ in range(ROUNDS):
             rows = self._linearized(self._learned)
@@ -397,7 +401,8 @@ class JumpDetector:
         )
 
     def _test(self) -> bool:
-        # Test the poses of the window for a jump, and report it; return whether none is suspected.
+        # Test the poses of the window for a jump, and report a proven jump. Return whether no jump
+        # is suspected: then the baseline may take new poses.
         count = len(self._rows)
         self._used = np.ones(count, dtype=bool)
         if count < MIN_POSES:
@@ -423,7 +428,8 @@ class JumpDetector:
             worst = float(np.max(gains))
             if worst <= scale * THRESHOLDS[6]:
                 break
-            # Leave out only poses near the worst one: without them, smaller outliers may fit.
+            # Leave out only poses with more than half of the largest gain: without these poses,
+            # smaller outliers may fit.
             self._used &= gains < 0.5 * worst
         self._ratios = ratios
         if self._jump and (returned := self._returned(ratios, best)):
@@ -464,8 +470,9 @@ class JumpDetector:
         joints = [one for one in candidates if one.own.start >= LAGS.stop]
         joints.sort(key=lambda one: -one.gain)
         if best.own in (BASE, TOOL) and joints:
-            # The linear model loses the share angle^2 of the gain of a turn by an angle. Prefer
-            # the joint if base or tool is better only by this loss and its larger threshold.
+            # For a turn by an angle, the linear model loses the share angle^2 of the gain. Prefer
+            # the joint to base or tool if the gain of base or tool is larger only by this loss and
+            # the difference of the thresholds.
             bent = joints[0].gain * float(joints[0].size[0]) ** 2
             fewer = best.scale * (THRESHOLDS[6] - THRESHOLDS[1])
             best = joints[0] if best.gain - joints[0].gain < bent + fewer else best
@@ -496,7 +503,8 @@ class JumpDetector:
 
 
 def _table_of(robot: Robot) -> TableErrors:
-    # Return the errors that the file gives, or those of a nominal table.
+    # Return the uncertainty of the table in the robot file, or the usual errors of a nominal
+    # table.
     said = robot.description.uncertainty
     if said is None or not (said.parameters or said.factor):
         usual = tuple((one.name, one.scale) for one in parameters_of(robot).table)
@@ -505,7 +513,7 @@ def _table_of(robot: Robot) -> TableErrors:
 
 
 def _table_columns(table: TableErrors, frames: Floats, A: Floats, q: Floats) -> Floats:
-    # Return the motion of the tool by each cause of the table's errors, (N, 6, causes).
+    # Return the motion (N, 6, causes) of the tool by each independent cause of table errors.
     F = frames[:, table.frames]
     linear, angular = (
         np.einsum('npij,pj->npi', F[..., :3, :3], part)

@@ -24,7 +24,8 @@ WIDTH, HEIGHT = ('image_width', 'width'), ('image_height', 'height')
 MODELS = ('plumb_bob', 'rational_polynomial', '')
 # Accepted numbers of distortion coefficients: those of OpenCV's model.
 COUNTS = (4, 5, 8, 12, 14)
-# The first line that OpenCV writes, and its tag of matrices: the YAML reader cannot read them.
+# Matches the first line that OpenCV writes, and OpenCV's tag of matrices. The YAML reader cannot
+# read these two.
 NOT_YAML = re.compile(r'\A%YAML[^\n]*\n|!!opencv-matrix')
 
 
@@ -58,7 +59,8 @@ class Intrinsics(FrozenArrays):
         """
         zero = np.zeros(3)
         seen, J = opencv().projectPoints(points, zero, zero, self.matrix, self.distortion)
-        # The derivatives by the translation (tvec, columns 3 to 5) are those by the point.
+        # Columns 3 to 5 of J are derivatives by the translation `tvec`. They equal the derivatives
+        # by the point.
         return seen.reshape(-1, 2), J[:, 3:6].reshape(-1, 2, 3)
 
     def sees(self, points: Floats, rim: float = 0.0) -> Flags:

@@ -85,7 +85,7 @@ class TableOptions(NamedTuple):
 
 
 class PoseOptions(NamedTuple):
-    """Options for the poses of a recording, and for what each file has of its own."""
+    """Options for the poses of a recording; `own` names the frames that differ between files."""
 
     topic: Annotated[
         Optional[str], named('--topic', 'Topic of joint states, if a bag has several.', 'TOPIC')
@@ -245,7 +245,9 @@ class ImageOptions(NamedTuple):
 
 
 def grouped(command: Callable[..., None]) -> Callable[..., None]:
-    """Return a command in which each parameter that is a group becomes the group's options."""
+    """
+    Return a command whose groups of options are replaced by the single options of each group.
+    """
     hints = get_type_hints(command, include_extras=True)
     groups, parameters = dict[str, Any](), list[inspect.Parameter]()
     for one in inspect.signature(command).parameters.values():
@@ -327,7 +329,9 @@ def check_output(name: str, file: Path, inputs: Sequence[Path], replaces: bool) 
 
 @contextmanager
 def named_errors(files: Sequence[Path]) -> Iterator[None]:
-    """Turn errors about unknown parameters into wrong usage, and put file names before others."""
+    """
+    Convert errors about unknown parameters to `WrongUsage`; prefix other errors with the files.
+    """
     try:
         yield
     except ParameterNotFoundError as error:

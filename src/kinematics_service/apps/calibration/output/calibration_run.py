@@ -69,7 +69,7 @@ class CalibrationOutputs(NamedTuple):
 
 class CalibratedPoses(NamedTuple):
     """
-    A calibration and its origin.
+    A calibration, its measured poses, and the files that it was computed from.
 
     Attributes
     ----------
@@ -196,7 +196,7 @@ def origin_of(given: Sequence[MeasuredRecording | TouchRecording]) -> tuple[list
 
 def write_robot_file(data: CalibratedPoses, robot: str, outputs: CalibrationOutputs) -> str:
     """
-    Write the robot file and return a line of text about it. If no file is wanted, or if the
+    Write the robot file and return a line of text about the file. If no file is wanted, or if the
     calibration is refused, write nothing and return an empty text.
     """
     if outputs.robot is None or not (data.found.accepted or outputs.anyway):

@@ -9,7 +9,7 @@ from ....errors import CalibrationError
 # of both, mm.
 COLUMNS, ROWS = 'ABC', '1234'
 SPACING = 80
-# Width and height, mm (ISO 216, ANSI Y14.1).
+# Width and height of each paper format, mm (ISO 216, ANSI Y14.1).
 SIZES = {'a4': (210.0, 297.0), 'letter': (215.9, 279.4)}
 # Half length of the lines of a cross, mm.
 CROSS = 5.0
