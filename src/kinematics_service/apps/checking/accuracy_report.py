@@ -43,6 +43,6 @@ def _by_joint(robot: Robot, values: Sequence[float], per: str = '') -> str:
 def _of_table(given: Uncertainty) -> Iterator[str]:
     for name, value in given.parameters:
         yield f'{name} {value:.3g}'
-    # The standard deviation of a number is the norm of its row of the covariance's factor.
+    # The covariance is L L^T. The standard deviation of a number is the norm of its row of L.
     for name, row in given.factor:
         yield f'{name} {math.hypot(*row):.3g}'

@@ -2,9 +2,9 @@
 Detect orientations whose three numbers were read as a wrong kind, for example Euler angles of
 another order.
 
-If B = X A Y, trace(B_i^T B_j) = trace(A_i^T A_j) for any base and tool. So all orders are compared
-without a fit. Two triples of angles give the same matrix: the triple that agrees with the other
-poses is taken.
+If B = X A Y, trace(B_i^T B_j) = trace(A_i^T A_j) for any offsets X and Y of base and tool. So all
+orders are compared without a fit. Two triples of angles give the same rotation matrix: the search
+takes the triple that agrees with the other poses.
 """
 
 from collections.abc import Iterator
@@ -21,10 +21,10 @@ from .pose_format import MAKERS
 ROTVEC = 'rotvec'
 # Number of poses with which the orders are compared.
 SAMPLES = 40
-# Number of the likeliest orders that are fitted. The six orders of two moving axes have equal
-# traces in pairs: only positions distinguish them, in a fit.
+# Number of the likeliest orders that are fitted. Orders such as XYX and XZX have equal traces:
+# only a fit of the positions distinguishes them.
 MAX_ORDERS = 150
-# Number of rounds that choose the triple of each pose again.
+# Number of rounds in which the triple of each pose is chosen again.
 ROUNDS = 2
 # Entries of two rotation matrices that differ by less are equal.
 TOLERANCE = 1e-6
@@ -61,7 +61,8 @@ class LikelyOrder(NamedTuple):
         Return the hypothesis with corrected poses, from measured `poses` (N, 4, 4) and poses A
         (N, 4, 4) of the robot file.
         """
-        # For each pose, take the triple that agrees best with the chosen orientations.
+        # For each pose, take the triple of numbers that agrees best with the orientations
+        # `chosen`.
         rotations = _rotations(self.written, _numbers(self.read, poses[:, :3, :3]))
         found = rotations.reshape(2, -1, 9) @ self.chosen.T
         wrong = np.sum((found - A[:, :3, :3].reshape(-1, 9) @ self.of_file.T) ** 2, axis=2)
@@ -128,7 +129,8 @@ def _pairs(read: str) -> list[_Taken]:
 
 
 def _numbers(kind: str, R: Floats) -> Floats:
-    # Return both triples of numbers (2, N, 3) that give rotations (N, 3, 3).
+    # Return both triples of numbers (2, N, 3) that describe the rotations R (N, 3, 3) as this
+    # kind.
     if kind == ROTVEC:
         vectors = rotation_vector(R)
         turns = np.linalg.norm(vectors, axis=1, keepdims=True)
@@ -158,8 +160,8 @@ def _chosen(every: Floats, products: Floats) -> tuple[Floats, Floats]:
     wrong[:, :, pose, :, pose] = 0.0  # do not compare a pose with itself
     best, least = np.zeros((count, many), dtype=np.int64), np.full(count, np.inf)
     for start in (0, 1):
-        # Sum the errors of each triple against the triples chosen so far. The rounds after that
-        # sum them against all chosen triples.
+        # First sum the errors of each triple against the triples chosen so far. Later rounds sum
+        # the errors against the chosen triples of all poses.
         sums = wrong[:, start, 0]
         for k in range(1, many):
             sums = sums + wrong[pairs, np.argmin(sums[:, :, k], axis=1), k]

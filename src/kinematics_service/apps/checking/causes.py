@@ -71,16 +71,17 @@ BATCH_SIZE = 16
 FITTED_IN_FULL = 4
 # Factor by which a score from few poses may differ from that of all poses.
 SIFT_MARGIN = 2.0
-# A number is fitted only if, to first order, it explains more than this share of the squared
-# residuals.
+# A number of the robot is fitted only if, to first order, it explains more than this share of the
+# squared residuals.
 FIRST_ORDER_SHARE = 0.4
 # Largest number of Levenberg-Marquardt steps that fit a number and the offsets together.
 ROUNDS = 12
-# The scale of a turning joint is sought from these values of its largest position (rad), up to a
-# turn: Newton's method converges from 0.5 rad away.
+# The fit of a turning joint's scale starts from scales that give its farthest position these
+# values (rad), up to a turn. Newton's method converges if the farthest position is at most 0.5 rad
+# off.
 TURNING_REACHES = (*np.arange(-5.5, 6.0),)
-# The scale of a sliding joint is sought from this value (m) alone: Newton's method converges from
-# anywhere.
+# The fit of a sliding joint's scale starts from a scale that gives its farthest position this
+# value (m). Newton's method converges from any start.
 SLIDING_REACHES = (0.0,)
 # Known factors of joint positions, by unit, each with the statement of the mistake.
 FACTORS = (
@@ -97,8 +98,9 @@ FACTOR_TOLERANCE = 5e-3
 ROUND_OFF = 1e-15
 # Lower bound of the noise of a score (rad): the last digit of printed poses.
 POSE_DIGIT = 1e-6
-# Smallest resolution of a number that can be the decisive cause. With 0.55, a wrong angle was
-# named in one of 54 recordings with a nominal table and two moving joints.
+# A wrong number can be the decisive cause only if its model resolution is above this value. With
+# the value 0.55, a wrong angle was named in one of 54 recordings with a nominal table and two
+# moving joints.
 MIN_RESOLUTION = 0.75
 
 
@@ -144,7 +146,7 @@ class TestedCause:
 
 class Causes(NamedTuple):
     """
-    The best causes of the residuals, which explain about equally much; the likeliest first.
+    The causes that explain the residuals best, and about equally well; the likeliest first.
 
     Attributes
     ----------
@@ -173,7 +175,7 @@ def causes_of(given: ComparedData, A: Floats, fit: Fit, limit: PoseLimit = EXPLA
     A
         Poses of the robot file.
     fit
-        The fit of base and tool offsets between both.
+        The fit of the offsets of base and tool between A and the poses.
     limit
         The residuals (RMS) that an instrument and a nominal table can leave.
     """
@@ -183,8 +185,8 @@ def causes_of(given: ComparedData, A: Floats, fit: Fit, limit: PoseLimit = EXPLA
     best = max((cause.ratio for cause in tried), default=0.0)
 
     def about(factor: float) -> tuple[TestedCause, ...]:
-        # Return the causes within a factor of the best. Put discrete mistakes first: they are
-        # likelier than a number that happens to fit.
+        # Return the causes whose ratio is at least the best ratio divided by `factor`. Put
+        # discrete mistakes first: they are likelier than a number that happens to fit.
         kept = [cause for cause in tried if cause.ratio * factor >= best]
         return tuple(sorted(kept, key=lambda cause: (cause.value is not None, -cause.ratio)))
 
@@ -243,15 +245,15 @@ def _orders(
 
 
 def _most(fit: Fit, tried: Sequence[TestedCause] = ()) -> float:
-    # Return the largest useful score with few poses: above it, a cause explains too little, or
-    # less than causes that were tried already.
+    # Return a limit of the scores from few poses. A cause with a larger score explains too little,
+    # or less than a cause that was already tried.
     ratio = max([LIKELY_RATIO, *(one.ratio / RIVAL_RATIO for one in tried)])
     return SIFT_MARGIN * float(fit.score) / ratio
 
 
 def _sifted(A: Floats, B: Floats, most: float) -> dict[int, Fit]:
-    # Return the fits with the smallest scores below `most`, by the index of the problem. Problems
-    # whose lower bound is far above the best score are not fitted.
+    # Return the fits with the smallest scores below `most`; the keys are indices of the problems.
+    # Problems whose lower bound is far above the best score are not fitted.
     bounds, found = least_angles(A, B), dict[int, Fit]()
     order = np.argsort(bounds, kind='stable')
     for some in np.split(order, range(BATCH_SIZE, len(order), BATCH_SIZE)):
@@ -300,7 +302,8 @@ def undone(
 
 
 def _numbers(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
-    # Rank the numbers by the squared residuals that each explains to first order; fit the best.
+    # Rank the numbers of the robot by the squared residuals that each number explains to first
+    # order, and fit the best numbers.
     scales = list(scale_hypotheses_of(given))
     numbers = [*number_hypotheses_of(given), *scales]
     moved, rest = _beyond(given, A, fit, np.concatenate([one.columns for one in numbers], axis=2))
@@ -316,8 +319,8 @@ def _numbers(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     if not errors_of(fit.position, fit.rotation).within(EXPLAINED):
         starts += _scale_starts(given, scales, fit)
     found = [cause for start in starts if (cause := _fitted(given, fit, *start))]
-    # Keep one cause for each joint. Prefer its zero to its scale, and a positive scale to a
-    # negative one: a base and tool turned round look like a negative scale.
+    # Keep one cause for each joint. Prefer a wrong zero to a wrong scale, and a positive scale to
+    # a negative one: a base and tool turned round look like a negative scale.
     found.sort(key=_preference)
     return list({one.name: one for one in found}.values())
 
@@ -329,8 +332,8 @@ def _preference(cause: TestedCause) -> float:
 
 
 def _beyond(given: ComparedData, A: Floats, fit: Fit, columns: Floats) -> tuple[Floats, Floats]:
-    # Return the columns of the numbers (6 N, c) and the residuals (6 N,), both projected onto the
-    # orthogonal complement of the columns of the offsets.
+    # Return the derivatives (6 N, c) of the poses by the numbers, and the residuals (6 N,). Both
+    # are projected onto the orthogonal complement of the derivatives by the offsets.
     scale = np.reshape(scale_of(given.poses), (1, 1, 1))
     J, r = equations_of(A, fit, scale)
     basis = span_of(J)

@@ -23,8 +23,8 @@ from .offsets import Fit, equations_of, fit_offsets, free_directions, scale_of
 # No cause is sought if residuals are below both limits (m, rad): the best laser trackers leave
 # 0.02 mm, and with a 6-DOF probe 0.01 deg.
 FINE = PoseLimit(2e-5, 2e-4)
-# The base offset that is named: the frame base_link of UR arms is their base turned by 180 deg
-# about z.
+# A base offset that the sentence explains: the frame base_link of UR arms is their base turned by
+# 180 deg about z.
 BASE_LINK = ('base', 'about z', 180)
 # Larger ratios of residuals before and after a correction are round-off and are not printed.
 MAX_SHOWN_RATIO = 1e6

@@ -58,8 +58,9 @@ class PoseLimit(NamedTuple):
 # Largest residuals of an uncalibrated arm with the nominal table of its type, measured by an
 # instrument. The table alone is off by 1 to 3 mm and up to 0.4 deg.
 NOMINAL = PoseLimit(4e-3, math.radians(0.5))
-# Largest residuals after the only mistake is corrected. If each number of a table is off by 1 mm
-# and 0.2 deg, residuals are 4 to 10 mm and 0.5 to 1 deg.
+# Largest residuals that may remain after a mistake is corrected, if the input has no other
+# mistake. If each number of a table is off by 1 mm and 0.2 deg, residuals are 4 to 10 mm and 0.5
+# to 1 deg.
 EXPLAINED = PoseLimit(12e-3, math.radians(1.25))
 # Residuals of a right table are always below 20 mm and 2 deg; larger ones are an error.
 ERROR_LIMIT = PoseLimit(20e-3, math.radians(2.0))

@@ -72,7 +72,7 @@ class Hypothesis:
 
 class NumberHypothesis(NamedTuple):
     """
-    A number of the robot that may be wrong; for a scale, the zero and the scale of a joint.
+    A number of the robot that may be wrong. The scale of a joint is fitted together with its zero.
 
     Attributes
     ----------
@@ -161,8 +161,8 @@ def from_degrees(robot: Robot, q: Floats) -> Floats:
 
 
 def _coupled(robot: Robot, q: Floats) -> Iterator[Hypothesis]:
-    # Yield that one joint turns with another joint. If a parallelogram or a belt drives a joint,
-    # it turns with the joint that carries its motor: joint 3 with joint 2 for FANUC and
+    # Yield hypotheses that one joint turns with another joint. If a parallelogram or a belt drives
+    # a joint, it turns with the joint that carries its motor: joint 3 with joint 2 for FANUC and
     # palletizers.
     turning = np.flatnonzero(~robot.prismatic).tolist()
     if len(turning) > MAX_SWAPPED_JOINTS:
@@ -280,7 +280,8 @@ def exchanges_of(robot: Robot) -> Iterator[Hypothesis]:
 def _with_numbers(
     robot: Robot, rows: Sequence[DhRow], table: Floats, sentence: str, tried: set[bytes]
 ) -> Iterator[Hypothesis]:
-    # Yield the table with other constants (rows, quantities), unless it was tried already.
+    # Yield a hypothesis that has the constants `table` (rows, quantities), unless they were
+    # already tried.
     if table.tobytes() in tried:
         return
     tried.add(table.tobytes())
@@ -361,8 +362,8 @@ def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
 
 def scale_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
     """
-    Yield for each moving joint that its positions have a wrong factor (unit or gear ratio); zero
-    and range (rad, m) are fitted together.
+    Yield for each moving joint the hypothesis that its positions have a wrong factor (unit or gear
+    ratio). The zero and the range (rad, m) of the joint are fitted together.
     """
     yield from _of_joints(given, 'joint_scale', 2)
 

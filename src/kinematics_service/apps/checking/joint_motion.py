@@ -9,9 +9,9 @@ from ...kernel import Floats
 
 Flags = npt.NDArray[np.bool_]
 
-# Rates are the slope of a straight line that is fitted to the samples of a window of this length,
-# s. Neighbours at 1 kHz differ by less than their noise, and an arm's speed hardly changes in this
-# time.
+# A joint's rate is the slope of a straight line, fitted to the samples in a window of this length,
+# s. Successive samples at 1 kHz differ by less than their noise. The speed of an arm hardly
+# changes in this time.
 WINDOW = 0.02
 # Smallest number of samples that a line is fitted to.
 MIN_COUNT = 2

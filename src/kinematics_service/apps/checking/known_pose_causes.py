@@ -53,7 +53,7 @@ ERROR_RATIO = 10.0
 
 class PoseCauses(NamedTuple):
     """
-    Mistakes that explain the known poses of a file, each alone.
+    Mistakes of which each one alone explains the known poses of a file.
 
     Attributes
     ----------
@@ -81,14 +81,15 @@ class PoseCauses(NamedTuple):
 
 
 class _Undone(NamedTuple):
-    # A mistake; the poses of the arm and the expected poses, (N, 4, 4) each, after its correction.
+    # A mistake; and, after the mistake is corrected, the poses of the arm and the expected poses,
+    # (N, 4, 4) each.
     sentence: str
     poses: Floats
     expected: Floats
 
 
 def pose_causes(robot: Robot) -> PoseCauses:
-    """Return the mistakes that explain all known poses of a robot's file, each alone."""
+    """Return the mistakes of which each one alone explains all known poses of a robot's file."""
     known = within_digits(robot)
     if known != robot.description.known_poses:
         errors = [replace(error, known=known[error.index]) for error in pose_errors(robot)]
@@ -137,7 +138,8 @@ def _whole(given: ComparedData) -> Iterator[_Undone]:
 
 
 def _angle_units(given: ComparedData) -> Iterator[Hypothesis]:
-    # Yield that the angles of the poses, or of poses and joints, are in the other unit (rad, deg).
+    # Yield mistakes: the angles of the poses, or of poses and joints, are in the other unit (rad,
+    # deg).
     description = given.robot.description
     try:
         angles = [_written_rpy(pose) for pose in description.known_poses]
@@ -162,8 +164,8 @@ def _written_rpy(pose: KnownPose) -> Floats:
 
 
 def _ends(given: ComparedData) -> Iterator[_Undone]:
-    # Yield the base, or the tool, that would explain the first pose. At least two different poses
-    # are needed to test it.
+    # Yield mistakes: a wrong base, or a wrong tool, that explains the first pose. At least two
+    # different poses are needed to test such a mistake.
     A, B = evaluate(given.robot, given.q, depth=kernel.POSE).pose, given.poses
     if not _has_orientations(given.robot) or np.abs(A - A[0]).max() <= TOOL_TOLERANCE:
         return

@@ -1,5 +1,5 @@
 """
-Find the lag between two sources of poses: compare residuals with joint positions at other times.
+Find the lag between two sources of poses: fit the offsets with joint positions at other times.
 """
 
 from collections.abc import Callable
@@ -64,8 +64,8 @@ def looked_up(motion: SampledMotion, stamps: Floats, unit: str = 's') -> Later:
 
 class Lagged(NamedTuple):
     """
-    A fitted lag: a pose belongs to the joint positions `value` later. `before` and `fit` are the
-    fits of the same poses without and with the lag.
+    A fitted lag. Each pose belongs to the joint positions at the time of the pose plus `value`.
+    `before` and `fit` are the fits of these poses without and with the lag.
     """
 
     value: float
@@ -114,7 +114,7 @@ def _valleys(scores: Floats) -> list[int]:
 def _refined(
     robot: Robot, later: Later, poses: Floats, rows: Integers, before: Fit, begin: Fit, lag: float
 ) -> Lagged:
-    # Fit the lag and the offsets together, from the best trial on.
+    # Fit the lag and the offsets together, starting from the lag and the offsets of a trial.
     def moved(values: Floats) -> tuple[Floats, Floats]:
         lookup = later.at(float(values[0, 0]))
         state = evaluate(robot, lookup.q[rows], np.ascontiguousarray(lookup.rates[rows]))

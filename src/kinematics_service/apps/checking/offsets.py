@@ -78,10 +78,12 @@ def spread(positions: Floats) -> Floats:
 
 def scale_of(poses: Floats) -> Floats:
     """
-    Return the length that counts as one rad, shape (...,): the spread of the positions.
+    Return the length (...,) by which residuals of positions are divided: the spread of the
+    positions.
 
-    With this length, the unit of the positions makes no difference. If the positions hardly move,
-    it is 5 % of their distance from the origin.
+    A residual of this length counts as much as a rotation by one rad. So the unit of the positions
+    makes no difference. If the positions hardly move, the length is 5 % of their distance from the
+    origin.
     """
     p = poses[..., :3, 3]
     far = np.sqrt(np.mean(np.sum(p**2, axis=-1), axis=-1))
@@ -177,7 +179,7 @@ def jacobian(A: Floats, fit: Fit, scale: Floats) -> Floats:
 
 def number_columns(A: Floats, fit: Fit, columns: Floats, scale: Floats) -> Floats:
     """
-    Return the derivatives of X A Y by c numbers of A, shape (H, 6 N, c), rows as in `residual`.
+    Return the derivatives (H, 6 N, c) of X A Y by c numbers of the robot, rows as in `residual`.
 
     Parameters
     ----------
@@ -328,9 +330,10 @@ def _translated(A: Floats, B: Floats, scale: Floats, RX: Floats, RY: Floats) -> 
 
 
 def _rotations(A: Floats, B: Floats) -> list[tuple[Floats, Floats]]:
-    # Return candidates of the rotations of X and Y. A_i^-1 A_j and B_i^-1 B_j turn about axes that
-    # differ only by Y (Park and Martin 1994). The axes are taken from the skew part, which is
-    # sin(angle) times the axis, since it is smooth.
+    # Return candidates of the rotations of X and Y. The relative rotations A_i^-1 A_j and B_i^-1
+    # B_j turn about axes that differ only by the rotation of Y (Park and Martin 1994). Instead of
+    # the axes, the fit uses the skew parts of the rotations, sin(angle) times the axis, since they
+    # are smooth.
     RA, RB = A[..., :3, :3], B[..., :3, :3]
     n = A.shape[1]
     a, b = [], []
@@ -355,8 +358,8 @@ def _rotations(A: Floats, B: Floats) -> list[tuple[Floats, Floats]]:
 
 
 def _about_the_axis(A: Floats, B: Floats, RX: Floats, axis: Floats) -> Floats:
-    # If all orientations turn about one axis (H, 3) of the tool, X may be turned by any angle
-    # about it. Return this rotation (H, 3, 3), which the positions determine:
+    # If all rotations of the tool are about one axis (H, 3), orientations do not determine the
+    # rotation of X about this axis. Return this rotation (H, 3, 3), determined by the positions:
     # p_B = t + R_B s + R_X (cos along + sin across + still) is linear in t, s, cos and sin.
     p = A[..., :3, 3]
     axis = np.einsum('hnij,hj->hi', A[..., :3, :3], axis) / p.shape[1]
