@@ -49,7 +49,7 @@ RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 # Environment variables that extend ROS discovery beyond this host even if `RANGE` is `LOCALHOST`.
 REMOTE_DISCOVERY = ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER')
 
-# Without a terminal: time between two lines about the arm, s.
+# Time between two lines about the arm if the output is not a terminal, s.
 LINE_PERIOD = 1.0
 # Longest wait until node, arm and display have discovered each other, s.
 DISCOVERY_TIMEOUT = 5.0

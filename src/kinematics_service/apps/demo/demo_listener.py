@@ -113,7 +113,8 @@ class DemoListener:
         """
         Return the number of joint states that the node has answered.
 
-        The distance is counted, because the node publishes it last for each joint state.
+        Messages of the distance are counted, because the node publishes the distance last for each
+        joint state.
         """
         return self.distance.count
 

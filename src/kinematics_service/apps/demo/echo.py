@@ -91,7 +91,7 @@ def run_echo(
 
 
 class _Echo:
-    # A subscription to a topic, and the output of its messages.
+    # Subscribes to a topic, and writes the received messages to the output.
 
     def __init__(
         self,
@@ -115,7 +115,9 @@ class _Echo:
 
     @property
     def over(self) -> bool:
-        """Return whether the command has to stop: done, given up, or the output is closed."""
+        """
+        Return whether the command must stop: it is done or timed out, or the output is closed.
+        """
         return (self._once and self._latest.count > 0) or self.in_vain or self._output.closed
 
     @property

@@ -55,12 +55,12 @@ class EchoTopic:
     shown
         A function that returns lines of text, given a content and a width in characters.
     answers
-        The input messages, as text, to which the node publishes on this topic.
+        The messages, as text, that the node must receive before it publishes on this topic.
     wanted
         A function that returns whether this node published a message; None if other nodes do not
         publish on the topic.
     awaited
-        A topic whose publisher proves that the node runs; '' if it is this topic.
+        A topic whose publisher proves that the node runs; '' means the topic `name`.
     """
 
     name: str
@@ -74,7 +74,7 @@ class EchoTopic:
 
     @property
     def is_rare(self) -> bool:
-        """Return whether the node may publish nothing for long after the first message."""
+        """Return whether a long silence after the first message is normal on this topic."""
         return self.qos is WARNING_QOS
 
     def subscribed_by(

@@ -45,7 +45,7 @@ def live(node: Node, draw: Callable[[Console], Group], whole: bool) -> Iterator[
     """
     While the block runs, redraw what `draw` returns by a timer.
 
-    It fills the terminal if `whole`, else the lines below the cursor.
+    The drawing fills the terminal if `whole` is True; else it uses the lines below the cursor.
     """
     console = Console(markup=False, highlight=False, emoji=False)
     with Live(
@@ -118,8 +118,8 @@ def _header(name: str, width: int) -> list[str]:
 
 def pose_lines(pose: PoseReading, width: int) -> list[str]:
     """
-    Return lines with position in m, roll pitch yaw in degrees, and quaternion. `width` has no
-    effect.
+    Return the lines of a pose: position in m, roll pitch yaw in degrees, and quaternion. `width`
+    has no effect.
     """
     degrees = [math.degrees(angle) for angle in pose.roll_pitch_yaw]
     return [

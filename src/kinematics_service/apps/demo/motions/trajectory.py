@@ -46,7 +46,7 @@ def sine_trajectory(robot: Robot) -> Sines:
     """
     Return q_1 = sin t, q_2 = cos 2t, q_3 = sin 3t and so on, shifted and scaled into the limits.
 
-    This is the motion of document 002, but slower if a velocity limit requires it.
+    If a joint would exceed its velocity limit, the whole motion is slower.
     """
     n = robot.dof
     inside = inside_limits(robot)

@@ -20,15 +20,15 @@ from .skeleton import Skeleton, skeleton_of
 # Lengths of the drawn parts, divided by the edge of the drawn cube.
 FRAME_LENGTH = 0.06  # of the axes of a link frame
 TOOL_FRAME_LENGTH = 0.11  # of the axes of the tool frame
-AXIS_LENGTH = 0.24  # of a joint axis, and of each arrow of a lost translation
-# Legend entries of the axes of all frames; the last drawn frame is the tool's.
+AXIS_LENGTH = 0.24  # of a joint axis, and of each arrow along an impossible motion
+# Legend entries of the x, y and z axes of all drawn frames; the thick axes are those of the tool.
 FRAME_LABELS = ('x', 'y', 'z (thick: tool)')
 # Gap between the arm and the faces of the cube, divided by the edge.
 MARGIN_RATIO = 0.08
 # Elevation of the view, degrees.
 ELEVATION = 22.0
-# Azimuths to choose from, degrees; if several are equally good, the first is taken. No azimuth is
-# along x or y, because the labels of two axes would overlap.
+# Azimuths of the view to choose from, degrees. If several azimuths are equally good, the first one
+# is taken. No azimuth is along x or y, because the labels of two axes would overlap.
 AZIMUTHS = (-55.0, *(float(a) for a in range(-175, 180, 10) if 10 < a % 90 < 80))
 
 
@@ -84,7 +84,7 @@ def azimuth_of(skeleton: Skeleton) -> float:
     """
     Return the azimuth from which an arm looks largest, degrees.
 
-    The size is the area of the links' ellipse of inertia after projection.
+    The criterion is the area of the links' ellipse of inertia after projection.
     """
     if not skeleton.segments:
         return AZIMUTHS[0]
@@ -111,7 +111,7 @@ def azimuth_of(skeleton: Skeleton) -> float:
 
 
 def set_space(axes: Axes3D, cube: Floats, azimuth: float, small: bool = False) -> None:
-    """Set equal scales, units and the view of 3D axes; `small` for one of many panels."""
+    """Set equal scales, units and view direction of 3D axes; `small` means one of many panels."""
     size = 8.0 if small else 10.0
     axes.set(xlim=cube[0], ylim=cube[1], zlim=cube[2])
     axes.set_box_aspect((1.0, 1.0, 1.0))
@@ -128,7 +128,9 @@ def set_space(axes: Axes3D, cube: Floats, azimuth: float, small: bool = False) -
 def draw_skeleton(
     axes: Axes3D, skeleton: Skeleton, cube: Floats, label_size: float | None
 ) -> None:
-    """Draw an arm into 3D axes; with `label_size` (points) also labels of joints and tool."""
+    """
+    Draw an arm into 3D axes, with labels of joints and tool if `label_size` (points) is given.
+    """
     edge, floor = edge_of(cube), cube[2, 0]
     thick = 1.0 if label_size else 0.7
 
@@ -172,7 +174,8 @@ def draw_skeleton(
 
 
 def _draw_lost(axes: Axes3D, point: Floats, direction: Floats, edge: float) -> None:
-    # Draw the translation that the tool cannot make, in both directions; a rotation gets no arrow.
+    # Draw arrows in both directions of a translation that the tool cannot make. An impossible
+    # rotation gets no arrow.
     norm = float(np.linalg.norm(direction))
     if norm < 0.1:
         return

@@ -1,4 +1,4 @@
-"""Names of matplotlib's classes for annotations; matplotlib is imported only to draw."""
+"""Import matplotlib's classes for type annotations only; at run time, they are `Any`."""
 
 from typing import TYPE_CHECKING, Any
 

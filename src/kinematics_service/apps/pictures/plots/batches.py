@@ -2,7 +2,7 @@
 Compute a function of many configurations in batches, in this process or by workers of a dask
 cluster.
 
-The batches are equal in both cases, so that the numbers are equal bit for bit.
+Both use the same batches, so that their results are equal bit for bit.
 """
 
 from collections.abc import Callable

@@ -52,9 +52,9 @@ class CriticalPoints:
 
 def critical_points(robot: Robot, plane: Plane, starts: int | None = None) -> CriticalPoints:
     """
-    Return points of the curves on which the tool cannot move in some direction of the plane.
+    Return points of the plane at which the tool cannot move in some direction of the plane.
 
-    On such a curve a combination c of the gradients of the plane's coordinates is orthogonal to
+    At such a point a combination c of the gradients of the plane's coordinates is orthogonal to
     all columns of J. The search solves A(q)^T c = 0, |c| = 1, with the tool in the plane. The
     result does not contain poses at joint limits, which bound the workspace, too.
     """
@@ -87,8 +87,8 @@ def critical_points(robot: Robot, plane: Plane, starts: int | None = None) -> Cr
 
 
 def _gradients(robot: Robot, plane: Plane, q: Floats) -> Floats:
-    # Return A, shape (..., k, n): the plane's k vectors times the scaled Jacobian of the position,
-    # divided by the reach; nan if a loop does not close.
+    # Return A, shape (..., k, n): the k gradients of the plane's coordinates times the scaled
+    # Jacobian of the position, divided by the reach. A is nan if a loop does not close.
     position, J = _position_and_jacobian(robot, q)
     return (
         plane.gradients(position)

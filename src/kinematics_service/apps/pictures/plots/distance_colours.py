@@ -1,4 +1,6 @@
-"""Draw distances to a singular pose as colours; distances of 1 rad have a separate colour."""
+"""
+Draw distances to a singular pose as colours; distances of at least 1 rad have a separate colour.
+"""
 
 from typing import NamedTuple
 
@@ -15,7 +17,7 @@ FARTHER = '#D9E6EE'
 
 
 class ColourScale(NamedTuple):
-    """The ends of a colour scale, rad; `open` if larger distances exist."""
+    """The ends of a colour scale, rad; `open` is True if larger distances than `high` exist."""
 
     low: float
     high: float

@@ -19,7 +19,7 @@ from .ranges import clear_pose, finite_ranges, random_positions
 POSITIONS = 24
 # Number of random configurations of the other joints in the search of `_pair_with_most_change`.
 POSES = 16
-# A factor below this everywhere is zero on the whole map because of the held joints.
+# If a factor is below this value on the whole map, it counts as zero because of the held joints.
 TOLERANCE = 1e-12
 
 
@@ -56,7 +56,7 @@ class DistanceMap:
 
     @property
     def open_share(self) -> float:
-        """Return the ratio of grid points at which a loop does not close, 0 to 1."""
+        """Return the share of grid points at which a loop does not close, 0 to 1."""
         return float(np.mean(np.isnan(self.distance)))
 
 

@@ -17,7 +17,7 @@ RADII = (9.0, 15.0, 23.0, 33.0)
 # Width of a letter and height of a line, divided by the font size.
 LETTER_WIDTH = 0.62  # mean of DejaVu Sans
 LINE_HEIGHT = 1.25  # with the gap to the next line
-# Ratios of a segment's length at which a point is tested for collisions with labels.
+# Points at these fractions of a segment's length are tested for collisions with labels.
 ALONG = np.linspace(0.0, 1.0, 25)[:, None]
 
 Box = tuple[Floats, Floats]
@@ -93,7 +93,7 @@ def _best(
     # collisions with labels and the border, fewest covered points of the arm, smallest distance.
     choices = []
     for radius, direction in itertools.product(RADII, DIRECTIONS):
-        # The nearer edge of the box is `radius` away.
+        # Place the box so that its nearer edge is about `radius` from the labelled point.
         offset = np.array(direction) * (radius + half * np.abs(direction) - half.min() / 2)
         low, high = at + offset - half, at + offset + half
         collisions = sum(bool(np.all((low < b) & (high > a))) for a, b in taken)

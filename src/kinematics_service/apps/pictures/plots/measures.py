@@ -18,7 +18,8 @@ from .picture import GREY, VERMILION, Draw, with_unit, words
 
 # Width of a letter of a factor's name, divided by the width of the panel.
 LETTER_WIDTH = 0.014
-# A minimum of the distance gets a factor's name if it is below this ratio of the largest distance.
+# A minimum of the distance is labelled with a factor's name if it is below this share of the
+# largest distance.
 NAMED_RATIO = 0.3
 # Largest drawn condition number: larger ones are round-off at a singular pose.
 MAX_CONDITION = 1e4
@@ -75,7 +76,7 @@ def _label(measure: Measure, unit: str) -> str:
 def _draw_thresholds(axes: Axes, robot: Robot) -> None:
     limits = robot.singularity.thresholds
     measure = MEASURES[limits.measure]
-    both = measure.of_square  # the measure may be negative: draw both signs of the thresholds
+    both = measure.of_square  # the measure has both signs: draw each threshold with both signs
     for value, name, style in ((limits.warn, 'warn', '--'), (limits.stop, 'stop', '-')):
         for sign in (1.0, -1.0) if both else (1.0,):
             label = f'{name} {value:g}' if sign > 0 else None

@@ -35,8 +35,8 @@ class PlottedMotion:
     differentiated
         Whether qdot was computed from q because the recording has no velocities.
     open_rows : shape (k,)
-        For each row that was left out because a loop does not close, the index of the next kept
-        row.
+        Rows at which a loop does not close are left out. For each of these rows, the index of the
+        next kept row.
     """
 
     times: Floats
@@ -49,7 +49,8 @@ class PlottedMotion:
     @property
     def gaps(self) -> Integers:
         """
-        Return the indices of the rows after gaps; the curve is interrupted before these rows.
+        Return the indices of the rows after gaps in time; curves are interrupted before these
+        rows.
         """
         opened = self.open_rows[(self.open_rows > 0) & (self.open_rows < len(self.times))]
         return np.union1d(_gaps(self.times), opened)
@@ -103,7 +104,7 @@ def motion_of(robot: Robot, path: str) -> PlottedMotion:
         )
     recording = read_recording(file, robot)
     times = recording.due
-    # If a stamp repeats or goes back, the first row stays.
+    # Drop a row whose stamp repeats or precedes the stamp of the row before it.
     first = np.append(True, np.diff(times) > 0.0)
     times, q = times[first], recording.positions[first]
     if len(times) < 2:

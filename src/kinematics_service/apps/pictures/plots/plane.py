@@ -23,8 +23,8 @@ AXES = {'xy': (0, 1), 'xz': (0, 2), 'yz': (1, 2)}
 PLANES = ('rz', *AXES)
 # Number of random configurations from which the extent of the tool's positions is computed.
 POSES = 500
-# Workspaces are flat if their extent divided by the reach is below this; axes are parallel if 1 -
-# cos of their angle is.
+# A workspace is flat if its extent divided by the reach is below this value. Two axes are parallel
+# if 1 - cos of their angle is below this value.
 TOLERANCE = 1e-9
 
 
@@ -61,7 +61,7 @@ class Plane(FrozenArrays):
 
     @property
     def half(self) -> bool:
-        """Return whether this is the half plane of radius and height."""
+        """Return whether the plane is the half plane with the coordinates radius and height."""
         return self.name == 'rz'
 
     @property
@@ -78,7 +78,7 @@ class Plane(FrozenArrays):
 
     def gradients(self, points: Floats) -> Floats:
         """
-        Return the gradients of both coordinates, then the normal, at points (..., 3), shape (...,
+        Return the gradients of both coordinates, and the normal, at points (..., 3); shape (...,
         k, 3).
 
         k is 3. For the half plane k is 2, without the normal, because joint 1 moves the tool along
@@ -109,8 +109,8 @@ def plane_of(robot: Robot, name: str | None = None, at: float | None = None) -> 
         One of `PLANES`. The default is `rz` if joint 1 turns and the tool moves along its axis,
         else the two base axes along which the tool moves farthest.
     at
-        Position of a plane along base axes on the third axis, m. The default is 0 if the tool
-        reaches it, else the middle of the tool's positions.
+        For a plane along two base axes: its coordinate on the third axis, m. The default is 0 if
+        the tool reaches it, else the middle of the tool's positions.
 
     Raises
     ------

@@ -24,9 +24,10 @@ CANDIDATES = 4000
 # Number of random configurations for an arm with closed loops, where a distance takes 20 times as
 # long.
 CANDIDATES_OF_LOOPS = 400
-# Distances to singularity above this do not improve a configuration's score, rad.
+# Distances to singularity above this value (rad) do not improve a configuration's score further.
 MAX_DISTANCE = 0.9
-# Weight of the joints' deviation from the middle: 1 rad counts as much as this distance, rad.
+# Weight of the joints' distances from the middle of their ranges, in the score: 1 rad of them
+# costs this distance to singularity, rad.
 BEND_WEIGHT = 0.06
 # Number of configurations whose distances are computed in one call.
 BATCH_SIZE = 128
@@ -99,6 +100,6 @@ def clear_pose(robot: Robot) -> Floats:
 
 
 def not_all_closed(names: Sequence[str]) -> str:
-    """Return the sentence that these loops do not close, such as `loop a does not close`."""
+    """Return a sentence that the named loops do not close, such as `loop a does not close`."""
     words = all_in_words(names)
     return f'{words} do not all close' if ' and ' in words else f'{words} does not close'

@@ -25,8 +25,8 @@ class JointAxis:
     ----------
     point, direction : shape (3,), m; unit vector
     variables
-        The joint variables that move the row. In the own chain of a loop only joints with a motor
-        are named, so it may be empty.
+        The joint variables that move the row. In the chain of a closed loop only joints with a
+        motor are named, so `variables` may be empty.
     slides
         Whether the row only translates.
     """

@@ -32,7 +32,8 @@ MAX_STEPS = 8
 PLANE_TOLERANCE = 1e-9
 # Number of rounds of MAP-Elites.
 ROUNDS = 24
-# Number of changed configurations in all rounds, divided by the number of first configurations.
+# Number of configurations that all rounds together try, divided by the number of first random
+# configurations.
 CHANGED_RATIO = 2
 # Exponents to base 10 of the smallest and the largest scale of a change, relative to each joint's
 # range.

@@ -20,7 +20,8 @@ MAX_SETS = 4
 SIDE_LENGTH = 7.0
 # Width of the colour bar with its labels, inches.
 BAR_WIDTH = 1.6
-# Percentile of the distances at the end of the scale, so that a few cells do not dominate it.
+# The colour scale ends at this percentile of the distances, so that a few cells do not dominate
+# the scale.
 HIGH_PERCENTILE = 98.0
 # Smallest length of a colour scale, rad.
 MIN_SCALE = 1e-3
@@ -88,7 +89,8 @@ def scale_of(values: Floats) -> ColourScale:
 
 
 def _draw_border(axes: Axes, space: Workspace) -> None:
-    # Draw the outline of the reached cells; the margin of empty cells makes the outline closed.
+    # Draw the outline of the reached cells. Add a margin of empty cells, so that the outline is
+    # closed.
     reached = np.pad(np.isfinite(space.best), 2).astype(float)
     if np.max(_blurred(reached)) < 1.0:
         return  # a line does not have an outline

@@ -76,7 +76,7 @@ class JointReading(NamedTuple):
 
 
 def headline(seen: Observation) -> str:
-    """Return the level as text, at WARN and ERROR with the name of the nearest factor."""
+    """Return the level as text; at WARN and ERROR, add the name of the nearest factor."""
     words = LEVEL_WORDS[seen.level]
     name = factor_name(seen) if seen.level in (Level.WARN, Level.ERROR) else ''
     return f'{words}: {name}' if name else words
@@ -84,7 +84,7 @@ def headline(seen: Observation) -> str:
 
 def gauges_of(seen: Observation) -> tuple[Gauge, ...]:
     """
-    Return the gauges of the watched measure, the distance, the time to the threshold, the scale.
+    Return the gauges: watched measure, distance, time to the threshold, scale of the command.
     """
     thresholds = seen.robot.singularity.thresholds
     measure = MEASURES[thresholds.measure]

@@ -19,7 +19,8 @@ from ....rigid_motion import exact_rpy, pose_of
 from ....robot.measures import Thresholds
 from ....robot.robot import Robot, with_singularity, with_tool
 
-# Largest difference between equal tools, m and rad: the description has them as rounded text.
+# Two tool frames are equal if they differ by less than this (m, rad): the node's description has
+# rounded numbers.
 TOOL_TOLERANCE = 1e-9
 
 

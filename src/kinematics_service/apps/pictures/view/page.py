@@ -20,7 +20,8 @@ from .self_motion_slider import SelfMotionSlider
 from .sliders import Sliders, singular_pose
 from .viewpoint import Viewpoint
 
-# Group of drawn objects, label of its check box, and whether the group is shown at first.
+# For each group of drawn objects: its name, the label of its check box, and whether it is shown at
+# first.
 SWITCHES = (
     ('linear', 'ellipsoid of velocities (blue)', True),
     ('angular', 'ellipsoid of rotations (green)', False),

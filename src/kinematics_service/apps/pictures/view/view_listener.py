@@ -2,8 +2,9 @@
 Receive the inputs of the live view: joint states, and the outputs of a node.
 
 The view shows pose, frames, Jacobian, twist, distance and level as the kinematics node publishes
-them. It computes other values (the time to the threshold, the lost direction, the joint axes) from
-the same joint states by the same functions. Without a node it computes all values.
+them. It computes other values (the time to the threshold, the impossible direction of motion, the
+joint axes) from the same joint states by the same functions. Without a node it computes all
+values.
 """
 
 import os
@@ -95,8 +96,8 @@ class ViewListener:
 
     def ask(self, timeout: float) -> NodeFacts | None:
         """
-        Ask the kinematics node for its description, for at most `timeout` s; return the last one
-        known.
+        Ask the kinematics node for its description for at most `timeout` s; return the last
+        description.
         """
         self._request_time, self._request = time.monotonic(), None
         facts = ask_node(self._node, self._spinner, self.source, timeout)

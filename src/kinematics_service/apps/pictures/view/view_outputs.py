@@ -1,6 +1,5 @@
 """
-Receive the outputs of a kinematics node for the live view; convert to base axes, linear rows
-first.
+Receive the outputs of a node for the live view; convert them to base axes, linear rows first.
 """
 
 from dataclasses import replace

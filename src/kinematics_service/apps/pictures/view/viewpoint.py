@@ -35,7 +35,8 @@ class Viewpoint:
 
     def _aim(self, client: viser.ClientHandle) -> None:
         width, height = client.camera.image_width, client.camera.image_height
-        # In a tall window move back, so that the arm fits into its width.
+        # In a tall window, move the camera back, so that the arm fits into the width of the
+        # window.
         if 0 < width < height:
             away: Floats = self._offset * min(height / width, 3.0)
             client.camera.position = self._middle + away
