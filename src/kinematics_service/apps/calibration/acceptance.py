@@ -25,8 +25,8 @@ from .fitting import FitProblem, Identified, normal_scores, one_more
 from .identified_table import KNOWN_RATIO
 from .result import Calibration
 
-# Largest share of rows that may be outliers. If more rows contradict the arm, the calibration is
-# refused.
+# Largest share of the measured rows that may be outliers. If more rows contradict the arm, the
+# calibration is refused.
 OUTLIER_SHARE = 0.1
 # Significance level of two tests, each for all joints together. Fisher's exact test detects
 # outliers in one part of a joint's range. The score test detects errors that depend on a joint
@@ -96,9 +96,9 @@ def noise_remarks(fit: JudgedFit) -> Iterator[str]:
 
 def _by_joint(found: Calibration, out: Flags) -> str:
     # Return a sentence if the outliers lie in one part of the range of a joint; else an empty
-    # text. For each joint and each outlier, take the rows with joint positions at or above that of
-    # the outlier (then at or below it, then at least as far from the median). Count the outliers
-    # among these rows, and compute the probability of this count by chance.
+    # text. For each joint and each outlier, take the rows whose joint position is at or above that
+    # of the outlier. Then take those at or below it, and those at least as far from the median.
+    # Count the outliers among the rows taken, and compute the probability of this count by chance.
     left, count, rows = int(np.sum(out)), len(out), found.rows
     if left < MIN_POSES or left == count:
         return ''

@@ -187,7 +187,7 @@ class BoardViews(FrozenArrays):
 def moved(camera: Intrinsics, pose: Floats, seen: SeenCorners) -> tuple[Floats, Floats]:
     """
     Return the residuals (K, 2) of the corners, px, and the derivatives (2 K, 6) of the computed
-    pixels by position and rotation of the board.
+    pixels. The derivatives are by position and rotation of the board.
     """
     arms = seen.points @ pose[:3, :3].T
     pixels, J = camera.pixels(arms + pose[:3, 3])

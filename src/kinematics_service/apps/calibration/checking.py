@@ -438,5 +438,5 @@ def in_words(position: float, rotation: float, positions: bool) -> str:
 
 
 def not_nothing(words: str) -> str:
-    """Return the text of a deviation or an error; text `0 mm` becomes `below 1e-6 mm`."""
+    """Correct the text of a standard deviation or error: `0 mm` becomes `below 1e-6 mm`."""
     return f'below 1e-6 {words[2:]}' if words.startswith('0 ') else words

@@ -69,8 +69,7 @@ class _MatchedPose(NamedTuple):
 
 class PoseCollector:
     """
-    Collector of poses: it matches each pose with the joint states around it, and keeps poses that
-    differ.
+    Matches each pose with the joint states before and after it, and keeps poses that differ.
 
     While the arm stands still, only the pose with the lowest joint speed is kept.
 
@@ -146,7 +145,7 @@ class PoseCollector:
     def _match(self, stamp: int, pose: Floats) -> None:
         states = self._states
         k = bisect_right(states, stamp, key=itemgetter(0))
-        # If the pose is older than all joint states in memory, k is 0.
+        # If all joint states in memory are newer than the pose, k is 0, and the pose has no match.
         if not 0 < k < len(states) or states[k][0] - states[k - 1][0] > MAX_GAP:
             self.unmatched += 1
             return

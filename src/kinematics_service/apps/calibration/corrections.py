@@ -181,8 +181,8 @@ class _Corrections:
             else:
                 rows = self._elementary_rows(k, link)
             links += rows
-            # Do not count an extra row that the next row turns back: its axes differ from those of
-            # the nominal frame.
+            # Do not count an extra row that the next row turns back: the axes between these two
+            # rows differ from those of the nominal frame.
             ends_at.append(len(links) - (1 if turn else 0))
         if turn and isinstance(link, DhRow):
             links.append(_row(link, {'theta': self._turned(ZERO, turn)}))

@@ -112,7 +112,7 @@ def explained(
 
 
 def mistakes_of(robot: Robot, given: Measured, read: str) -> list[Hypothesis]:
-    """Return the possible mistakes of the rows; `read` is as `diagnose_frames` takes it."""
+    """Return hypotheses on mistakes in measured rows; `read` is as `diagnose_frames` takes it."""
     if given.positions:
         return list(joint_hypotheses_of(robot, given.q))
     A = forward_kinematics(robot, given.q)
@@ -127,10 +127,10 @@ def scores_of_poses(
     robot: Robot, given: Measured, used: Flags
 ) -> Callable[[Sequence[Hypothesis]], Floats]:
     """
-    Return a function that scores mistakes: the misfit of the poses with each mistake corrected.
+    Return a function that corrects mistakes of the input and returns the misfits of the poses.
 
-    Base and tool are fitted to the used rows of the set with most outliers. Rows with more than
-    20 mm or 2 deg count as 1, however large their errors are.
+    Base and tool are fitted to the used rows of the set with most outliers. A row counts at most 1
+    in a misfit: errors above 20 mm or 2 deg count no more.
     """
     set_ = given.sets == int(np.argmax(np.bincount(given.sets, weights=~used)))
     both = [np.flatnonzero(set_ & flags) for flags in (used, ~used)]

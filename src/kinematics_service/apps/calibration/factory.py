@@ -96,8 +96,9 @@ def import_ur_calibration(path: Path, robot: Robot, text: str, date: str) -> Fac
     expected = _poses(given, robot, q)
     nominal = float(np.max(apart(forward_kinematics(robot, q), expected)[0]))
     some, rest = slice(0, FITTED_POSES), slice(FITTED_POSES, None)
-    # First keep the frames of base and tool. If the first axis is not that of the base frame, or
-    # the last one not that of the tool frame, correct these frames as well.
+    # First keep the frames of base and tool. The factory's first joint axis may differ from that
+    # of the base frame, or its last axis from that of the tool frame. Then correct base and tool
+    # as well.
     tried: tuple[tuple[tuple[str, ...], Frames], ...] = ((ENDS, 'robot'), ((), 'measured'))
     for fix, frames in tried:
         found = calibrate(robot, q[some], expected[some], fix=fix)

@@ -34,7 +34,7 @@ NOISE_FREEDOM = 30.0
 USUAL_NOISE = 2e-5
 # Rows beyond this quantile of chi-square have smaller weights in Huber's estimate.
 HUBER_QUANTILE = 0.95
-# Level of the chi-square test of a row: beyond it the row is an outlier.
+# Significance level of the chi-square test that declares a row an outlier.
 OUTLIER_CHANCE = 3e-6
 # Largest number of Gauss-Newton steps in each phase of the fit.
 MAX_ROUNDS = 25
@@ -204,8 +204,8 @@ class FitProblem:
 
     def only(self, groups: tuple[str, ...]) -> 'FitProblem':
         """
-        Return the problem that fits only these groups. None of them may contain a parameter that
-        moves joints.
+        Return the problem that fits only the parameters of `groups`. No parameter of these groups
+        may move joints.
         """
         kept = [k for k, one in enumerate(self.parameters) if one.group in groups]
         return replace(
@@ -404,9 +404,9 @@ def normal_scores(distances: Floats, freedom: Noise) -> Floats:
     Convert distances d, in standard deviations of an estimated noise, to normal scores.
 
     The ratio d to a noise with f degrees of freedom has a Student distribution. Up to a factor
-    that depends on f, its density is a normal density with f log(1 + d^2 / f) instead of d^2
-    (Wallace, Bounds on normal approximations to Student's distribution, 1959). If the noise is
-    that of the instrument, f is infinite, and d is returned unchanged.
+    that depends on f, the Student density is a normal density with f log(1 + d^2 / f) instead of
+    d^2. (Wallace, Bounds on normal approximations to Student's distribution, 1959). If the noise
+    is that of the instrument, f is infinite, and d is returned unchanged.
     """
     f = min(freedom)
     return np.sqrt(f * np.log1p(distances**2 / f)) if np.isfinite(f) else distances

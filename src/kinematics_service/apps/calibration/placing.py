@@ -1,7 +1,7 @@
 """
 Estimate the poses of base and tool, from which a fit starts, by least trimmed squares.
 
-Single wrong rows do not matter.
+Rows with large residuals are left out, so single wrong rows do not matter.
 """
 
 from typing import NamedTuple
@@ -18,15 +18,15 @@ TRIM_ROUNDS = 3
 TRIMMED_SHARE = 0.7
 # Number of alternating steps that fit base and tool to positions.
 PLACING_STEPS = 40
-# If a motion of the tool's point along an axis moves the positions by less than 1e-6 of this
-# motion, the positions do not determine the coordinate. Then the coordinate stays 0.
+# A coordinate of the tool's point stays 0 if the positions do not determine it. This is the case
+# if a change of the coordinate moves the positions by less than 1e-6 of the change.
 MIN_RATIO = 1e-6
 
 
 class Offsets(NamedTuple):
     """
-    The base offset X and the tool offset Y of B = X A Y, each (..., 4, 4), and the lengths (...,
-    N) of the residuals of the positions, m.
+    The base offset X and the tool offset Y of B = X A Y, each (..., 4, 4). `remainder` has the
+    lengths (..., N) of the residuals of the positions, m.
     """
 
     base: Floats

@@ -144,7 +144,7 @@ def _lag_of(robot: Robot, chosen: ChosenPoses, kind: str, on_tool: bool) -> floa
     try:
         cause = diagnose_frames(robot, q, poses, stamps, motion=motion, read=kind).cause
     except KinematicsError:
-        return 0.0  # the calibration reports this error
+        return 0.0  # the calibration will report this error
     return cause.value or 0.0 if cause is not None and cause.key == 'time_lag' else 0.0
 
 

@@ -217,8 +217,9 @@ def placed_camera(found: Calibration) -> tuple[PlacedThing, ...]:
 
 
 def _deviation(found: Calibration, end: str, behind: Floats, R: Floats) -> Floats:
-    # Standard deviations (2, 3) of a pose, propagated from the corrections (t, w) of base or tool:
-    # they move the point p behind them by t + w x p. Parameters that are not fitted are exact.
+    # Standard deviations (2, 3) of a pose, propagated from the corrections (t, w) of base or tool.
+    # These corrections move a point at p in the corrected frame by t + w x p. Parameters that are
+    # not fitted are exact.
     own, columns = found.fitted_of([one.name for one in end_parameters(end, 0)])
     moved = np.eye(6)
     moved[:3, 3:] = -np.cross(np.eye(3), behind[:3, 3])

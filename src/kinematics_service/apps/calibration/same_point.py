@@ -75,8 +75,8 @@ MIRROR = np.diag([-1.0, -1.0, -1.0, 1.0])
 
 class TouchStart(NamedTuple):
     """
-    Initial points (..., K, 3) in the base frame, initial tips (..., 3) in the tool frame, and
-    residuals `left` (..., N, 3) from tips to points; m.
+    Initial points (..., K, 3) in the base frame, and initial tips (..., 3) in the tool frame, m.
+    `left` has the residuals (..., N, 3) from tips to points, m.
     """
 
     points: Floats
@@ -102,7 +102,7 @@ def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> Touc
     q : shape (..., N, n), rad or m
         Joint positions; each leading index may be a different correction of the input.
     point : shape (N,)
-        The number of the point touched.
+        The number of the point that each row touches.
     free
         Whether the tip is fitted; otherwise it is the origin of the tool.
     """
@@ -216,7 +216,7 @@ class SamePointParameters(ChosenParameters):
         self, chosen: Sequence[int], tolerances: Mapping[str, float], check: bool
     ) -> FitProblem:
         """
-        Return the fit problem of the touches; points and tip start where the nominal arm has them.
+        Return the fit problem of the touches; it starts from points and tip of the nominal arm.
 
         Raises
         ------
@@ -316,7 +316,7 @@ class SamePointParameters(ChosenParameters):
     ) -> Floats:
         # Return the scaled Jacobian of the tip at joint positions with which the nominal arm
         # touches the points exactly. Only at such joint positions does a common factor of all
-        # lengths keep the touches exact, so that the Jacobian shows that this factor is not
+        # lengths keep the touches exact. So the Jacobian shows that this factor is not
         # identifiable.
         touching, exact = _touching(self.robot, q, self.start.points[point], self.start.tip)
         if not np.any(exact):

@@ -33,7 +33,7 @@ CLOCK_DIFFERENCE = 1.0
 
 class SecondSourceWatch:
     """
-    Collects poses of a second source with the joint positions at their stamps, and compares them.
+    Collects poses of a second source, and compares them with the poses of the robot file.
 
     Poses and joint states must have the same clock. The comparison runs in a thread of its own: it
     takes 20 ms for a diagnosis and 1 ms for a new pose.

@@ -471,8 +471,8 @@ class JumpDetector:
         joints.sort(key=lambda one: -one.gain)
         if best.own in (BASE, TOOL) and joints:
             # For a turn by an angle, the linear model loses the share angle^2 of the gain. Prefer
-            # the joint to base or tool if the gain of base or tool is larger only by this loss and
-            # the difference of the thresholds.
+            # the joint if the gain of base or tool is larger only by this loss and the difference
+            # of the thresholds.
             bent = joints[0].gain * float(joints[0].size[0]) ** 2
             fewer = best.scale * (THRESHOLDS[6] - THRESHOLDS[1])
             best = joints[0] if best.gain - joints[0].gain < bent + fewer else best

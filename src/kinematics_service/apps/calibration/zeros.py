@@ -2,8 +2,8 @@
 Identify joint zeros of an arm with encoders mounted by hand, from touches of known points.
 
 The tip touches points whose positions on a sheet are known. The pose of the sheet and the position
-of the tip are fitted with the zeros. If a wrong zero has the same effect as another pose of the
-sheet or another tip, the zero is not identifiable, and the result says so.
+of the tip are fitted with the zeros. A zero is not identifiable if another pose of the sheet, or
+another tip, has the effect of a wrong zero. The result names such zeros.
 """
 
 from collections.abc import Callable
@@ -115,8 +115,8 @@ def calibrate_zeros(
 
 
 def _hidden(found: Calibration) -> tuple[str, ...]:
-    # Return the offsets that base and tool can replace: without these offsets, the fit explains
-    # the rows as well.
+    # Return the names of offsets that corrections of base and tool can replace. Without these
+    # offsets, the fit explains the touches equally well.
     offsets = {one.name for one in found.parameters if one.group == 'offsets'}
     hidden = list[str]()
     for one in found.combinations:
@@ -129,16 +129,16 @@ def zeros_of(found: Calibration) -> tuple[JointZero, ...]:
     """
     Return the zeros of the joints that follow from the corrections of a table's offsets.
 
-    Several joints may move one row of the table. The zeros are the joint motions that move the
-    rows as the corrections do, by the pseudoinverse.
+    Several joints may move one row of the table. The pseudoinverse gives the joint motions that
+    move the rows as the corrections do: the zeros.
     """
     arm = parameters_of(found.robot)
     offsets = [one for one in arm.table if one.group == 'offsets']
     _, _, by_theta, by_d = arm.chain.screws
     moved = np.where(np.array([one.angle for one in offsets])[:, None], by_theta, by_d)
     rows, columns = found.fitted_of([one.name for one in offsets])
-    # If the offset of a row is not fitted, it stays: the row adds nothing to the zeros, and the
-    # zeros of the joints that move this row are not known.
+    # A table row whose offset is not fitted adds nothing to the zeros. The zeros of the joints
+    # that move this row are not known.
     by_rows = np.linalg.pinv(moved)
     stays = np.abs(np.delete(by_rows, rows, axis=1)).max(axis=1, initial=0.0) > ROUND_OFF
     by_rows = by_rows[:, rows]

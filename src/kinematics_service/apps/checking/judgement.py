@@ -15,9 +15,7 @@ class FrameLimits(NamedTuple):
 
     @property
     def explained(self) -> PoseLimit:
-        """
-        Return the largest residuals after the correction of a decisive cause: at least `warn`.
-        """
+        """Return the largest residuals that the correction of a decisive cause may leave."""
         return PoseLimit(*map(max, zip(EXPLAINED, self.warn)))
 
     def level(self, diagnosis: FrameDiagnosis) -> Level:

@@ -25,8 +25,8 @@ HISTORY_LENGTH = 400
 
 class Nearest(NamedTuple):
     """
-    The smallest received distance to a singular pose (rad), the time at which it was received (s,
-    from the start), and the pose of the tool.
+    The smallest received distance to a singular pose (rad), its time since the start (s), and the
+    pose of the tool.
     """
 
     distance: float

@@ -109,9 +109,9 @@ class VirtualArm:
             node.create_publisher(JointState, command, QUEUE_DEPTH) if command else None
         )
         # Use a timer with a constant period that is started only once. Each reset of a timer adds
-        # an event to the queue of the executor, and so does each call of a timer that is due
-        # again. If a callback reset its timer, calls would double while the queue is slower than
-        # the period.
+        # an event to the queue of the executor. Each call of a timer that is due again adds an
+        # event too. If a callback reset its timer, calls would double while the queue is slower
+        # than the period.
         self._timer = steady_timer(node, period, self._turn, autostart=False)
 
     @property

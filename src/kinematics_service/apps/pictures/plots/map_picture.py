@@ -17,8 +17,8 @@ from .picture import Draw, words
 from .ranges import not_all_closed
 from .set_styles import set_styles
 
-# Values of a factor on the border of the map count as zero if they are below this share of its
-# largest value on the map.
+# On the border of the map, a factor counts as zero below this share of its largest value on the
+# map.
 ZERO_RATIO = 1e-9
 QUARTER = math.pi / 4.0
 # Colour of positions at which a loop does not close.

@@ -2,8 +2,8 @@
 Receive the inputs of the live view: joint states, and the outputs of a node.
 
 The view shows pose, frames, Jacobian, twist, distance and level as the kinematics node publishes
-them. It computes other values (the time to the threshold, the impossible direction of motion, the
-joint axes) from the same joint states by the same functions. Without a node it computes all
+them. From the joint states it computes other values (the time to the threshold, the impossible
+direction of motion, the joint axes) by the functions of the node. Without a node it computes all
 values.
 """
 
