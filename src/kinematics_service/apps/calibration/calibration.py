@@ -256,7 +256,7 @@ def _fitted(
     used, blocks = found.used, _blocks(problem)
     ends = problem.only(names.placed_groups)
     begin = refined(ends, np.zeros(len(ends.parameters)), found.noise, used)
-    # Count the different joint positions outside the largest block.
+    # Count the different joint positions outside the largest cross-validation block.
     different = np.unique(position_numbers(given.q), return_index=True)[1]
     beside = len(different) - np.max(np.bincount(blocks[different]))
     fits = (ends, begin), (problem, found.values)

@@ -43,8 +43,8 @@ def wrong_size(problem: FitProblem, fit: Identified) -> WrongSize | None:
     length is longer, only the distance along the view grows. A larger arm looks like a smaller
     board: the priors of the arm's numbers decide between the two.
     """
-    # Use predicted poses: with measured ones, their noise would look like a wrong size if the arm
-    # only turns.
+    # Use predicted poses. The noise of measured poses would look like a wrong size of the board if
+    # the arm only turns.
     poses = problem.predicted(fit.values)
     poses = inverses(poses) if problem.given.from_tool else poses
     moves = np.zeros((len(poses), 2, 3, 2))
@@ -92,7 +92,8 @@ def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) 
     if size > 0.0 and abs(size - 1.0) > REFUSED_SHARE:
         scaled = B.copy()
         scaled[:, :3, 3] *= size
-        # A smaller board has smaller residuals: divide by the size, so that they are comparable.
+        # A smaller board has smaller residuals. Divide them by the size, so that they are
+        # comparable with those before the correction.
         after = offsets_of(A, scaled, False, Free()).remainder / min(size, 1.0)
         sentence = f'the squares of the board are {size:.3g} times as large as given'
         refuse_mistake(sentence, float(np.median(after)), float(np.median(left)))

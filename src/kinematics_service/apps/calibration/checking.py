@@ -33,7 +33,8 @@ from ..checking.hypotheses import (
 from ..recordings.readers.source import MAX_POSES
 from .placing import Free, Offsets, offsets_of, shared_offsets
 
-# Joint positions, tool positions or rotations that differ by less (rad, m) count as equal.
+# Joint positions, tool positions or rotations that differ by less than this (rad, m) count as
+# equal.
 MIN_CHANGE = 1e-3
 # Largest median error (m) of the nominal table after base and tool are fitted. If the error is
 # larger, the input has a mistake.
@@ -50,9 +51,9 @@ NAMED_RATIO = 3.0
 RIVAL_RATIO = 2.0
 # Number of rows of all hypotheses that are evaluated at once, about 20 MB.
 ROWS_AT_ONCE = 20_000
-# Largest number of names in a sentence.
+# A sentence lists at most this number of names.
 NAMES_IN_SENTENCE = 8
-# Poses, screws and relative changes (m, rad) that differ by less are equal.
+# Poses, screws and relative changes that differ by less than this (m, rad) are equal.
 ROUND_OFF = 1e-9
 # The sentence on poses that are 1000 times too small: a wrong unit divided them by 1000.
 IN_METRES = 'the poses are in metres, not millimetres'

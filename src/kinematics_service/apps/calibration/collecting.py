@@ -35,7 +35,7 @@ class CollectedPoses(NamedTuple):
     stamps: tuple[int, ...]
 
     def at(self, rows: slice | Flags) -> 'CollectedPoses':
-        """Return the poses of the given rows, with their joint positions, rates and stamps."""
+        """Return the poses with the given indices, and their joint positions, rates and stamps."""
         q, rates, poses = (values[rows] for values in self[:3])
         return CollectedPoses(q, rates, poses, tuple(np.array(self.stamps)[rows].tolist()))
 

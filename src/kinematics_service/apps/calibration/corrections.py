@@ -108,8 +108,8 @@ def built_nearly(description: RobotDescription) -> Robot:
 
 def of_joints_alone(given: Uncertainty | None) -> Uncertainty | None:
     """
-    Return only the joint entries of an uncertainty; None if it has none. Entries of the table are
-    removed, since a calibration writes its own.
+    Return the entries on joints of a section `uncertainty`; None if it has no such entries.
+    Entries of the table are removed, since a calibration writes its own.
     """
     if given is None:
         return None

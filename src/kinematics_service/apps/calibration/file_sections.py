@@ -66,7 +66,7 @@ def singularity_section(
     text: str, factors: Sequence[Factor], task: Sequence[str] = ()
 ) -> list[str] | None:
     """
-    Return the lines of the section `singularity` with other factors; None if it becomes empty.
+    Return the lines of the section `singularity` with the given factors; None if no line is left.
 
     The rows of `task` are added if the section has no task.
     """

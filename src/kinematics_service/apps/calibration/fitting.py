@@ -386,8 +386,8 @@ def find_values(
         distances = distances_of(problem, remainders, found)
         moved = np.max(np.abs(solved.step) / np.linalg.norm(inverse, axis=1), initial=0.0)
         accepted = normal_scores(distances, freedom) < limit
-        # A row near the limit may be left out in every other round. Keep the choice of rows in
-        # the second half of the rounds, so that the rounds converge.
+        # A row near the outlier limit may be left out in every other round. Keep the choice of
+        # rows in the second half of the rounds, so that the rounds converge.
         same = bool(np.array_equal(accepted, used)) or k > MAX_ROUNDS // 2
         used = used if same else accepted
         changed = max(abs(b / a - 1.0) if a else 0.0 for a, b in zip(before, found))

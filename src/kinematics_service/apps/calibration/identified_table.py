@@ -33,7 +33,7 @@ from .checking import COMPLIANCE, LAG, NAMES_IN_SENTENCE
 # A direction of the parameters is identified if the poses reduce its standard deviation at least
 # by this factor.
 KNOWN_RATIO = 3.0
-# Entries of a projector below this are round-off.
+# Entries of the null space projector below this value are round-off.
 PROJECTOR_TOLERANCE = 1e-6
 # A singular value is round-off if its ratio to the largest one is below this.
 SINGULAR_VALUE_RATIO = 1e-9
@@ -95,7 +95,7 @@ class CalibratedParameter(ArmParameter):
 @dataclass(frozen=True, eq=False)
 class IdentifiedTable(FrozenArrays):
     """
-    Corrections of a table, with their covariance.
+    Corrections of the numbers of a robot's table, with their covariance.
 
     Attributes
     ----------

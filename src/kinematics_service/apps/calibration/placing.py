@@ -14,7 +14,7 @@ from ..checking.offsets import fit_offsets, nearest_rotation
 # Rounds of least trimmed squares (Rousseeuw 1984). Each round fits the rows that had the smallest
 # residuals in the round before.
 TRIM_ROUNDS = 3
-# Share of the rows that a round fits.
+# Each round of least trimmed squares fits this share of the rows.
 TRIMMED_SHARE = 0.7
 # Number of alternating steps that fit base and tool to positions.
 PLACING_STEPS = 40

@@ -40,10 +40,11 @@ from .result import Calibration
 NOISE = 5e-5
 # Share of the range of a joint that is kept free at either end.
 LIMIT_MARGIN = 0.02
-# An exchange must increase the log determinant of the information by at least this.
+# An exchange of one pose for another must increase the log determinant of the information matrix
+# by at least this.
 MIN_GAIN = 1e-6
 MAX_COUNT = 200
-# Largest number of candidates, from given joint positions or around those of images.
+# Largest number of candidate poses, from given joint positions or around those of images.
 MAX_GIVEN = 4096
 # Largest motion of a candidate from the joint positions of an image, rad; for sliding joints times
 # the characteristic length.
@@ -176,7 +177,7 @@ def propose_poses(
                 f'among: needs finite joint positions of {robot.name}, shape (M, {robot.dof}), '
                 f'not {q.shape}'
             )
-        # Remove repeated joint positions: each is one candidate.
+        # Remove repeated joint positions, so that each joint position is one candidate.
         rows = np.sort(np.unique(q, axis=0, return_index=True)[1])
         if len(rows) > MAX_GIVEN:
             rows = rows[np.linspace(0, len(rows) - 1, MAX_GIVEN).astype(int)]
@@ -270,8 +271,9 @@ def _equations(
 
 
 def _after(covariance: Floats, J: Floats) -> Floats:
-    # Return the covariance after rows J with unit noise are measured. Joseph's form stays positive
-    # definite, though the numbers of the covariance differ by ten powers of ten.
+    # Return the covariance after a measurement with the Jacobian rows J and unit noise. Joseph's
+    # form stays positive definite, though the numbers of the covariance differ by ten powers of
+    # ten.
     S = J @ covariance @ J.T + np.eye(len(J))
     gain = np.linalg.solve(S, J @ covariance).T
     kept = np.eye(len(covariance)) - gain @ J
@@ -283,8 +285,9 @@ def _chosen(J: Floats, information: Floats, count: int) -> list[int]:
     for _ in range(count):
         chosen.append(_best(J, information, chosen))
     value, exchanged = _value(J, information, chosen), True
-    # Compare log determinants of whole sets. They grow with each exchange, so no set comes twice
-    # and the loop ends. Differences of gains would be round-off if M is ill-conditioned.
+    # Compare the log determinants of whole sets of poses. They grow with each exchange, so no set
+    # occurs twice, and the loop ends. Differences of gains would be round-off if M is
+    # ill-conditioned.
     while exchanged:
         exchanged = False
         for place in range(count):
@@ -296,8 +299,8 @@ def _chosen(J: Floats, information: Floats, count: int) -> list[int]:
 
 
 def _measured(J: Floats, information: Floats, chosen: Sequence[int]) -> Floats:
-    # Return the information matrix after the chosen poses are measured. Sorted poses make it
-    # independent of the order of choice.
+    # Return the information matrix after the chosen poses are measured. Sort the poses, so that
+    # the matrix does not depend on the order of choice.
     rows = J[np.array(sorted(chosen), dtype=np.int64)].reshape(-1, len(information))
     return np.asarray(information + rows.T @ rows)
 

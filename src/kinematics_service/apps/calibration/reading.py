@@ -135,8 +135,8 @@ def read_measured(
 
 
 def _lag_of(robot: Robot, chosen: ChosenPoses, kind: str, on_tool: bool) -> float:
-    # Return the lag (s) that the frame check finds: the joint positions `lag` after a pose belong
-    # to it. Return 0 if it finds none.
+    # Return the lag (s) that the frame check finds, or 0. A pose belongs to the joint positions at
+    # the time of the pose plus the lag.
     q, poses, stamps, motion = chosen.q, chosen.poses, chosen.stamps, chosen.motion
     if motion is None or kind == 'position' or len(q) < CAUSE_POSES:
         return 0.0

@@ -202,7 +202,7 @@ class PlacedThing:
 
 
 def placed_camera(found: Calibration) -> tuple[PlacedThing, ...]:
-    """Return camera and board of the first set; empty if the rows have no camera."""
+    """Return the poses of camera and board in the first set; empty if no camera was used."""
     if found.camera is None:
         return ()
     on_tool, still = ('camera', 'board') if found.camera == ON_TOOL else ('board', 'camera')

@@ -257,8 +257,8 @@ def _tolerances(found: Calibration, poses: Floats, frames: Frames) -> tuple[floa
     )
     lever = 0.0
     if found.camera is not None:
-        # The written pose is that of a point at this distance from the measured point: an error
-        # of the rotation moves it by the distance times the angle.
+        # The written pose is that of a point at this distance from the measured point: an error of
+        # the rotation moves the written point by this distance times the angle.
         seen = np.linalg.norm(poses[:, :3, 3], axis=1).max() if found.camera == ON_TOOL else 0.0
         beyond = inverse(found.tool_offsets[0])[:3, 3] if frames == 'robot' else np.zeros(3)
         lever = float(seen + np.linalg.norm(beyond))

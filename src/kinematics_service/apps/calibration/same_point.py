@@ -285,8 +285,8 @@ class SamePointParameters(ChosenParameters):
                 )
 
     def _chain(self, k: int, tip: Floats) -> CorrectedChain:
-        # The chain goes from the base frame to the tip; a correction of point k moves the tip the
-        # other way.
+        # The chain goes from the base frame to the tip; a correction of point k moves the tip in
+        # the opposite direction.
         description = self.robot.description
         tool = np.array(description.tool.motion.matrix)
         tool[:3, 3] += tool[:3, :3] @ tip

@@ -23,7 +23,7 @@ from ..checking.other_robots import OtherRobot, left_by, other_robot
 from .collecting import CollectedPoses
 from .zero_jump import RECENT, JumpDetector, Watched
 
-# Number of poses of the first diagnosis, and number of new poses before the next one.
+# Number of poses of the first diagnosis, and number of new poses before the next diagnosis.
 MIN_NEW = 20
 # A diagnosis may mistake a jump for one of these causes. If a jump is detected and the diagnosis
 # has one of these causes, the jump is reported.
@@ -35,7 +35,7 @@ ADVICE = 'calibrate-live collects poses for a robot file of this very arm'
 @dataclass(frozen=True)
 class Examined:
     """
-    The diagnosis of a second source and its test for jumps.
+    The diagnosis of the poses of a second source, and the result of their test for jumps.
 
     Attributes
     ----------

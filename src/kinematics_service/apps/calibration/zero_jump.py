@@ -57,7 +57,7 @@ MEMORY = 2 * WINDOW
 STEP = 2e-3
 # The median of chi-square with 6 degrees of freedom.
 MEDIAN = 5.35
-# Largest number of linearizations of the offsets in a row.
+# Largest number of successive linearizations of the offsets.
 ROUNDS = 8
 # Joints that moved less than this are never named (rad; prismatic joints are scaled by a length of
 # the arm).
@@ -275,11 +275,11 @@ class _LikelihoodRatios:
         return self.left - jumped + self.B @ x, np.sum(jumped * self.left, axis=1)
 
     def is_proven(self, jump: _JumpCandidate) -> bool:
-        # Return whether a jump is proven. Its gain is a sum over poses. Each pose's part is
-        # clipped, so that MAX_FAILED poses cannot prove a jump. `noise` is the mean squared
-        # residual with the jump: if it is large, the noise has grown, and the threshold grows.
-        # More than half of the poses must fit better with the jump: a jump that a few outliers
-        # suggest makes the healthy poses between them fit worse.
+        # Return whether a jump is proven. The gain of a jump is a sum over poses. The part of each
+        # pose is clipped, so that MAX_FAILED poses cannot prove a jump. `noise` is the mean
+        # squared residual with the jump: if it is large, the noise has grown, and the threshold
+        # grows. More than half of the poses must fit better with the jump: a jump that a few
+        # outliers suggest makes the healthy poses between them fit worse.
         left, (after, shares) = self.left, self.parts(jump)
         left, after, shares = (part[jump.begin :] for part in (left, after, shares))
         improved = np.sum(left**2 - after**2, axis=1) > 0.0

@@ -31,14 +31,15 @@ TOLERANCE = 1e-6
 
 
 class _Taken(NamedTuple):
-    # The kind as which numbers were written, and the kind as which they were read.
+    # The kind (an order of angles, or `rotvec`) as which the numbers were written, and the kind as
+    # which they were read.
     written: str
     read: str
 
 
 class LikelyOrder(NamedTuple):
     """
-    One of the likeliest orders of the three numbers.
+    One of the likeliest orders of the three numbers of an orientation.
 
     Attributes
     ----------
@@ -117,8 +118,8 @@ def order_hypotheses_of(poses: Floats, A: Floats, read: str = '') -> Iterator[Hy
 
 
 def _pairs(read: str) -> list[_Taken]:
-    # Return the pairs of kinds to be tried. If the reading is unknown, skip most readings with
-    # moving axes: xyz read as zyx gives the same rotations as ZYX read as XYZ.
+    # Return the pairs (kind written, kind read) to be tried. If the reading is unknown, skip most
+    # readings with moving axes: xyz read as zyx gives the same rotations as ZYX read as XYZ.
     orders = (*EULER_ORDERS, ROTVEC)
     known = 'xyz' if read == 'rpy' else read
     if known in orders:

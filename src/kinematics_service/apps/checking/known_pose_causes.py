@@ -133,7 +133,9 @@ def _whole(given: ComparedData) -> Iterator[_Undone]:
     if robot.description.length_unit == 'mm':
         words |= IN_MILLIMETRES
     for change, poses, expected in zip(changes, *undone(given, changes)):
-        sentence = change.sentence.partition(' (--')[0]  # cut off options of other commands
+        sentence = change.sentence.partition(' (--')[
+            0
+        ]  # remove the advice on options of other commands
         yield _Undone(words.get(sentence, sentence), poses, expected)
 
 

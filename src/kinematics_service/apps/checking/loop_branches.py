@@ -92,7 +92,8 @@ def _starts(
 
 
 def _residuals(group: LoopGroup, x: Floats) -> tuple[Floats, Floats]:
-    # Return the gaps (N, p) of a group at many variables (N, v), and their derivatives (N, p, v).
+    # Return the gaps (N, p) of a group of loops at variables (N, v), and the derivatives (N, p, v)
+    # of the gaps.
     gaps, slopes = [], []
     for loop in group.members():
         there, J_there = poses_and_jacobians(loop.there, x)

@@ -99,7 +99,9 @@ class EchoTopic:
 
 
 def diagnostics_of(node: str) -> EchoTopic:
-    """Return the topic of diagnostics, limited to statuses of the node with a full name."""
+    """
+    Return the topic of diagnostics, limited to the statuses of one node, given by its full name.
+    """
     reading = partial(statuses_of, node.removeprefix('/'))
     return EchoTopic(
         DIAGNOSTICS,

@@ -73,7 +73,7 @@ class SeenCorners(NamedTuple):
 
 class BoardFinder:
     """
-    Detector of a board in images.
+    Detects a ChArUco board in images.
 
     Raises
     ------

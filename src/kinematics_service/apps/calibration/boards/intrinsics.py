@@ -54,8 +54,8 @@ class Intrinsics(FrozenArrays):
 
     def pixels(self, points: Floats) -> tuple[Floats, Floats]:
         """
-        Return the pixels (K, 2) of points (K, 3), m in the frame of the camera, and their
-        derivatives (K, 2, 3), px/m.
+        Project points (K, 3), m in the frame of the camera; return their pixels (K, 2) and the
+        derivatives (K, 2, 3) of the pixels by the points, px/m.
         """
         zero = np.zeros(3)
         seen, J = opencv().projectPoints(points, zero, zero, self.matrix, self.distortion)
@@ -65,8 +65,8 @@ class Intrinsics(FrozenArrays):
 
     def sees(self, points: Floats, rim: float = 0.0) -> Flags:
         """
-        Return whether points (K, 3), m in the frame of the camera, are in the image, shape (K,);
-        a share `rim` of the width and height is excluded at each edge.
+        Return flags (K,): whether points (K, 3), m in the frame of the camera, are in the image. A
+        share `rim` of the width and height is excluded at each edge.
         """
         size = np.array([self.width, self.height], dtype=np.float64)
         edge = np.linspace(0.0, 1.0, 9)

@@ -25,7 +25,7 @@ ORIGIN, DOWN = (0.0, 0.0, 0.0), (0.0, 0.0, -1.0)
 
 
 class ConditionOptions(NamedTuple):
-    """Options for the sessions and loads of the rows."""
+    """Options for the sessions and the loads of the measured poses."""
 
     sessions: Annotated[
         Optional[str],
@@ -44,7 +44,7 @@ class ConditionOptions(NamedTuple):
     ] = DOWN
 
     def check(self) -> None:
-        """Refuse options of a load without a column of loads."""
+        """Raise an error if options of a load are given without the column of the loads."""
         if self.load is None and (self.load_at, self.gravity) != (ORIGIN, DOWN):
             raise WrongUsage('--load-at and --gravity are of a load: give --load COLUMN too')
 

@@ -129,7 +129,7 @@ def kept_when_refused(robot: Robot, poses: CollectedPoses) -> Iterator[None]:
         yield
     except BaseException:
         file = Path(f'heard_poses_{datetime.now().astimezone():%Y%m%d_%H%M%S}.csv')
-        with suppress(KinematicsError):  # raise the first error, not that of writing
+        with suppress(KinematicsError):  # if writing fails too, raise the first error
             write_file(file, table_of(poses, robot.joint_names))
             told = f'the {len(poses.q)} poses heard are kept in {file}, which calibrate reads'
             print(told, file=sys.stderr)

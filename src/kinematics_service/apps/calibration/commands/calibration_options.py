@@ -1,4 +1,6 @@
-"""Options that the commands of a calibration share, in groups, and the reading of their texts."""
+"""
+Define the groups of options that the calibration commands share, and read the options' texts.
+"""
 
 import inspect
 import math
@@ -40,7 +42,7 @@ BOARD = re.compile(r'(\d{1,3})x(\d{1,3}),([^,]+),([^,]+),\s*(DICT_\w+)(,\s*legac
 # Allowed number of squares along each edge of a board. With 1 or 2 squares, a board has no inner
 # corners or only one row of them; boards with more than 100 do not exist.
 SQUARES = range(3, 101)
-LARGEST_SQUARE = 10.0  # m; a larger one is in other units
+LARGEST_SQUARE = 10.0  # m; a longer edge was given in other units
 
 FilesArgument = Annotated[Optional[list[Path]], typer.Argument(metavar='FILE...', hidden=True)]
 

@@ -1,1 +1,1 @@
-"""The outputs of the command: robot file, report, and a page with pictures."""
+"""Write the outputs of the calibration commands: robot file, report, and a page with pictures."""

@@ -18,7 +18,7 @@ from ..identified_table import CalibratedParameter
 from ..report import cells_of, sentences_of
 from ..result import Calibration
 
-# Largest number of rows that are drawn.
+# A plot shows at most this number of measured rows.
 MAX_ROWS = 1000
 # Sizes of a plot, px: width, width of a plot in two columns, height.
 WIDTH = 720

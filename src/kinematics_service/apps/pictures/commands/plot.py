@@ -41,7 +41,7 @@ from ..plots.velocity import velocity_picture
 from ..plots.workspace import workspace
 from ..plots.workspace_picture import workspace_picture
 
-# The options of each kind, besides --of, --save, --show and --deg.
+# The options of each kind of picture, besides --of, --save, --show and --deg.
 OPTIONS = {
     'arm': ('--q',),
     'ik': ('--xyz', '--rpy', '--quaternion', '--near'),
@@ -58,7 +58,7 @@ TARGETS = ('ik', 'family')
 MAP_POINTS = 280
 # Number of random configurations with which the search of a workspace starts.
 WORKSPACE_POINTS = 28_000
-# Smallest and largest --points.
+# Smallest and largest --points for a kind of picture.
 POINTS = {'map': (2, 4000), 'workspace': (1000, 100_000_000)}
 
 

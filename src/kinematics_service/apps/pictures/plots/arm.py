@@ -23,7 +23,7 @@ TOOL_FRAME_LENGTH = 0.11  # of the axes of the tool frame
 AXIS_LENGTH = 0.24  # of a joint axis, and of each arrow along an impossible motion
 # Legend entries of the x, y and z axes of all drawn frames; the thick axes are those of the tool.
 FRAME_LABELS = ('x', 'y', 'z (thick: tool)')
-# Gap between the arm and the faces of the cube, divided by the edge.
+# Gap between the arm and the faces of the drawn cube, divided by the edge of the cube.
 MARGIN_RATIO = 0.08
 # Elevation of the view, degrees.
 ELEVATION = 22.0

@@ -81,7 +81,7 @@ def distance_map(
     robot: Robot, joints: tuple[int, int], q: Floats, size: int, workers: str | None = None
 ) -> DistanceMap:
     """
-    Return the map over two joints, given by index, with the others held at q (n,).
+    Return the map over two joints, given by index; the other joints are held at q (n,).
 
     Raises
     ------

@@ -72,8 +72,7 @@ class Workspace:
 
 def section_rows(robot: Robot, q: Floats, plane: Plane) -> Floats:
     """
-    Return for each of q (N, n) the plane's coordinates (m), distance (rad) and q, shape (N, 3 +
-    n).
+    Return for each row of q (N, n) the plane's coordinates (m), distance (rad) and q, (N, 3 + n).
 
     If the plane is along base axes, the least joint motion first moves the tool into the plane. A
     row is nan if the tool does not get into the plane with joints inside the limits and loops

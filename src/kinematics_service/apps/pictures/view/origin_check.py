@@ -86,7 +86,8 @@ class OriginCheck(NamedTuple):
         if origins and _netloc(origins[0]) != hosts[0]:
             return HttpRefusal(FORBIDDEN, 'Pages of other sites may not connect to this one.')
         if any(name != TOKEN for name, _ in _query(path)):
-            # viser's page would connect to a server that is named in its address, and obey it.
+            # viser's page would connect to any server that the page's address names, and obey this
+            # server.
             return HttpRefusal(
                 FORBIDDEN, f'The address of this page takes no parameter except {TOKEN}.'
             )
@@ -120,7 +121,10 @@ class OriginCheck(NamedTuple):
     def _is_served_as(self, host: str, called: str) -> bool:
         try:
             parts = urlsplit(f'//{host}')
-            name, _ = parts.hostname or '', parts.port  # a wrong port raises ValueError, too
+            name, _ = (
+                parts.hostname or '',
+                parts.port,
+            )  # `port` raises ValueError if the port is wrong
         except ValueError:
             return False
         if '@' in parts.netloc:

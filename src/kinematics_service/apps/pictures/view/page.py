@@ -192,6 +192,6 @@ def serve(address: Address, label: str) -> Iterator[tuple[viser.ViserServer, str
         if port not in (
             0,
             server.get_port(),
-        ):  # viser takes the next port if another program was faster
+        ):  # viser takes the next port if another program has taken this one
             raise ViewError(f'--port {port}: another program uses it on {host}')
         yield server, origin_check.address(host, server.get_port())
