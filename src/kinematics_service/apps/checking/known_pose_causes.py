@@ -53,7 +53,7 @@ ERROR_RATIO = 10.0
 
 class PoseCauses(NamedTuple):
     """
-    Mistakes of which each one alone explains the known poses of a file.
+    Mistakes that explain the known poses of a file; each mistake alone explains all poses.
 
     Attributes
     ----------
@@ -89,7 +89,9 @@ class _Undone(NamedTuple):
 
 
 def pose_causes(robot: Robot) -> PoseCauses:
-    """Return the mistakes of which each one alone explains all known poses of a robot's file."""
+    """
+    Return the mistakes that explain all known poses of a robot's file; each one does so alone.
+    """
     known = within_digits(robot)
     if known != robot.description.known_poses:
         errors = [replace(error, known=known[error.index]) for error in pose_errors(robot)]
@@ -133,9 +135,7 @@ def _whole(given: ComparedData) -> Iterator[_Undone]:
     if robot.description.length_unit == 'mm':
         words |= IN_MILLIMETRES
     for change, poses, expected in zip(changes, *undone(given, changes)):
-        sentence = change.sentence.partition(' (--')[
-            0
-        ]  # remove the advice on options of other commands
+        sentence = change.sentence.partition(' (--')[0]  # drop options of other commands
         yield _Undone(words.get(sentence, sentence), poses, expected)
 
 

@@ -121,10 +121,7 @@ class OriginCheck(NamedTuple):
     def _is_served_as(self, host: str, called: str) -> bool:
         try:
             parts = urlsplit(f'//{host}')
-            name, _ = (
-                parts.hostname or '',
-                parts.port,
-            )  # `port` raises ValueError if the port is wrong
+            name, _ = parts.hostname or '', parts.port  # a wrong port raises ValueError
         except ValueError:
             return False
         if '@' in parts.netloc:
