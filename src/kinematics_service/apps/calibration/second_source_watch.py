@@ -77,8 +77,8 @@ class SecondSourceWatch:
         self._ahead = 0.0 if is_stale else 1e-9 * (stamp - self._way[-1][0])
         is_matched = poses.different > 0 and poses.unmatched == self._unmatched
         if is_stale or is_matched and self._ahead < CLOCK_DIFFERENCE:
-            # Restart the time without a used pose if this pose was used. Restart it too if joint
-            # states are missing, since the status `input` reports their absence.
+            # Restart the time without a used pose if this pose was used, or if joint states are
+            # missing. The status `input` reports missing joint states.
             self._used_at, self._arrived = now, 0
         self._unmatched = poses.unmatched
 

@@ -39,7 +39,8 @@ FREEZE_RATIO = 0.5
 WINDOW = 128
 # A second source may fail for this number of poses without an alarm.
 MAX_FAILED = 5
-# A jump is detected only if at least this number of poses came after it and fit better with it.
+# A jump is proven only if at least this number of poses came after the jump and fit better with
+# the jump.
 MIN_POSES = MAX_FAILED + 1
 # Number of poses that are tested together and then enter the baseline together.
 BATCH = 16

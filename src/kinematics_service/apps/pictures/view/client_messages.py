@@ -37,7 +37,7 @@ class Camera(Strict, frozen=True, tag='ViewerCameraMessage', tag_field='type'):
 
 
 class PanelValue(Strict, frozen=True):
-    """The only attribute of an element of the panel that a page may change."""
+    """The value of an element of the panel: the only attribute that a page may change."""
 
     value: bool | float | str
 
@@ -53,7 +53,7 @@ DECODER = msgspec.msgpack.Decoder(Camera | PanelChange)
 
 
 class MessageError(ValueError):
-    """A message that the page never sends."""
+    """Raised for a message that the page never sends."""
 
 
 def is_taken(data: bytes | str, panel: Mapping[str, Any]) -> bool:

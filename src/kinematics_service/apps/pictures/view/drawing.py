@@ -20,7 +20,7 @@ TRAIL_STEP = 0.004
 ELLIPSOID_OPACITY = 0.3
 # Radii of the lines along motions that the tool cannot make, divided by the arm's size.
 LOST_RADII = {'linear': 0.012, 'angular': 0.007}
-# A hidden line is drawn as this segment of length 0.
+# The points of a hidden line: a segment of length 0.
 NOWHERE = np.zeros((1, 2, 3), dtype=np.float32)
 
 

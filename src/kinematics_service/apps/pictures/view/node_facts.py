@@ -81,7 +81,9 @@ class NodeFacts(NamedTuple):
         return with_tool(robot, tuple(self.tool[:3, 3].tolist()), exact_rpy(self.tool[:3, :3]))
 
     def edited(self, robot: Robot) -> str:
-        """Return a sentence if the file has changed since the node read it, or an empty text."""
+        """
+        Return a sentence if the robot file has changed since the node read it, else an empty text.
+        """
         read = robot.description.sha256
         if not read or read == self.sha256 or self.name != robot.name:
             return ''
