@@ -1,12 +1,12 @@
 """
 Detect a jump of a joint zero by the generalized likelihood ratio (GLR) test of Willsky and Jones.
 
-Willsky and Jones 1976; Basseville and Nikiforov 1993, chapter 7. Pose k has the residual e = H x +
-A delta + noise. The unknown x contains base, tool, lag and the errors of the table, with Gaussian
-priors. delta is the jump: it acts on some pose of the window and on all later poses. The test
-maximizes the likelihood ratio over the jumping parameter, its first pose and delta. x is estimated
-from the baseline of healthy poses and the window. A wrong table is part of x, so a new working
-region raises no alarm.
+Willsky and Jones 1976; Basseville and Nikiforov 1993, chapter 7. The residual of pose k is
+e = H x + A delta + noise. The unknown x contains base, tool, lag and the errors of the table, with
+Gaussian priors. delta is the jump: it acts on some pose of the window and on all later poses. The
+test maximizes the likelihood ratio over the jumping parameter, its first pose and delta. x is
+estimated from the baseline of healthy poses and the window. A wrong table is part of x, so a new
+working region raises no alarm.
 """
 
 import math
