@@ -431,6 +431,7 @@ def test_fk_says_how_near_the_pose_is_in_words(capsys):
     text = answer(capsys, 'fk', '--robot', 'planar_2r', '--deg', '--q', '0,3', '--all')
     assert 'level WARN' in text
     assert '3 deg of joint motion' in text
+    assert re.search(r'q2 +0\.0524 rad +3\.00 deg ', text)
     assert 'lost direction' in text
     text = answer(capsys, 'fk', '--robot', 'planar_2r', '--q', '0,0', '--all')
     assert 'level ERROR' in text
@@ -484,7 +485,7 @@ def test_fk_names_joints_beyond_their_limits(capsys):
     ],
 )
 def test_positions_that_look_like_degrees_are_asked_about(capsys, command, robot, q, asks):
-    question = '--q is read in radians and looks like degrees; add --deg?\n'
+    question = '--q is read in radians and looks like degrees: did you mean --deg?\n'
     assert main([command, '--robot', robot, '--q', q, '--json']) == 0
     out, err = capsys.readouterr()
     assert err == (question if asks else '')

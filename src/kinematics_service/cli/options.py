@@ -259,7 +259,9 @@ def given_positions(robot: Robot, text: str, degrees: bool) -> Floats:
     """
     q = joint_values(robot, text, '--q', degrees)
     if not degrees and _look_like_degrees(robot, q):
-        print('--q is read in radians and looks like degrees; add --deg?', file=sys.stderr)
+        print(
+            '--q is read in radians and looks like degrees: did you mean --deg?', file=sys.stderr
+        )
     return q
 
 
