@@ -8,7 +8,7 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
-from arms import BUNDLED, CONVENTIONS, DISTINCT_BUNDLED, RANDOM, random_poses, robot_of
+from arms import BUNDLED, CONVENTIONS, RANDOM, random_poses, robot_of
 
 import kinematics_service as ks
 from kinematics_service.kinematics.inverse.problem.plan import plan_for
@@ -18,7 +18,7 @@ from kinematics_service.robot.task import ROW_NAMES
 PROVED = 1e-10  # the contract: forward kinematics misses the target by less
 # The originating q: its pose is known to 1e-16, and random poses are rarely worse than 1e-9 apart.
 SAME = 1e-7
-POSES = 300
+POSES = 100
 
 THREE = (
     'anthropomorphic_3r', 'craig_3r', 'parallelogram_left', 'parallelogram_right',
@@ -94,7 +94,7 @@ def assert_honest(robot, target, result):
 @pytest.mark.parametrize('name', THREE + CLOSED + SEARCHED)
 def test_the_originating_positions_are_among_the_solutions(name):
     robot = robot_of(name)
-    for q in inside_limits(robot, POSES if name in THREE + CLOSED else 60):
+    for q in inside_limits(robot, POSES if name in THREE + CLOSED else 30):
         target = target_of(robot, q)
         result = ks.inverse_kinematics(robot, target)
         assert result.status == 'solved'
@@ -106,7 +106,7 @@ def test_the_originating_positions_are_among_the_solutions(name):
 @pytest.mark.parametrize('name', BUNDLED)
 def test_one_solution_is_one_of_all(name):
     robot = robot_of(name)
-    for k, q in enumerate(inside_limits(robot, 60, 4)):
+    for k, q in enumerate(inside_limits(robot, 30, 4)):
         target = target_of(robot, q)
         near = inside_limits(robot, 1, k)[0] if k % 3 else None
         one = ks.inverse_kinematics(robot, target, near=near, all_solutions=False)
@@ -188,7 +188,7 @@ def test_a_closed_form_is_found_from_the_chain(name):
 @pytest.mark.parametrize('name', ON_ONE_AXIS)
 def test_two_joints_on_one_axis_make_families_that_contain_the_origin(name):
     robot = robot_of(name)
-    for q in inside_limits(robot, 40):
+    for q in inside_limits(robot, 15):
         result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q))
         assert result.status == 'family'
         assert not len(result)
@@ -204,7 +204,7 @@ def test_two_joints_on_one_axis_make_families_that_contain_the_origin(name):
 @pytest.mark.parametrize('name', REDUNDANT)
 def test_a_redundant_arm_answers_with_a_pose_of_its_family(name):
     robot = robot_of(name)
-    for q in inside_limits(robot, 40):
+    for q in inside_limits(robot, 15):
         target = ks.forward_kinematics(robot, q)
         result = ks.inverse_kinematics(robot, target, near=q, curves=False)
         assert result.status == 'family'
@@ -215,7 +215,9 @@ def test_a_redundant_arm_answers_with_a_pose_of_its_family(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', RANDOM[:6] + RANDOM[12:18] + RANDOM[24:30] + RANDOM[36:42])
+@pytest.mark.parametrize(
+    'name', RANDOM[:6:2] + RANDOM[13:18:2] + RANDOM[24:30:2] + RANDOM[37:42:2]
+)
 def test_random_arms_find_the_originating_positions(name):
     robot = robot_of(name)
     for q in inside_limits(robot, 3, 1):
@@ -226,8 +228,14 @@ def test_random_arms_find_the_originating_positions(name):
 
 
 # One of each way to solve an arm, and of each kind of joint.
+HARD = (
+    *('craig_3r', 'rrp_elementary', 'parallelogram_left', 'scara_hsr065', 'so101', 'puma560'),
+    *('ur5e', 'six_joint_dh', 'offset_stanford_printed', 'panda'),
+)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize('name', [*DISTINCT_BUNDLED, 'ur5e', 'offset_stanford_printed'])
+@pytest.mark.parametrize('name', HARD)
 def test_hard_targets_get_an_honest_answer(name):
     robot = robot_of(name)
     within = np.where(np.isfinite(robot.limits), robot.limits, [-2.0, 2.0])
@@ -235,8 +243,8 @@ def test_hard_targets_get_an_honest_answer(name):
     singular = singular_poses(robot, within)[:3]
     near = [s + e * random.uniform(-1, 1, robot.dof) for s, e in zip(singular, (1e-4, 1e-9, 1e-6))]
     hard = [np.clip(np.zeros(robot.dof), *robot.limits.T), *within.T, *singular, *near]
-    # At singular poses the curves of seven joints take long: one of each kind.
-    for q in hard[::3] if robot.dof > 6 else hard:
+    # The middle, a corner, singular ones and those beside; curves of seven joints take long.
+    for q in hard[::3] if robot.dof > 6 else hard[::2]:
         q = np.clip(q, *robot.limits.T)
         target = target_of(robot, q)
         result = ks.inverse_kinematics(robot, target, near=q)
@@ -455,11 +463,11 @@ def test_a_family_beyond_the_limits_is_given_where_it_is_nearest(tmp_path):
         assert np.max(np.abs(along)) < 1e-4
 
 
-@pytest.mark.parametrize('name', ['puma560', 'ur5e', 'xarm6', 'panda'])
+@pytest.mark.parametrize('name', ['puma560', 'xarm6', 'panda'])
 @pytest.mark.parametrize('respect_limits', [True, False])
 def test_many_poses_are_answered_as_each_of_them(name, respect_limits):
     robot = robot_of(name)
-    poses = ks.forward_kinematics(robot, random_poses(robot, 6, 3))
+    poses = ks.forward_kinematics(robot, random_poses(robot, 4, 3))
     # One is beyond reach, and one is singular.
     poses[1, :3, 3] += 5.0
     poses[2] = ks.forward_kinematics(robot, np.zeros(robot.dof))
@@ -493,7 +501,7 @@ def test_poses_that_are_none_are_refused():
 
 def test_solutions_inside_the_limits_are_those_of_all_that_are():
     robot = robot_of('puma560')
-    for pose in ks.forward_kinematics(robot, random_poses(robot, 40, 5)):
+    for pose in ks.forward_kinematics(robot, random_poses(robot, 20, 5)):
         inside = ks.inverse_kinematics(robot, pose)
         every = ks.inverse_kinematics(robot, pose, respect_limits=False)
         feasible = [one for one in every if one.feasible]

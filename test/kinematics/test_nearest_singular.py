@@ -43,22 +43,18 @@ IIWA_ROWS = (
     (0.0, 0.0, 0.126),
 )
 # Random poses of each arm that brute force judges, and a quarter as many saddles.
-RANDOM = 32
+RANDOM = 16
 
 ARMS = {
     'craig_3r': lambda: robot_of('craig_3r'),
-    'puma560': lambda: robot_of('puma560'),
     'ur5e': lambda: robot_of('ur5e'),
     'so101': lambda: robot_of('so101'),
     'ur5e without factors': lambda: without_factors('ur5e'),
     'offset_stanford_dh': lambda: without_factors('offset_stanford_dh'),
     'parallelogram_left': lambda: without_factors('parallelogram_left'),
-    'panda': lambda: without_factors('panda'),
     'kinova_gen3': lambda: without_factors('kinova_gen3'),
     'calibrated UR5': lambda: calibrated_ur5(1),
     'four joints': lambda: robot_of('standard-4-0'),
-    'five joints': lambda: robot_of('modified-5-0'),
-    'six joints': lambda: robot_of('shape-6-0'),
     'eight joints': lambda: robot_of('standard-8-0'),
     'four parallel axes': lambda: elementary_arm(
         'Rz(q1), Tx(0.3), Rz(q2), Tx(0.4), Rz(q3), Tx(0.2), Rz(q4), Tx(0.1), Rx(q5), Tz(0.2), '
@@ -69,7 +65,12 @@ ARMS = {
         'Rz(q1), Tz(q2), Tx(0.2), Tx(q3), Ry(q4), Tx(0.3), Rz(q5), Ty(0.1)', 'rpprr'
     ),
 }
-every_arm = pytest.mark.parametrize('name', ARMS)
+# Three to eight joints; sliding, coupled, redundant, with errors; by factors and by J alone.
+KINDS = (
+    *('craig_3r', 'ur5e', 'so101', 'offset_stanford_dh', 'parallelogram_left', 'kinova_gen3'),
+    *('calibrated UR5', 'eight joints', 'four parallel axes', 'rpprr'),
+)
+every_kind = pytest.mark.parametrize('name', KINDS)
 
 
 def share(robot, q):
@@ -79,7 +80,7 @@ def share(robot, q):
 
 
 @pytest.mark.slow
-@every_arm
+@every_kind
 def test_the_distance_is_that_of_brute_force(name):
     robot = ARMS[name]()
     q = judged_poses(robot, RANDOM)
@@ -97,10 +98,10 @@ def test_the_distance_is_that_of_brute_force(name):
 
 
 @pytest.mark.slow
-@every_arm
+@every_kind
 def test_what_is_found_is_singular_and_as_far_as_it_says(name):
     robot = ARMS[name]()
-    q = judged_poses(robot, 200)
+    q = judged_poses(robot, 100)
     found = ks.singularity(robot, q)
     there = np.isfinite(found.nearest_singular[:, 0])
     assert np.sum(there) > 0
@@ -228,7 +229,7 @@ def test_where_sheets_of_singular_poses_meet_the_nearest_is_found(name, q, dista
 # Poses of a motion, 2 ms apart, and the share of them that may differ by more than SAME from
 # those that are searched alone; by how much any may be farther. A search of its own misses the
 # nearest singular pose now and then, too.
-ALONG, SAME, DIFFERENT, FARTHER = 3000, 2e-3, 0.02, 0.11
+ALONG, SAME, DIFFERENT, FARTHER = 1000, 2e-3, 0.02, 0.11
 
 
 def motion(robot, fastest):
@@ -253,8 +254,8 @@ def along(robot, q, search=None):
 @pytest.mark.parametrize(
     ('name', 'fastest'),
     [
-        *(('ur5e', 0.3), ('ur5e without factors', 1.0), ('so101', 1.0), ('calibrated UR5', 1.0)),
-        *(('panda', 1.0), ('kinova_gen3', 0.3), ('kinova_gen3', 1.0), ('rpprr', 1.0)),
+        *(('ur5e', 0.3), ('so101', 1.0), ('calibrated UR5', 1.0)),
+        *(('kinova_gen3', 0.3), ('kinova_gen3', 1.0), ('rpprr', 1.0)),
     ],
 )
 def test_along_a_motion_the_distance_is_that_of_each_pose_alone(name, fastest):
@@ -274,7 +275,7 @@ def test_pieces_of_a_motion_are_the_motion():
     robot = ARMS['ur5e without factors']()
     q, search = motion(robot, 1.0), kernel.NearestSearch(robot.singularity.arm)
     whole = along(robot, q)
-    parts = [along(robot, part, search) for part in np.array_split(q, [1, 2, 700, 701, 1900])]
+    parts = [along(robot, part, search) for part in np.array_split(q, [1, 2, 200, 201, 600])]
     for name in ('distance', 'nearest_singular', 'level'):
         pieces = np.concatenate([getattr(part, name) for part in parts])
         np.testing.assert_array_equal(pieces, getattr(whole, name))
@@ -293,10 +294,10 @@ def test_one_pose_has_a_pose_or_none():
     np.testing.assert_array_equal(at.nearest_singular, [0.1, -1.0, 1.2, 0.5, 0.0, 0.7])
 
 
-@pytest.mark.parametrize('name', ['ur5e', 'ur5e without factors', 'kinova_gen3', 'four joints'])
+@pytest.mark.parametrize('name', ['ur5e', 'kinova_gen3', 'four joints'])
 def test_the_rate_is_how_the_distance_changes(name):
     robot = ARMS[name]()
-    q = random_poses(robot, 2000, seed=1)
+    q = random_poses(robot, 1000, seed=1)
     qdot = np.random.default_rng(2).normal(size=q.shape)
     found = ks.singularity(robot, q, qdot)
     near = np.isfinite(found.nearest_singular[:, 0])
@@ -319,7 +320,7 @@ def test_of_a_planar_arm_it_is_the_angle_of_its_elbow(q2):
 
 
 def test_of_a_wrist_that_is_stretched_it_is_no_more_than_its_angle():
-    q = random_poses(robot_of('ur5e'), 3000, seed=4)
+    q = random_poses(robot_of('ur5e'), 800, seed=4)
     elbow, wrist = (np.abs(q[:, j] - math.pi * np.round(q[:, j] / math.pi)) for j in (2, 4))
     for robot in (robot_of('ur5e'), without_factors('ur5e')):
         found = ks.singularity(robot, q)
@@ -447,28 +448,24 @@ def test_where_two_directions_are_lost_at_once_the_zero_of_a_factor_is_found(nam
             [-0.004692928, -3.143760744, 1.567351213, -0.800130882, -0.002582921, -0.768231596],
             0.104110573,
         ),
-        (
-            [-1.569611169, 0.000351174, 1.586361788, -1.587427964, 3.1399146, -0.00569261],
-            0.119015869,
-        ),
     ],
 )
 def test_beside_a_pose_that_errors_leave_all_but_singular_the_nearest_is_found(q, distance):
     # The least singular value is 1e-4, and a saddle; the nearest singular poses are far for that.
     robot = with_errors(PUMA, 1e-4, seed=21)
     found = ks.singularity(robot, [q])
-    by_force, _ = brute_force.nearest_singular(robot, np.array([q]), starts=24, known=12)
+    by_force, _ = brute_force.nearest_singular(robot, np.array([q]), starts=6, known=12)
     assert by_force[0] == pytest.approx(distance, rel=1e-3)
     assert found.distance[0] == pytest.approx(distance, rel=1e-3)
 
 
 def test_of_two_joints_about_one_axis_none_moves_on_the_way_to_a_singular_pose():
     robot = robot_of('six_joint_dh')
-    q = random_poses(robot, 40, seed=5)
+    q = random_poses(robot, 20, seed=5)
     found = ks.singularity(robot, q)
     by_force, _ = brute_force.nearest_singular(robot, q, starts=6, known=6)
     near = np.isfinite(found.nearest_singular[:, 0])
-    assert np.sum(near) > 20
+    assert np.sum(near) > 10
     assert np.max(share(robot, found.nearest_singular[near])) < SINGULAR
     np.testing.assert_array_equal(found.nearest_singular[near][:, :2], q[near][:, :2])
     assert not np.any(found.distance > TOO_FAR * np.minimum(by_force, 1.0) + 1e-9)
@@ -503,7 +500,7 @@ def by_closed_form(q, a3, a4):
 )
 def test_where_all_singular_poses_are_known_by_hand_the_nearest_is_found(name, a3, a4):
     robot = robot_of(name)
-    q = random_poses(robot, 400, seed=9)
+    q = random_poses(robot, 120, seed=9)
     found, true = ks.singularity(robot, q), by_closed_form(q, a3, a4)
     # The samples of the curves are up to 5e-3 rad apart; where two places of them are nearly as
     # near the other one may be found.
@@ -547,22 +544,20 @@ PARALLEL = (
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('error', [0.0, 1e-5, 1e-2])
+@pytest.mark.parametrize('error', [1e-5, 1e-2])
 def test_with_errors_of_parallel_axes_the_nearest_is_found_as_well(error):
     robot = with_errors(PARALLEL, error, seed=1)
-    q = np.concatenate([random_poses(robot, 40, seed=7), brute_force.saddles(robot, 14)])
+    q = np.concatenate([random_poses(robot, 16, seed=7), brute_force.saddles(robot, 6)])
     found = ks.singularity(robot, q)
     by_force, _ = brute_force.nearest_singular(robot, q, starts=6, known=6)
     assert np.all(found.distance <= TOO_FAR * np.minimum(by_force, 1.0) + 1e-9)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    'name', ['ur5e without factors', 'calibrated UR5', 'kinova_gen3', 'six joints', 'rpprr']
-)
+@pytest.mark.parametrize('name', ['calibrated UR5', 'kinova_gen3', 'rpprr'])
 def test_at_any_range_it_is_the_true_one(name):
     robot = ARMS[name]()
-    q = random_poses(robot, 32, seed=12)
+    q = random_poses(robot, 12, seed=12)
     found = ks.singularity(robot, q)
     by_force, _ = brute_force.nearest_singular(robot, q, starts=8, known=8)
     true = np.minimum(by_force, 1.0)
@@ -650,7 +645,7 @@ def test_beyond_one_radian_none_is_found(q2):
     assert 'none found within 1 rad' in repr(ks.singularity(robot_of('planar_2r'), [0.4, q2]))
 
 
-@pytest.mark.parametrize('name', ['puma560', 'kuka_iiwa14', 'craig_3r', 'calibrated UR5'])
+@pytest.mark.parametrize('name', ['puma560', 'kuka_iiwa14', 'craig_3r'])
 @pytest.mark.parametrize('fastest', [0.3, 3.0])
 def test_a_motion_is_followed_in_few_evaluations(name, fastest):
     robot = ARMS.get(name, lambda: robot_of(name))()
@@ -670,15 +665,15 @@ def test_starts_reach_what_many_more_reach():
 
 def test_after_a_jump_nothing_is_left_of_the_motion():
     robot = ARMS['calibrated UR5']()
-    q = motion(robot, 1.0)[::500]
+    q = motion(robot, 1.0)[::150]
     alone, found = ks.singularity(robot, q), along(robot, q)
     for name in ('distance', 'nearest_singular', 'level'):
         np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))
 
 
 FACTORED = [
-    *('craig_3r', 'offset_stanford_dh', 'parallelogram_left', 'planar_2r', 'puma560'),
-    *('rrp_elementary', 'ur5e', 'offset_stanford_printed'),
+    *('craig_3r', 'parallelogram_left', 'puma560', 'rrp_elementary', 'ur5e'),
+    'offset_stanford_printed',
 ]
 
 
@@ -694,7 +689,7 @@ def test_no_factor_of_a_file_has_a_zero_nearer_than_is_said(name):
     far = found.distance > 1e-6
     q, radius = q[far], found.distance[far] / TOO_FAR
     here = robot.singularity.factors.evaluate(q)[..., 0]
-    for _ in range(300):
+    for _ in range(150):
         way = random.normal(size=q.shape)
         way *= (radius * random.uniform(size=len(q)) ** 0.3 / np.linalg.norm(way, axis=1))[:, None]
         there = robot.singularity.factors.evaluate(q + way * robot.singularity.task.column_scales)[
@@ -709,8 +704,8 @@ def test_where_two_singular_values_vanish_together_a_plan_finds_no_nearer_one(er
     # The wrist is stretched or folded there, but for the errors, and shoulder or elbow often, too.
     robot = with_errors(PUMA, error, seed=5)
     random = np.random.default_rng(6)
-    q = math.pi / 4 * random.integers(-4, 5, (300, 6)).astype(float)
-    q[:, 4] = math.pi * random.integers(0, 2, 300)
+    q = math.pi / 4 * random.integers(-4, 5, (100, 6)).astype(float)
+    q[:, 4] = math.pi * random.integers(0, 2, 100)
     found = ks.singularity(robot, q)
     for pose in q[found.distance > 0.1]:
         check = ks.check_plan(robot, [0.0], [pose], distance=0.1)
@@ -736,14 +731,12 @@ def test_a_nearly_singular_pose_without_one_found_is_warned_of():
     )
 
 
-@pytest.mark.parametrize(
-    'name', ['excavator', 'four_bar_arm', 'flexpicker', 'five_bar', 'crank_slider']
-)
+@pytest.mark.parametrize('name', ['four_bar_arm', 'flexpicker', 'five_bar'])
 def test_with_closed_loops_the_nearest_of_all_that_are_known_is_found(name):
     # Each singular pose that any of the searches found is a candidate for all other poses.
     robot = robot_of(name)
     low, high = np.clip(robot.limits, -math.pi, math.pi).T
-    q = np.random.default_rng(11).uniform(low, high, (800, robot.dof))
+    q = np.random.default_rng(11).uniform(low, high, (300, robot.dof))
     q = q[closes_at(robot.chain, q)]
     found = ks.singularity(robot, q)
     known = found.nearest_singular[np.isfinite(found.distance) & (found.distance < 1.0)]
@@ -754,7 +747,7 @@ def test_with_closed_loops_the_nearest_of_all_that_are_known_is_found(name):
     nearest = np.min(np.linalg.norm(motions[..., reach > 0.0], axis=2), axis=1)
     true = np.minimum(nearest, found.distance)
     too_far = found.distance > TOO_FAR * true + ROUND_OFF
-    assert np.sum(true < 1.0) > 350
+    assert np.sum(true < 1.0) > 130
     assert np.sum(too_far) <= 0.005 * len(q)
     assert not np.any(too_far & (true < 0.05))
 
@@ -764,14 +757,14 @@ def test_with_closed_loops_what_is_found_is_a_pose_and_singular(name):
     # Where a branch of the loops ends, they do not close beyond it.
     robot = robot_of(name)
     low, high = np.clip(robot.limits, -math.pi, math.pi).T
-    q = np.random.default_rng(3).uniform(low, high, (300, robot.dof))
+    q = np.random.default_rng(3).uniform(low, high, (100, robot.dof))
     called = ks.singularity(robot, q[closes_at(robot.chain, q)]).nearest_singular
     called = called[np.isfinite(called[:, 0])]
-    assert len(called) > 50
+    assert len(called) > 20
     assert np.max([ks.singularity(robot, pose).distance for pose in called]) < 1e-4
 
 
-@pytest.mark.parametrize('error', [1e-6, 1e-5, 1e-4, 1e-3])
+@pytest.mark.parametrize('error', [1e-5, 1e-3])
 def test_a_pose_that_is_called_singular_is_so_when_it_is_asked_again(error):
     robot = with_errors(IIWA_ROWS, error, 1)
     q = np.random.default_rng(1).uniform(-2.9, 2.9, (200, robot.dof))
