@@ -5,13 +5,7 @@ import math
 import brute_force
 import numpy as np
 import pytest
-from arms import (
-    DISTINCT,
-    elementary_arm,
-    random_poses,
-    robot_of,
-    without_factors,
-)
+from arms import elementary_arm, random_poses, robot_of, without_factors
 from brute_force import judged_poses
 from calibrated import calibrated_ur5
 
@@ -32,12 +26,19 @@ def named(name):
     return calibrated_ur5(1) if name == 'calibrated UR5' else without_factors(name)
 
 
+# Three to nine joints; sliding, coupled, singular everywhere, redundant, with errors.
+KINDS = (
+    *('calibrated UR5', 'craig_3r', 'rrp_elementary', 'parallelogram_left', 'scara_hsr065'),
+    *('so101', 'six_joint_dh', 'panda', 'shape-4-0', 'elementary-6-0', 'standard-9-0'),
+)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize('name', ['calibrated UR5', *DISTINCT])
+@pytest.mark.parametrize('name', KINDS)
 def test_no_singular_pose_is_nearer_than_the_clearance(name):
     robot = named(name)
     # A tenth of a second each where many joints are redundant.
-    q = judged_poses(robot, 150 if robot.dof < 8 else 8)
+    q = judged_poses(robot, 60 if robot.dof < 8 else 8)
     found = ks.singularity(robot, q)
     distance = np.linalg.norm(
         (found.nearest_singular - q) / robot.singularity.task.column_scales, axis=1
@@ -64,12 +65,12 @@ def test_of_an_arm_behind_gears_it_is_that_of_the_arm_itself(wrist, gear):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', ['calibrated UR5', 'puma560', 'offset_stanford_dh', 'panda'])
+@pytest.mark.parametrize('name', ['calibrated UR5', 'offset_stanford_dh', 'panda'])
 def test_no_pose_of_a_search_that_ended_is_nearer_than_the_clearance(name):
     robot = named(name)
-    q = judged_poses(robot, 48)
+    q = judged_poses(robot, 24)
     distance, _ = brute_force.nearest_singular(robot, q, starts=6)
-    assert np.sum(np.isfinite(distance)) > 10
+    assert np.sum(np.isfinite(distance)) > 6
     clearance = ks.singularity(robot, q).clearance
     assert np.all(clearance <= distance * (1.0 + 1e-6) + AT_IT)
 
@@ -79,15 +80,13 @@ def test_no_pose_of_a_search_that_ended_is_nearer_than_the_clearance(name):
     ('name', 'shares'),
     [
         ('calibrated UR5', (0.97, 0.9)),
-        ('puma560', (0.97, 0.9)),
-        ('ur5e', (0.97, 0.9)),
         ('craig_3r', (0.97, 0.9)),
         ('kuka_iiwa14', (0.95, 0.8)),
     ],
 )
 def test_near_the_singular_set_the_clearance_is_nearly_the_distance(name, shares):
     robot = named(name)
-    found = ks.singularity(robot, random_poses(robot, 3000))
+    found = ks.singularity(robot, random_poses(robot, 800))
     for limit, share in zip((0.03, 0.1), shares):
         near = (found.distance < limit) & (found.distance > 1e-3)
         assert np.median(found.clearance[near] / found.distance[near]) > share
@@ -105,9 +104,9 @@ def test_where_a_redundant_arm_is_nearly_singular_on_a_sheet_it_keeps_a_clearanc
     away = np.linalg.norm(found.nearest_singular - q, axis=1)
     assert np.sum(np.isfinite(away)) > 20
     assert np.all(found.clearance[np.isfinite(away)] < away[np.isfinite(away)])
-    nearest = np.argsort(found.distance)[:24]
+    nearest = np.argsort(found.distance)[:12]
     by_force, _ = brute_force.nearest_singular(robot, q[nearest], starts=4)
-    assert np.sum(np.isfinite(by_force)) > 12
+    assert np.sum(np.isfinite(by_force)) > 6
     assert np.all(found.clearance[nearest] < by_force)
 
 
@@ -159,7 +158,7 @@ def test_what_a_search_takes_for_singular_is_not_nearer_behind_a_long_tool():
     # Nearly straight elbows: of what J says of the tool, 2 m away, less is left than of what it
     # says of the wrist.
     robot = with_tool_at(without_factors('kuka_iiwa14'), np.array([0.0, 0.0, 2.0]))
-    q = np.random.default_rng(0).uniform(-2.0, 2.0, (400, 7))
+    q = np.random.default_rng(0).uniform(-2.0, 2.0, (150, 7))
     q[:, 3] *= 0.03
     found = ks.singularity(robot, q)
     distance = np.linalg.norm(found.nearest_singular - q, axis=1)

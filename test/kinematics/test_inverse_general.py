@@ -21,7 +21,7 @@ from kinematics_service.robot.task import ROW_NAMES
 
 H = general_arms.H
 
-POSES, STARTS = 3, 100
+POSES, STARTS = 2, 60
 # The joint positions a pose was made from: its pose is known to 1e-16.
 SAME = 1e-7
 
@@ -76,7 +76,7 @@ def test_slides_across_the_joint_between_them_have_half_as_many_solutions():
     rows = [(0.3, H, 0.0, 0.2), (0.2, H, 0.1, 0.0), (0.25, 0.7, 0.0, 0.4)]
     rows += [(0.1, 1.1, 0.2, 0.0), (0.3, -0.8, -0.1, 0.0), (0.2, 0.5, 0.3, 0.0)]
     robot = ks.robot_from_text(general_arms.text_of('standard', rows, 'PRPRRR'))
-    for q in general_arms.general_poses('PRPRRR-0', 10):
+    for q in general_arms.general_poses('PRPRRR-0', 3):
         target = ks.forward_kinematics(robot, q)
         result = ks.inverse_kinematics(robot, target, respect_limits=False)
         assert (result.method, result.complete, result.roots) == ('algebraic', 'proved', (4, 8))
@@ -280,7 +280,7 @@ def test_solutions_that_elimination_leaves_out_complete_the_count(count, q):
     assert (result.complete, result.roots) == ('proved', (16, 16))
     given = np.array([one.q for one in result])
     assert len(given) == 8
-    for one in general_arms.met_by_starts(robot, target, 400):
+    for one in general_arms.met_by_starts(robot, target, 200):
         assert np.any(general_arms.apart(robot, given, one) < 1e-5)
 
 
@@ -350,7 +350,7 @@ def test_the_zero_pose_of_the_xarm6_has_eight_solutions_one_of_them_three_in_one
 @pytest.mark.parametrize('name', ['planar_2r', 'anthropomorphic_3r', 'craig_3r'])
 def test_a_stretched_elbow_is_one_solution_where_two_have_met(name):
     robot = robot_of(name)
-    for q in np.random.default_rng(5).uniform(-1.2, 1.2, (20, robot.dof)):
+    for q in np.random.default_rng(5).uniform(-1.2, 1.2, (4, robot.dof)):
         q[-1] = 0.0
         target = ks.forward_kinematics(robot, q)[:3, 3]
         result = ks.inverse_kinematics(robot, target, respect_limits=False)
@@ -370,7 +370,7 @@ GEARED = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('gear', [0.5, 0.25, 0.01, 100.0, -3.0])
+@pytest.mark.parametrize('gear', [0.5, 0.01, -3.0])
 @pytest.mark.parametrize('method', GEARED)
 def test_an_unlimited_joint_behind_a_gear_has_one_solution_a_period(method, gear):
     convention, rows = GEARED[method]
@@ -401,7 +401,7 @@ def test_a_joint_that_turns_two_axes_is_back_when_both_are():
 @pytest.mark.parametrize('name', general_arms.THREE_SLIDE)
 def test_three_joints_that_slide_have_a_closed_form(name):
     robot = general_arms.general_arm(name)
-    for q in general_arms.general_poses(name, 20):
+    for q in general_arms.general_poses(name, 8):
         result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q))
         assert (result.method, result.complete, len(result)) == ('closed form', 'proved', 2)
         assert result.roots == (2, 2)
@@ -423,7 +423,7 @@ def test_a_border_of_the_directions_that_three_sliding_joints_reach_is_one_doubl
 def test_directions_that_three_sliding_joints_cannot_reach_are_unreachable():
     robot = general_arms.general_arm('PRPRPR-0')
     random = np.random.default_rng(2)
-    targets = ks.forward_kinematics(robot_of('ur5e'), random.uniform(-3, 3, (40, 6)))
+    targets = ks.forward_kinematics(robot_of('ur5e'), random.uniform(-3, 3, (20, 6)))
     results = [ks.inverse_kinematics(robot, target) for target in targets]
     assert {result.status for result in results} == {'solved', 'unreachable'}
     for result in results:

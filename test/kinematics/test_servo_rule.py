@@ -54,7 +54,7 @@ def status_of(found):
     return float(away), MOVING_OFF if away < 1.0 else NO_WARNING
 
 
-@pytest.mark.parametrize('name', ['ur5e', 'puma560', 'panda', 'scara_hsr065', 'craig_3r'])
+@pytest.mark.parametrize('name', ['ur5e', 'panda', 'scara_hsr065', 'craig_3r'])
 @pytest.mark.parametrize(
     'settings',
     [
@@ -71,7 +71,7 @@ def status_of(found):
 def test_the_share_and_the_status_are_those_of_moveit_servo(name, settings):
     robot, random = robot_of(name), np.random.default_rng(31)
     rule, seen = ks.ServoRule(**settings), set()
-    poses = random.uniform(-2.5, 2.5, (150, robot.dof))
+    poses = random.uniform(-2.5, 2.5, (80, robot.dof))
     motions = random.normal(size=poses.shape)
     together = ks.scale(robot, poses, motions, rule=rule)
     for k, (q, qdot) in enumerate(zip(poses, motions)):
@@ -82,7 +82,7 @@ def test_the_share_and_the_status_are_those_of_moveit_servo(name, settings):
         assert status_of(found) == (pytest.approx(expected, abs=1e3 * ROUND_OFF), status)
         np.testing.assert_allclose(found.values, together.values[k], rtol=0, atol=1e3 * ROUND_OFF)
         seen.add(status)
-    if name in ('ur5e', 'puma560', 'panda') and settings:
+    if name in ('ur5e', 'panda') and settings:
         assert seen == {NO_WARNING, APPROACHING, HALT, MOVING_OFF}
 
 

@@ -79,7 +79,7 @@ def test_first_order_and_way_out_are_the_gradient_of_the_log_of_the_product(name
 @every_arm
 def test_distance_is_an_angle_between_zero_and_pi(name):
     robot = without_factors(name)
-    found = ks.singularity(robot, poses(robot, 200))
+    found = ks.singularity(robot, poses(robot, 40) if robot.dof < 8 else searched_poses(robot))
     assert np.all((found.distance >= 0.0) & (found.distance <= math.pi))
     assert np.all((found.distance == 0.0) == (found.rank < found.generic_rank))
 
@@ -242,12 +242,12 @@ def true_distances(name, q):
 
 @functools.cache
 def poses_with_true_distances(name):
-    q = random_poses(robot_of(name), 2000, seed=2)
+    q = random_poses(robot_of(name), 600, seed=2)
     # As many again close to the curve and to the folded elbow, where estimates are worst.
     close = q.copy()
     random = np.random.default_rng(3)
-    close[:1000, 1:] = random.choice(families(name), 1000) + random.uniform(-0.06, 0.06, (1000, 2))
-    close[1000:, 2] = math.pi + random.uniform(-0.06, 0.06, 1000)
+    close[:300, 1:] = random.choice(families(name), 300) + random.uniform(-0.06, 0.06, (300, 2))
+    close[300:, 2] = math.pi + random.uniform(-0.06, 0.06, 300)
     q = np.concatenate([q, close])
     return q, true_distances(name, q)
 
@@ -267,13 +267,13 @@ def test_distance_against_the_true_one(name, judged):
     # Nearer than this the points of the curve are too far apart to tell.
     near = (true > 0.02) & (true < 0.05)
     shares = found.distance[near] / true[near]
-    assert np.sum(near) > 500
+    assert np.sum(near) > 150
     assert np.median(shares) == pytest.approx(1.0, abs=0.02)
     low, high = SHARES[judged]
     assert low < np.min(shares)
     assert np.max(shares) < high
     # No pose this near goes without a warning.
-    assert np.sum(true < 0.03) > 500
+    assert np.sum(true < 0.03) > 150
     assert np.all(found.level[true < 0.03] > ks.Level.OK)
 
 

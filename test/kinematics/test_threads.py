@@ -13,7 +13,7 @@ import kinematics_service as ks
 from kinematics_service.kinematics import threads
 
 # So that few poses are many.
-MIN_PART = 500
+MIN_PART = 60
 POSES = 3 * MIN_PART + 17
 
 
