@@ -380,7 +380,7 @@ def test_a_moving_arm_and_its_late_messages_are_in_no_dispute(one):
     def at(time):
         return [math.sin(time + j) for j in range(3)]
 
-    for k in range(500):
+    for k in range(150):
         time = START + 10 * k * MILLISECOND
         one.take(sample(at(0.01 * k), at=time))
         one.take(sample(at(0.01 * k - 0.02), at=time - 20 * MILLISECOND, arrival=time))
@@ -430,7 +430,7 @@ SAMPLES = st.builds(
 
 
 @pytest.mark.slow
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(samples=st.lists(SAMPLES, max_size=12), source=st.sampled_from(reasons.VELOCITY_SOURCES))
 def test_no_sample_makes_it_raise_and_every_answer_is_finite(craig, samples, source):
     one = Estimator(craig, EstimatorSettings(velocity_source=source))

@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from arms import LOOPED, robot_of
+from arms import robot_of
 from linkages import SHORT_FIVE_BAR
 from tolerances import ROUND_OFF
 
@@ -38,7 +38,7 @@ class Stream:
         )
 
 
-def motion(robot, count=400):
+def motion(robot, count=100):
     # Round the assembled position, each joint at a pace of its own.
     assembled = robot.chain.closure.assembled()
     size = np.where([kind == 'prismatic' for kind in robot.joint_types], 0.1, 0.2)
@@ -46,7 +46,7 @@ def motion(robot, count=400):
     return assembled + size * np.sin(t * np.arange(1, robot.dof + 1))
 
 
-@pytest.mark.parametrize('name', LOOPED)
+@pytest.mark.parametrize('name', ['crank_slider', 'four_bar_arm', 'flexpicker'])
 def test_a_stream_of_messages_is_answered_as_the_library_answers(name):
     robot = robot_of(name)
     stream, path = Stream(robot), motion(robot_of(name))
@@ -70,11 +70,11 @@ def test_the_end_of_a_branch_is_refused_with_its_reason_and_nothing_jumps():
     robot = ks.robot_from_text(SHORT_FIVE_BAR)
     stream = Stream(robot)
     # The elbows part: |A - B| = 0.6 m where the rods are straight.
-    opening = np.linspace(0.0, 0.9, 200)
+    opening = np.linspace(0.0, 0.9, 100)
     answers = [stream.take((math.pi / 2 + x, math.pi / 2 - x)) for x in opening]
     # Half the way between the elbows is 0.15 + 0.25 sin x, and a rod 0.3.
     closes = 0.15 + 0.25 * np.sin(opening) < 0.3
-    assert 100 < np.sum(closes) < 190
+    assert 50 < np.sum(closes) < 95
     for answer, closed in zip(answers, closes):
         assert isinstance(answer, EstimatorOutput) == closed
     refused = [answer for answer in answers if isinstance(answer, RefusedMessage)]
@@ -102,7 +102,7 @@ def test_the_end_of_a_branch_is_refused_with_its_reason_and_nothing_jumps():
 def test_a_joint_that_turns_on_and_on_keeps_its_branch():
     robot = robot_of('crank_slider')
     stream = Stream(robot)
-    for angle in np.arange(0.0, 20.0, 0.02):
+    for angle in np.arange(0.0, 14.0, 0.02):
         wrapped = math.remainder(angle, 2 * math.pi)
         for q in (angle, wrapped):
             found = stream.take((q,))
@@ -116,7 +116,7 @@ def test_a_jump_is_answered_from_the_known_position():
     robot = ks.robot_from_text(SHORT_FIVE_BAR)
     stream = Stream(robot)
     random = np.random.default_rng(1)
-    for q in random.uniform(-math.pi, math.pi, (100, 2)):
+    for q in random.uniform(-math.pi, math.pi, (40, 2)):
         found = stream.take(q)
         try:
             expected = ks.forward_kinematics(robot, q)

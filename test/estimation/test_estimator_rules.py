@@ -110,7 +110,7 @@ def known_alike(one, plain, arrival):
 
 
 @pytest.mark.slow
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(case=cases(), depth=st.sampled_from([kernel.JACOBIAN, kernel.ALL_FRAMES]))
 def test_every_answer_is_that_of_the_plain_rules(case, depth):
     robot, setting, samples = case
@@ -122,7 +122,7 @@ def test_every_answer_is_that_of_the_plain_rules(case, depth):
 
 
 @pytest.mark.slow
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(case=cases())
 def test_accepting_alone_follows_the_same_rules(case):
     robot, setting, samples = case

@@ -73,7 +73,7 @@ def arrivals_of(kind, t, rng):
     return late, kept
 
 
-RATES = (0.2, 1.0, 2.0, 10.0, 50.0, 200.0, 1000.0)
+RATES = (0.2, 2.0, 10.0, 50.0, 1000.0)
 FINE = np.arange(0.0, 9.0, 1e-3)
 
 
@@ -92,9 +92,9 @@ def sampled(values, t):
     return np.column_stack([np.interp(t, FINE, column) for column in values.T])
 
 
-# Each arm with two of the kinds, each kind with two arms or more.
+# Each arm with one of the kinds, the first two arms with two.
 KINDS = ('jitter', 'pairs', 'batches', 'stall')
-CASES = [(arm, KINDS[(k + more) % 4]) for k, arm in enumerate(ARMS) for more in (0, 2)]
+CASES = [(arm, KINDS[k % 4]) for k, arm in enumerate((*ARMS, *ARMS[:1]))]
 
 
 @pytest.mark.parametrize(('arm', 'kind'), CASES)
@@ -113,7 +113,7 @@ def test_healthy_streams_have_no_fault(arm, kind):
             if delay is not None:
                 told = sampled(v, t - delay) + 1e-3 * rng.normal(size=measured.shape)
             group = stream(robot, t, measured, told, late=late).taken(kept)
-            for now in np.arange(1.3, 13.0, 1.7):
+            for now in np.arange(1.3, 13.0, 2.9):
                 seen = group.taken(group.arrivals <= now * 1e9)
                 if len(seen.q):
                     assert faults(robot, seen) == [], (rate, delay, now)
@@ -375,7 +375,7 @@ def test_a_mimic_joint_that_is_off_by_a_constant_is_named_while_it_moves_and_a_l
     for late, off, said in ((0.0, 0.0, 0), (0.25, 0.0, 0), (0.0, 0.1, 1), (0.25, 0.05, 1)):
         q = np.column_stack([swinging(robot, t)[0], np.zeros(len(t))])
         q[:, 3] = 0.1 + off - swinging(robot, t - late)[0][:, 1]
-        for count in range(60, len(t), 20):
+        for count in range(60, len(t), 45):
             found = faults(
                 robot, stream(robot, t[:count], q[:count], names=tuple(names)), names=names
             )
@@ -409,7 +409,7 @@ def test_nanosec_in_coarser_steps_is_named_as_long_as_it_lasts(step):
     q, qdot = swinging(robot, t)
     seconds, rest = np.divmod(np.round((t + 0.3) * 1e9).astype(np.int64), SECOND)
     stamps = BEGIN + seconds * SECOND + rest // step
-    for count in range(200, len(t), 50):
+    for count in range(200, len(t), 170):
         early = slice(0, count)
         group = stream(robot, t[early], q[early], qdot[early], stamps[early])
         (sentence,) = faults(robot, group)

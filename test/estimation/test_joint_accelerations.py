@@ -59,7 +59,7 @@ def test_noise_leaves_what_the_documentation_says():
     one = accelerations(50 * MILLISECOND)
     found = [
         one.slope(np.full(3, START + k * MILLISECOND), noise * random.normal(size=3))
-        for k in range(4000)
+        for k in range(2000)
     ]
     expected = math.sqrt(12.0) * noise / (window * math.sqrt(51))
     assert np.std(found[100:]) == pytest.approx(expected, rel=0.1)

@@ -20,7 +20,7 @@ from kinematics_service.node.messages.joint_state_reader import JointStateReader
 pytestmark = pytest.mark.ros
 
 SECOND = 1_000_000_000
-MESSAGES = 400
+MESSAGES = 200
 FIELDS = (
     *('determinant', 'manipulability', 'condition_number', 'smallest_singular_value'),
     *('singular_values', 'rank', 'distance', 'lost_direction', 'joint_motion', 'way_out'),
@@ -86,7 +86,7 @@ def same(one, other):
 
 @pytest.mark.slow
 @pytest.mark.parametrize('source', ['auto', 'message', 'difference'])
-@pytest.mark.parametrize('name', ['ur5e', 'craig_3r', 'scara_hsr065', 'panda', 'six_joint_dh'])
+@pytest.mark.parametrize('name', ['craig_3r', 'scara_hsr065', 'panda'])
 def test_the_state_is_the_same_to_the_last_bit(name, source):
     robot = ks.load_robot(name)
     settings = EstimatorSettings(velocity_source=source)

@@ -102,7 +102,7 @@ def test_a_stream_is_read_from_its_bytes():
     reader, generator = CountingReader(), random.Random(1)
     values = [generator.uniform(-3, 3) for _ in UR]
     names = set()
-    for k in range(200):
+    for k in range(50):
         values = [value + 1e-3 for value in values]
         message = joint_state(position=values, velocity=values, effort=values, stamp=k * SECOND)
         data = serialize_message(message)
@@ -115,7 +115,7 @@ def test_a_stream_is_read_from_its_bytes():
 def test_bytes_between_fields_do_not_matter():
     reader, generator = CountingReader(), random.Random(2)
     message = joint_state(names=('a', 'bb', 'ccc', 'dddd', 'eeeee', 'f'), frame='b')
-    for _ in range(12):
+    for _ in range(3):
         data = with_padding(message, generator)
         assert read(reader, data) == official(data)
     assert reader.slow == 0
@@ -124,7 +124,7 @@ def test_bytes_between_fields_do_not_matter():
 def test_two_drivers_on_one_topic():
     reader = CountingReader()
     left, right = joint_state(UR, stamp=9), joint_state(('finger_1', 'finger_2'), velocity=())
-    for _ in range(100):
+    for _ in range(20):
         for message in (left, right):
             data = serialize_message(message)
             assert read(reader, data) == official(data)
@@ -181,7 +181,7 @@ def test_names_that_are_no_text(text):
                 assert read(reader, changed) == official(changed), (k, last)
 
 
-@pytest.mark.parametrize('size', range(0, 330, 7))
+@pytest.mark.parametrize('size', range(0, 330, 21))
 def test_truncated_messages(size):
     reader = JointStateReader()
     data = serialize_message(joint_state(effort=(1.0,) * 6))
@@ -236,7 +236,7 @@ def messages(draw):
     )
 
 
-@settings(max_examples=100, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=35, deadline=None, suppress_health_check=list(HealthCheck))
 @given(
     st.lists(messages(), min_size=1, max_size=3),
     st.lists(
@@ -312,7 +312,7 @@ def fuzz(count, seed, eager):
 @pytest.mark.slow
 @pytest.mark.parametrize('eager', [False, True], ids=['patient', 'eager'])
 def test_hostile_bytes_are_read_as_officially(eager):
-    count = 2_000 if eager else 6_000
+    count = 1_000 if eager else 2_500
     result = subprocess.run(
         [sys.executable, __file__, str(count), '3', *(['eager'] if eager else [])],
         capture_output=True,
@@ -325,7 +325,7 @@ def test_hostile_bytes_are_read_as_officially(eager):
     assert told['refused'] > count // 10
     assert told['fast'] > count // 5
     assert count - told['refused'] > count // 5
-    assert told['grown'] < 820  # KiB: 175 bytes for each of the last 4,800
+    assert told['grown'] < 340  # KiB: 175 bytes for each of the last 2,000
 
 
 if __name__ == '__main__':
