@@ -24,7 +24,6 @@ PLACED = 1e-7
 STEP = 0.1
 ARMS = (
     ('panda', None, None),
-    ('kuka_iiwa14', None, None),
     ('xarm7', None, None),
     ('RRPRRRR-0', None, None),
     ('RRRR', ('x', 'y', 'z'), None),
@@ -72,7 +71,7 @@ def value_of(robot, criterion, q):
 @arms
 def test_the_best_posture_of_the_arc_is_the_best_of_its_samples(name, rows, axis, criterion):
     robot = arm_of(name)
-    for q in poses_within(robot, 2, seed=8):
+    for q in poses_within(robot, 1, seed=8):
         target = target_at(robot, q, rows, axis)
         arc, s = place_on_arc(robot, target, q)
         assert distance(arc, arc.at(s), q) < PLACED
@@ -95,7 +94,7 @@ def test_the_best_posture_of_the_arc_is_the_best_of_its_samples(name, rows, axis
 @arms
 def test_an_answer_is_no_farther_along_the_arc_than_asked(name, rows, axis, criterion):
     robot = arm_of(name)
-    for q in poses_within(robot, 2, seed=9):
+    for q in poses_within(robot, 1, seed=9):
         target = target_at(robot, q, rows, axis)
         whole = best_posture(robot, target, q, criterion, math.inf)
         best = best_posture(robot, target, q, criterion, STEP)
@@ -128,12 +127,12 @@ def test_round_a_closed_arc_the_shorter_way_is_taken():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ('name', 'criterion'), [('panda', 'margin'), ('panda', 'clearance'), ('kuka_iiwa14', 'margin')]
+    ('name', 'criterion'), [('panda', 'clearance'), ('kuka_iiwa14', 'margin')]
 )
 def test_answers_along_a_path_do_not_jump(name, criterion):
     robot = arm_of(name)
     q, other = poses_within(robot, 2, seed=3)
-    path = [q + 0.002 * k * (other - q) for k in range(50)]
+    path = [q + 0.002 * k * (other - q) for k in range(30)]
     here, moves = path[0], []
     for k, one in enumerate(path[1:]):
         asked = ks.forward_kinematics(robot, one)

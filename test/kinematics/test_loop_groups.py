@@ -24,7 +24,7 @@ from kinematics_service.kinematics.singularity import flat_loop
 from kinematics_service.rigid_motion import rotation_of_roll_pitch_yaw
 from kinematics_service.robot.closed_poses import closes_at
 
-POSES = 60
+POSES = 20
 
 
 @pytest.fixture(scope='module')
@@ -63,7 +63,7 @@ def test_a_delta_comes_back_from_its_closed_form():
 def test_a_delta_stays_below_its_elbows_at_all_its_positions():
     # Inside its limits it closes everywhere, on the known one of the two sides.
     robot = robot_of('flexpicker')
-    q = np.random.default_rng(4).uniform(*robot.limits.T, (2000, 3))
+    q = np.random.default_rng(4).uniform(*robot.limits.T, (300, 3))
     found = ks.forward_kinematics(robot, q)[:, :3, 3]
     expected = [machines.delta_position(one) for one in q]
     np.testing.assert_allclose(found, expected, rtol=0, atol=10 * ROUND_OFF)
@@ -107,7 +107,7 @@ def test_a_platform_on_six_legs_comes_back_from_its_closed_form(hexapod):
 
 @pytest.mark.slow
 def test_points_of_passive_rows_move_as_differences_say(planar):
-    q = np.array([q for _, _, q in planar_poses()])[:20]
+    q = np.array([q for _, _, q in planar_poses()])[:8]
     for row in range(planar.rows + 1):
         J = ks.jacobian(planar, q, of=row)
         for j in range(3):
@@ -172,7 +172,7 @@ def test_a_branch_of_a_group_is_kept_or_refused(planar):
     q0 = machines.planar_joints(np.array([0.25, 0.144]), 0.0)
     sign = np.sign(ks.evaluate(planar, q0).closure.determinants[0])
     closed = 0
-    for q in q0 + random.uniform(-1.0, 1.0, (200, 3)):
+    for q in q0 + random.uniform(-1.0, 1.0, (60, 3)):
         if not closes_at(planar.chain, q):
             with pytest.raises(ks.LoopError) as caught:
                 ks.evaluate(planar, q)
@@ -195,13 +195,13 @@ def test_a_branch_of_a_group_is_kept_or_refused(planar):
         corners = state.position[:2] + machines.PLANAR_CORNERS @ state.pose[:2, :2].T
         lengths = np.linalg.norm(corners - ends, axis=1)
         np.testing.assert_allclose(lengths, machines.PLANAR_RODS[1], rtol=0, atol=ROUND_OFF)
-    assert 20 < closed < 180
+    assert 6 < closed < 54
 
 
 def test_the_nearest_flat_position_of_a_group_ends_its_branch(planar):
     # And value and gradient of its determinant stay those of the pose itself.
     random, looked_at = np.random.default_rng(3), 0
-    for q in random.uniform(planar.limits[:, 0], planar.limits[:, 1], (150, 3)):
+    for q in random.uniform(planar.limits[:, 0], planar.limits[:, 1], (100, 3)):
         if not closes_at(planar.chain, q):
             continue
         found = ks.singularity(planar, q)
@@ -220,12 +220,12 @@ def test_the_nearest_flat_position_of_a_group_ends_its_branch(planar):
         assert abs(near / found.factors.values[0]) < 0.1
         with pytest.raises(ks.LoopError):
             ks.evaluate(planar, q + 1.02 * way)
-    assert looked_at > 10
+    assert looked_at > 4
 
 
 def test_the_nearest_singular_pose_of_a_machine_with_a_group_is_singular():
     robot = robot_of('flexpicker')
-    ring = np.random.default_rng(4).normal(size=(60, 3))
+    ring = np.random.default_rng(4).normal(size=(30, 3))
     ring /= np.linalg.norm(ring, axis=1)[:, None]
     for q in ([1.55, 1.72, 1.2], [1.5, 1.2, 1.7], [1.7, 1.4, 1.5]):
         found = ks.singularity(robot, q)
@@ -266,12 +266,12 @@ def test_inverse_kinematics_goes_through_a_group():
 
 
 @pytest.mark.slow
-def test_a_delta_reaches_a_place_in_one_way_inside_its_limits():
+def test_a_planar_platform_reaches_a_pose_in_one_way_inside_its_limits(planar):
     # And in others with its arms turned over, which the search need not wait for.
-    place = [0.1, -0.2, -1.05]
-    result = ks.inverse_kinematics(robot_of('flexpicker'), place, rows=('x', 'y', 'z'))
+    q = machines.planar_joints(np.array([0.26, 0.15]), 0.1)
+    result = ks.inverse_kinematics(planar, ks.forward_kinematics(planar, q))
     (found,) = result.solutions
-    np.testing.assert_allclose(found.q, machines.delta_joints(place), rtol=0, atol=1e-6)
+    np.testing.assert_allclose(found.q, q, rtol=0, atol=1e-6)
 
 
 @pytest.mark.slow
@@ -279,7 +279,7 @@ def test_a_delta_reaches_a_place_in_one_way_inside_its_limits():
 def test_groups_have_the_numbers_of_the_source_to_the_last_bit(planar, hexapod, tmp_path):
     # Pickled: plain Python takes minutes to look at the poses of a new arm.
     files = []
-    for robot in (planar, hexapod, robot_of('flexpicker')):
+    for robot in (planar, hexapod):
         files.append(str(tmp_path / f'{robot.name}.pickle'))
         Path(files[-1]).write_bytes(pickle.dumps(robot))
     done = subprocess.run(

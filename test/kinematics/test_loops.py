@@ -82,7 +82,7 @@ def test_the_general_loop_of_the_source_document(branch):
 
 def test_the_five_bar_by_circles():
     robot = robot_of('five_bar')
-    for q in seeded(robot, 200):
+    for q in seeded(robot, 50):
         (x, y), angle = linkages.five_bar(q)
         T = ks.forward_kinematics(robot, q)
         np.testing.assert_allclose(T[:2, 3], [x, y], rtol=0, atol=CLOSED_FORM)
@@ -100,7 +100,7 @@ def test_the_crank_slider_by_its_formula():
 
 def test_the_excavator_by_triangles():
     robot = robot_of('excavator')
-    for q in seeded(robot, 200):
+    for q in seeded(robot, 50):
         place, pitch, (boom, stick, bucket) = linkages.excavator(q)
         state = ks.evaluate(robot, q)
         np.testing.assert_allclose(state.position, place, rtol=0, atol=10 * CLOSED_FORM)
@@ -113,13 +113,13 @@ def test_the_excavator_by_triangles():
 def test_a_loop_that_is_a_parallelogram_is_the_coupled_arm():
     looped, coupled = ks.robot_from_text(BOTH_WAYS), robot_of('parallelogram_left')
     random = np.random.default_rng(2)
-    q = random.uniform(-math.pi, math.pi, (500, 3))
-    q[:, 2] = q[:, 1] - random.uniform(0.05, math.pi - 0.05, 500)  # on this side of flat
+    q = random.uniform(-math.pi, math.pi, (100, 3))
+    q[:, 2] = q[:, 1] - random.uniform(0.05, math.pi - 0.05, 100)  # on this side of flat
     one, other = ks.evaluate(looped, q), ks.evaluate(coupled, q)
     np.testing.assert_allclose(one.pose, other.pose, rtol=0, atol=ROUND_OFF)
     np.testing.assert_allclose(one.jacobian, other.jacobian, rtol=0, atol=ROUND_OFF)
     # Nearer to flat, round-off over the sine moves the rods, and their rates over the sine again.
-    q[:, 2] = q[:, 1] - random.uniform(0.01, 0.05, 500)
+    q[:, 2] = q[:, 1] - random.uniform(0.01, 0.05, 100)
     one, other = ks.evaluate(looped, q), ks.evaluate(coupled, q)
     sines = np.sin(q[:, 1] - q[:, 2])[:, None, None]
     apart = (one.jacobian - other.jacobian) * sines**2
@@ -158,7 +158,7 @@ def test_the_twist_is_the_jacobian_times_the_joint_velocities(name):
 @every_arm
 def test_determinants_of_the_closure_have_the_right_gradient(name):
     robot = robot_of(name)
-    for q in away_from_flat(robot, seeded(robot, 40))[:10]:
+    for q in away_from_flat(robot, seeded(robot, 40))[:4]:
         results = ks.singularity(robot, q).factors.results
         state = ks.evaluate(robot, q)
         np.testing.assert_allclose(results[:, 0], state.closure.determinants, rtol=QUOTIENT)
@@ -179,7 +179,7 @@ def test_determinants_of_the_closure_have_the_right_gradient(name):
 def test_the_way_out_is_the_gradient_of_the_manipulability_or_of_the_loop_that_is_nearer(name):
     # By differences of the sum of log singular values, which the kernel takes from dJ, dC and all.
     robot = robot_of(name)
-    for q in away_from_flat(robot, seeded(robot, 40))[:10]:
+    for q in away_from_flat(robot, seeded(robot, 40))[:4]:
         found = ks.singularity(robot, q)
         # Where none was found it leads away from what the first order says to be nearest.
         named = (
@@ -275,7 +275,7 @@ def test_every_position_closes_or_is_refused_truly():
         'assembled: .*', f'assembled: {{q: [pi/2, pi/2], psi1: {-elbow}, psi2: {elbow}}}', text
     )
     robot = ks.robot_from_text(text)
-    q = np.random.default_rng(4).uniform(-math.pi, math.pi, (1500, 2))
+    q = np.random.default_rng(4).uniform(-math.pi, math.pi, (400, 2))
     sections, failed = close_at(robot.chain, q)
     closed = failed == 0.0
     assert 0.3 < np.mean(closed) < 0.7
@@ -293,7 +293,7 @@ def test_every_position_closes_or_is_refused_truly():
     assert np.all((way[:, 0] * tip[:, 1] - way[:, 1] * tip[:, 0])[closed] > 0.0)
     angles = np.linspace(-math.pi, math.pi, 3601)
     around = 0.2 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    for k in np.flatnonzero(~closed)[:200]:
+    for k in np.flatnonzero(~closed)[:60]:
         distances = np.linalg.norm(left[k] + around - right[k], axis=1)
         assert np.min(distances) > 0.2, q[k]
 
@@ -396,14 +396,14 @@ def test_a_distance_is_to_a_singular_pose_and_about_to_the_nearest(name):
         assert found.distance > nearest - 0.04
         assert found.distance < 1.1 * nearest
         checked += 1
-        if checked == 3:
+        if checked == (3 if robot.dof < 3 else 1):
             return
     pytest.fail('few are near a singular pose')
 
 
 def test_along_a_motion_loops_are_named_and_judged_as_alone():
     robot = robot_of('five_bar')
-    q = np.linspace([0.4, 2.4], [1.6, 1.4], 400)
+    q = np.linspace([0.4, 2.4], [1.6, 1.4], 100)
     state = measured_in_order(ks.evaluate(robot, q), kernel.NearestSearch(robot.singularity.arm))
     live, alone = singularity_of(state), ks.singularity(robot, q)
     assert np.array_equal(live.level, alone.level)

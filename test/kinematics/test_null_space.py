@@ -62,9 +62,9 @@ def test_the_tool_stays_where_it_is_to_second_order(name):
 @pytest.mark.parametrize(
     ('name', 'rows'),
     [
-        *((name, None) for name in REDUNDANT[::2]),
-        *((name, ('x', 'y', 'z')) for name in REDUNDANT[1::2]),
-        *((name, ('rz', 'x')) for name in REDUNDANT[::3]),
+        *((name, None) for name in ('panda', 'standard-9-0')),
+        *((name, ('x', 'y', 'z')) for name in ('kuka_iiwa14', 'modified-12-0')),
+        ('standard-7-0', ('rz', 'x')),
     ],
 )
 def test_the_basis_turns_little_from_pose_to_pose(name, rows):
@@ -72,7 +72,7 @@ def test_the_basis_turns_little_from_pose_to_pose(name, rows):
     start, other = seeded(robot, 2)
     way = start + 0.5 * (other - start)
     basis, step = ks.null_space(robot, start, rows), 0.0
-    for s in np.linspace(0.0, 1.0, 1001):
+    for s in np.linspace(0.0, 1.0, 401):
         new = ks.null_space(robot, start + s * (way - start), rows, near=basis)
         step = max(step, float(np.linalg.norm(new - basis, 2)))
         basis = new

@@ -20,14 +20,14 @@ TABLES = {
         tool=Constant((0.1, 0.05, -0.2, -0.7, 0.3, 1.5)),
     )
     for convention in ('standard', 'modified')
-    for dof in range(1, 10)
-    for seed in range(dof % 2, dof % 2 + 1)
+    for dof in (1, 3, 6, 7)
+    for seed in (dof % 2,)
 }
 random_tables = pytest.mark.parametrize('arm', TABLES.values(), ids=TABLES.keys())
 
 
 def positions(arm):
-    return np.random.default_rng(arm.dof).uniform(-3, 3, (10, arm.dof))
+    return np.random.default_rng(arm.dof).uniform(-3, 3, (5, arm.dof))
 
 
 def compare(arm, pose, jacobian):

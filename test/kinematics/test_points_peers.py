@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from arms import BUNDLED, poses, robot_of
+from arms import DISTINCT_BUNDLED, poses, robot_of
 from tolerances import ROUND_OFF
 
 import kinematics_service as ks
@@ -10,7 +10,7 @@ import kinematics_service as ks
 pytestmark = pytest.mark.peers
 
 # Pinocchio's Jacobian has the columns of all joints only where none mimics another.
-UNCOUPLED = tuple(name for name in BUNDLED if not name.startswith('parallelogram'))
+UNCOUPLED = tuple(name for name in DISTINCT_BUNDLED if not name.startswith('parallelogram'))
 AT = np.array([0.3, -0.2, 0.5])
 
 
@@ -118,7 +118,7 @@ def in_the_toolbox():
 def test_robotics_toolbox_jacob0_of_a_link_and_with_a_tool():
     spatialmath = pytest.importorskip('spatialmath')
     peer, robot = in_the_toolbox()
-    for q in poses(robot, 5):
+    for q in poses(robot, 1)[[0, 4]]:
         for row in (1, 2, 3):
             end = f'row_{row}'
             agree(ks.forward_kinematics(robot, q, of=row), peer.fkine(q, end=end).A)

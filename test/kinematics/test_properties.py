@@ -36,7 +36,7 @@ CALIBRATION = RECORDINGS / 'vendor_reference' / 'ur_calibration_reference.json'
 every_arm = pytest.mark.parametrize('name', DISTINCT)
 # Each number of joints, in one convention or another.
 random_arms = pytest.mark.parametrize(
-    'name', [name for k, name in enumerate(RANDOM) if k % 3 == k // 12 % 3]
+    'name', [name for k, name in enumerate(RANDOM) if k % 6 == k // 12 % 6]
 )
 
 
@@ -244,7 +244,7 @@ def standard_arm(dof):
 
 @pytest.mark.slow
 @pytest.mark.parametrize('convention', CONVENTIONS[1:])
-@pytest.mark.parametrize('dof', range(1, 13))
+@pytest.mark.parametrize('dof', [1, 3, 6, 7])
 def test_one_arm_in_two_conventions_is_one_arm(dof, convention):
     arm, one = standard_arm(dof)
     other = ks.robot_from_text(arm.in_convention(convention).text())
@@ -263,8 +263,8 @@ def test_one_arm_in_two_conventions_is_one_arm(dof, convention):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('units', [('deg', 'm'), ('rad', 'mm'), ('deg', 'mm')])
-@pytest.mark.parametrize('name', RANDOM[::5])
+@pytest.mark.parametrize('units', [('deg', 'm'), ('rad', 'mm')])
+@pytest.mark.parametrize('name', RANDOM[::9])
 def test_a_file_in_degrees_and_millimetres_equals_its_twin(name, units):
     robot = robot_of(name)
     twin = ks.robot_from_text(arm_of(name).text(units))
@@ -297,7 +297,7 @@ def test_a_helical_joint_turns_and_slides():
 @every_arm
 def test_a_batch_is_its_single_poses_bit_for_bit(name):
     robot = robot_of(name)
-    q = searched_poses(robot)
+    q = poses(robot, 4)
     qdot = np.random.default_rng(3).uniform(-1, 1, q.shape)
     batch = ks.evaluate(robot, q, qdot, depth=kernel.ALL_FRAMES)
     measures = arrays_of(ks.singularity(robot, q, qdot))
@@ -324,8 +324,8 @@ def arrays_of(found):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('leading', [(0,), (1,), (2, 3), (2, 0, 3), (1, 2, 1, 2), (100_000,)])
-@pytest.mark.parametrize('name', ['planar_2r', 'craig_3r', 'parallelogram_left', 'panda'])
+@pytest.mark.parametrize('leading', [(0,), (1,), (2, 0, 3), (1, 2, 1, 2), (600,)])
+@pytest.mark.parametrize('name', ['craig_3r', 'parallelogram_left'])
 def test_leading_dimensions_come_out_as_they_went_in(name, leading):
     robot, n = robot_of(name), robot_of(name).dof
     q = np.random.default_rng(4).uniform(-1, 1, (*leading, n))
@@ -333,9 +333,6 @@ def test_leading_dimensions_come_out_as_they_went_in(name, leading):
     assert ks.jacobian(robot, q).shape == ks.jacobian(robot, q, axes='tool').shape
     assert ks.jacobian(robot, q).shape == (*leading, 6, n)
     assert ks.twist(robot, q, q, axes='tool').shape == (*leading, 6)
-    if np.prod(leading) > 1000:
-        q = q[:1000]
-        leading = (1000,)
     assert ks.link_frames(robot, q).shape == (*leading, robot.rows + 1, 4, 4)
     state = ks.evaluate(robot, q, q)
     assert state.quaternion_xyzw.shape == (*leading, 4)
@@ -364,7 +361,7 @@ def test_velocities_broadcast_against_positions():
     assert ks.twist(robot, q[0, 0], np.zeros((0, 7))).shape == (0, 6)
 
 
-@pytest.mark.parametrize('turns', [1, -3, 50])
+@pytest.mark.parametrize('turns', [-3, 50])
 @every_arm
 def test_a_full_turn_of_a_joint_changes_nothing(name, turns):
     robot = robot_of(name)
@@ -429,7 +426,7 @@ TURNING = [n for n in RANDOM if 'prismatic' not in arm_of(n).kinds][::2]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', [n for n in TURNING if arm_of(n).dof < 9])
+@pytest.mark.parametrize('name', [n for n in TURNING if arm_of(n).dof < 7])
 def test_size_does_not_matter_to_the_unit_free_measures(name):
     # A micrometre or a kilometre arm is judged like a metre one. Powers of two, which change no
     # round-off: that may decide from which start a search goes on, and so which pose it finds.
