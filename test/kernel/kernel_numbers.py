@@ -24,6 +24,8 @@ from kinematics_service.kernel.layout import places
 # Two blocks of poses side by side, and a rest.
 POSES = 2 * kernel.LANES + 3
 SINGLY = 3
+# Poses whose nearest singular pose is searched: plain Python takes 50 ms for each.
+SEARCHED = 10
 DECIMALS = 9
 
 
@@ -119,9 +121,10 @@ def visits(arm, random):
     measures = np.zeros((POSES, arm_width(arm)))
     kernel.measure(arm, rows, q, measures)
     yield 'measure', measures
+    few = (rows[:SEARCHED].copy(), q[:SEARCHED].copy(), measures[:SEARCHED].copy())
     for in_order in (False, True):
-        kernel.find_nearest(kernel.NearestSearch(arm), rows, q, measures, in_order)
-        yield 'find_nearest', measures
+        kernel.find_nearest(kernel.NearestSearch(arm), *few, in_order)
+        yield 'find_nearest', few[2]
     moving, point, radii = np.arange(n), np.array([0.05, 0.0, -0.1]), np.zeros(POSES)
     kernel.clearances(kernel.Clearance(arm, moving, point, 3.0, 5.0, 9.0), q, radii)
     yield 'clearances', radii

@@ -44,6 +44,8 @@ SECOND = 1_000_000_000
 # More poses than are evaluated side by side.
 POSES, MESSAGES = kernel.LANES + 2, 12
 SINGLY = 3  # of them so many also one by one
+# Messages to an arm that is searched: plain Python takes a tenth of a second for each.
+SEARCHED_MESSAGES = 3
 # Arms whose inverse kinematics is asked for: three joints, each closed form, a search, a redundant
 # one. Plain Python takes seconds for each.
 SOLVED = ('craig_3r', 'puma560', 'ur5e', 'scara_hsr065', 'panda')
@@ -150,6 +152,11 @@ class Record:
             for name, function in before.items():
                 setattr(kernel, name, function)
 
+    def lines(self, name):
+        """Yield a name, each function, its number of calls, and the hash of its numbers."""
+        for function, digest in sorted(self.hashes.items()):
+            yield name, function, self.calls[function], digest.hexdigest()
+
 
 def any_errors(robot: Robot, random: np.random.Generator):
     """Return errors along random screws in frames of the table, with a triangle of causes."""
@@ -195,7 +202,7 @@ def nearest_singular_poses(robot: Robot, random: np.random.Generator):
     with np.errstate(all='ignore'):
         found = ks.singularity(robot, q, qdot)
         assert found.clearance.size == found.distance.size == SINGLY
-        for k in range(SINGLY):
+        for k in range(SINGLY) if robot.singularity.task.square else (SINGLY - 1,):
             state = ks.evaluate(robot, q[k], qdot[k])
             search = kernel.NearestSearch(robot.singularity.arm)
             kernel.measure_one(search, state.row, np.empty(robot.singularity.measure_places.width))
@@ -203,11 +210,11 @@ def nearest_singular_poses(robot: Robot, random: np.random.Generator):
             ks.evaluate(robot, q[k], measured=True)
 
 
-def messages(robot: Robot, random: np.random.Generator, source: str):
+def messages(robot: Robot, random: np.random.Generator, source: str, count: int):
     estimator = Estimator(robot, EstimatorSettings(velocity_source=source))
     names, stamp = robot.joint_names, 1000 * SECOND
     q = random.uniform(-3, 3, robot.dof)
-    for k in range(MESSAGES):
+    for k in range(count):
         q = q + random.normal(scale=0.1, size=q.size)
         rates = random.normal(size=q.size) if k % 3 else ()
         stamp += (10_000_000, 7, 0, -3_000_000, -5 * SECOND)[k % 5 if k > 4 else 0]
@@ -239,7 +246,7 @@ def joint_state_bytes(names: Sequence[str], stamp: np.ndarray, numbers: np.ndarr
     return bytes(writer.data)
 
 
-def bytes_of_messages(robot: Robot, random: np.random.Generator):
+def bytes_of_messages(robot: Robot, random: np.random.Generator, count: int):
     estimator, n = Estimator(robot, EstimatorSettings()), robot.dof
     names = robot.joint_names
     form = form_of(joint_state_bytes(names, np.zeros(2, np.uint32), np.zeros(2 * n)))
@@ -267,7 +274,7 @@ def bytes_of_messages(robot: Robot, random: np.random.Generator):
         of_pose=True,
         of_twist=True,
     )
-    for k in range(MESSAGES):
+    for k in range(count):
         stamp = np.array([1000 + k % 7, 5 * k], np.uint32)
         numbers = random.uniform(-3, 3, 2 * n)
         if k == 5:
@@ -283,7 +290,8 @@ def bytes_of_messages(robot: Robot, random: np.random.Generator):
 
 
 def targets(robot: Robot, random: np.random.Generator):
-    for k in range(2):
+    # A redundant arm is searched: one target.
+    for k in range(2) if robot.dof <= len(ROW_NAMES) else (1,):
         q = random.uniform(np.maximum(robot.limits[:, 0], -2), np.minimum(robot.limits[:, 1], 2))
         if k == 0:
             q *= 0.0
@@ -419,14 +427,13 @@ def few_seeds(name: str) -> Robot:
 
 def visit(robot: Robot):
     random = np.random.default_rng(7)
-    details(random)
     poses(robot, random)
     judged = robot if robot.singularity.task.square else wide_arm()
     nearest_singular_poses(judged, random)
-    # A search of the wide arm takes plain Python a tenth of a second: one source of velocities.
+    count = MESSAGES if judged is robot else SEARCHED_MESSAGES
     for source in ('auto', 'message', 'difference') if judged is robot else ('difference',):
-        messages(judged, random, source)
-    bytes_of_messages(judged, random)
+        messages(judged, random, source, count)
+    bytes_of_messages(judged, random, count)
     if robot.name in SOLVED:
         targets(robot, random)
 
@@ -442,6 +449,10 @@ def visit_loops(description: RobotDescription):
 
 def tour(robots):
     """Yield robot, function, number of calls, sha256 of all their numbers."""
+    record = Record()
+    with record.running():
+        details(np.random.default_rng(7))
+    yield from record.lines('details')
     for name in robots:
         description = read_robot(find_robot(name))
         # Plain Python takes seconds for the task of an arm with loops.
@@ -449,8 +460,7 @@ def tour(robots):
         record = Record()
         with record.running():
             visit_loops(description) if robot is None else visit(robot)
-        for function, digest in sorted(record.hashes.items()):
-            yield name, function, record.calls[function], digest.hexdigest()
+        yield from record.lines(name)
 
 
 def main():
