@@ -485,7 +485,7 @@ def exactly(screws, goal, t):
         i, j = (1, 2, 0), (2, 0, 1)
         return mpmath.matrix([a[i[k]] * b[j[k]] - a[j[k]] * b[i[k]] for k in range(3)])
 
-    for _ in range(8):
+    for _ in range(6):
         R, p, moved = mpmath.eye(3), mpmath.matrix(3, 1), []
         for axis, point, angle in zip(axes, points, t):
             z, o = R * axis, R * point + p
