@@ -79,11 +79,8 @@ def test_the_end_of_a_branch_is_refused_with_its_reason_and_nothing_jumps():
         assert isinstance(answer, EstimatorOutput) == closed
     refused = [answer for answer in answers if isinstance(answer, RefusedMessage)]
     assert {answer.reason for answer in refused} == {reasons.NOT_CLOSED}
-    assert re.fullmatch(
-        r"the loop 'rods' of short_five_bar does not close at \[2\.\d+, 0\.\d+\]: on the way from "
-        r'the assembled position its branch ends at \[2\.\d+, 0\.\d+\]',
-        refused[0].sentence,
-    )
+    assert "'rods' of short_five_bar" in refused[0].sentence
+    assert re.search(r'at \[2\.\d+, 0\.\d+\].* at \[2\.\d+, 0\.\d+\]$', refused[0].sentence)
     assert not any(answer.sentence for answer in refused[1:])
     assert stream.estimator.counts[reasons.NOT_CLOSED] == len(refused)
     # The tip is above the elbows all the time, and again on the way back.

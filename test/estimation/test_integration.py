@@ -116,7 +116,8 @@ def test_a_velocity_beyond_the_limit_of_its_joint_is_refused_with_its_name(tmp_p
     one.take(sample((0.1, 0.2), (0.0, 0.0), START, ('q1', 'q2')))
     refused = one.take(sample((), (speed, 0.0), START + STEP, ('q1', 'q2')))
     assert refused.reason == TOO_FAST
-    assert f"'q1' is {speed:g}: at most 2.2" in refused.sentence
+    for word in ("'q1'", f'{speed:g}', 'at most 2.2'):
+        assert word in refused.sentence
     assert one.counts[TOO_FAST] == 1
     # The next good message is integrated from the last good one; noise at the limit is no fault.
     found = one.take(sample((), (2.05, 0.0), START + 2 * STEP, ('q1', 'q2')))

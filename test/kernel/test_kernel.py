@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 from arms import BUNDLED, robot_of
 from kernel_tour import functions
+from refusal import refused
 from tolerances import ROUND_OFF
 
 import kinematics_service as ks
@@ -67,7 +68,7 @@ def test_angles_that_overflow_are_refused_and_raise_nothing_else():
     # theta3 - theta2 of finite angles that is not finite, and not a number in the next row.
     robot = robot_of('parallelogram_left')
     for q in ([0.0, -1.7e308, 1.7e308], [0.0, 1.7e308, -1.7e308]):
-        with pytest.raises(ks.JointVectorError, match='must be finite'):
+        with refused(ks.JointVectorError, 'too-large', 'row 0', '1.7e+308'):
             ks.jacobian(robot, q)
     assert all(
         map(math.isnan, (*kernel.sine_and_cosine(math.inf), *kernel.sine_and_cosine(math.nan)))

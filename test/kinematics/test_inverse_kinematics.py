@@ -9,6 +9,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 from arms import BUNDLED, CONVENTIONS, RANDOM, random_poses, robot_of
+from refusal import refused
 
 import kinematics_service as ks
 from kinematics_service.kinematics.inverse.problem.plan import plan_for
@@ -391,27 +392,44 @@ def test_the_same_seed_gives_the_same_answer():
 
 
 @pytest.mark.parametrize(
-    ('target', 'complaint'),
+    ('target', 'code', 'word'),
     [
-        ([1.0, 2.0], 'shape'),
-        (np.full((4, 4), np.nan), 'finite'),
-        ([np.inf, 0, 0], 'finite'),
-        (np.diag([1.0, 1, -1, 1]), 'rigid'),
-        (np.diag([2.0, 1, 1, 1]), 'rigid'),
-        ('somewhere', 'numbers'),
+        ([1.0, 2.0], 'wrong-shape', '(2,)'),
+        (np.full((4, 4), np.nan), 'not-finite', 'nan'),
+        ([np.inf, 0, 0], 'not-finite', 'inf'),
+        (np.diag([1.0, 1, -1, 1]), 'not-rigid', 'mirror'),
+        (np.diag([2.0, 1, 1, 1]), 'not-rigid', 'orthogonal'),
+        ('somewhere', 'not-a-number', '(4, 4)'),
     ],
 )
-def test_what_is_no_target_is_refused(target, complaint):
-    with pytest.raises(ks.TargetError, match=complaint):
+def test_what_is_no_target_is_refused(target, code, word):
+    with refused(ks.TargetError, code, 'target', word):
         ks.inverse_kinematics(robot_of('puma560'), target)
+
+
+@pytest.mark.parametrize(
+    ('choice', 'code', 'words'),
+    [
+        ({'axis': 'w'}, 'unknown-name', ['axis', "'w'"]),
+        ({'axis': 'z', 'target': [0.3, 0.1, 0.2]}, 'conflict', ['axis z', '(4, 4)']),
+        ({'tolerance': -1.0}, 'out-of-range', ['tolerance', '-1.0']),
+    ],
+)
+def test_choices_that_a_target_does_not_have_are_refused(choice, code, words):
+    with refused(ks.TargetError, code, *words):
+        ks.inverse_kinematics('puma560', **{'target': np.eye(4), **choice})
 
 
 def test_near_must_be_joint_positions():
     robot = robot_of('craig_3r')
-    for near in ([0.0], [0, 0, np.nan], 'here'):
-        with pytest.raises(ks.JointVectorError, match='near'):
+    for near, code in (
+        ([0.0], 'wrong-shape'),
+        ([0, 0, np.nan], 'not-finite'),
+        ('here', 'not-a-number'),
+    ):
+        with refused(ks.JointVectorError, code, 'near'):
             ks.inverse_kinematics(robot, [0.3, 0, 0], near=near)
-    with pytest.raises(ks.TargetError, match='rows'):
+    with refused(ks.TargetError, 'unknown-name', 'rows', "'x rz'"):
         ks.inverse_kinematics(robot, [0.3, 0, 0], rows=['x', 'rz'])
 
 
@@ -496,8 +514,13 @@ def test_many_poses_are_answered_as_each_of_them(name, respect_limits):
 
 
 def test_poses_that_are_none_are_refused():
-    for targets in (np.eye(4), np.zeros((2, 3)), [[1.0], 'x'], np.full((1, 4, 4), np.nan)):
-        with pytest.raises(ks.TargetError):
+    for targets, code in (
+        (np.eye(4), 'wrong-shape'),
+        (np.zeros((2, 3)), 'wrong-shape'),
+        ([[1.0], 'x'], 'not-a-number'),
+        (np.full((1, 4, 4), np.nan), 'not-finite'),
+    ):
+        with refused(ks.TargetError, code, 'target'):
             ks.inverse_kinematics_of_each('ur5e', targets)
     assert ks.inverse_kinematics_of_each('ur5e', np.empty((0, 4, 4))) == ()
 

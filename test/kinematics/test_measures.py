@@ -146,9 +146,9 @@ def test_only_the_arm_of_document_004_is_deficient_at_every_pose(name):
 
 
 def test_an_arm_that_moves_nothing_is_refused():
-    with pytest.raises(ks.RobotFileError, match=r'no joint moves the tool \(task tool\)'):
+    with pytest.raises(ks.RobotFileError, match=r'\(task tool\)'):
         elementary_arm('Rz(0*q1)', 'R')
-    with pytest.raises(ks.RobotFileError, match=r'no joint moves the tool \(task z\): nothing to'):
+    with pytest.raises(ks.RobotFileError, match=r'\(task z\)'):
         elementary_arm('Rz(q1), Tx(1)', 'r', 'singularity: {task: [z]}')
 
 
@@ -277,84 +277,31 @@ def test_default_length_is_the_rms_distance_of_the_tool():
     assert elementary_arm('Rz(q1), Ry(q2), Rz(q3)').singularity.task.length == 1.0
 
 
-BETWEEN = 'must be above 0 and at most 1 rad (57 deg)'
-
-
 @pytest.mark.parametrize(
-    ('name', 'measure', 'warn', 'stop', 'message'),
+    ('name', 'measure', 'warn', 'stop', 'words'),
     [
-        (
-            'puma560',
-            'volume',
-            None,
-            None,
-            "singularity measure 'volume' is unknown (choose from distance, determinant, "
-            'manipulability, smallest_singular_value, condition_number)',
-        ),
-        (
-            'panda',
-            'determinant',
-            0.1,
-            0.01,
-            'the determinant needs a square Jacobian: the task has 6 rows (x y z rx ry rz) for '
-            '7 joints; choose distance or manipulability',
-        ),
-        (
-            'six_joint_dh',
-            'determinant',
-            0.1,
-            0.01,
-            'the determinant of this arm is zero at every pose (generic rank 5 of 6); '
-            'choose distance',
-        ),
-        (
-            'puma560',
-            'determinant',
-            None,
-            None,
-            'measure determinant has no default thresholds: give warn and stop',
-        ),
-        (
-            'panda',
-            'manipulability',
-            0.1,
-            None,
-            'measure manipulability has no default thresholds: give warn and stop',
-        ),
-        ('puma560', 'distance', 0.02, None, 'stop (0.03) of distance must be below warn (0.02)'),
-        ('puma560', 'distance', 0.1, 0.1, 'stop (0.1) of distance must be below warn (0.1)'),
-        ('puma560', 'distance', 3.2, 0.1, f'warn of distance {BETWEEN}, not 3.2 rad (183 deg)'),
-        ('puma560', 'distance', 0.1, 0.0, f'stop of distance {BETWEEN}, not 0 rad (0 deg)'),
-        ('puma560', 'distance', -1.0, 0.1, f'warn of distance {BETWEEN}, not -1 rad (-57 deg)'),
-        ('puma560', 'distance', math.nan, 0.1, f'warn of distance {BETWEEN}, not nan'),
-        ('puma560', 'distance', math.inf, 0.1, f'warn of distance {BETWEEN}, not inf'),
-        (
-            'puma560',
-            'distance',
-            1.00007,
-            0.1,
-            f'warn of distance {BETWEEN}, not 1.00007 rad (57 deg)',
-        ),
-        (
-            'puma560',
-            'condition_number',
-            30.0,
-            17.0,
-            'stop (17) of condition_number must be above warn (30)',
-        ),
-        (
-            'puma560',
-            'condition_number',
-            1.0,
-            17.0,
-            'warn of condition_number must be above 1, not 1',
-        ),
+        ('puma560', 'volume', None, None, ["'volume'", *MEASURES]),
+        ('panda', 'determinant', 0.1, 0.01, ['6 rows', '7 joints', 'distance or manipulability']),
+        ('six_joint_dh', 'determinant', 0.1, 0.01, ['rank 5 of 6', 'distance']),
+        ('puma560', 'determinant', None, None, ['determinant', 'warn and stop']),
+        ('panda', 'manipulability', 0.1, None, ['manipulability', 'warn and stop']),
+        ('puma560', 'distance', 0.02, None, ['stop (0.03)', 'below warn (0.02)']),
+        ('puma560', 'distance', 0.1, 0.1, ['stop (0.1)', 'below warn (0.1)']),
+        ('puma560', 'distance', 3.2, 0.1, ['warn', '1 rad', '3.2 rad (183 deg)']),
+        ('puma560', 'distance', 0.1, 0.0, ['stop', 'above 0', '0 rad (0 deg)']),
+        ('puma560', 'distance', -1.0, 0.1, ['warn', 'above 0', '-1 rad (-57 deg)']),
+        ('puma560', 'distance', math.nan, 0.1, ['warn', 'nan']),
+        ('puma560', 'distance', math.inf, 0.1, ['warn', 'inf']),
+        ('puma560', 'distance', 1.00007, 0.1, ['warn', '1 rad (57 deg)', '1.00007']),
+        ('puma560', 'condition_number', 30.0, 17.0, ['stop (17)', 'above warn (30)']),
+        ('puma560', 'condition_number', 1.0, 17.0, ['warn of condition_number', 'above 1']),
     ],
 )
-def test_refused_measures_and_thresholds(name, measure, warn, stop, message):
+def test_refused_measures_and_thresholds(name, measure, warn, stop, words):
     with pytest.raises(ks.KinematicsError) as refusal:
         thresholds_for(robot_of(name).singularity.task, measure, warn, stop)
-    assert str(refusal.value) == message
+    for word in words:
+        assert word in str(refusal.value)
 
 
 def test_the_farthest_distance_is_a_threshold():
@@ -380,7 +327,7 @@ def test_default_thresholds():
 def test_a_determinant_refused_in_the_file_names_the_file():
     text = ks.bundled_robots()['panda'].read_text()
     text += '\nsingularity: {measure: determinant, warn: 0.1, stop: 0.01}\n'
-    with pytest.raises(ks.RobotFileError, match='singularity: the determinant needs a square'):
+    with pytest.raises(ks.RobotFileError, match='singularity: .*determinant'):
         ks.robot_from_text(text)
 
 
@@ -518,7 +465,7 @@ def test_the_distance_at_far_positions_is_unknown(position, unknown):
     found = ks.singularity(robot, [position, 1.4])
     sentence = singularity_status(robot, found, ks.Level.OK, 'base').sentence
     for words in (repr(found), sentence):
-        assert ('unknown: the distance to a singular pose is found up to' in words) == unknown
+        assert ('unknown: ' in words) == unknown
         assert ('none found within 1 rad' in words) != unknown
     assert ('not near' in sentence) != unknown
 
@@ -530,8 +477,9 @@ def test_the_distance_of_sixty_joints_is_unknown_and_refused_as_a_measure(tmp_pa
     assert found.distance == 1.0
     assert found.nearest_singular is None
     assert found.clearance == 0.0
-    assert 'distance unknown: the distance to a singular pose is found for up to 16' in repr(found)
-    with pytest.raises(ks.KinematicsError, match='up to 16 joints, not 60'):
+    assert 'distance unknown: ' in repr(found)
+    assert 'up to 16' in repr(found)
+    with pytest.raises(ks.KinematicsError, match='16 joints, not 60'):
         thresholds_for(robot.singularity.task, 'distance')
-    with pytest.raises(ks.KinematicsError, match='up to 16 joints, not 60'):
+    with pytest.raises(ks.KinematicsError, match='16 joints, not 60'):
         ks.load_robot(many_joints(tmp_path, 60, 'singularity: {measure: distance}\n'))

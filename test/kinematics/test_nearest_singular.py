@@ -738,10 +738,8 @@ def test_a_nearly_singular_pose_without_one_found_is_warned_of():
         found, condition_number=2e4, distance=1.0, nearest_singular=None, level=ks.Level.WARN
     )
     text = singularity_status(robot, nearly, ks.Level.WARN, 'base').sentence
-    assert text.startswith(
-        'nearly singular: condition number 2e+04, no singular pose found within 0.1 rad: '
-        'none found within 1 rad'
-    )
+    for words in ('nearly singular', '2e+04', 'within 0.1 rad', 'within 1 rad'):
+        assert words in text
 
 
 @pytest.mark.parametrize('name', ['four_bar_arm', 'flexpicker', 'five_bar'])

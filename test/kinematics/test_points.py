@@ -6,6 +6,7 @@ import pickle
 import numpy as np
 import pytest
 from arms import DISTINCT, DISTINCT_BUNDLED, LOOPED, calm_poses, robot_of
+from refusal import refused
 from tolerances import DIFFERENCE, DIFFERENCE_STEP, ROUND_OFF
 
 import kinematics_service as ks
@@ -195,25 +196,18 @@ def test_the_twist_there_and_back_is_the_same():
 
 
 @pytest.mark.parametrize(
-    ('arguments', 'message'),
+    ('arguments', 'code', 'words'),
     [
-        (
-            (np.zeros(5), np.zeros(3)),
-            'twist must be finite numbers of shape (..., 6), not of (5,)',
-        ),
-        ((np.zeros(6), np.zeros(2)), 'r must be finite numbers of shape (..., 3), not of (2,)'),
-        ((np.zeros(6), [0, np.inf, 0]), 'r must be finite numbers of shape (..., 3), not of (3,)'),
-        (('here', np.zeros(3)), 'twist must be finite numbers of shape (..., 6), not of (0,)'),
-        (
-            (np.zeros((2, 6)), np.zeros((3, 3))),
-            'twist and r have shapes (2, 6) and (3, 3), which do not go together',
-        ),
+        ((np.zeros(5), np.zeros(3)), 'wrong-shape', ['twist', '(5,)', '(..., 6)']),
+        ((np.zeros(6), np.zeros(2)), 'wrong-shape', ['r has', '(2,)', '(..., 3)']),
+        ((np.zeros(6), [0, np.inf, 0]), 'not-finite', ['r must', '[0.0, inf, 0.0]']),
+        (('here', np.zeros(3)), 'not-a-number', ['twist', "'here'"]),
+        ((np.zeros((2, 6)), np.zeros((3, 3))), 'mismatch', ['twist and r', '(2, 6) and (3, 3)']),
     ],
 )
-def test_what_is_no_twist_is_refused(arguments, message):
-    with pytest.raises(ks.TwistError) as refusal:
+def test_what_is_no_twist_is_refused(arguments, code, words):
+    with refused(ks.TwistError, code, *words):
         ks.twist_at(*arguments)
-    assert str(refusal.value) == message
 
 
 @pytest.mark.parametrize('of', ['elbo', 'base', 4, -1, True, None, 1.0, ['elbow']])
@@ -228,9 +222,8 @@ def test_a_point_that_the_arm_does_not_have_is_refused_with_those_it_has(seen, o
     ):
         with pytest.raises(ks.PointError) as refusal:
             function()
-        assert refusal.value.code == 'unknown-name'
-        assert repr(of) in str(refusal.value)
-        assert 'rows 0 to 3' in str(refusal.value)
+        for word in (repr(of), 'seen', 'tool, elbow, camera, plate', '0 to 3'):
+            assert word in str(refusal.value)
         assert refusal.value.expected == ('tool', 'elbow', 'camera', 'plate')
 
 
@@ -241,14 +234,14 @@ def test_a_place_that_is_not_three_finite_numbers_is_refused(seen, at):
         lambda: ks.forward_kinematics(seen, [0, 0, 0], at=at),
         lambda: seen.ending_at('elbow', at),
     ):
-        with pytest.raises(ks.PointError, match='^at must be three finite numbers in m, not '):
+        with pytest.raises(ks.PointError, match='^at must be three'):
             function()
 
 
 def test_joint_positions_are_judged_as_for_the_tool(seen):
-    with pytest.raises(ks.JointVectorError, match=r'q has shape \(2,\); seen has 3 joints'):
+    with refused(ks.JointVectorError, 'wrong-shape', 'q has', '(2,)', 'seen has 3 joints'):
         ks.jacobian(seen, [0, 0], of='elbow')
-    with pytest.raises(ks.JointVectorError, match='must be finite'):
+    with refused(ks.JointVectorError, 'not-finite', 'q must', 'row 0'):
         ks.jacobian(seen, [0, 0, np.nan], of='plate')
 
 
@@ -313,7 +306,7 @@ def test_an_arm_that_ends_beside_a_turned_point_is_there(seen):
 
 def test_an_arm_cannot_end_where_nothing_moves(seen):
     for of in ('plate', 0):
-        with pytest.raises(ks.PointError, match=f'^no joint moves {of!r} of seen'):
+        with pytest.raises(ks.PointError, match=f'{of!r} of seen'):
             seen.ending_at(of)
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from arms import DISTINCT, LOOPED, calm_poses, robot_of
+from refusal import refused
 from tolerances import ROUND_OFF
 
 import kinematics_service as ks
@@ -84,9 +85,9 @@ def test_a_damped_inverse_is_bounded_where_the_plain_one_is_not():
 
 def test_damping_that_is_none_is_refused():
     for damping in (-0.1, np.nan, np.inf):
-        with pytest.raises(ks.ServoSettingsError, match='damping must be finite and not negative'):
+        with refused(ks.ServoSettingsError, 'out-of-range', 'damping must', str(damping)):
             ks.pseudo_inverse('planar_2r', [0, 0], damping=damping)
-    with pytest.raises(ks.ServoSettingsError, match='damped_below must be a positive number'):
+    with refused(ks.ServoSettingsError, 'out-of-range', 'damped_below must', '0.0'):
         ks.wrench_from_torques('planar_2r', [0, 0], [1, 2], damping=0.1, damped_below=0.0)
 
 

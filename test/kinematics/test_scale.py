@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from arms import LOOPED, calm_poses, robot_of, seeded
 from linkages import SHORT_FIVE_BAR
+from refusal import refused
 
 import kinematics_service as ks
 from kinematics_service.kinematics import scale as scaling
@@ -151,26 +152,20 @@ def test_speeds_of_the_tool_and_of_points_have_limits():
     assert (slow.cause, slow.of) == ('speed limit', 'tool')
 
 
+# The key of the fault, and what its sentence names.
 BAD = {
-    'elbo: {linear: 1}': "speed_limits.elbo: there is no point 'elbo' (accepted: tool, elbow)",
-    'tool: {}': 'speed_limits.tool: has no limit;',
-    'tool: {linear: 0}': 'speed_limits.tool.linear: must be above 0, not 0',
-    'tool: {linear: -1}': 'speed_limits.tool.linear: must be above 0, not -1',
-    'tool: {linear: 0.25, reduced: 1.5}': (
-        'speed_limits.tool.reduced: must be at most linear, 0.25, not 1.5'
-    ),
-    'tool: {linear: 250 mm/s}': ("speed_limits.tool.linear: '250 mm' has a unit; write 250 alone"),
-    'tool: {linear: 1e400}': 'speed_limits.tool.linear: 1e400 is too large: not a finite number',
-    'tool: {linear: .nan}': "speed_limits.tool.linear: '.nan' is not a finite number",
-    'tool: 0.25': (
-        'speed_limits.tool: expected a speed limit as a mapping {linear, angular, reduced}, not '
-        "'0.25'"
-    ),
-    'tool: {linear: }': 'speed_limits.tool.linear: has no value;',
-    'tool: {linear: 1}\n  elbow: {linear: 1}\n  tool: {linear: 2}': (
-        'speed_limits.tool: the key is written twice, on lines 7 and 9'
-    ),
-    'tool: {speed: 1}': "speed_limits.tool.speed: unknown key, did you mean 'linear'?",
+    'elbo: {linear: 1}': ('.elbo', ["'elbo'", 'tool, elbow']),
+    'tool: {}': ('.tool', ['linear', 'angular', 'reduced']),
+    'tool: {linear: 0}': ('.tool.linear', ['above 0', '0']),
+    'tool: {linear: -1}': ('.tool.linear', ['above 0', '-1']),
+    'tool: {linear: 0.25, reduced: 1.5}': ('.tool.reduced', ['0.25', '1.5']),
+    'tool: {linear: 250 mm/s}': ('.tool.linear', ["'250 mm", 'units']),
+    'tool: {linear: 1e400}': ('.tool.linear', ['1e400', 'finite']),
+    'tool: {linear: .nan}': ('.tool.linear', ["'.nan'", 'finite']),
+    'tool: 0.25': ('.tool', ['{linear, angular, reduced}', "'0.25'"]),
+    'tool: {linear: }': ('.tool.linear', ['value']),
+    'tool: {linear: 1}\n  elbow: {linear: 1}\n  tool: {linear: 2}': ('.tool', ['7', '9']),
+    'tool: {speed: 1}': ('.tool.speed', ["'linear'"]),
 }
 
 
@@ -179,29 +174,33 @@ def test_speed_limits_that_are_none_are_refused_with_their_line(line):
     text = SPEEDS.split('  tool:')[0] + f'  {line}\n'
     with pytest.raises(ks.RobotFileError) as refusal:
         ks.robot_from_text(text)
-    number = 7 + line.count('\n')
-    assert str(refusal.value).startswith(f'<text>:{number}: {BAD[line]}')
+    key, words = BAD[line]
+    fault = refusal.value.faults[0]
+    assert (fault.line, fault.where) == (7 + line.count('\n'), f'speed_limits{key}')
+    for word in words:
+        assert word in fault.message
 
 
 @pytest.mark.parametrize(
-    ('units', 'line', 'told'),
+    ('units', 'line', 'words'),
     [
-        ('', 'linear: 250', 'linear: a speed of 250 m/s: are these millimetres?'),
-        ('', 'reduced: 250', 'reduced: a speed of 250 m/s: are these millimetres?'),
-        ('', 'angular: 90', 'angular: a speed of 90 rad/s: are these degrees?'),
-        ('{length: mm}', 'linear: 0.25', 'linear: a speed of 0.25 mm/s: are these metres?'),
-        ('{length: mm, angle: deg}', 'linear: 250, angular: 90, reduced: 25', ''),
-        ('', 'linear: 2.5, angular: 9, reduced: 0.25', ''),
+        ('', 'linear: 250', ['linear', '250 m/s', 'millimetres']),
+        ('', 'reduced: 250', ['reduced', '250 m/s', 'millimetres']),
+        ('', 'angular: 90', ['angular', '90 rad/s', 'degrees']),
+        ('{length: mm}', 'linear: 0.25', ['linear', '0.25 mm/s', 'metres']),
+        ('{length: mm, angle: deg}', 'linear: 250, angular: 90, reduced: 25', []),
+        ('', 'linear: 2.5, angular: 9, reduced: 0.25', []),
     ],
 )
 def test_speed_limits_that_are_hardly_meant_in_the_unit_of_the_file_are_warned_of(
-    units, line, told
+    units, line, words
 ):
     text = SPEEDS.split('  tool:')[0] + f'  tool: {{{line}}}\n'
     if units:
         text = text.replace('convention', f'units: {units}\nconvention')
     warnings = [str(one) for one in ks.robot_from_text(text).description.warnings]
-    assert [told in one for one in warnings if 'speed_limits' in one] == [True] * bool(told)
+    said = [one for one in warnings if 'speed_limits' in one]
+    assert [all(word in one for word in words) for one in said] == [True] * bool(words)
 
 
 def test_units_of_a_file_are_those_of_its_speeds():
@@ -214,15 +213,16 @@ def test_units_of_a_file_are_those_of_its_speeds():
 
 
 @pytest.mark.parametrize(
-    ('choice', 'said'),
+    ('choice', 'code', 'words'),
     [
-        ({'horizon': 0.0}, 'horizon must be a positive number, not 0.0'),
-        ({'horizon': math.nan}, 'horizon must be a positive number'),
-        ({'reduced': True}, 'puma560 has no reduced speed: give speed_limits with reduced'),
+        ({'horizon': 0.0}, 'out-of-range', ['horizon', '0.0']),
+        ({'horizon': math.nan}, 'out-of-range', ['horizon', 'nan']),
+        ({'reduced': True}, 'missing-key', ['puma560', 'reduced', 'speed_limits']),
+        ({'rule': 'servo'}, 'wrong-type', ['rule', 'ServoRule', "'servo'"]),
     ],
 )
-def test_what_is_no_choice_is_refused(choice, said):
-    with pytest.raises(ks.ServoSettingsError, match=said):
+def test_what_is_no_choice_is_refused(choice, code, words):
+    with refused(ks.ServoSettingsError, code, *words):
         ks.scale('puma560', np.zeros(6), np.zeros(6), **choice)
 
 

@@ -92,10 +92,10 @@ class CdrReader:
 
     def __init__(self, data: bytes) -> None:
         if len(data) < BODY or data[0] != 0:
-            raise CdrError('no encapsulation of CDR')
+            raise CdrError('the first bytes are not an encapsulation of CDR', code='encapsulation')
         encoding = data[1]
         if encoding not in OLD_ENCODINGS and encoding not in NEW_ENCODINGS:
-            raise CdrError('an unknown encoding')
+            raise CdrError(f'encoding {encoding} is unknown', code='encoding')
         self.is_plain = data[: len(PLAIN)] == PLAIN and not data[BODY - 1] & PADDING
         self.shape: list[slice] = []
         self._data, self._at = data, BODY
@@ -112,7 +112,7 @@ class CdrReader:
         at = self._at
         self._at += size
         if self._at > len(self._data):
-            raise CdrError('a field beyond the end')
+            raise CdrError('a field is longer than the message', code='too-short')
         return slice(at, self._at)
 
     def _length(self) -> int:
@@ -135,7 +135,7 @@ class CdrReader:
         """
         count = self._length()
         if self._at + count > len(self._data):
-            raise CdrError('a sequence beyond the end')
+            raise CdrError('a sequence is longer than the message', code='too-short')
         return count
 
     def doubles(self, count: int) -> slice:

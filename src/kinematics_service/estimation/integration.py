@@ -69,7 +69,7 @@ class Integration:
         for j, place in zip(*ours.table):
             if place < len(velocities) and abs(velocities[place]) > self._fastest[j]:
                 return (
-                    f'velocity of joint {names[j]!r} is {velocities[place]:.6g}: '
+                    f'velocity of joint {names[j]!r} is {velocities[place]:.6g}; '
                     f'at most {self._fastest[j]:.6g} is integrated'
                 )
         return ''

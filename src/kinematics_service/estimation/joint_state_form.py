@@ -173,5 +173,5 @@ def _plain_text(data: bytes) -> str:
     # Returns a text without its final zero. Refuses a text without a final zero, or with a zero
     # inside, because ROS readers disagree about such texts.
     if data.find(0) != len(data) - 1:
-        raise CdrError('a text that does not end with its only zero')
+        raise CdrError('a text does not end with its only zero', code='text')
     return data[:-1].decode()

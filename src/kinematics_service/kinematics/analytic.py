@@ -100,7 +100,11 @@ def analytic_jacobian(
     if not isinstance(rates, str) or rates not in COORDINATES:
         known = tuple(COORDINATES)
         raise PointError(
-            f'rates must be one of {", ".join(known)}, not {rates!r}', 'rates', known, rates
+            f'rates must be one of {", ".join(known)}, not {rates!r}',
+            'rates',
+            known,
+            rates,
+            code='unknown-name',
         )
     state = state_of(robot, of, q)
     J = chosen(robot, q, state, state.jacobian, of, at, BASE)

@@ -35,23 +35,26 @@ def numbers_of(
     except (TypeError, ValueError, OverflowError):
         shapes = shapes or ' or '.join(map(str, expected))
         sentence = f'{name} must be numbers of shape {shapes}, not {given!r:.80}'
-        raise refusal(sentence, name, expected) from None
+        raise refusal(sentence, name, expected, code='not-a-number') from None
 
 
 def refused(
-    name: str, expected: str, given: object, refusal: type[ArgumentError] = ArgumentError
+    name: str,
+    expected: str,
+    given: object,
+    refusal: type[ArgumentError] = ArgumentError,
+    code: str = '',
 ) -> ArgumentError:
-    """
-    Return an error of the class `refusal` that names an argument, the expected value and the given
-    value.
-    """
-    return refusal(f'{name} must be {expected}, not {given!r:.80}', name, [expected], given)
+    """Return an error that names an argument, the expected value and the given value."""
+    sentence = f'{name} must be {expected}, not {given!r:.80}'
+    return refusal(sentence, name, [expected], given, code=code)
 
 
 def seed_of(seed: SupportsIndex) -> int:
     """Return a random seed as an int, or raise an ArgumentError if it is not a whole number."""
     if not isinstance(seed, Integral) or seed < 0:
-        raise refused('seed', 'a whole number from 0 on', seed)
+        code = 'out-of-range' if isinstance(seed, Integral) else 'wrong-type'
+        raise refused('seed', 'a whole number from 0 on', seed, code=code)
     return int(seed)
 
 
@@ -75,16 +78,14 @@ def finite_rows(
         The argument has another shape, or a number is not finite. The error has the class
         `refusal`.
     """
-    array = np.empty(0)
-    with contextlib.suppress(TypeError, ValueError, OverflowError):
-        array = np.asarray(given, dtype=np.float64)
-    if array.ndim == 0 or array.shape[-1] != count or not np.isfinite(array).all():
-        raise refusal(
-            f'{name} must be finite numbers of shape (..., {count}), not of {array.shape}',
-            name,
-            [(count,)],
-            array.shape,
-        )
+    array = numbers_of(name, given, refusal, [(count,)], f'(..., {count})')
+    if array.ndim == 0 or array.shape[-1] != count:
+        sentence = f'{name} has shape {array.shape}; it must be (..., {count})'
+        raise refusal(sentence, name, [(count,)], array.shape, code='wrong-shape')
+    finite = np.isfinite(array).all(axis=-1)
+    if not finite.all():
+        sentence = f'{name} must be finite, not {array[~finite][0].tolist()}'
+        raise refusal(sentence, name, [(count,)], array.shape, code='not-finite')
     return array
 
 
@@ -106,7 +107,7 @@ def shape_together(
         with contextlib.suppress(ValueError):
             return np.broadcast_shapes(one[:-1], other[:-own])
     sentence = f'{" and ".join(names)} have shapes {one} and {other}, which do not go together'
-    raise refusal(sentence, names[1], [expected], other)
+    raise refusal(sentence, names[1], [expected], other, code='mismatch')
 
 
 def number_or_nan(value: SupportsFloat) -> float:
@@ -122,7 +123,8 @@ def number_or_nan(value: SupportsFloat) -> float:
 def check_positive(refusal: type[ArgumentError], name: str, value: float) -> None:
     """Raise an ArgumentError of the class `refusal` unless `value` is finite and above 0."""
     if not 0.0 < number_or_nan(value) < math.inf:
-        raise refusal(f'{name} must be a positive number, not {value}', name, ['above 0'], value)
+        sentence = f'{name} must be a positive number, not {value}'
+        raise refusal(sentence, name, ['above 0'], value, code='out-of-range')
 
 
 def rows_in_order(
@@ -135,5 +137,5 @@ def rows_in_order(
     names = list(map(str, rows)) if isinstance(rows, Iterable) else [str(rows)]
     if not names or set(names) - set(known):
         sentence = f'rows must be some of {" ".join(known)}, not {" ".join(names)!r}'
-        raise refusal(sentence, 'rows', known, rows)
+        raise refusal(sentence, 'rows', known, rows, code='unknown-name' if names else 'empty')
     return tuple(name for name in known if name in names)

@@ -113,6 +113,7 @@ def pose_of_axes(robot: Robot, axes: str | int, q: npt.ArrayLike) -> Floats:
             'axes',
             known,
             axes,
+            code='unknown-name',
         ) from None
     return state_of(robot, axes, q, depth=kernel.POSE).pose
 

@@ -192,10 +192,12 @@ def scale(
     limits = robot.description.speed_limits
     if reduced and not any(np.isfinite(limit.reduced) for limit in limits):
         raise ServoSettingsError(
-            f'{robot.name} has no reduced speed: give speed_limits with reduced', 'reduced'
+            f'{robot.name} has no reduced speed; add reduced to speed_limits in the robot file',
+            'reduced',
+            code='missing-key',
         )
     if not isinstance(rule, ServoRule | None):
-        raise refused('rule', 'a ServoRule or None', rule, ServoSettingsError)
+        raise refused('rule', 'a ServoRule or None', rule, ServoSettingsError, 'wrong-type')
     if rule is not None:
         rule.check(robot)
     state = evaluate(robot, q, qdot)

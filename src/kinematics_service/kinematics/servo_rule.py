@@ -57,15 +57,17 @@ class ServoRule:
                 f'hard_stop_singularity_threshold, {hard_stop:g}, must be above '
                 f'lower_singularity_threshold, {lower:g}',
                 'hard_stop_singularity_threshold',
+                code='wrong-order',
             )
 
     def check(self, robot: Robot) -> None:
         """Raise ServoSettingsError for an arm with closed loops, which MoveIt does not support."""
         if robot.chain.loops:
             raise ServoSettingsError(
-                f"{robot.name} has closed loops, for which MoveIt Servo's rule is not made: take "
-                'the distance',
+                f"{robot.name} has closed loops, for which MoveIt Servo's rule is not made; leave "
+                'out rule to use the distance',
                 'rule',
+                code='unsupported',
             )
 
 

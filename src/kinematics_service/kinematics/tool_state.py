@@ -177,6 +177,7 @@ def _joint_vector(robot: Robot, q: npt.ArrayLike, name: str) -> Floats:
             name,
             [(robot.dof,)],
             array.shape,
+            code='wrong-shape',
         )
     return array
 
@@ -184,7 +185,8 @@ def _joint_vector(robot: Robot, q: npt.ArrayLike, name: str) -> Floats:
 def velocities_of(state: ToolState) -> Floats:
     """Return the joint velocities (..., n) of a state; raise JointVectorError if it has none."""
     if state.qdot is None:
-        raise refused('qdot', f'numbers, shape (..., {state.robot.dof})', None, JointVectorError)
+        expected = f'numbers, shape (..., {state.robot.dof})'
+        raise refused('qdot', expected, None, JointVectorError, 'missing-argument')
     return state.qdot
 
 
@@ -244,7 +246,8 @@ def evaluate(
     try:
         width = chain.single_widths[depth]
     except (TypeError, IndexError):
-        raise refused('depth', 'kernel.POSE, JACOBIAN or ALL_FRAMES', depth) from None
+        expected = 'kernel.POSE, JACOBIAN or ALL_FRAMES'
+        raise refused('depth', expected, depth, code='out-of-range') from None
     if positions.ndim > 1 or rates.ndim > 1:
         return _evaluate_batch(robot, chain, positions, None if qdot is None else rates, depth)
     row, measures = np.empty(width), None
@@ -311,15 +314,14 @@ def _refusal(
             closed = LoopError(sentence, 'q', [shape], shape)
             closed.row, closed.loop = row, loop
             return closed
-    # Name the argument that is not finite in the error. If q and qdot are finite but the results
-    # are not, the error names neither.
-    named = [name for name, given in (('q', q), ('qdot', qdot)) if not np.isfinite(given).all()]
-    error = JointVectorError(
-        f'joint positions and velocities must be finite, and what follows too: row {row} is '
-        f'{q.tolist()}',
-        named[0] if named else '',
-        [q.shape],
-        shape,
-    )
+    # If q and qdot are finite but the results are not, the error names neither argument.
+    name, values, code = '', q, 'too-large'
+    sentence = 'joint values are too large to compute with'
+    for one, given in (('qdot', qdot), ('q', q)):
+        if not np.isfinite(given).all():
+            name, values, code = one, given, 'not-finite'
+            sentence = f'{name} must be finite'
+    sentence += f': row {row} is {values.tolist()}'
+    error = JointVectorError(sentence, name, [q.shape], shape, code=code)
     error.row = row
     return error

@@ -180,16 +180,17 @@ def joint_velocity(
     """
     robot = as_robot(robot)
     if not isinstance(settings, ServoSettings):
-        raise refused('settings', 'ServoSettings', settings, ServoSettingsError)
+        raise refused('settings', 'ServoSettings', settings, ServoSettingsError, 'wrong-type')
     servo = _servo_of(robot, settings)
     if not isinstance(state, ToolState):
         state = evaluate(robot, state)
     if state.numbers.ndim != 1:
         raise TwistError(
-            f'one pose at a time, not {state.q.shape[:-1]} of them',
+            f'state must be one pose, not {state.q.shape[:-1]} of them; call it for each pose',
             'state',
             [(robot.dof,)],
             state.q.shape,
+            code='wrong-shape',
         )
     wanted = numbers_of('twist', twist, TwistError, [(6,)])
     if wanted.shape != (6,) or not np.all(np.isfinite(wanted)):
@@ -198,13 +199,18 @@ def joint_velocity(
             'twist',
             [(6,)],
             wanted.shape,
+            code='wrong-shape' if wanted.shape != (6,) else 'not-finite',
         )
     if str(axes) == 'tool':
         turn = state.pose[:3, :3]
         wanted = np.concatenate([turn @ wanted[:3], turn @ wanted[3:]])
     elif str(axes) != 'base':
         raise TwistError(
-            f"axes must be 'base' or 'tool', not {axes!r}", 'axes', ('base', 'tool'), axes
+            f"axes must be 'base' or 'tool', not {axes!r}",
+            'axes',
+            ('base', 'tool'),
+            axes,
+            code='unknown-name',
         )
     qdot = np.empty(robot.chain.dof)
     step = kernel.ServoOutput(servo, qdot)

@@ -99,7 +99,8 @@ def screws_in_frames(
     """
     found = error_screws(chain, values)
     if len(found.starts) != robot.chain.elements + 1:
-        raise CalibrationError(f'the corrections are those of another arm than {robot.name}')
+        sentence = f'calibration: its corrections are those of another arm than {robot.name}'
+        raise CalibrationError(sentence, code='mismatch')
     at_zero = link_frames(robot, np.zeros(robot.dof))
     frames, screws = frames_of_elements(robot), np.empty_like(found.screws)
     for k, (frame, start) in enumerate(zip(frames, found.starts)):

@@ -66,5 +66,6 @@ def near_or_middle(robot: Robot, plan: InversePlan, near: npt.ArrayLike | None) 
             'near',
             [(robot.dof,)],
             q.shape,
+            code='wrong-shape' if q.shape != (robot.chain.dof,) else 'not-finite',
         )
     return q

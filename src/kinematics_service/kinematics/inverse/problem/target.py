@@ -127,28 +127,35 @@ def ik_target_of(
     """
     if not 0.0 <= number_or_nan(tolerance) < math.inf:
         raise TargetError(
-            f'tolerance must be 0 or a positive number (m and rad), not {tolerance}', 'tolerance'
+            f'tolerance must be 0 or a positive number (m and rad), not {tolerance}',
+            'tolerance',
+            code='out-of-range',
         )
     try:
         given = np.asarray(target, np.float64, 'C')
     except (TypeError, ValueError, OverflowError):
         raise TargetError(
-            'target must be numbers: a pose (4, 4) or a position (3,)', 'target', SHAPES
+            'target must be numbers: a pose (4, 4) or a position (3,)',
+            'target',
+            SHAPES,
+            code='not-a-number',
         ) from None
     shape = given.shape
     if shape not in SHAPES:
         raise TargetError(
-            f'target has shape {shape}; it must be (4, 4) or (3,)', 'target', SHAPES, shape
+            f'target has shape {shape}; it must be (4, 4) or (3,)',
+            'target',
+            SHAPES,
+            shape,
+            code='wrong-shape',
         )
-    if axis is not None and (str(axis) not in TOOL_AXES or shape != (4, 4)):
-        raise TargetError(
-            f'axis must be x, y or z, of a pose (4, 4) as target, not {axis!r}',
-            'axis',
-            TOOL_AXES,
-            axis,
-        )
-    # Only position rows can be chosen with a tool axis: its direction replaces the three rows of a
-    # rotation.
+    if axis is not None and str(axis) not in TOOL_AXES:
+        sentence = f'axis must be x, y or z, not {axis!r}'
+        raise TargetError(sentence, 'axis', TOOL_AXES, axis, code='unknown-name')
+    if axis is not None and shape != (4, 4):
+        sentence = f'axis {axis} needs a pose (4, 4) as target, not a position (3,)'
+        raise TargetError(sentence, 'axis', TOOL_AXES, axis, code='conflict')
+    # A direction replaces the three rows of a rotation.
     known = ROW_NAMES if axis is None and shape == (4, 4) else ROW_NAMES[:3]
     ordered = known if rows is None else rows_in_order(TargetError, rows, known)
     counted = _counted(robot, ordered, axis or '')
@@ -175,6 +182,7 @@ def poses_of(targets: npt.ArrayLike) -> Floats:
             'targets',
             [('N', 4, 4)],
             given.shape,
+            code='wrong-shape',
         )
     return np.array([_rigid(pose) for pose in given]).reshape(-1, 4, 4)
 
@@ -186,11 +194,11 @@ def _rigid(given: Floats) -> Floats:
     if state == kernel.FINE:
         return pose
     if state == kernel.NOT_FINE:
-        sentence = f'target must be finite: {given.tolist()}'
-        raise TargetError(sentence, 'target', SHAPES, given.shape)
+        sentence = f'target must be finite, not {given.tolist()}'
+        raise TargetError(sentence, 'target', SHAPES, given.shape, code='not-finite')
     if state == kernel.NOT_RIGID:
-        sentence = 'target is no rigid motion: its rotation is not orthogonal, or a mirror'
-        raise TargetError(sentence, 'target', SHAPES, given.shape)
+        sentence = 'target must be a rigid motion; its rotation is not orthogonal, or a mirror'
+        raise TargetError(sentence, 'target', SHAPES, given.shape, code='not-rigid')
     left, _, right = np.linalg.svd(given[:3, :3])
     pose[:3, :3] = left @ right
     return pose
