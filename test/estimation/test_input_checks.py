@@ -241,6 +241,14 @@ def test_simulated_time_may_pass_at_any_rate():
     assert faults(robot, group, simulated=True) == []
 
 
+def test_a_wrong_pace_is_named_where_messages_come_twice():
+    robot, t = ks.load_robot('ur5e'), np.repeat(np.arange(0.0, 6.0, 0.02), 2)
+    seconds, nanoseconds = wrong_stamps('10 times faster', t)
+    group = stream(robot, t, swinging(robot, t)[0], late=0.001 + 1e-5 * (np.arange(len(t)) % 2))
+    (sentence,) = faults(robot, group._replace(seconds=seconds, nanoseconds=nanoseconds))
+    assert SAID['10 times faster'] in sentence
+
+
 def test_the_noise_of_speeds_by_arrival_is_that_of_the_intervals():
     robot, rng = ks.load_robot('ur5e'), np.random.default_rng(3)
     t = np.cumsum(0.02 + 0.0008 * rng.normal(size=250))

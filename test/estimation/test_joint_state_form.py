@@ -13,6 +13,7 @@ from sensor_msgs.msg import JointState
 import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.estimation.estimator import Estimator, EstimatorSettings, RefusedMessage
+from kinematics_service.estimation.input_checks import messages_of
 from kinematics_service.estimation.joint_state_form import SerializedSample
 from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.node.messages.joint_state_reader import JointStateReader
@@ -136,3 +137,17 @@ def test_bytes_of_another_form_change_nothing():
     assert memory() == before
     assert estimator.take(SerializedSample(form, data, 1)).stamp == 5 * SECOND
     assert kernel.NOT_THIS_FORM < 0
+
+
+def test_messages_of_two_drivers_that_are_as_long_are_told_apart():
+    recent = []
+    for k in range(6):
+        name, other = ('left', 'right') if k % 3 else ('lower', 'upper')
+        message = JointState(name=[name, other], position=[float(k), -1.0])
+        message.header.stamp.sec = k
+        recent.append((k, serialize_message(message)))
+    assert len({len(raw) for _, raw in recent}) == 1
+    found = {group.names: group for group in messages_of(recent, 6)}
+    assert found['left', 'right'].q[:, 0].tolist() == [1.0, 2.0, 4.0, 5.0]
+    assert found['lower', 'upper'].q[:, 0].tolist() == [0.0, 3.0]
+    assert found['lower', 'upper'].seconds.tolist() == [0, 3]
