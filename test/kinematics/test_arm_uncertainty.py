@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from arms import DISTINCT_BUNDLED, robot_of
 from calibrated_arms import measured_arm
+from refusal import refused
 
 import kinematics_service as ks
 from kinematics_service import kernel
@@ -444,6 +445,13 @@ def test_the_covariance_of_a_calibration_is_read_back(name):
     sizes = np.sqrt(np.diagonal(expected, axis1=1, axis2=2))
     products = sizes[:, :, None] * sizes[:, None, :]
     assert np.all(np.abs(got - expected) <= WRITTEN * products)
+
+
+def test_a_calibration_of_another_arm_of_as_many_joints_is_refused():
+    arm = measured_arm('rrp_elementary', 20, 5e-5)
+    found = ks.calibrate(arm.robot, arm.q, arm.poses)
+    with refused(ks.CalibrationError, 'mismatch', 'calibration', 'parallelogram_left'):
+        ks.pose_covariance('parallelogram_left', [0.1, 0.2, 0.3], calibration=found)
 
 
 @pytest.mark.slow

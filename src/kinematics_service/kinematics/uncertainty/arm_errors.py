@@ -99,8 +99,10 @@ def screws_in_frames(
     """
     found = error_screws(chain, values)
     if len(found.starts) != robot.chain.elements + 1:
-        sentence = f'calibration: its corrections are those of another arm than {robot.name}'
-        raise CalibrationError(sentence, code='mismatch')
+        raise CalibrationError(
+            f'calibration: its corrections are those of another arm; give one of {robot.name}',
+            code='mismatch',
+        )
     at_zero = link_frames(robot, np.zeros(robot.dof))
     frames, screws = frames_of_elements(robot), np.empty_like(found.screws)
     for k, (frame, start) in enumerate(zip(frames, found.starts)):
