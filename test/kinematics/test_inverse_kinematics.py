@@ -407,19 +407,6 @@ def test_what_is_no_target_is_refused(target, code, word):
         ks.inverse_kinematics(robot_of('puma560'), target)
 
 
-@pytest.mark.parametrize(
-    ('choice', 'code', 'words'),
-    [
-        ({'axis': 'w'}, 'unknown-name', ['axis', "'w'"]),
-        ({'axis': 'z', 'target': [0.3, 0.1, 0.2]}, 'conflict', ['axis z', '(4, 4)']),
-        ({'tolerance': -1.0}, 'out-of-range', ['tolerance', '-1.0']),
-    ],
-)
-def test_choices_that_a_target_does_not_have_are_refused(choice, code, words):
-    with refused(ks.TargetError, code, *words):
-        ks.inverse_kinematics('puma560', **{'target': np.eye(4), **choice})
-
-
 def test_near_must_be_joint_positions():
     robot = robot_of('craig_3r')
     for near, code in (
