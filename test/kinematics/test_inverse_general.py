@@ -359,6 +359,18 @@ def test_a_stretched_elbow_is_one_solution_where_two_have_met(name):
         assert general_arms.apart(robot, stretched[0].q, q) < 1e-10
 
 
+@pytest.mark.parametrize('size', [1e-2, 1e2])
+def test_a_double_solution_is_one_whatever_the_size_of_the_arm(size):
+    rows = np.array([(0.1, H, 0.3, 0.0), (0.45, 0.0, 0.05, 0.0), (0.35, 0.0, 0.0, 0.0)])
+    rows *= [size, 1.0, size, 1.0]
+    robot = ks.robot_from_text(general_arms.text_of('standard', rows.tolist(), 'RRR'))
+    q = np.array([0.4, -0.7, 0.0])
+    target = ks.forward_kinematics(robot, q)[:3, 3]
+    (double,) = ks.inverse_kinematics(robot, target, tolerance=1e-6 * size)
+    assert double.multiplicity == 2
+    assert general_arms.apart(robot, double.q, q) < 1e-11
+
+
 PUMA = [(0.0, math.pi / 2, 0.0, 0.0), (0.4318, 0.0, 0.0, 0.0), (0.0203, -math.pi / 2, 0.15, 0.0)]
 PUMA += [(0.0, math.pi / 2, 0.4318, 0.0), (0.0, -math.pi / 2, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)]
 # Found in closed form, by elimination, and by search.

@@ -25,6 +25,8 @@ from arms import (
 from tolerances import QUOTIENT, ROUND_OFF
 
 import kinematics_service as ks
+from kinematics_service.kinematics.singularity import singularity_of
+from kinematics_service.kinematics.singularity_rates import measured_before
 from kinematics_service.robot.measures import Thresholds
 from kinematics_service.robot.robot import with_singularity
 
@@ -368,6 +370,18 @@ def test_time_to_warning_against_stepping_forward_in_time(measure):
     # Never approached: going the other way, the forecast is for ever.
     back = ks.singularity(robot, q[soon], -qdot[soon])
     assert np.all(np.isinf(back.time_to_warning) | (back.rate * found.rate[soon] > 0.0))
+
+
+@pytest.mark.parametrize('measure', ['distance', 'condition_number'])
+def test_known_distances_are_watched_where_the_distance_is(measure):
+    robot = with_singularity(robot_of('puma560'), thresholds=MEASURED[measure])
+    q = random_poses(robot, 5)
+    found = ks.singularity(robot, q, np.ones_like(q))
+    before = measured_before(
+        ks.evaluate(robot, q, np.ones_like(q)), found.distance, found.nearest_singular
+    )
+    for name in ('distance', 'nearest_singular', 'rate', 'time_to_warning'):
+        np.testing.assert_array_equal(getattr(singularity_of(before), name), getattr(found, name))
 
 
 def test_time_to_warning_of_a_planar_arm():
