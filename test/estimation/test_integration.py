@@ -156,9 +156,10 @@ def test_what_the_noise_of_velocities_makes_of_it_is_what_a_simulation_shows(tmp
     file = tmp_path / 'noisy.yaml'
     file.write_text(WITH_NOISE)
     random = np.random.default_rng(7)
+    robot, settings = ks.load_robot(file), EstimatorSettings(integrate_velocities=True)
     ends = []
     for _ in range(100):
-        one = estimator(file)
+        one = Estimator(robot, settings)
         names = ('q1', 'q2')
         one.take(sample((0.1, 0.2), (0.0, 0.0), START, names))
         for k in range(1, 101):

@@ -287,7 +287,7 @@ def test_a_warning_means_something_on_a_ur3e():
     assert np.mean(distance < 0.1) == pytest.approx(0.21, abs=0.01)
     assert np.mean(distance < 0.05) == pytest.approx(0.11, abs=0.01)
     # By its shoulder, elbow and wrist, one by one, it is about the same.
-    distance = ks.singularity(robot_of('ur3e'), q).distance
+    distance = ks.singularity(robot_of('ur3e'), q[:2_000]).distance
     assert np.mean(distance < 0.1) == pytest.approx(0.20, abs=0.015)
     assert np.mean(distance < 0.05) == pytest.approx(0.105, abs=0.015)
 
