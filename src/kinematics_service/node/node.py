@@ -305,7 +305,7 @@ class KinematicsNode(Node):
             if wanted and self._grid.passes(outcome.stamp, self.settings.period):
                 self._outputs.publish(outcome, active, isinstance(message, SerializedSample))
         finally:
-            # even after an error: the estimator relies on the warning
+            # Publish the warning even after an error, because the estimator relies on it.
             if warned is not None:
                 robot, base = self.settings.robot, self.settings.base_frame
                 self._publish_warning(singularity_status(robot, *warned, base))

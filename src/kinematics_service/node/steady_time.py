@@ -1,4 +1,7 @@
-"""Make timers and limit log lines by the steady clock: the ROS clock can be set or stopped."""
+"""
+Make timers, and limit the rate of log lines. Both use the steady clock, because the ROS clock can
+be set or stopped.
+"""
 
 import time
 from collections.abc import Callable

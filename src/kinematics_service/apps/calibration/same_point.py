@@ -244,8 +244,8 @@ class SamePointParameters(ChosenParameters):
 
     def scores_of(self, used: Flags) -> Callable[[Sequence[Hypothesis]], Floats]:
         """
-        Return a function that scores mistakes of the input. It corrects each mistake and returns
-        the truncated mean of the squared distances from tips to points.
+        Return a function that takes a mistake of the input. It corrects the input, and returns the
+        truncated mean of the squared distances from tips to points.
         """
         q, far = self.given.q, ERROR_LIMIT.position
         return lambda changes: truncated(

@@ -417,8 +417,9 @@ class Closure:
 
     def units(self) -> Floats:
         """
-        Return for each joint the motion, rad or m, that counts as 1 rad in loop residuals, shape
-        (n,). It is infinite for a joint outside of all loops.
+        Return the unit of each joint in loop residuals, rad or m, shape (n,). A motion by one unit
+        weighs as much as a rotation by 1 rad. The unit is infinite for a joint outside of all
+        loops.
         """
         units: Floats = self.first.arguments[3]
         return units[: self.dof].copy()

@@ -13,7 +13,7 @@ joint 1 moves it, with the origin at the point of axis 1. If joint 2 is revolute
 of u that is perpendicular to axis 2 varies, and the equation is n . v = `_right_side`. The normal
 n is f[5:8], f[8] is its square and f[9] its error.
 
-Errors are propagated to first order: `turn` is the error of directions, rad, and `way` that of
+Errors are propagated to first order: `turn` is the error of directions, rad, and `point_error` that of
 points, m. A number that is not larger than its error is taken as possibly 0. The error of the
 solutions is then returned as infinite, because a solution may be missing.
 """
@@ -83,15 +83,15 @@ def _right_side(f: Numbers, b: Vector, across: float) -> float:
     return -(_residual(f, b) + f[0] * across)
 
 
-def _error_of(f: Numbers, b: Vector, across: float, way: float) -> float:
-    # Returns the error of `_right_side`, if points have the error `way`, m.
+def _error_of(f: Numbers, b: Vector, across: float, point_error: float) -> float:
+    # Returns the error of `_right_side` for points with an error of `point_error` meters.
     if f[0] == 0.0:
-        return way
-    return 2.0 * way * math.sqrt(vectors.dot(b, b) + across + abs(f[4]))
+        return point_error
+    return 2.0 * point_error * math.sqrt(vectors.dot(b, b) + across + abs(f[4]))
 
 
 def _eliminated(
-    screws: Numbers, F: Numbers, G: Numbers, w: Vector, turn: float, way: float
+    screws: Numbers, F: Numbers, G: Numbers, w: Vector, turn: float, point_error: float
 ) -> tuple[float, float]:
     # Returns a number that is 0 if joints 1 and 2 can move w to the target, and the error of this
     # number. The number is quadratic in w and |w|^2, and these are linear in the cosine and sine
@@ -100,12 +100,12 @@ def _eliminated(
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     if vectors.slides(screws, 1):
         along = vectors.dot(vectors.three(F, 1), z2)
-        residual, error = _residual(F, w), 2.0 * way
+        residual, error = _residual(F, w), 2.0 * point_error
         if G[0] == 0.0 or abs(along) <= roots.ERROR_MARGIN * turn:
             return residual, error
         u = vectors.plus(w, -residual / along, z2)
         remainder = _residual(G, u)
-        error = way + (error + abs(residual) * turn / abs(along)) / abs(along)
+        error = point_error + (error + abs(residual) * turn / abs(along)) / abs(along)
         error = along * along * _error_of(G, u, 0.0, error) + 2.0 * abs(along * remainder) * turn
         return along * along * remainder, error
     height = vectors.dot(z2, vectors.plus(w, -1.0, o2))
@@ -113,7 +113,7 @@ def _eliminated(
     v = vectors.plus(w, -1.0, b)
     across = vectors.dot(v, v)
     first, second = _right_side(F, b, across), _right_side(G, b, across)
-    error_1, error_2 = _error_of(F, b, across, way), _error_of(G, b, across, way)
+    error_1, error_2 = _error_of(F, b, across, point_error), _error_of(G, b, across, point_error)
     # If the normal of an equation is zero within its error, the equation does not depend on joint
     # 2: return its right side.
     if F[8] == 0.0:
@@ -122,7 +122,7 @@ def _eliminated(
         return second, error_2 + G[9] * math.sqrt(across)
     value = first * first * G[8] + second * second * F[8] - across * F[8] * G[8]
     error = 2.0 * (abs(first) * error_1 * G[8] + abs(second) * error_2 * F[8])
-    error += 2.0 * math.sqrt(across) * way * F[8] * G[8]
+    error += 2.0 * math.sqrt(across) * point_error * F[8] * G[8]
     # Add the part of the error that comes from the squared normals F[8] and G[8].
     size = first * first + across * F[8]
     error += 2.0 * size * math.sqrt(G[8]) * G[9]
@@ -160,7 +160,7 @@ def _third_joint(
     G: Numbers,
     scale: float,
     turn: float,
-    way: float,
+    point_error: float,
     thirds: Numbers,
 ) -> int:
     # Writes to `thirds` up to four positions of joint 3 at which joints 1 and 2 have a solution,
@@ -175,7 +175,7 @@ def _third_joint(
     for j in range(5):
         x = unit * (j - 2.0) if slides_3 else 2.0 * places.PI * j / 5.0
         w = vectors.moved(screws, 2, x, point)
-        g[j], value_error = _eliminated(screws, F, G, w, turn, way)
+        g[j], value_error = _eliminated(screws, F, G, w, turn, point_error)
         error, largest = max(error, value_error), max(largest, abs(g[j]))
     error *= COEFFICIENT_FACTOR
     _write_coefficients(slides_3, g, c)
@@ -199,7 +199,7 @@ def _third_joint(
             # Recompute the error at this root, because the error used so far is that of the
             # longest motion of joint 3, which is larger.
             w = vectors.moved(screws, 2, unit * math.copysign(radius, z[2 * k]), point)
-            value_error = _eliminated(screws, F, G, w, turn, way)[1] + ROUND_OFF * largest
+            value_error = _eliminated(screws, F, G, w, turn, point_error)[1] + ROUND_OFF * largest
         bounds[k] = roots.root_bound(c, degree, value_error, z, k)
     # Keep the real roots. Round-off splits a double root into two roots: both on the unit circle
     # (or the real line), or one on each side of it. Roots beside the circle are moved onto the
@@ -235,7 +235,7 @@ def _second_joint_slides(
     G: Numbers,
     w: Vector,
     turn: float,
-    way: float,
+    point_error: float,
     free: float,
     seconds: Numbers,
 ) -> int:
@@ -244,7 +244,7 @@ def _second_joint_slides(
     if abs(along) > roots.ERROR_MARGIN * turn:
         residual = _residual(f, w)
         seconds[0] = -residual / along
-        seconds[2] = (2.0 * way + abs(residual) * turn / abs(along)) / abs(along)
+        seconds[2] = (2.0 * point_error + abs(residual) * turn / abs(along)) / abs(along)
         return 1
     if G[0] == 0.0:
         seconds[0], seconds[2] = free, places.INFINITY
@@ -252,9 +252,9 @@ def _second_joint_slides(
     # Solve the quadratic equation for the motion d of joint 2 in which |w + d z2|^2 is given.
     middle = -vectors.dot(w, z2)
     square = middle * middle - _residual(G, w)
-    error = 4.0 * way * (abs(middle) + math.sqrt(vectors.dot(w, w) + abs(G[4])))
+    error = 4.0 * point_error * (abs(middle) + math.sqrt(vectors.dot(w, w) + abs(G[4])))
     count = roots.square_roots(middle, square, middle * middle + abs(G[4]), error, seconds)
-    seconds[2] += 2.0 * way
+    seconds[2] += 2.0 * point_error
     return count
 
 
@@ -264,7 +264,7 @@ def _second_joint(
     G: Numbers,
     w: Vector,
     turn: float,
-    way: float,
+    point_error: float,
     free: float,
     seconds: Numbers,
 ) -> int:
@@ -274,7 +274,7 @@ def _second_joint(
     error: float
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     if vectors.slides(screws, 1):
-        return _second_joint_slides(z2, F, G, w, turn, way, free, seconds)
+        return _second_joint_slides(z2, F, G, w, turn, point_error, free, seconds)
     height = vectors.dot(z2, vectors.plus(w, -1.0, o2))
     b = vectors.plus(o2, height, z2)
     from_axis = vectors.plus(w, -1.0, b)
@@ -284,15 +284,23 @@ def _second_joint(
         v = vectors.plus((0.0, 0.0, 0.0), first, vectors.three(F, 5))
         v = vectors.plus(v, second, vectors.three(G, 5))
         seconds[0] = vectors.angle(z2, from_axis, v, free)
-        error = way + _error_of(F, b, across, way) / math.sqrt(F[8]) + 2.0 * abs(first) * F[9]
-        error += _error_of(G, b, across, way) / math.sqrt(G[8]) + 2.0 * abs(second) * G[9]
+        error = (
+            point_error
+            + _error_of(F, b, across, point_error) / math.sqrt(F[8])
+            + 2.0 * abs(first) * F[9]
+        )
+        error += _error_of(G, b, across, point_error) / math.sqrt(G[8]) + 2.0 * abs(second) * G[9]
         seconds[2] = roots.turn_error(z2, from_axis, error)
         return 1
     f = F if F[8] > 0.0 else G
     count = -1
     if f[8] != 0.0:
         normal = vectors.three(f, 5)
-        error = _error_of(f, b, across, way) + math.sqrt(f[8]) * way + f[9] * math.sqrt(across)
+        error = (
+            _error_of(f, b, across, point_error)
+            + math.sqrt(f[8]) * point_error
+            + f[9] * math.sqrt(across)
+        )
         count = roots.circle_roots(
             vectors.dot(normal, from_axis),
             vectors.dot(normal, vectors.cross(z2, from_axis)),
@@ -311,7 +319,7 @@ def first_three(
     point: Vector,
     p: Vector,
     turn: float,
-    way: float,
+    point_error: float,
     free: Numbers,
     psi: Numbers,
 ) -> int:
@@ -320,7 +328,7 @@ def first_three(
     of solutions.
 
     psi[24] is a bound of the errors of these positions, rad; infinite if a solution may be
-    missing. `turn` and `way` are the errors of directions and points, rad and m. A joint that may
+    missing. `turn` and `point_error` are the errors of directions and points, rad and m. A joint that may
     have any position gets its position in `free`.
     """
     # Take the foot of the common perpendicular as the point of axis 1, and of axis 2. So the
@@ -337,17 +345,17 @@ def first_three(
     z1, z2, o2 = vectors.axis_of(local, 0), vectors.axis_of(local, 1), vectors.point_of(local, 1)
     scale = math.sqrt(vectors.dot(p, p)) + math.sqrt(vectors.dot(point, point))
     scale = max(scale + math.sqrt(vectors.dot(o2, o2)), MIN_SCALE)
-    way += scale * turn
+    point_error += scale * turn
     _write_normal(F, z2, o2, 2.0 * turn)
-    _write_normal(G, z2, o2, 2.0 * way if G[0] > 0.0 else 2.0 * turn)
+    _write_normal(G, z2, o2, 2.0 * point_error if G[0] > 0.0 else 2.0 * turn)
     thirds, seconds = [0.0] * 5, [0.0] * 3
-    count_3 = _third_joint(local, point, F, G, scale, turn, way, thirds)
+    count_3 = _third_joint(local, point, F, G, scale, turn, point_error, thirds)
     if count_3 < 0:
         thirds[0] = free[2]
         count_3 = 1
     count = 0
     largest = thirds[4] / scale if vectors.slides(local, 2) else thirds[4]
-    point_error = way + _error_of_point(local, 2, point, thirds[4])
+    point_error = point_error + _error_of_point(local, 2, point, thirds[4])
     for i in range(count_3):
         w = vectors.moved(local, 2, thirds[i], point)
         count_2 = _second_joint(local, F, G, w, turn, point_error, free[1], seconds)

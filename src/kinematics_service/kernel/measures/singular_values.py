@@ -1,5 +1,5 @@
 """
-Compute the singular values of small matrices by one-sided Jacobi rotations, and determinants.
+Compute determinants of small matrices, and their singular values by one-sided Jacobi rotations.
 
 A matrix A of `count` rows is stored in W with the rotations V beside it: each row has `length`
 numbers of A, then `count` numbers of V. Several matrices can be interleaved, each in a lane:

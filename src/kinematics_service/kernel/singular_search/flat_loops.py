@@ -22,9 +22,8 @@ from ..measures import gradient
 from . import projection, rank_equations
 from .rank_equations import RankEquations
 
-# Factor that shortens each Newton step. It is halved each time that the loops do not close, but
-# not below `projection.MIN_STEP_RATIO`: each attempt that does not close takes the time of 50
-# steps.
+# First factor that shortens a Newton step. If the loops do not close after a step, the factor is
+# halved, but not below `projection.MIN_STEP_RATIO`: a failed attempt takes the time of 50 steps.
 DAMPING = 0.5
 # The iteration has converged if the remaining distance to joint positions with singular loop
 # equations is at most this, rad.

@@ -24,8 +24,8 @@ from .singular_atlas import SingularAtlas
 
 # Number of samples of the atlas (stored singular poses) from which a projection starts.
 SAMPLES = 24
-# Number of samples of the atlas that are starts if the arm has closed loops: a step then takes 20
-# times as long.
+# Number of atlas samples from which the search starts if the arm has closed loops. The number is
+# small, because a step takes 20 times as long as without loops.
 SAMPLES_OF_LOOPS = 6
 # Number of samples of the atlas that are starts if J is nearly singular but the search found no
 # singular pose near.
@@ -201,8 +201,8 @@ class NearestSearch:
             for j in range(self.n):
                 self.flats[k * self.n + j] = self.u[j] + d[j]
             self._take_flat(k)
-        # Limit steps to half the distance to singular loop equations, because the loops still
-        # close within this distance.
+        # Limit a step to half of the distance to a pose at which the loop equations are singular.
+        # The loops still close after such a step.
         if self.groups > 0:
             self.projection.radius = min(projection.TRUST_RADIUS, 0.5 * self.distance)
 

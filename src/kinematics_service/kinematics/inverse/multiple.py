@@ -81,8 +81,8 @@ def with_multiplicities(
 
 
 def _multiples(problem: IkProblem, q: Floats, error: float) -> list[Multiple]:
-    # Returns the solutions at a singular solution q: one multiple solution, or several simple ones
-    # near q.
+    # Returns the solutions that a search result q at a singular pose stands for: one multiple
+    # solution, or several simple ones near q.
     robot, target, plan, *_ = problem
     unknown, n = [Multiple(q, error, 0)], robot.dof
     if n > target.equations:
@@ -130,8 +130,8 @@ def _roots(coefficients: Floats, nothing: float) -> list[tuple[int, float]]:
 
 
 def _root(coefficients: Floats, nothing: float) -> tuple[int, float]:
-    # Returns the highest multiplicity m of a root of g(s) near 0, and its position, computed as
-    # the simple root of derivative m - 1.
+    # Returns the highest multiplicity m of a root of g(s) near 0, and its position. The (m - 1)-th
+    # derivative of g has a simple root there.
     derivatives = [np.polynomial.Polynomial(coefficients)]
     for _ in range(MAX_ORDER):
         derivatives.append(derivatives[-1].deriv())

@@ -23,7 +23,7 @@ PRINTED_ROTATION_TOLERANCE = 1e-6
 def read_placement(
     data: Yaml, at: Place, default_frame: str, quantities: Quantities
 ) -> Placement | None:
-    """Read the base or the tool; report faults, and return None if the entry has one."""
+    """Read the pose of the base or of the tool. Report faults; after a fault return None."""
     if data is None:
         return Placement(default_frame, IDENTITY)
     entry = checked(PlacementEntry, data, at)
