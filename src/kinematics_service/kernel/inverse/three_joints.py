@@ -13,9 +13,9 @@ joint 1 moves it, with the origin at the point of axis 1. If joint 2 is revolute
 of u that is perpendicular to axis 2 varies, and the equation is n . v = `_right_side`. The normal
 n is f[5:8], f[8] is its square and f[9] its error.
 
-Errors are propagated to first order: `turn` is the error of directions, rad, and `point_error` that of
-points, m. A number that is not larger than its error is taken as possibly 0. The error of the
-solutions is then returned as infinite, because a solution may be missing.
+Errors are propagated to first order: `turn` is the error of directions, rad, and `point_error`
+that of points, m. A number that is not larger than its error is taken as possibly 0. The error of
+the solutions is then returned as infinite, because a solution may be missing.
 """
 
 import math
@@ -328,8 +328,8 @@ def first_three(
     of solutions.
 
     psi[24] is a bound of the errors of these positions, rad; infinite if a solution may be
-    missing. `turn` and `point_error` are the errors of directions and points, rad and m. A joint that may
-    have any position gets its position in `free`.
+    missing. `turn` and `point_error` are the errors of directions and points, rad and m. A joint
+    that may have any position gets its position in `free`.
     """
     # Take the foot of the common perpendicular as the point of axis 1, and of axis 2. So the
     # normals of the two equations are perpendicular, as the formulas for joint 2 require.
