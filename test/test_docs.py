@@ -306,7 +306,7 @@ def test_a_name_without_a_sentence_is_refused(monkeypatch):
         'reported velocities contradict the positions: ',
         'time by stamps is wrong: it passes ',
         'fine; velocities are differences of positions',
-        'nobody publishes it',
+        'it has no publisher',
         'no kinematics node runs here',
         'it reports: ',
         'joint state rejected:',

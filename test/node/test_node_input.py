@@ -134,9 +134,9 @@ def test_bytes_that_are_no_message_are_counted_and_said_once(arm, capfd):
     one.spin_until(lambda: any(said in array.status[0].message for array in arrays), 'a warning')
     assert values['rejected: not a JointState'] == values['rejected'] == str(5 * len(broken))
     # Nothing but the node's own lines: the official deserializer has not been asked.
-    lines = [line for line in capfd.readouterr().err.splitlines() if 'bytes that are' in line]
+    lines = [line for line in capfd.readouterr().err.splitlines() if ' bytes ' in line]
     assert len(lines) == 1
-    assert 'joint state rejected: 0 bytes that are no JointState' in lines[0]
+    assert 'rejected: 0 bytes' in lines[0]
 
 
 @pytest.mark.parametrize(
@@ -173,7 +173,7 @@ def test_bytes_that_are_no_target_are_refused_and_leave_the_log_alone(arm, capfd
 
     one.spin_until(throw, 'refusal')
     said = one.node._reference._refused if topic == 'reference_pose' else statuses[0].message
-    assert f'bytes that are no {kind.__name__}' in said
+    assert f'not a {kind.__name__} message' in said
     assert sent
     assert capfd.readouterr().err == ''
     expect(one.answer(Q), Q)

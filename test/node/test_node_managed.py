@@ -181,5 +181,5 @@ def test_a_robot_of_a_topic_is_not_managed():
     done = subprocess.run(command, capture_output=True, text=True, timeout=60.0)
     assert (done.returncode, done.stdout) == (2, '')
     assert done.stderr == (
-        '--managed: a robot from a topic is waited for, and cannot be managed: give a file\n'
+        '--managed: a robot from a topic cannot be managed; give a robot file or a name\n'
     )

@@ -298,10 +298,11 @@ def test_efforts_that_are_none_make_no_wrench_and_are_named(arm, efforts, unknow
     one.spin_until(lambda: bool(poses), 'pose')
     status = wrench_status(one)
     assert level_of(status) == 1
-    assert status.message == f'no wrench: the joint states have no effort of {unknown}'
+    assert status.message.startswith('no wrench: ')
+    assert status.message.endswith(f' {unknown}')
     response = zeroed(one)
     assert not response.success
-    assert response.message == f'the last joint states have no effort of {unknown}'
+    assert response.message.endswith(f' {unknown}')
     pushed(one, EFFORT)
     one.spin_until(lambda: bool(heard), 'wrench')
     assert level_of(wrench_status(one)) == 0
@@ -324,7 +325,7 @@ def test_efforts_of_two_drivers_are_one_wrench(arm):
 
 def test_zero_takes_the_bias_and_only_then_the_wrench_is_external(arm):
     one = arm()
-    assert zeroed(one).message == 'no effort was read: nobody listens to ~/wrench'
+    assert 'subscribe' in zeroed(one).message
     heard = one.hear('wrench', WrenchStamped)
     for noise in (0.1, -0.1, 0.3, -0.3):
         pushed(one, EFFORT + noise)

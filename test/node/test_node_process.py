@@ -286,7 +286,7 @@ def test_a_wrong_start_is_one_sentence_and_an_exit_code(
         (
             ('--robot', 'a=ur5e', '--robot', 'b=ur5e', '--ros-args', '-r', '__ns:=/cell'),
             2,
-            'two arms are named /cell/kinematics',
+            'have the name /cell/kinematics',
         ),
     ],
 )

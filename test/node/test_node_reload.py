@@ -15,6 +15,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamped
 from rcl_interfaces.srv import GetParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
+from refusal import refused
 from ros_harness import (
     BOTH_TRANSPORTS,
     LATCHED,
@@ -32,14 +33,15 @@ from target_harness import Targets, pose_target
 from tolerances import ROUND_OFF
 
 import kinematics_service as ks
-from kinematics_service.errors import KinematicsError
+from kinematics_service.errors import KinematicsError, SettingsError
 from kinematics_service.node.parameters import settled_file
 from kinematics_service.node.parameters.settings import defaults, settings_from
-from kinematics_service.robot.bundled import bundled_robots
 
 Q, QDOT = (0.3, 0.7), (0.5, -0.2)
 TOOL = (0.2, -0.1, 0.05)
 WARN, STALE = 1, 3
+# The shortest arm, whose bound for lengths is the least, and arms of other kinds.
+SMALL_AND_LARGE = ('crank_slider', 'flexpicker', 'puma560')
 # Joint positions that are found for a pose, and velocities that are differences.
 CLOSE = 1e-9
 
@@ -153,31 +155,35 @@ def test_an_empty_list_is_the_tool_of_the_file(arm, file):
 
 
 @pytest.mark.parametrize(
-    ('value', 'reason'),
+    ('key', 'value', 'code', 'word'),
     [
-        ([0.1, 0.2], 'parameter tool.xyz: [0.1, 0.2] is not accepted'),
-        ([0.1, 0.2, math.nan], 'parameter tool.xyz: [0.1, 0.2, nan] is not accepted'),
-        ('[0, 0, 0.1]', "parameter tool.xyz: '[0, 0, 0.1]' is not accepted"),
+        ('xyz', [0.1, 0.2], 'wrong-length', 'give 3 numbers'),
+        ('xyz', [0.1, 0.2, math.nan], 'not-finite', 'nan'),
+        ('xyz', [0.1, 0.2, 2e6], 'out-of-range', '1e+06'),
+        ('xyz', ['0', '0', '1'], 'wrong-type', 'such as [0.0, 0.0, 0.1]'),
+        ('xyz', '[0, 0, 0.1]', 'wrong-type', "'[0, 0, 0.1]'"),
+        ('rpy', [0.0, 0.0, 7.0], 'out-of-range', '6.28319 rad'),
+        ('rpy', [0.0, 0.0, 90.0], 'out-of-range', 'are these degrees? write 1.5708'),
+        ('rpy', [0.0, math.inf, 90.0], 'not-finite', 'write 1.5708'),
     ],
 )
-def test_a_bad_tool_is_refused_and_nothing_is_half_applied(arm, file, value, reason):
+def test_a_bad_tool_is_refused_with_its_cause(file, key, value, code, word):
+    robot = ks.load_robot(file)
+    with refused(SettingsError, code, f'parameter tool.{key}: ', word):
+        settings_from(defaults(robot) | {f'tool.{key}': value}, robot)
+
+
+def test_a_bad_tool_changes_nothing_and_is_not_half_applied(arm, file):
     one = arm(str(file))
     settings = one.node.settings
-    result = change(one, tool__rpy=[0.0, 0.0, 0.4], tool__xyz=value)
+    result = change(one, tool__rpy=[0.0, 0.0, 0.4], tool__xyz=[0.1, 0.2])
     assert not result.successful
-    accepted = 'empty, or 3 numbers of one kind, none beyond 1e+06, such as [0.0, 0.0, 0.1]'
-    assert result.reason == f'{reason} ({accepted})'
+    assert result.reason == (
+        'parameter tool.xyz: [0.1, 0.2] is not accepted; give 3 numbers of at most 1e+06, such as '
+        '[0.0, 0.0, 0.1]'
+    )
     assert one.node.settings is settings
     assert is_at(one.answer(Q), Q)
-
-
-def test_an_orientation_of_the_tool_in_degrees_is_refused(arm, file):
-    one = arm(str(file))
-    result = change(one, tool__rpy=[0.0, 0.0, 90.0])
-    assert not result.successful
-    assert 'tool.rpy: [0.0, 0.0, 90.0] is not accepted' in result.reason
-    assert result.reason.endswith('are these degrees? write 1.5708')
-    assert 'none beyond 6.28319' in result.reason
     assert change(one, tool__rpy=[0.0, 0.0, -math.pi]).successful
 
 
@@ -187,7 +193,7 @@ def test_another_tool_is_logged(arm, file, capfd):
     assert change(one, twist_frame='tool').successful
     logged = capfd.readouterr().err
     assert logged.count('the tool is now at') == 1
-    assert 'at xyz [0, 0, 0.15] m, rpy [0, 0, 0.5] rad in the frame after the last row' in logged
+    assert 'at xyz [0, 0, 0.15] m, rpy [0, 0, 0.5] rad ' in logged
 
 
 def test_a_tool_that_nothing_moves_is_refused_with_the_reason(arm, tmp_path):
@@ -199,9 +205,7 @@ def test_a_tool_that_nothing_moves_is_refused_with_the_reason(arm, tmp_path):
     one = arm(str(path))
     result = change(one, tool__xyz=[-1.0, 0.0, 0.0])
     assert not result.successful
-    assert result.reason == (
-        'parameters tool.xyz and tool.rpy: no joint moves the tool (task x y): nothing to judge'
-    )
+    assert result.reason.startswith('parameters tool.xyz and tool.rpy: no joint moves the tool')
 
 
 def test_factors_that_another_tool_makes_wrong_are_left_out(arm):
@@ -251,27 +255,26 @@ def test_a_tool_in_millimetres_is_doubted_in_the_log_and_in_the_diagnostics(arm,
 
     first = doubt()
     assert level_of(first) == WARN
-    asked = 'parameter tool.xyz: a length of 150 m: are these millimetres? write 0.15'
-    assert first.message == asked
+    asked = 'tool.xyz: a length of 150 m'
+    assert asked in first.message
+    assert first.message.endswith('write 0.15')
     assert capfd.readouterr().err.count(asked) == 1
     assert change(one, tool__xyz=[0.0, 0.0, -0.15]).successful
     assert doubt() is None
     # Twenty times the reach of a small arm is enough.
     assert change(one, tool__xyz=[0.0, 0.0, -15.0], reference__angle_stop=7.0).successful
-    assert 'a length of -15 m: are these millimetres? write -0.015' in doubt().message
-    assert 'reference.angle_stop: 7 rad is more than a turn: are these degrees?' in doubt().message
+    assert 'a length of -15 m' in doubt().message
+    assert 'write -0.015' in doubt().message
+    assert 'reference.angle_stop: 7 rad' in doubt().message
     log = capfd.readouterr().err
     assert (log.count('-15 m'), log.count('7 rad')) == (1, 1)
-    refused = change(one, tool__rpy=[0.0, 0.0, 90.0])
-    assert not refused.successful
-    assert 'none beyond 6.28319 rad' in refused.reason
 
 
-def test_usual_tools_of_all_bundled_robots_are_not_doubted():
-    for name in bundled_robots():
-        robot = ks.load_robot(name)
-        values = {**defaults(robot), 'tool.xyz': [0.3, 0.0, -0.5], 'tool.rpy': [3.2, -1.6, 6.28]}
-        assert settings_from(values, robot).doubts == ()
+@pytest.mark.parametrize('name', SMALL_AND_LARGE)
+def test_usual_tools_are_not_doubted(name):
+    robot = ks.load_robot(name)
+    values = {**defaults(robot), 'tool.xyz': [0.3, 0.0, -0.5], 'tool.rpy': [3.2, -1.6, 6.28]}
+    assert settings_from(values, robot).doubts == ()
 
 
 @BOTH_TRANSPORTS
@@ -289,7 +292,7 @@ def test_an_edited_file_comes_into_force_with_all_that_follows_from_it(arm, file
     )
     response = reload(one)
     assert response.success, response.message
-    assert response.message == f'{file} is in force: robot two, 2 joints, standard'
+    assert response.message.startswith(f'{file} is in force: robot two, ')
     one.names = ['left', 'q2']
     del jacobians[:], elbows[:], warnings[:]
     pose = one.answer(Q, QDOT)
@@ -337,9 +340,8 @@ def test_a_bad_file_is_refused_with_all_its_faults_and_the_old_arm_goes_on(arm, 
     file.write_text(text(0.7).replace('elbow', 'knee'))
     response = reload(one)
     assert not response.success
-    assert response.message == (
-        "parameter points: 'elbow' is not accepted (some of knee, plate, each once)"
-    )
+    assert response.message.startswith("parameter points: 'elbow' is not accepted; ")
+    assert 'knee, plate' in response.message
     file.unlink()
     assert reload(one).message.startswith(f'{file}: no such file')
     assert described(one) == before
@@ -404,13 +406,13 @@ def test_each_answer_is_of_one_arm_and_none_is_missing_while_it_changes(arm, fil
     client = one.peer.create_client(Trigger, '/kinematics/reload')
     one.spin_until(client.service_is_ready, 'service')
     poses, sent, futures = one.poses, [], []
-    for k in range(240):
-        if k % 60 == 30:
-            file.write_text(text(1.0 + 0.1 * (k // 60 + 1)))
+    for k in range(120):
+        if k % 30 == 15:
+            file.write_text(text(1.0 + 0.1 * (k // 30 + 1)))
             futures.append(client.call_async(Trigger.Request()))
-        if k % 60 == 50:  # some are sent to the new arm with its old tool
+        if k % 30 == 25:  # some are sent to the new arm with its old tool
             one.spin_until(lambda: all(future.done() for future in futures), 'response')
-        if k % 60 == 59:
+        if k % 30 == 29:
             tool = [0.001 * k, 0.0, 0.0]
             assert one.node.set_parameters([Parameter('tool.xyz', value=tool)])[0].successful
         sent.append(one.send((0.001 * k, 0.7), QDOT))
@@ -420,7 +422,7 @@ def test_each_answer_is_of_one_arm_and_none_is_missing_while_it_changes(arm, fil
     variants = [
         {'L1': 1.0 + 0.1 * length, 'tool': (tool, 0.0, 0.0)}
         for length in range(5)
-        for tool in (0.0, 0.059, 0.119, 0.179, 0.239)
+        for tool in (0.0, 0.029, 0.059, 0.089, 0.119)
     ]
     used = []
     for k, (pose, message) in enumerate(zip(poses, jacobians)):
@@ -487,7 +489,7 @@ def test_a_file_that_is_written_for_too_long_is_refused(arm, file, monkeypatch):
     writer.stop.set()
     writer.join()
     assert not response.success
-    assert 'another program still writes it after 0.3 s' in response.message
+    assert 'after 0.3 s' in response.message
     assert is_at(one.answer(Q), Q)
 
 

@@ -7,9 +7,10 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
+from refusal import refused
+
 from kinematics_service.__main__ import main
 from kinematics_service.errors import SettingsError
-from kinematics_service.node.process import node_requests
 from kinematics_service.node.process.node_requests import value_from
 
 ROBOT = """
@@ -71,41 +72,34 @@ def test_a_parameter_is_set(arm, told):
         assert one.node.settings.joint_names[0] == 'q1'
 
 
-@pytest.mark.parametrize(
-    ('words', 'sentence'),
-    [
-        (('jacobian_frame', 'bass'), "jacobian_frame: 'bass' is not accepted (one of base, tool)"),
-        (('scale.ryse', '3'), "no parameter 'scale.ryse'; the nearest: scale.rise, scale.rule, "),
-        (('zzz', '3'), "no parameter 'zzz'; the nearest: "),
-        (('scale.rise', '-1'), 'scale.rise is refused: '),
-        (('tool.xyz', '{a: 1}'), "'{a: 1}' is no value: type a number"),
-        (('robot', 'ur5e'), 'read-only'),
-        (('scale.rise', 'fast'), 'Wrong parameter type, expected a number got a text'),
-        (('joint_prefix', 'true'), 'expected a text got true or false'),
-        (
-            ('/arm/kinematics', 'scale.rise', '3'),
-            'there is no node of this name; kinematics nodes here: /kinematics',
-        ),
-    ],
-)
-def test_a_refusal_names_its_reason(arm, told, words, sentence):
+REFUSED = [
+    (('jacobian_frame', 'bass'), "jacobian_frame: 'bass' is not accepted; give one of base, tool"),
+    (('scale.ryse', '3'), "no parameter 'scale.ryse'; similar: scale.rise, "),
+    (('zzz', '3'), "no parameter 'zzz'; similar: "),
+    (('scale.rise', '-1'), 'scale.rise is refused: '),
+    (('tool.xyz', '{a: 1}'), "'{a: 1}' is not a value"),
+    (('robot', 'ur5e'), 'read-only'),
+    (('scale.rise', 'fast'), 'expected a number got a text'),
+    (('joint_prefix', 'true'), 'expected a text got true or false'),
+    (('/arm/kinematics', 'scale.rise', '3'), 'nodes here: /kinematics'),
+]
+
+
+def test_a_refusal_names_its_reason(arm, told):
     with turned(arm('craig_3r')):
-        code, output, errors = told('set', *words)
-    assert (code, output) == (1, '')
-    assert sentence in errors
-    assert errors.count(',') < 6
+        for words, sentence in REFUSED:
+            code, output, errors = told('set', *words)
+            assert (code, output) == (1, '')
+            assert sentence in errors
+            assert errors.count(',') < 6
 
 
-def test_a_node_that_is_not_there_is_answered_with_those_that_are(arm, told, monkeypatch):
-    monkeypatch.setattr(node_requests, 'DISCOVERY_TIMEOUT', 3.0)
+def test_a_node_that_is_not_there_is_answered_with_those_that_are(arm, told):
     one, other = arm('craig_3r', namespace='/right'), arm('planar_2r', namespace='/left')
     with turned(one), turned(other):
         code, _, errors = told('reload')
         assert code == 1
-        assert (
-            'no node of this name; kinematics nodes here: /left/kinematics, /right/kinematics'
-            in errors
-        )
+        assert 'here: /left/kinematics, /right/kinematics' in errors
         code, output, _ = told('reload', '/left/kinematics')
     assert code == 0
     assert 'robot planar_2r' in output
@@ -125,10 +119,8 @@ def test_a_robot_file_is_read_again_or_its_faults_are_printed(arm, told, tmp_pat
     file.write_text(ROBOT)
     with turned(arm(str(file))):
         code, output, _ = told('reload')
-        assert (code, output) == (
-            0,
-            f'/kinematics: {file} is in force: robot elbow, 2 joints, standard\n',
-        )
+        assert code == 0
+        assert output == f'/kinematics: {file} is in force: robot elbow, 2 joints, standard\n'
         file.write_text(ROBOT.replace('links', 'linx'))
         code, output, errors = told('reload')
     assert (code, output) == (1, '')
@@ -156,5 +148,5 @@ def test_a_value_is_read_as_yaml_and_whole_numbers_as_doubles(text, field, value
 
 @pytest.mark.parametrize('text', ['a: b: c', '[1, 2', '1, 2]', '{a: 1}', '{a', '"a'])
 def test_a_text_that_is_no_value_is_refused(text):
-    with pytest.raises(SettingsError, match='is no value: type a number, true, a text, or a list'):
+    with refused(SettingsError, 'syntax', text):
         value_from(text)

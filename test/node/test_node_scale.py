@@ -11,14 +11,17 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.experimental import EventsExecutor
+from refusal import refused
 from ros_harness import LATCHED, SECOND, joint_state, values_of
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Int8
 from std_srvs.srv import Trigger
 
 import kinematics_service as ks
-from kinematics_service.errors import SettingsError
+from kinematics_service.errors import RefusedTargetError, SettingsError
+from kinematics_service.node.parameters.settings import defaults, settings_from
 from kinematics_service.node.scaling import Scaling
+from kinematics_service.node.scaling import _velocities as commanded_velocities
 from kinematics_service.robot.measures import Level
 
 ROBOT = """
@@ -33,7 +36,7 @@ links:
 speed_limits: {tool: {linear: 4.0, reduced: 0.4}}
 """
 NAMES = ('a', 'b')
-STEP = 0.002  # of a controller at 500 Hz, s
+STEP = 0.004  # of a controller at 250 Hz, s
 
 
 @pytest.fixture
@@ -91,25 +94,37 @@ def test_a_command_is_answered_as_the_library_answers_it(arm, file):
     assert controller.command((3.0, 9.0), ('a', 'gripper')) == pytest.approx(0.5)
 
 
-@pytest.mark.parametrize(
-    ('names', 'velocities', 'told'),
-    [
-        (NAMES, (math.nan, 0.0), 'the commanded velocity of a is nan'),
-        (NAMES, (0.0, math.inf), 'the commanded velocity of b is inf'),
-        (NAMES, (0.0,), 'the command has 2 names and 1 velocities'),
-        (('x',), (0.0,), 'the command names no joint of a, b'),
-        (('a', 'b', 'a'), (0.0, 0.0, 0.1), "the command names joint 'a' twice"),
-    ],
-)
-def test_a_command_that_is_none_is_stopped_and_told(arm, file, names, velocities, told):
+WRONG_COMMANDS = [
+    (NAMES, (math.nan, 0.0), 'not-finite', 'nan for a'),
+    (NAMES, (0.0, math.inf), 'not-finite', 'inf for b'),
+    (NAMES, (0.0, -2e15), 'out-of-range', 'for b'),
+    (NAMES, (0.0,), 'wrong-length', '1 numbers for 2 names'),
+    (('x',), (0.0,), 'unknown-name', 'a, b'),
+    (('a', 'b', 'a'), (0.0, 0.0, 0.1), 'duplicate-name', "'a'"),
+]
+
+
+@pytest.mark.parametrize(('names', 'velocities', 'code', 'words'), WRONG_COMMANDS)
+def test_a_wrong_command_is_refused_with_its_field(names, velocities, code, words):
+    field = 'name: ' if code.endswith('name') else 'velocity: '
+    with refused(RefusedTargetError, code, field, words):
+        commanded_velocities(joint_state(names, (), velocities), NAMES)
+
+
+def test_a_wrong_command_is_stopped_and_told(arm, file):
     one = arm(str(file))
     controller = Controller(one)
     one.answer((0.3, 1.2))
-    assert controller.command(velocities, names) == 0.0
-    one.spin_until(lambda: controller.reasons and controller.codes, 'reason')
-    assert controller.reasons[-1].level == DiagnosticStatus.STALE
-    assert controller.reasons[-1].message == f'no scale: {told}'
-    assert controller.codes[-1].data == -1
+    for names, velocities, _, words in WRONG_COMMANDS:
+        told = len(controller.reasons)
+        assert controller.command((0.1, 0.1)) > 0.0
+        one.spin_until(lambda told=told: len(controller.reasons) > told, 'OK')
+        assert controller.command(velocities, names) == 0.0
+        one.spin_until(lambda told=told: len(controller.reasons) > told + 1, 'reason')
+        one.spin_until(lambda: len(controller.codes) == len(controller.scales), 'code')
+        assert controller.reasons[-1].level == DiagnosticStatus.STALE
+        assert words in controller.reasons[-1].message
+        assert controller.codes[-1].data == -1
 
 
 def test_a_command_with_an_old_stamp_is_stopped_and_told(arm, file):
@@ -124,8 +139,8 @@ def test_a_command_with_an_old_stamp_is_stopped_and_told(arm, file):
     one.spin_until(
         lambda: controller.reasons and 'older' in controller.reasons[-1].message, 'reason'
     )
-    assert 'is 25 s older' in controller.reasons[-1].message
-    assert 'joint_state_timeout is 20 s' in controller.reasons[-1].message
+    assert 'header.stamp: 25 s older' in controller.reasons[-1].message
+    assert 'at most 20 s' in controller.reasons[-1].message
     assert controller.codes[-1].data == -1
 
 
@@ -133,9 +148,7 @@ def test_where_the_arm_is_not_known_nothing_may_move(arm, file):
     controller = Controller(arm(str(file)))
     assert controller.command((0.1, 0.1)) == 0.0
     controller.one.spin_until(lambda: controller.reasons, 'reason')
-    assert 'the joint positions are not known: no joint state of a, b' in (
-        controller.reasons[-1].message
-    )
+    assert 'no joint state of a, b' in controller.reasons[-1].message
 
 
 def test_it_rises_at_its_rate_and_falls_at_once(arm, file):
@@ -151,7 +164,7 @@ def test_it_rises_at_its_rate_and_falls_at_once(arm, file):
         lambda: controller.reasons and controller.reasons[-1].level == DiagnosticStatus.OK,
         'reason',
     )
-    assert controller.reasons[-1].message == 'the command may be kept; the scale rises to it'
+    assert 'the scale rises' in controller.reasons[-1].message
     assert 'cause' not in values_of(controller.reasons[-1])
     assert controller.command((0.0, -1.9)) == 0.0
 
@@ -165,9 +178,10 @@ def test_reduced_speeds_hold_where_a_parameter_says_so(arm, file):
     assert controller.command((1.0, 0.0)) == pytest.approx(found.value[0])
 
 
-def test_reduced_speeds_that_a_file_does_not_give_are_refused(arm):
-    with pytest.raises(SettingsError, match='scale.reduced: True is not accepted'):
-        arm('craig_3r', ['-p', 'scale.reduced:=true'])
+def test_reduced_speeds_that_a_file_does_not_give_are_refused():
+    robot = ks.load_robot('craig_3r')
+    with refused(SettingsError, 'missing-key', 'scale.reduced: True', 'speed_limits of craig_3r'):
+        settings_from(defaults(robot) | {'scale.reduced': True}, robot)
 
 
 def test_its_first_words_and_its_description_say_that_it_is_no_safety_function(arm, file):
@@ -213,26 +227,24 @@ def test_the_rule_of_moveit_servo_is_answered_with_its_share_and_its_codes(arm):
         (2, 'singularity'),
     ]
     one.spin_until(lambda: controller.reasons[-1].level == DiagnosticStatus.ERROR, 'reason')
-    assert controller.reasons[-1].message == (
-        'stopped: singularity, 0 of the condition number left'
-    )
+    assert controller.reasons[-1].message.startswith('stopped: singularity, 0 ')
 
 
 @pytest.mark.parametrize(
-    ('robot', 'value', 'told'),
+    ('robot', 'key', 'value', 'words'),
     [
-        ('ur5e', 'scale.rule:=condition', 'one of distance, servo'),
-        (
-            'ur5e',
-            'scale.lower_singularity_threshold:=40.0',
-            'hard_stop_singularity_threshold, 30, must be above lower_singularity_threshold, 40',
-        ),
-        ('excavator', 'scale.rule:=servo', 'excavator has closed loops, for which MoveIt'),
+        ('ur5e', 'rule', 'condition', ["'condition'", 'distance, servo']),
+        ('ur5e', 'lower_singularity_threshold', 40.0, ['hard_stop_singularity_threshold', '40']),
+        ('excavator', 'rule', 'servo', ['scale.*', 'excavator', 'closed loops']),
     ],
 )
-def test_rules_that_are_none_are_refused(arm, robot, value, told):
-    with pytest.raises(SettingsError, match=told):
-        arm(robot, ['-p', value])
+def test_a_wrong_rule_is_refused(robot, key, value, words):
+    robot = ks.load_robot(robot)
+    with pytest.raises(SettingsError) as error:
+        settings_from(defaults(robot) | {f'scale.{key}': value}, robot)
+    assert error.value.code != SettingsError.code
+    for word in words:
+        assert word in str(error.value)
 
 
 @pytest.mark.slow
@@ -240,7 +252,6 @@ def test_rules_that_are_none_are_refused(arm, robot, value, told):
     ('begin', 'command'),
     [
         ((1.4, 1.5), (1.4, 0.0)),
-        ((0.2, 0.8), (-0.7, -2.5)),
         ((0.2, 0.8), (0.5, -3.0)),
         ((0.2, 1.7), (0.0, 3.0)),
     ],
@@ -251,7 +262,7 @@ def test_an_arm_that_obeys_stops_at_its_limits_and_before_the_stretched_elbow(
     one = arm(str(file), ['-p', 'scale.horizon:=0.02'], executor=EventsExecutor)
     controller, q, qdot = Controller(one), np.array(begin), np.array(command)
     speeds = []
-    for _ in range(400):
+    for _ in range(200):
         one.answer(q.tolist())
         speeds.append(controller.command(qdot.tolist()) * qdot)
         q = q + STEP * speeds[-1]

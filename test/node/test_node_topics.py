@@ -553,7 +553,7 @@ def test_the_log_says_once_where_joint_states_are_if_none_comes(arm, capfd):
     one.node._health._answered -= 5.0
     one.spin_until(said, 'line of the log')
     wanted = (
-        'no joint state has come on /wrong/joint_states: nobody publishes it; joint states are '
+        'no joint state has come on /wrong/joint_states: it has no publisher; joint states are '
         'published on /robot/joint_states: try -r joint_states:=/robot/joint_states'
     )
     assert wanted in written

@@ -172,9 +172,9 @@ def incomplete_in_words(
     if unknown := {
         name for group in state.messages for name in group.names if name not in expected
     }:
-        text += f'; messages name {shown(sorted(unknown))}, too: joint_names maps other names'
+        text += f'; messages name {shown(sorted(unknown))}, too: map them with joint_names'
     if state.counts[estimator.NO_POSITION]:
-        text += '; messages have no position: integrate_velocities counts on from velocities'
+        text += '; messages have no position: set integrate_velocities to use velocities'
     return '; '.join([text, *warnings])
 
 
@@ -218,12 +218,12 @@ def input_warnings(arm: estimator.Estimator, state: InputState) -> Iterator[str]
     if state.simulated == 0 and state.news[estimator.NOT_STAMPED]:
         yield 'no twist without stamps: no /clock was received; publish it or unset use_sim_time'
     if arm.integration.seconds:
-        off = 'how far is not known: the robot file has no velocity_noise'
+        off = 'unknown; write velocity_noise in the robot file'
         deviation = arm.integration.deviation(arm.robot)
         if deviation is not None:
-            off = f'{deviation:.2g} rad or m (one standard deviation), and more by offsets'
-        since = f'positions are counted on from velocities for {arm.integration.seconds:.1f} s'
-        yield f'{since}; off by: {off}'
+            off = f'{deviation:.2g} rad or m (one standard deviation), plus offsets'
+        since = f'positions are integrated from velocities for {arm.integration.seconds:.1f} s'
+        yield f'{since}; their error: {off}'
     robot, settings = arm.robot, arm.settings
     names = {mimic.name: mimic.name for mimic in robot.description.mimics}
     joints = zip(robot.joint_names, arm.names)

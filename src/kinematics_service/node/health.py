@@ -55,7 +55,7 @@ def why_no_joint_states(node: Node, topic: str, given: str) -> str:
     """
     topics = dict(node.get_topic_names_and_types())
     kinds = set(topics.get(topic, ())) - {JOINT_STATES}
-    who = 'its publishers are silent' if node.count_publishers(topic) else 'nobody publishes it'
+    who = 'its publishers are silent' if node.count_publishers(topic) else 'it has no publisher'
     if kinds:
         who = f'it is published as {", ".join(sorted(kinds))}, not as {JOINT_STATES}'
     # Skip joint states that a kinematics node publishes, because they are answers to targets.

@@ -322,7 +322,9 @@ class KinematicsNode(Node):
         if self.silent or missing or latest is None:
             names = missing or self.settings.joint_names
             reason = self.silent or self._missing_text(names)
-            raise RefusedTargetError(f'the joint positions are not known: {reason}')
+            raise RefusedTargetError(
+                f'the joint positions are not known: {reason}', code='no-positions'
+            )
         return latest
 
     def _publish_warning(self, status_text: StatusText) -> None:

@@ -114,7 +114,7 @@ class Reload:
             for doubt in self._parameters.settings.robot.description.warnings:
                 logger.warning(str(doubt))
         else:
-            logger.warning(f'the new robot is not taken: {sentence}')
+            logger.warning(f'the new robot is refused: {sentence}')
 
     def _taken(self, outcome: CheckedArm | Exception) -> tuple[bool, str]:
         try:

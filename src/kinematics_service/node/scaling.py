@@ -3,6 +3,7 @@ Compute the scale of a commanded joint velocity: the allowed fraction, and the r
 scale is not a safety function.
 """
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -113,8 +114,9 @@ class Scaling:
         stamp, timeout = stamp_of(message), settings.estimator.timeout
         if stamp and present.stamp - stamp > timeout:
             raise RefusedTargetError(
-                f'the stamp of the command is {1e-9 * (present.stamp - stamp):.4g} s older than '
-                f'that of the joint states, and joint_state_timeout is {1e-9 * timeout:g} s'
+                f'header.stamp: {1e-9 * (present.stamp - stamp):.4g} s older than the joint '
+                f'states; at most {1e-9 * timeout:g} s (joint_state_timeout) is accepted',
+                code='too-old',
             )
         # Pass a batch of one pose, because its search for singular poses is shorter than for a
         # single pose.
@@ -175,18 +177,26 @@ class Scaling:
 def _velocities(message: JointState, names: tuple[str, ...]) -> Floats:
     if len(message.velocity) != len(message.name):
         raise RefusedTargetError(
-            f'the command has {len(message.name)} names and {len(message.velocity)} velocities'
+            f'velocity: {len(message.velocity)} numbers for {len(message.name)} names; give one '
+            'for each name',
+            code='wrong-length',
         )
     for name in names:
         if message.name.count(name) > 1:
-            raise RefusedTargetError(f'the command names joint {name!r} twice')
+            raise RefusedTargetError(f'name: {name!r} is repeated', code='duplicate-name')
     velocities = dict(zip(message.name, message.velocity))
     if not velocities.keys() & set(names):
-        raise RefusedTargetError(f'the command names no joint of {", ".join(names)}')
+        raise RefusedTargetError(
+            f'name: no joint of this arm; give some of {", ".join(names)}', code='unknown-name'
+        )
     qdot = np.array([velocities.get(name, 0.0) for name in names])
     if not (np.abs(qdot) <= LARGEST).all():
         name = names[int(np.argmax(~(np.abs(qdot) <= LARGEST)))]
-        raise RefusedTargetError(f'the commanded velocity of {name} is {velocities[name]}')
+        value = velocities[name]
+        raise RefusedTargetError(
+            f'velocity: {value} for {name}; give a number of at most {LARGEST:g}',
+            code='out-of-range' if math.isfinite(value) else 'not-finite',
+        )
     return qdot
 
 

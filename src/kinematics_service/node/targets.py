@@ -277,8 +277,7 @@ class Targets:
         has_effect = settings.redundancy == 'near' or has_arcs(robot, rows, axis)
         if not has_effect and self._first_time.passes(f'{robot.name} {rows} {axis}'):
             self._node.get_logger().warning(
-                f'the parameter ik.redundancy, {settings.redundancy}, has no effect: it is for '
-                'arms with one joint more than a pose, a position, or a position and an axis of '
-                f'the tool ask for, and {robot.name} is none with these targets'
+                f'parameter ik.redundancy: {settings.redundancy} has no effect, because '
+                f'{robot.name} does not have one joint more than these targets need; set near'
             )
         return settings

@@ -36,7 +36,7 @@ def unmatched_in_words(arm: Estimator, topic: str) -> str:
 def _in_words(robot: Robot, lists: tuple[tuple[str, ...], ...]) -> str:
     names = list(dict.fromkeys(name for message_names in lists for name in message_names))
     remedies = ' or '.join(_remedies(robot, lists, list(filter(PLAIN.fullmatch, names))))
-    remedy = f'try {remedies}' if remedies else 'the parameter joint_names maps any names'
+    remedy = f'try {remedies}' if remedies else 'map them with joint_names'
     if not remedies and len(names) < robot.dof:
         remedy = 'these are too few for its joints: is another device on this topic?'
     return f'they name {shown(names)}; expected {shown(robot.joint_names)}; {remedy}'

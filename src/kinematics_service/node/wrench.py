@@ -47,7 +47,7 @@ class WrenchBias:
 
     def _zero(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         if not self._has_subscriber():
-            response.message = 'no effort was read: nobody listens to ~/wrench'
+            response.message = '~/wrench: no effort was read; subscribe to the topic first'
             return response
         count = self._estimator.quantity(JointEfforts).take_bias()
         response.success = count > 0
@@ -80,7 +80,7 @@ class WrenchBias:
             ('torques unexplained', f'{float(np.linalg.norm(estimate.residual)):.3g}'),
         ]
         if damped:
-            sentence = f'near a singular pose: {damped} is hardly felt, and said too small'
+            sentence = f'near a singular pose: {damped} is hardly felt, so its value is too small'
             return StatusText(Level.WARN, f'{sentence}; {kind}', tuple(values))
         return StatusText(Level.OK, kind, tuple(values))
 

@@ -300,7 +300,7 @@ def test_the_diagnostics_are_those_of_the_node_alone(arm, told):
     with turned(other, moving=False):
         code, output, errors = told('diagnostics', '--once', '--timeout', '3')
     assert (code, output) == (1, '')
-    assert '/kinematics/singularity/warning: nobody publishes it' in errors
+    assert '/kinematics/singularity/warning: it has no publisher' in errors
     assert 'kinematics nodes here: /left/kinematics' in errors
     with turned(arm('craig_3r'), moving=True), turned(other, moving=False):
         code, output, _ = told('diagnostics', '--once', '--json')
@@ -325,7 +325,7 @@ def test_nobody_there_is_explained_and_given_up(arm, told, monkeypatch):
     assert (code, output) == (1, '')
     explained, gave_up = lines_of_echo(errors)
     assert explained == (
-        'kinematics_service: waiting for /kinematics/pose: nobody publishes it; kinematics nodes '
+        'kinematics_service: waiting for /kinematics/pose: it has no publisher; kinematics nodes '
         'here: /left/kinematics; try --node /left/kinematics'
     )
     assert gave_up == 'kinematics_service: gave up after 3 s without a message'
@@ -336,14 +336,14 @@ def test_a_node_that_waits_for_its_robot_is_explained(process, told):
     running = process('--robot-description', ready=False)
     code, output, _ = told('diagnostics', '--once', '--timeout', f'{DEADLINE}')
     assert code == 0, running.stderr
-    waits = 'waits for a robot description on /robot_description: nobody publishes'
+    waits = 'waits for a robot description on /robot_description: no publisher'
     assert output.startswith(f'WARN  kinematics: input: {waits}')
     for seconds in (2, 6, 20):  # by how busy the machine is
         code, _, errors = told('pose', '--once', '--timeout', f'{seconds}')
         assert code == 1
         if waits in errors:
             break
-    assert f'nobody publishes it; its node reports: {waits}' in errors
+    assert f'it has no publisher; its node reports: {waits}' in errors
 
 
 def test_a_timeout_ends_the_wait_for_a_silent_node(arm, told):

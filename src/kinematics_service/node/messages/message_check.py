@@ -49,6 +49,6 @@ def read_message(data: bytes, kind: type[_Message]) -> _Message:
     try:
         WALKS[kind](CdrReader(data))
         message: _Message = deserialize_message(data, kind)
-    except Exception:  # any error means that the bytes are no such message
-        raise WireError(f'{len(data)} bytes that are no {kind.__name__}') from None
+    except Exception:  # any error means that the bytes are not a message of the type
+        raise WireError(f'{len(data)} bytes are not a {kind.__name__} message') from None
     return message

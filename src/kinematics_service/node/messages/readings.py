@@ -111,15 +111,22 @@ def jacobian_of(message: Float64MultiArray) -> JacobianReading:
     """
     dims, data = message.layout.dim, message.data
     if len(dims) != 2:
-        raise LayoutError(f'the layout has {len(dims)} dimensions, not rows and columns')
+        raise LayoutError(
+            f'layout: {len(dims)} dimensions; give two, rows and columns', code='wrong-shape'
+        )
     rows, columns = (tuple(dim.label.split(',')) for dim in dims)
     sizes = tuple(int(dim.size) for dim in dims)
     for names, size in zip((rows, columns), sizes):
         if len(names) != size:
-            raise LayoutError(f'the layout has {len(names)} labels for a dimension of {size}')
+            raise LayoutError(
+                f'layout: {len(names)} labels for {size} entries; give one label for each',
+                code='wrong-length',
+            )
     stride, at = int(dims[1].stride), int(message.layout.data_offset)
     if stride < sizes[1] or at + (sizes[0] - 1) * stride + sizes[1] > len(data):
-        raise LayoutError(f'{len(data)} numbers do not fill {sizes[0]} x {sizes[1]}')
+        raise LayoutError(
+            f'data: {len(data)} numbers do not fill {sizes[0]} x {sizes[1]}', code='wrong-length'
+        )
     flat = np.asarray(data, dtype=np.float64)[at:]
     values = np.stack([flat[k * stride : k * stride + sizes[1]] for k in range(sizes[0])])
     return JacobianReading(rows, columns, values)

@@ -95,8 +95,9 @@ def pose_of(message: PoseStamped) -> Floats:
     norm = math.hypot(*quaternion)
     if abs(norm - 1.0) > QUATERNION_NORM_TOLERANCE:
         raise RefusedTargetError(
-            f'the orientation {_listed(quaternion)} (x y z w) is not a unit quaternion: '
-            f'its length is {norm:.4g}'
+            f'orientation: {_listed(quaternion)} (x y z w) has length {norm:.4g}; give a unit '
+            'quaternion',
+            code='not-normalized',
         )
     return matrix_of(message.pose)
 
@@ -149,13 +150,17 @@ def _is_base(frame: str, settings: NodeSettings) -> bool:
     if frame == settings.tool_frame:
         return False
     raise RefusedTargetError(
-        f'frame {ascii(frame)} is unknown (accepted: {settings.base_frame}, {settings.tool_frame})'
+        f'header.frame_id: {ascii(frame)} is not a frame of this arm; give {settings.base_frame} '
+        f'or {settings.tool_frame}',
+        code='unknown-name',
     )
 
 
 def _check_finite(what: str, values: Floats) -> None:
     if not all(map(math.isfinite, values)):
-        raise RefusedTargetError(f'the {what} is not finite: {_listed(values)}')
+        raise RefusedTargetError(
+            f'{what}: {_listed(values)}; give finite numbers', code='not-finite'
+        )
 
 
 def _listed(values: Floats) -> str:

@@ -72,7 +72,9 @@ class DescriptionTopic:
         try:
             subscription = node.create_subscription(String, topic, self._take, QOS)
         except NameValidationException as error:
-            raise SettingsError(f'parameter robot: {topic!r} is no topic: {error}') from None
+            raise SettingsError(
+                f'parameter robot: {topic!r} is not the name of a topic: {error}', code='syntax'
+            ) from None
         self._topic = str(subscription.topic_name)
 
     def _take(self, message: String) -> None:
@@ -82,7 +84,8 @@ class DescriptionTopic:
         publishers = self._node.count_publishers(self._topic)
         if publishers > max(self._publishers, 1):
             self._node.get_logger().warning(
-                f'{publishers} publishers on {self._topic}: the description that came last counts'
+                f'{publishers} publishers on {self._topic}: the last description is used; end all '
+                'but one'
             )
         self._publishers = publishers
         self.then()
@@ -134,7 +137,7 @@ class DescriptionTopic:
                     except KinematicsError as error:
                         log_time = log_time if refused is not None else 0.0
                         refused, unlogged = self._text, unlogged + 1
-                        why = f'the robot is not taken: {error}'
+                        why = f'the robot is refused: {error}'
                 if (now := time.monotonic()) > report_time:
                     report_time = now + REPORT_PERIOD
                     why = why if refused is not None else self._why_none()
@@ -157,8 +160,8 @@ class DescriptionTopic:
             if late:
                 return (
                     f'{self._topic} is published by {", ".join(late)} with durability volatile, '
-                    'which this node cannot hear: it must be transient_local, as '
-                    'robot_state_publisher has it'
+                    'so this node does not receive it; publish it as transient_local, as '
+                    'robot_state_publisher does'
                 )
             return f'{self._topic} has a publisher, and no description has come from it yet'
         name = self._topic.rpartition('/')[2]
@@ -172,4 +175,4 @@ class DescriptionTopic:
             if others
             else 'publish it by: ros2 run robot_state_publisher robot_state_publisher arm.urdf'
         )
-        return f'nobody publishes {self._topic} (std_msgs/String, transient_local); {hint}'
+        return f'no publisher of {self._topic} (std_msgs/String, transient_local); {hint}'

@@ -86,7 +86,7 @@ class NodeParameters:
         name = self._declare(ROBOT, robot or ROBOT.default)
         if robot is not None and name != robot:
             raise RobotConflictError(
-                f'--robot {robot} and the parameter robot:={name} differ; give one of them'
+                f'--robot {robot} and the parameter robot:={name} differ; give only one of them'
             )
         self.transport = str(self._declare(TRANSPORT, TRANSPORT.default))
         check_value(TRANSPORT, self.transport)
@@ -186,12 +186,12 @@ class NodeParameters:
         try:
             return self._node.declare_parameter(name, default, parameter.descriptor()).value
         except InvalidParameterTypeException as error:
-            hint = ' (write 1.0, not 1)' if isinstance(default, float) else ''
+            hint = ', such as 1.0 instead of 1' if isinstance(default, float) else ''
             raise SettingsError(
-                f'parameter {name} must be {KINDS[type(default)]}{hint}: {error}'
+                f'parameter {name}: {error}; give {KINDS[type(default)]}{hint}', code='wrong-type'
             ) from None
         except InvalidParameterValueException as error:
-            raise SettingsError(f'parameter {name} is refused: {error}') from None
+            raise SettingsError(f'parameter {name}: {error}', code='out-of-range') from None
 
     def _values(self) -> dict[str, Any]:
         return {name: self._node.get_parameter(name).value for name in NAMES}
@@ -203,8 +203,9 @@ class NodeParameters:
             return last
         if self.description is not None and values['publish_robot_description']:
             raise SettingsError(
-                'parameter publish_robot_description: True is not accepted: the robot itself '
-                'comes from a description, and would be told in two ways'
+                'parameter publish_robot_description: True is not accepted, because the robot '
+                'comes from a published description; set false',
+                code='conflict',
             )
         settings = settings_from(values, robot, self._points)
         self._checked = CheckedArm(robot, values, settings)
@@ -218,7 +219,10 @@ class NodeParameters:
         try:
             for parameter in parameters:
                 if parameter.name in NAMES and parameter.type_ is RosParameter.Type.NOT_SET:
-                    raise SettingsError(f'parameter {parameter.name} cannot be taken away')
+                    raise SettingsError(
+                        f'parameter {parameter.name}: it cannot be removed; set another value',
+                        code='unsupported',
+                    )
             if changes and not self._follows:
                 self._judge(self._force.robot, {**self._values(), **changes})
         except KinematicsError as error:

@@ -131,14 +131,15 @@ class NodeSettings:
         return self.robot.joint_names
 
 
-def _refuse(name: str, value: object, accepted: str) -> SettingsError:
-    return SettingsError(f'parameter {name}: {value!r} is not accepted ({accepted})')
+def _refuse(name: str, value: object, accepted: str, code: str) -> SettingsError:
+    return SettingsError(f'parameter {name}: {value!r} is not accepted; {accepted}', code=code)
 
 
 def _checked_name(name: str, value: str, what: str) -> str:
     printable = value.isprintable() and not any(character.isspace() for character in value)
     if not printable or value.startswith('/') or ',' in value:
-        raise _refuse(name, value, f'{what}: no spaces, no commas, no leading slash')
+        accepted = f'give {what} without spaces, commas and a leading slash'
+        raise _refuse(name, value, accepted, 'syntax')
     return value
 
 
@@ -154,10 +155,19 @@ def _joint_names(values: Mapping[str, Any], robot: Robot) -> tuple[str, ...]:
     }
     if names is None or prefix or not len(valid_names) == len(names) == robot.dof:
         accepted = (
-            f'with an empty joint_prefix, {robot.dof} different names without commas, in the '
-            f"order of {robot.name}'s {', '.join(robot.joint_names)}"
+            f'give {robot.dof} different names without commas, in the order of '
+            f"{robot.name}'s {', '.join(robot.joint_names)}, with an empty joint_prefix"
         )
-        raise _refuse('joint_names', names or values['joint_names'], accepted)
+        code = 'syntax'
+        if names is None:
+            code = 'wrong-type'
+        elif prefix:
+            code = 'conflict'
+        elif len(names) != robot.dof:
+            code = 'wrong-length'
+        elif len(set(names)) != len(names):
+            code = 'duplicate-name'
+        raise _refuse('joint_names', names or values['joint_names'], accepted, code)
     return tuple(names)
 
 
@@ -187,14 +197,16 @@ def check_value(parameter: Parameter, value: Any) -> None:
     if parameter.numbers:
         _check_numbers(parameter, value)
     if parameter.choices and value not in parameter.choices:
-        raise _refuse(parameter.name, value, 'one of ' + ', '.join(parameter.choices))
+        accepted = f'give one of {", ".join(parameter.choices)}'
+        raise _refuse(parameter.name, value, accepted, 'unknown-name')
     if parameter.range is not None:
         low, high = parameter.range
-        accepted = f'{low:g} to {high:g}'
+        accepted = f'give {low:g} to {high:g}'
         if parameter.least:
-            accepted = f'0, or {parameter.least:g} to {high:g}'
+            accepted = f'give 0, or {parameter.least:g} to {high:g}'
         if not low <= value <= high or 0.0 < value < parameter.least:
-            raise _refuse(parameter.name, value, accepted)
+            code = 'out-of-range' if math.isfinite(value) else 'not-finite'
+            raise _refuse(parameter.name, value, accepted, code)
 
 
 def settings_from(
@@ -224,10 +236,12 @@ def settings_from(
     tool = _checked_name('tool_frame', values['tool_frame'], 'a frame') or robot.tool_frame
     if base == tool:
         raise SettingsError(
-            f'parameters base_frame and tool_frame: both are {tool!r}, and must differ'
+            f'parameters base_frame and tool_frame: both are {tool!r}; give different names',
+            code='conflict',
         )
     if values['publish_tf'] and find_spec('tf2_msgs') is None:  # PyPI has no wheel of tf2_msgs
-        raise _refuse('publish_tf', True, 'only where the package tf2_msgs can be imported')
+        accepted = 'install the package tf2_msgs, or set false'
+        raise _refuse('publish_tf', True, accepted, 'missing-package')
     rate = values['publish_rate']
     judged = _judged(values, _with_tool(values, robot))
     judged = _renamed(judged, _joint_names(values, robot), values['joint_prefix'])
@@ -287,17 +301,21 @@ def _doubts(values: Mapping[str, Any], robot: Robot) -> Iterator[str]:
 
 def _points(names: Any, robot: Robot, settings: NodeSettings) -> dict[str, NodeSettings]:
     points = robot.points[1:]
-    choices = f'some of {", ".join(points)}' if points else f'none: {robot.name} names no points'
+    choices = f'give some of {", ".join(points)}, each once'
+    if not points:
+        choices = f'leave it empty, because {robot.name} has no points'
     listed = isinstance(names, (list, tuple)) and all(isinstance(name, str) for name in names)
     if not listed:
-        raise _refuse('points', names, f'a list of names, such as [elbow]; {choices}')
+        raise _refuse('points', names, f'{choices}, in a list such as [elbow]', 'wrong-type')
     settings_of: dict[str, NodeSettings] = {}
     for name in names:
         if name not in points or name in settings_of:
-            raise _refuse('points', name, f'{choices}{", each once" if points else ""}')
+            code = 'duplicate-name' if name in settings_of else 'unknown-name'
+            raise _refuse('points', name, choices, code)
         frame = settings.frame_prefix + name
         if frame in (settings.base_frame, settings.tool_frame):
-            raise _refuse('points', name, f'{frame} is the frame of the base or the tool')
+            accepted = f'give {frame} to a point only, not to the base or the tool'
+            raise _refuse('points', name, accepted, 'conflict')
         settings_of[name] = replace(settings, tool_frame=frame, of=name)
     return settings_of
 
@@ -305,7 +323,8 @@ def _points(names: Any, robot: Robot, settings: NodeSettings) -> dict[str, NodeS
 def _rows(text: str, robot: Robot) -> tuple[str, ...]:
     rows = text.split()
     if len(set(rows)) != len(rows) or not set(rows) <= set(ROW_NAMES):
-        raise _refuse('ik.rows', text, f'some of {" ".join(ROW_NAMES)}, each once')
+        code = 'unknown-name' if set(rows) - set(ROW_NAMES) else 'duplicate-name'
+        raise _refuse('ik.rows', text, f'give some of {" ".join(ROW_NAMES)}, each once', code)
     return tuple(name for name in ROW_NAMES if name in rows) or robot.singularity.task.rows
 
 
@@ -318,11 +337,11 @@ def _axis(values: Mapping[str, Any], rows: tuple[str, ...]) -> str | None:
     if not axis:
         return None
     if axis not in TOOL_AXES:
-        raise _refuse('ik.axis', axis, f'one of {" ".join(TOOL_AXES)}, or empty')
+        accepted = f'give one of {" ".join(TOOL_AXES)}, or nothing'
+        raise _refuse('ik.axis', axis, accepted, 'unknown-name')
     if not _linear(rows) or (values['ik.rows'] and rows != _linear(rows)):
-        raise _refuse(
-            'ik.axis', axis, 'only with ik.rows of x y z: it takes the place of rx ry rz'
-        )
+        accepted = 'give rows of x y z only in ik.rows, because it replaces rx ry rz'
+        raise _refuse('ik.axis', axis, accepted, 'conflict')
     return axis
 
 
@@ -336,16 +355,21 @@ def _check_numbers(parameter: Parameter, value: Any) -> None:
         or not kinds <= {float, int}
         or not all(abs(number) <= largest for number in listed)
     ):
-        accepted = f'empty, or {count} numbers of one kind, none beyond {largest:g}{unit}'
+        accepted = f'give {count} numbers of at most {largest:g}{unit}, such as [0.0, 0.0, 0.1]'
         shown = value if listed is None else listed
-        refused = _refuse(parameter.name, shown, f'{accepted}, such as [0.0, 0.0, 0.1]')
-        angles = [
-            number for number in listed or () if kinds <= {float, int} and math.isfinite(number)
-        ]
-        if unit and max(map(abs, angles), default=0.0) > largest:
-            degrees = math.radians(max(angles, key=abs))
-            raise SettingsError(f'{refused}; are these degrees? write {degrees:.6g}')
-        raise refused
+        numbers = listed if listed and kinds <= {float, int} else []
+        finite = [number for number in numbers if math.isfinite(number)]
+        code = 'out-of-range'
+        if len(numbers) not in (0, count):
+            code = 'wrong-length'
+        elif not numbers:
+            code = 'wrong-type'
+        elif finite != numbers:
+            code = 'not-finite'
+        if unit and max(map(abs, finite), default=0.0) > largest:
+            degrees = math.radians(max(finite, key=abs))
+            accepted += f'; are these degrees? write {degrees:.6g}'
+        raise _refuse(parameter.name, shown, accepted, code)
 
 
 def _with_tool(values: Mapping[str, Any], robot: Robot) -> Robot:
@@ -354,7 +378,8 @@ def _with_tool(values: Mapping[str, Any], robot: Robot) -> Robot:
         return with_tool(robot, xyz, rpy)
     except RobotFileError as error:
         reason = '; '.join(fault.message for fault in error.faults)
-        raise SettingsError(f'parameters tool.xyz and tool.rpy: {reason}') from None
+        code = error.faults[0].code
+        raise SettingsError(f'parameters tool.xyz and tool.rpy: {reason}', code=code) from None
 
 
 def _reference(values: Mapping[str, Any]) -> ReferenceLimits:
@@ -363,14 +388,16 @@ def _reference(values: Mapping[str, Any]) -> ReferenceLimits:
         warn, stop = (values[f'reference.{what}_{end}'] for end in ('warn', 'stop'))
         if stop < warn:
             name = f'reference.{what}_stop'
-            raise _refuse(name, stop, f'at least reference.{what}_warn, {warn:g}')
+            accepted = f'give at least reference.{what}_warn, {warn:g}'
+            raise _refuse(name, stop, accepted, 'wrong-order')
     return limits
 
 
 def _reduced(values: Mapping[str, Any], robot: Robot) -> bool:
     limits = robot.description.speed_limits
     if values['scale.reduced'] and not any(math.isfinite(limit.reduced) for limit in limits):
-        raise _refuse('scale.reduced', True, f'{robot.name} has no speed_limits with reduced')
+        accepted = f'set false, or write a reduced speed in speed_limits of {robot.name}'
+        raise _refuse('scale.reduced', True, accepted, 'missing-key')
     return bool(values['scale.reduced'])
 
 
@@ -381,7 +408,7 @@ def _scale_rule(values: Mapping[str, Any], robot: Robot) -> ServoRule | None:
             return None
         rule.check(robot)
     except KinematicsError as error:
-        raise SettingsError(f'parameters scale.*: {error}') from None
+        raise SettingsError(f'parameters scale.*: {error}', code=error.code) from None
     return rule
 
 
@@ -391,7 +418,7 @@ def _servo(values: Mapping[str, Any], rows: tuple[str, ...], robot: Robot) -> Se
         numbers = {name: values[f'ik.{name}'] for name in SERVO}
         return ServoSettings(**numbers, rows=None if rows == task_rows else rows)
     except KinematicsError as error:
-        raise SettingsError(f'parameters ik.*: {error}') from None
+        raise SettingsError(f'parameters ik.*: {error}', code=error.code) from None
 
 
 def _judged(values: Mapping[str, Any], robot: Robot) -> Robot:
@@ -405,7 +432,8 @@ def _judged(values: Mapping[str, Any], robot: Robot) -> Robot:
         thresholds: Thresholds = thresholds_for(robot.singularity.task, measure, warn, stop)
     except KinematicsError as error:
         raise SettingsError(
-            f'parameters singularity.measure, .warn and .stop go together: {error}'
+            f'parameters singularity.measure, .warn and .stop go together: {error}',
+            code=error.code,
         ) from None
     return with_singularity(robot, values['singularity.length'] or None, thresholds)
 

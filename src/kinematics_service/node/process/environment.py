@@ -21,8 +21,8 @@ def security_refusal() -> str | None:
     if os.environ.get('ROS_SECURITY_ENABLE', '').lower() != 'true' or not rclpy_is_a_wheel():
         return None
     return (
-        'ROS_SECURITY_ENABLE is true, but the installed rclpy has no DDS security: the node would '
-        'run unsecured; start it with --allow-unsecured if that is meant'
+        'ROS_SECURITY_ENABLE: true, but the installed rclpy has no DDS security; unset it, or '
+        'start the node unsecured with --allow-unsecured'
     )
 
 

@@ -36,12 +36,12 @@ def why_no_messages(
             f'waiting for {topic}: it has {who} sent nothing; the node answers {answered}; {look}'
         )
     if report:
-        return f'waiting for {topic}: nobody publishes it; its node reports: {report}'
+        return f'waiting for {topic}: it has no publisher; its node reports: {report}'
     running = kinematics_nodes(node)
     nodes, hint = 'no kinematics node runs here', f'is one running, {_environment()}?'
     if running:
         nodes, hint = f'kinematics nodes here: {", ".join(running)}', f'try --node {running[0]}'
-    return f'waiting for {topic}: nobody publishes it; {nodes}; {hint}'
+    return f'waiting for {topic}: it has no publisher; {nodes}; {hint}'
 
 
 def _environment() -> str:

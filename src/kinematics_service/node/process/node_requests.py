@@ -54,13 +54,13 @@ def run_set(node: str, name: str, text: str, ros_args: Sequence[str]) -> int:
         names = ask('list_parameters', ListParameters, ListParameters.Request()).result.names
         if name not in names:
             near = ', '.join(difflib.get_close_matches(name, names, SUGGESTED_NAMES, cutoff=0.0))
-            raise SettingsError(f'there is no parameter {name!r}; the nearest: {near}')
+            raise SettingsError(f'no parameter {name!r}; similar: {near}', code='unknown-name')
         change = Parameter(name=name, value=value_from(text))
         done = ask('set_parameters', SetParameters, SetParameters.Request(parameters=[change]))
         result = done.results[0]
         reason = re.sub(r"'Type\.(\w+)'", lambda of: TYPES.get(of[1], 'a list'), result.reason)
         if not result.successful:
-            raise SettingsError(f'{name} is refused: {reason}')
+            raise SettingsError(f'{name} is refused: {reason}', code='refused')
         return f'{name} is now {text}' + (f'; {reason}' if reason else '')
 
     return _run(node, ros_args, request)
@@ -76,7 +76,7 @@ def run_reload(node: str, ros_args: Sequence[str]) -> int:
             RELOAD.removeprefix('~/'), Trigger, Trigger.Request(), CALL_TIMEOUT + SETTLING_TIMEOUT
         )
         if not done.success:
-            raise SettingsError(f'the robot is refused: {done.message}')
+            raise SettingsError(f'the robot is refused: {done.message}', code='refused')
         return str(done.message)
 
     return _run(node, ros_args, request)
@@ -88,7 +88,8 @@ def value_from(text: str) -> ParameterValue:
     parameter is an integer.
     """
     wrong = SettingsError(
-        f"{text!r} is no value: type a number, true, a text, or a list such as '[0, 0, 0.15]'"
+        f"{text!r} is not a value; give a number, true, a text, or a list such as '[0, 0, 0.15]'",
+        code='syntax',
     )
     if text.startswith('{') or text.startswith('[') != text.endswith(']'):
         raise wrong
@@ -119,10 +120,11 @@ def _run(node: str, ros_args: Sequence[str], request: Callable[[Ask], str]) -> i
             end, name = time.monotonic() + DISCOVERY_TIMEOUT, f'{node}/{service}'
             answer = call_service(client, spinner, kind, name, content, end, longest)
             if answer is None:
-                here, what = ', '.join(kinematics_nodes(client)), 'there is no node of this name'
+                here = ', '.join(kinematics_nodes(client)) or 'none'
+                what, code = 'there is no node of this name', 'unknown-name'
                 if client.count_services(name):
-                    what = f'{service} does not answer'
-                raise SettingsError(f'{what}; kinematics nodes here: {here or "none"}')
+                    what, code = f'{service} does not answer', 'no-answer'
+                raise SettingsError(f'{what}; kinematics nodes here: {here}', code=code)
             return answer
 
         try:

@@ -79,8 +79,9 @@ def arms_from(choices: Sequence[str]) -> tuple[ArmChoice, ...]:
     for arm in arms:
         if spaces.count((arm.namespace, arm.name)) > 1:
             raise ArmsError(
-                f'two arms in the namespace {arm.namespace}: '
-                f'write --robot NAMESPACE={arm.robot}, each with its own'
+                f'--robot: two arms have the namespace {arm.namespace}; '
+                f'write --robot NAMESPACE={arm.robot}, a different one for each',
+                code='duplicate-name',
             )
     return tuple(arms)
 
@@ -108,10 +109,14 @@ def _arm(choice: str) -> ArmChoice:
         return ArmChoice(choice, None)
     if not NAMESPACE.fullmatch(space):
         raise ArmsError(
-            f'--robot {choice}: {space!r} is not a namespace (letters, digits, _ and /)'
+            f'--robot {choice}: {space!r} is not a namespace; use letters, digits, _ and /',
+            code='syntax',
         )
     if not robot:
-        raise ArmsError(f'--robot {choice}: no robot after the namespace')
+        raise ArmsError(
+            f'--robot {choice}: no robot after the namespace; write --robot {space}=ROBOT',
+            code='empty',
+        )
     return ArmChoice(robot, '/' + space.lstrip('/'))
 
 
@@ -145,7 +150,8 @@ def run_node(
     """
     if managed and any(TOPIC in robot for robot in robots):
         raise ArmsError(
-            '--managed: a robot from a topic is waited for, and cannot be managed: give a file'
+            '--managed: a robot from a topic cannot be managed; give a robot file or a name',
+            code='unsupported',
         )
 
     def work(context: Context, stop: StopSignal) -> int:
@@ -241,7 +247,8 @@ def _node(
         # name.
         node.destroy_node()
         raise ArmsError(
-            f'two arms are named /{name}: give the namespaces as '
-            '--robot NAMESPACE=ROBOT, not by -r __ns:= or -r __node:='
+            f'--robot: two nodes have the name /{name}; give namespaces as '
+            '--robot NAMESPACE=ROBOT, not by -r __ns:= or -r __node:=',
+            code='duplicate-name',
         )
     return node

@@ -88,7 +88,10 @@ def open_context(ros_args: Sequence[str]) -> Context | None:
     context = Context()
     unlogged = log_refusal()
     if unlogged is not None:
-        tell(f'messages are not written to a log file: {unlogged}')
+        tell(
+            f'messages are not written to a log file: {unlogged}; set ROS_LOG_DIR to a writable '
+            'folder'
+        )
         ros_args = [*ros_args, '--ros-args', '--disable-external-lib-logs', '--']
     # the message is printed below: rcl must not repeat it
     set_logger_level('rcl', LoggingSeverity.FATAL)

@@ -54,6 +54,6 @@ def demo(
     if robot is not None:
         refuse_unknown_robot(robot)
     if duration is not None and not math.isfinite(duration):
-        raise WrongUsage(f'--duration: {duration} is not a time')
+        raise WrongUsage(f'--duration: {duration} is not finite; give seconds')
     run_demo = ros_module('apps.demo.demo').run_demo
     raise typer.Exit(run_demo(robot, duration, trajectory.value, replay, context.obj))

@@ -55,9 +55,9 @@ def echo(
     if what not in TOPICS:
         raise WrongUsage(f'TOPIC: {what!r} is not one of {", ".join(map(repr, TOPICS))}')
     if timeout is not None and not timeout >= MIN_TIMEOUT:
-        raise WrongUsage(f'--timeout: {timeout:g} is not at least {MIN_TIMEOUT:g} s')
+        raise WrongUsage(f'--timeout: {timeout:g} s is too short; give {MIN_TIMEOUT:g} or more')
     if timeout is not None and timeout > MAX_TIMEOUT:
-        raise WrongUsage(f'--timeout: {timeout:g} s is longer than a day: leave it out')
+        raise WrongUsage(f'--timeout: {timeout:g} s is longer than a day; leave it out')
     if timeout is None and once:
         timeout = ONCE_TIMEOUT
     run_echo = ros_module('apps.demo.echo').run_echo
