@@ -12,6 +12,7 @@ from types import SimpleNamespace
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, TwistStamped
+from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
@@ -33,6 +34,12 @@ from sensor_msgs.msg import JointState
 from target_harness import Targets, twist_target
 
 import kinematics_service as ks
+from kinematics_service.estimation.estimator import (
+    DUPLICATE,
+    MALFORMED,
+    NOT_FINITE,
+    TOO_LARGE,
+)
 from kinematics_service.node import best_subscription
 from kinematics_service.node.health import JOINT_STATES, why_no_joint_states
 
@@ -65,7 +72,6 @@ def test_names_may_come_in_any_order_with_others_between(arm):
     expect(poses[0], Q)
 
 
-@BOTH_TRANSPORTS
 def test_a_message_with_none_of_our_names_is_counted_without_a_warning(arm):
     one = arm()
     one.answer(Q)
@@ -82,13 +88,12 @@ def test_a_message_with_none_of_our_names_is_counted_without_a_warning(arm):
 def test_a_hundred_thousand_names_are_read(arm, transport):
     one = arm()
     # As objects they are read by ROS, name by name.
-    count = 100_000 if transport == 'bytes' else 10_000
+    count = 100_000 if transport == 'bytes' else 2_000
     names = [f'joint_{k}' for k in range(count)]
     poses = one.poses
     one.publish(joint_state([*names, *NAMES], [0.0] * count + list(Q), (), START + 1))
     one.spin_until(lambda: poses, 'pose')
     expect(poses[0], Q)
-    one.publish(joint_state(names, [0.0] * count, (), START + 2))
     expect(one.answer(Q), Q)
 
 
@@ -124,7 +129,7 @@ def test_bytes_that_are_no_message_are_counted_and_said_once(arm, capfd):
     publisher = one.speaker('/joint_states')
     arrays = one.listen('/diagnostics', DiagnosticArray)
     broken = broken_forms(joint_state(NAMES, Q, (0.1, 0.2, 0.3), START))
-    for data in broken * 5:
+    for data in broken * 2:
         publisher.publish(data)
     expect(one.answer(Q), Q)
     assert len(one.poses) == 1
@@ -132,7 +137,7 @@ def test_bytes_that_are_no_message_are_counted_and_said_once(arm, capfd):
     # Said by the first diagnostics after the messages, of the timer or of `counts`.
     said = 'messages rejected: not a JointState'
     one.spin_until(lambda: any(said in array.status[0].message for array in arrays), 'a warning')
-    assert values['rejected: not a JointState'] == values['rejected'] == str(5 * len(broken))
+    assert values['rejected: not a JointState'] == values['rejected'] == str(2 * len(broken))
     # Nothing but the node's own lines: the official deserializer has not been asked.
     lines = [line for line in capfd.readouterr().err.splitlines() if ' bytes ' in line]
     assert len(lines) == 1
@@ -193,7 +198,6 @@ def test_a_target_twist_that_cannot_be_read_stops_what_the_last_one_began(arm):
 # Several messages and publishers
 
 
-@BOTH_TRANSPORTS
 def test_joints_of_two_drivers_are_merged(arm):
     one = arm()
     poses = one.poses
@@ -227,7 +231,6 @@ def test_a_joint_that_falls_silent_makes_the_arm_stale_though_others_speak(arm):
     assert level_of(one.diagnose()) == ERROR
 
 
-@BOTH_TRANSPORTS
 def test_publishers_that_disagree_are_both_named_with_the_joint(arm):
     one = arm()
     first = one.speaker('/joint_states')
@@ -255,7 +258,6 @@ def test_publishers_that_disagree_are_both_named_with_the_joint(arm):
     assert one.diagnose().message.startswith('publishers disagree about q')
 
 
-@BOTH_TRANSPORTS
 def test_publishers_that_agree_are_not_accused(arm):
     one = arm()
     first = one.speaker('/joint_states')
@@ -272,7 +274,6 @@ def test_publishers_that_agree_are_not_accused(arm):
     assert values_of(status)['publishers'] == '2'
 
 
-@BOTH_TRANSPORTS
 @pytest.mark.parametrize('qos', [RELIABLE, BEST_EFFORT], ids=['reliable', 'best effort'])
 def test_reliable_and_best_effort_publishers_are_heard(arm, qos):
     one = arm()
@@ -281,7 +282,6 @@ def test_reliable_and_best_effort_publishers_are_heard(arm, qos):
     one.spin_until(lambda: poses, 'pose')
 
 
-@BOTH_TRANSPORTS
 def test_a_publisher_that_comes_late_is_heard(arm):
     one = arm()
     one.answer(Q)
@@ -293,7 +293,6 @@ def test_a_publisher_that_comes_late_is_heard(arm):
 # Reliability, and what is lost
 
 
-@BOTH_TRANSPORTS
 def test_a_best_effort_publisher_that_comes_later_is_heard_and_nothing_is_lost(arm, monkeypatch):
     given_back = []
     libc = SimpleNamespace(malloc_trim=given_back.append)
@@ -346,11 +345,10 @@ def test_the_input_is_best_effort_again_when_its_publishers_have_gone(arm):
     one.spin_until(lambda: one.counts()['reliability'] == 'best effort', 'best effort')
 
 
-@BOTH_TRANSPORTS
 def test_a_message_published_once_by_one_who_goes_at_once_is_answered(arm):
     one = arm()
     poses = one.poses
-    for k in range(10):
+    for k in range(3):
         passer_by = Node(f'once_{k}', context=one.context, use_global_arguments=False)
         publisher = passer_by.create_publisher(JointState, '/joint_states', QoSProfile(depth=1))
         one.spin_until(lambda p=publisher: p.get_subscription_count() == 1, 'listener')
@@ -360,7 +358,6 @@ def test_a_message_published_once_by_one_who_goes_at_once_is_answered(arm):
         one.spin_until(lambda k=k: len(poses) == k + 1, 'pose')
 
 
-@BOTH_TRANSPORTS
 def test_what_is_lost_is_counted_and_warned_of(arm):
     one = arm(ros_args=['-p', 'qos_overrides./joint_states.subscription.depth:=7'])
     one.answer(Q)
@@ -376,7 +373,6 @@ def test_what_is_lost_is_counted_and_warned_of(arm):
     assert status.message.startswith(f'{lost} messages lost within 10 s')
 
 
-@BOTH_TRANSPORTS
 def test_a_pause_a_slower_rate_and_a_second_publisher_are_no_losses(arm):
     one = arm()
     one.answer(Q)
@@ -392,9 +388,8 @@ def test_a_pause_a_slower_rate_and_a_second_publisher_are_no_losses(arm):
     assert counts['lost'] == '0'
 
 
-@BOTH_TRANSPORTS
 def test_a_queue_holds_a_second_at_1_khz(arm):
-    one = arm()
+    one = arm(executor=EventsExecutor)
     one.answer(Q)
     one.await_publishers(1)
     for _ in range(999):  # while the node does not run
@@ -421,32 +416,31 @@ def test_an_empty_position_is_ignored_and_counted(arm):
 
 
 @BOTH_TRANSPORTS
-@pytest.mark.parametrize(
-    ('names', 'q', 'reason'),
-    [
-        (NAMES, (1.0, 2.0), 'position and name of different length'),
-        (NAMES, (1.0, 2.0, 3.0, 4.0), 'position and name of different length'),
-        ([*NAMES, 'q1'], (1.0, 2.0, 3.0, 1.0), 'joint named twice'),
-        (NAMES, (1.0, math.nan, 3.0), 'position not finite'),
-        (NAMES, (1.0, 2.0, math.inf), 'position not finite'),
-        (NAMES, (-math.inf, 2.0, 3.0), 'position not finite'),
-        (NAMES, (1e308, 2.0, 3.0), 'position too large'),
-    ],
-)
-def test_a_bad_message_is_rejected_whole_and_the_next_good_one_answered(arm, names, q, reason):
+def test_a_bad_message_is_rejected_whole_and_the_next_good_one_answered(arm):
     one = arm()
     one.answer(Q)
-    for k in range(3):
-        one.publish(joint_state(names, q, (), START + (2 + k) * STEP))
-    good = one.answer((0.1, 0.2, 0.3), stamp=START + 9 * STEP)
-    expect(good, (0.1, 0.2, 0.3))
-    assert one.stamps() == [START + STEP, START + 9 * STEP]
+    sent = [one.stamp]
+    for names, q, reason, count in (
+        (NAMES, (1.0, 2.0), MALFORMED, '2'),
+        (NAMES, (1.0, 2.0, 3.0, 4.0), MALFORMED, '4'),
+        ([*NAMES, 'q1'], (1.0, 2.0, 3.0, 1.0), DUPLICATE, '2'),
+        (NAMES, (1.0, math.nan, 3.0), NOT_FINITE, '2'),
+        (NAMES, (1.0, 2.0, math.inf), NOT_FINITE, '4'),
+        (NAMES, (-math.inf, 2.0, 3.0), NOT_FINITE, '6'),
+        (NAMES, (1e308, 2.0, 3.0), TOO_LARGE, '2'),
+    ):
+        for k in (1, 2):
+            one.publish(joint_state(names, q, (), one.stamp + k))
+        expect(one.answer(Q), Q)  # where it was: a jump would be another fault
+        sent.append(one.stamp)
+        status = one.diagnose()
+        assert level_of(status) == WARN
+        assert status.message == f'messages rejected: {reason}'
+        assert values_of(status)[f'rejected: {reason}'] == count
+    assert one.stamps() == sent
     status = one.diagnose()
-    assert level_of(status) == WARN
-    assert status.message == f'messages rejected: {reason}'
-    assert values_of(status)['rejected'] == '3'
-    assert values_of(status)[f'rejected: {reason}'] == '3'
-    assert level_of(one.diagnose()) == OK
+    assert level_of(status) == OK
+    assert values_of(status)['rejected'] == '14'
 
 
 def test_rejections_are_logged_once_in_a_while(arm, capfd):
@@ -459,7 +453,6 @@ def test_rejections_are_logged_once_in_a_while(arm, capfd):
     assert "position of joint 'q1' is nan" in lines[0]
 
 
-@BOTH_TRANSPORTS
 def test_a_joint_beyond_its_limit_is_answered_and_named(arm):
     one = arm('ur3e')
     q = [0.1, 0.2, 6.5, 0.4, 0.5, 100.0]
@@ -475,21 +468,20 @@ def test_a_joint_beyond_its_limit_is_answered_and_named(arm):
 
 
 @BOTH_TRANSPORTS
-@pytest.mark.parametrize('velocity', [(), (1.0,), (1.0, math.nan, 1.0), (1.0, 2.0, 3.0, 4.0)])
-def test_without_velocities_the_twist_is_that_of_differences(arm, velocity):
+def test_without_velocities_the_twist_is_that_of_differences(arm):
     one = arm()
     twists = one.hear('twist', TwistStamped)
-    one.answer(Q, velocity)
-    one.answer((Q[0] + 0.02, Q[1], Q[2]), velocity)  # 2 rad/s about axis 1
-    one.spin_until(lambda: twists, 'twist')
-    assert [nanoseconds(twist.header.stamp) for twist in twists] == [one.stamp]
-    assert twists[0].twist.angular.z == pytest.approx(2.0, abs=1e-9)
+    one.answer(Q)
+    for k, velocity in enumerate([(), (1.0,), (1.0, math.nan, 1.0), (1.0, 2.0, 3.0, 4.0)], 1):
+        one.answer((Q[0] + 0.02 * k, Q[1], Q[2]), velocity)  # 2 rad/s about axis 1
+        one.spin_until(lambda k=k: len(twists) == k, 'twist')
+        assert nanoseconds(twists[-1].header.stamp) == one.stamp
+        assert twists[-1].twist.angular.z == pytest.approx(2.0, abs=1e-9)
     status = one.diagnose()
     assert values_of(status)['velocity source'] == 'difference'
-    assert status.message == 'fine; velocities are differences of positions'
+    assert 'differences of positions' in status.message
 
 
-@BOTH_TRANSPORTS
 def test_differences_of_a_joint_without_limits_take_the_shortest_angle(arm):
     one = arm()
     twists = one.hear('twist', TwistStamped)
@@ -499,7 +491,6 @@ def test_differences_of_a_joint_without_limits_take_the_shortest_angle(arm):
     assert twists[0].twist.angular.z == pytest.approx(2.0, abs=1e-9)
 
 
-@BOTH_TRANSPORTS
 def test_there_is_no_twist_after_a_gap(arm):
     one = arm(ros_args=['-p', 'joint_state_timeout:=1.0'])
     twists = one.hear('twist', TwistStamped)
@@ -510,7 +501,6 @@ def test_there_is_no_twist_after_a_gap(arm):
     assert [nanoseconds(twist.header.stamp) for twist in twists] == [one.stamp + SECOND + STEP]
 
 
-@BOTH_TRANSPORTS
 def test_velocity_source_message_publishes_no_twist_without_velocities(arm):
     one = arm(ros_args=['-p', 'velocity_source:=message'])
     twists = one.hear('twist', TwistStamped)
@@ -526,18 +516,17 @@ def test_velocity_source_message_publishes_no_twist_without_velocities(arm):
 
 
 @BOTH_TRANSPORTS
-@pytest.mark.parametrize('back', [0, 1, STEP, SECOND])
-def test_an_equal_or_slightly_older_stamp_is_dropped(arm, back):
+def test_an_equal_or_slightly_older_stamp_is_dropped(arm):
     one = arm()
     one.answer(Q, stamp=START + 5 * SECOND)
-    one.send((9.0, 9.0, 9.0), stamp=START + 5 * SECOND - back)
+    for back in (0, 1, STEP, SECOND):
+        one.send((9.0, 9.0, 9.0), stamp=START + 5 * SECOND - back)
     one.answer(Q, stamp=START + 5 * SECOND + 1)
     assert len(one.poses) == 2
-    assert one.counts()['dropped: stamp not newer'] == '1'
+    assert one.counts()['dropped: stamp not newer'] == '4'
     assert one.counts()['resets'] == '0'
 
 
-@BOTH_TRANSPORTS
 def test_a_big_step_back_starts_anew_and_is_said_once(arm, capfd):
     one = arm()
     twists = one.hear('twist', TwistStamped)
@@ -575,28 +564,27 @@ def raw_stamp(sec, nanosec):
 
 
 @BOTH_TRANSPORTS
-@pytest.mark.parametrize(
-    ('sec', 'nanosec'),
-    [
-        (2**31 - 1, 999_999_999),
-        (-(2**31), 0),
-        (-1, 5),
-        (5, 4_000_000_000),
-        (-1, 1_000_000_000),
-        (2**31 - 1, 4_294_967_295),
-    ],
-)
-def test_a_stamp_that_is_nonsense_is_answered_and_the_next_good_one_too(arm, sec, nanosec):
+def test_a_stamp_that_is_nonsense_is_answered_and_the_next_good_one_too(arm):
     one = arm()
     poses = one.poses
-    one.publish(raw_stamp(sec, nanosec))
-    one.spin_until(lambda: poses, 'pose')
-    expect(poses[0], Q)
-    assert 0 <= poses[0].header.stamp.nanosec < SECOND
-    sane = -(2**31) * SECOND <= sec * SECOND + nanosec < 2**31 * SECOND
-    if sane and sec * SECOND + nanosec != 0:
-        assert nanoseconds(poses[0].header.stamp) == sec * SECOND + nanosec
-    expect(one.answer((0.1, 0.2, 0.3)), (0.1, 0.2, 0.3))
+    # Each steps back by years, so that the node starts anew.
+    for sec, nanosec in (
+        (2**31 - 1, 4_294_967_295),
+        (2**31 - 1, 999_999_999),
+        (5, 4_000_000_000),
+        (-1, 1_000_000_000),
+        (-(2**31), 0),
+        (-1, 5),
+    ):
+        del poses[:]
+        one.publish(raw_stamp(sec, nanosec))
+        one.spin_until(lambda: poses, 'pose')
+        expect(poses[0], Q)
+        assert 0 <= poses[0].header.stamp.nanosec < SECOND
+        sane = -(2**31) * SECOND <= sec * SECOND + nanosec < 2**31 * SECOND
+        if sane and sec * SECOND + nanosec != 0:
+            assert nanoseconds(poses[0].header.stamp) == sec * SECOND + nanosec
+        expect(one.answer((0.1, 0.2, 0.3)), (0.1, 0.2, 0.3))
 
 
 # Silence and clocks
@@ -621,9 +609,10 @@ def test_silence_is_said_once_and_ends_with_the_next_message(arm):
     one.spin_until(lambda: len(warnings) == 2, 'warning STALE')
     assert [level_of(warning) for warning in warnings] == [OK, STALE]
     assert warnings[1].message == 'no joint state of q1, q2, q3 on /joint_states'
+    one.node._watch()
     ticks = []
     one.peer.create_timer(0.25, lambda: ticks.append(None))
-    one.spin_until(lambda: len(ticks) == 3, 'time for more warnings')
+    one.spin_until(lambda: len(ticks) == 2, 'time for more warnings')
     assert len(warnings) == 2
     assert len(one.poses) == 1
     status = one.diagnose()
@@ -668,7 +657,6 @@ def ticking(one):
 SIMULATED = ['-p', 'use_sim_time:=true']
 
 
-@BOTH_TRANSPORTS
 def test_without_stamps_the_simulated_time_is_used(arm):
     one = arm(ros_args=SIMULATED)
     tick = ticking(one)
@@ -737,7 +725,7 @@ def test_a_negative_simulated_time_is_ignored_and_said_once(arm, capfd):
 def test_a_simulated_clock_that_runs_on_resets_nothing(arm):
     one = arm(ros_args=SIMULATED)
     tick = ticking(one)
-    for k in range(1, 20):
+    for k in range(1, 6):
         tick(10.0 * k)
         one.answer(Q, stamp=10 * k * SECOND)
     assert one.counts()['resets'] == '0'
