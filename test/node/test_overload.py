@@ -8,7 +8,7 @@ import pytest
 
 rclpy = pytest.importorskip('rclpy', reason='needs ROS 2')
 
-from floods import ROBOT, Client, flooded  # noqa: E402
+from floods import PATIENCE, ROBOT, Client, flooded  # noqa: E402
 from node_process import NodeProcess, memory  # noqa: E402
 from rclpy.duration import Duration  # noqa: E402
 from rclpy.node import Node  # noqa: E402
@@ -21,9 +21,8 @@ from kinematics_service.node.process.spin import Spinner  # noqa: E402
 
 # A second of messages of 240 kB has 240 MB; what is left of a flood is far less (MiB).
 LEFT_BEHIND = 40
-# The floods: kind, publishers, time (s). One of small messages takes more than a second to be
-# passed over.
-FLOODS = [('small', 4, 1.5), ('joints', 1, 1.0), ('name', 2, 1.0)]
+# The floods: kind, publishers, time (s).
+FLOODS = [('small', 2, 1.0), ('joints', 1, 0.7)]
 
 
 @pytest.fixture
@@ -108,18 +107,18 @@ def test_messages_are_left_out_of_the_subscription_that_is_behind_alone(ros_doma
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(('kind', 'publishers', 'seconds'), FLOODS)
-def test_after_a_flood_all_is_as_before(node, client, kind, publishers, seconds):
+def test_after_a_flood_all_is_as_before(node, client):
     client.send(10)
     before = memory(node.pid)
-    asked = flooded(client, kind, publishers, seconds)
-    assert client.until(lambda: all(future.done() for future in asked), 10.0)
-    client.drain()
-    waits = [client.answered(5.0) for _ in range(10)]
-    assert None not in waits  # none is one call late
-    assert client.answers(30) == (30, 0)
+    for kind, publishers, seconds in FLOODS:
+        asked = flooded(client, kind, publishers, seconds)
+        assert client.until(lambda asked=asked: all(one.done() for one in asked), PATIENCE)
+        client.drain()
+        waits = [client.answered(PATIENCE) for _ in range(10)]
+        assert None not in waits  # none is one call late
+        assert client.answers(20) == (20, 0)
     client.diagnostics.clear()
-    client.rest(4.5)
-    assert 3 <= len(client.diagnostics) <= 6
-    assert client.warnings[-1].level == b'\x03'  # the watchdog: no joint state came
-    assert client.until(lambda: memory(node.pid) - before < LEFT_BEHIND, 20.0)
+    # The timers go on, among them the watchdog: no joint state comes.
+    assert client.until(lambda: len(client.diagnostics) >= 3, PATIENCE)
+    assert client.until(lambda: client.warnings[-1].level == b'\x03', PATIENCE)
+    assert client.until(lambda: memory(node.pid) - before < LEFT_BEHIND, PATIENCE)
