@@ -1,7 +1,7 @@
 """
 Environment variables with which ROS cannot start are named by every command that needs it.
 
-Those that ROS reads when it is imported are told by started processes, the others by this one.
+All commands check them before they import ROS, which a process shows for one of them.
 """
 
 import os
@@ -32,21 +32,9 @@ def command(request):
     return COMMANDS[request.param]
 
 
-def run(command, **variables):
-    """Return exit code and standard error of a command with these environment variables."""
-    done = subprocess.run(
-        [sys.executable, '-m', 'kinematics_service', *command],
-        env={**os.environ, **variables},
-        capture_output=True,
-        text=True,
-        timeout=60.0,
-    )
-    return done.returncode, done.stderr
-
-
 @pytest.fixture
 def told(capfd, monkeypatch):
-    """Return a function for what `run` returns, in this process."""
+    """Return a function for exit code and errors of a command with environment variables."""
 
     def here(command, **variables):
         for name, value in variables.items():
@@ -63,37 +51,49 @@ def told(capfd, monkeypatch):
     indirect=['command'],
 )
 def test_a_domain_that_is_none_is_refused_in_a_sentence(told, command, domain):
-    assert told(command, ROS_DOMAIN_ID=domain) == (
-        2,
-        f"kinematics_service: ROS_DOMAIN_ID is '{domain}': it must be a whole number from 0 to "
-        '232, or not be set\n',
-    )
+    code, text = told(command, ROS_DOMAIN_ID=domain)
+    (line,) = text.splitlines()
+    assert code == 2
+    assert line.startswith(f"kinematics_service: ROS_DOMAIN_ID is '{domain}': ")
+    assert '0 to 232' in line
 
 
 @pytest.mark.parametrize('domain', ['', '101', '232'])
 def test_a_domain_of_dds_is_taken(told, domain):
     code, text = told(('echo', '--once', '--timeout', '0.1'), ROS_DOMAIN_ID=domain)
     assert code == 1
-    assert 'gave up after 0.1 s without a message' in text
+    assert 'gave up after 0.1 s' in text
 
 
-def test_a_middleware_that_is_not_installed_is_refused_with_those_that_are(command):
+def assert_middleware_is_refused(code, text):
     from rclpy import get_rmw_implementation_identifier
 
-    code, text = run(command, RMW_IMPLEMENTATION='rmw_none')
+    (line,) = text.splitlines()
     assert code == 2
-    begin = "kinematics_service: RMW_IMPLEMENTATION is 'rmw_none', which is not installed here: "
-    assert text.startswith(f'{begin}it must be ')
-    assert text.endswith(', or not be set\n')
-    assert get_rmw_implementation_identifier() in text
-    assert len(text.splitlines()) == 1
+    assert line.startswith("kinematics_service: RMW_IMPLEMENTATION is 'rmw_none', ")
+    assert get_rmw_implementation_identifier() in line
 
 
-def test_the_middleware_in_use_may_be_named():
+def test_a_middleware_that_is_not_installed_is_refused_with_those_that_are(told, command):
+    assert_middleware_is_refused(*told(command, RMW_IMPLEMENTATION='rmw_none'))
+
+
+def test_a_process_refuses_a_middleware_before_it_imports_ros():
+    done = subprocess.run(
+        [sys.executable, '-m', 'kinematics_service'],
+        env={**os.environ, 'RMW_IMPLEMENTATION': 'rmw_none'},
+        capture_output=True,
+        text=True,
+        timeout=60.0,
+    )
+    assert_middleware_is_refused(done.returncode, done.stderr)
+
+
+def test_the_middleware_in_use_may_be_named(told):
     from rclpy import get_rmw_implementation_identifier
 
     name = get_rmw_implementation_identifier()
-    code, text = run(('echo', '--once', '--timeout', '0.1'), RMW_IMPLEMENTATION=name)
+    code, text = told(('echo', '--once', '--timeout', '0.1'), RMW_IMPLEMENTATION=name)
     assert (code, 'gave up' in text) == (1, True)
 
 
