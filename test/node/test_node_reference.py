@@ -21,7 +21,7 @@ from kinematics_service.apps.calibration.corrections import corrected_robot
 from kinematics_service.kinematics.uncertainty.parameters import parameters_of
 
 OK, WARN, ERROR = 0, 1, 2
-POSES = 60
+POSES = 40
 
 
 @pytest.fixture
@@ -56,7 +56,7 @@ class SecondSource:
             for k in range(1, 4):
                 if k == 2 and not self.lag:
                     self.publisher.publish(pose_target(pose, one.robot.base_frame, stamp))
-                one.answer(q)
+                (one.answer if k == 3 else one.send)(q)
             if self.lag:
                 self.publisher.publish(pose_target(pose, one.robot.base_frame, stamp))
                 one.answer(q)
@@ -80,6 +80,13 @@ class SecondSource:
         return kept
 
 
+def logged(one):
+    """Return a function for the lines of the log about the second source so far."""
+    lines = []
+    one.peer.create_subscription(Log, '/rosout', lines.append, 50)
+    return lambda: [line.msg for line in lines if 'reference_pose: ' in line.msg]
+
+
 def watched(one, change=lambda q: q, lag=0, true=None):
     """Return the status `frames` after poses at joint positions `change(q)`."""
     source = SecondSource(one, true, lag)
@@ -87,9 +94,7 @@ def watched(one, change=lambda q: q, lag=0, true=None):
     return source.status()
 
 
-@pytest.mark.parametrize('lag', [0, 1], ids=['in time', 'late'])
-def test_the_offset_of_a_second_source_is_found(arm, lag):
-    status = watched(arm('ur5e'), lag=lag)
+def expect_the_offset(status):
     assert level_of(status) == OK, status.message
     values = values_of(status)
     assert int(values['poses']) >= 20
@@ -97,6 +102,10 @@ def test_the_offset_of_a_second_source_is_found(arm, lag):
     offset = [float(x) for x in values['base offset xyz (m)'].split()]
     np.testing.assert_allclose(offset, (0.5, -0.2, 0.1), atol=1e-5)
     assert values['cause'] == ''
+
+
+def test_the_offset_of_a_second_source_that_comes_late_is_found(arm):
+    expect_the_offset(watched(arm('ur5e'), lag=1))
 
 
 def test_a_planted_fault_is_named(arm):
@@ -113,15 +122,21 @@ def test_a_zero_that_slips_is_named_until_it_is_back(arm):
     def slipped(q):
         return q + np.radians([0.0, 0.0, 0.3, 0.0, 0.0, 0.0])
 
-    source = SecondSource(arm('ur5e'))
+    one = arm('ur5e')
+    source, told = SecondSource(one), logged(one)
     source.say(40)
     status = source.status(lambda status: values_of(status)['smallest jumps found'])
-    assert level_of(status) == OK, status.message
+    expect_the_offset(status)
+    one.spin_until(told, 'line of the first result')
+    assert 'constant offset' in told()[0]
     assert 'no jump in' in status.message
     assert 'elbow_joint 0.0' in values_of(status)['smallest jumps found']
+    one.node._reference._throttle._passed.clear()
     source.say(16, slipped)
     status = source.status(lambda status: level_of(status) != OK)
     assert level_of(status) == WARN, status.message
+    one.spin_until(lambda: len(told()) == 2, 'line of the rise')
+    assert 'zero of joint elbow_joint +0.3' in told()[1]
     assert 'zero of joint elbow_joint +0.3' in status.message
     values = values_of(status)
     assert values['jump'] == 'elbow_joint'
@@ -131,6 +146,7 @@ def test_a_zero_that_slips_is_named_until_it_is_back(arm):
     assert values_of(source.status())['jump'] == 'elbow_joint'
     source.say(24)
     assert level_of(source.status(lambda status: level_of(status) == OK)) == OK
+    assert len(told()) == 2
 
 
 def test_a_joint_of_wrong_sign_that_begins_to_move_is_no_slip(arm):
@@ -157,7 +173,7 @@ def test_how_far_the_file_is_from_what_is_heard_is_judged_by_limits(arm):
     assert level_of(status) == WARN, status.message
     assert values['warning from (rms)'] == '0.5 mm or 0.5 deg'
     assert values['error from (rms)'] == '20 mm or 57.3 deg'
-    assert status.message.endswith('collects poses for a robot file of this very arm')
+    assert 'poses for a robot file' in status.message
     # The limits in force count, also those that have changed since.
     assert one.node.set_parameters([Parameter('reference.position_warn', value=0.01)])[
         0
@@ -190,49 +206,27 @@ def test_a_lag_of_the_second_source_is_named(arm):
     assert status_text.level == ERROR
 
 
-def test_without_a_second_source_nothing_is_said_of_frames(arm):
-    one = arm('ur5e')
-    one.answer([0.1] * 6)
+def test_without_a_pose_nothing_is_said_of_frames_and_a_wrong_pose_is_refused(arm):
+    one = arm('craig_3r')
+    one.answer([0.1] * 3)
     assert one.diagnose().name == 'kinematics: input'
     assert one.node._reference.status_text() is None
-
-
-def test_a_pose_that_is_none_is_refused_with_the_reason(arm):
-    one = arm('ur5e')
     publisher = one.peer.create_publisher(PoseStamped, one.topic('reference_pose'), 10)
     one.spin_until(lambda: publisher.get_subscription_count() == 1, 'listener')
     message = PoseStamped()
     message.pose.position.x = math.nan
     publisher.publish(message)
     one.spin_until(lambda: one.node._reference.status_text() is not None, 'notice')
-    assert 'not finite' in one.node._reference.status_text().sentence
+    assert 'position: nan' in one.node._reference.status_text().sentence
 
 
-@pytest.mark.parametrize(
-    ('true', 'said'),
-    [
-        ('ur5e', 'with a constant offset of base and tool'),
-        ('ur10e', 'the bundled robot ur10e leaves 0 mm, 0 deg: which arm is it?'),
-    ],
-)
-def test_the_log_has_the_first_result_and_each_rise_of_the_level_once(arm, true, said):
-    one, lines = arm('ur5e'), []
-    one.peer.create_subscription(Log, '/rosout', lines.append, 50)
-    source = SecondSource(one, ks.load_robot(true))
+def test_the_log_has_the_first_result_once_and_names_another_bundled_robot(arm):
+    one = arm('ur5e')
+    told, source = logged(one), SecondSource(one, ks.load_robot('ur10e'))
     source.say(40)
-    level = level_of(source.status())
-
-    def told():
-        return [x.msg for x in lines if 'reference_pose: ' in x.msg]
-
+    assert level_of(source.status()) == ERROR
     one.spin_until(told, 'line')
-    assert said in told()[0]
-    if level == OK:
-        one.node._reference._throttle._passed.clear()
-        source.say(16, lambda q: q + np.radians([0.0, 0.0, 3.0, 0.0, 0.0, 0.0]))
-        source.status(lambda status: level_of(status) == ERROR)
-        one.spin_until(lambda: len(told()) == 2, 'second line')
-        assert 'zero of joint elbow_joint +3' in told()[1]
-    source.say(24)
+    assert 'ur10e leaves 0 mm' in told()[0]
+    source.say(16)
     source.status()
-    assert len(told()) == (2 if level == OK else 1)
+    assert len(told()) == 1
