@@ -1,5 +1,6 @@
 """Targets for the tool: what the node answers, and what it refuses."""
 
+import copy
 import math
 import threading
 
@@ -10,12 +11,21 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from geometry_msgs.msg import PoseStamped
 from rclpy.experimental import EventsExecutor
+from refusal import refused
 from ros_harness import change, level_of, nanoseconds, values_of
 from target_harness import BASE, Targets, pose_target, twist_target
 
 import kinematics_service as ks
+from kinematics_service.errors import RefusedTargetError, SettingsError
 from kinematics_service.kinematics.inverse.problem.plan import plan_for
 from kinematics_service.node import targets as node_targets
+from kinematics_service.node.messages.target_messages import (
+    pose_in_base,
+    pose_of,
+    twist_in_base,
+    twist_of,
+)
+from kinematics_service.node.parameters.settings import defaults, settings_from
 
 OK, WARN, ERROR, STALE = range(4)
 # A solution is exact to round-off of the arm's lengths.
@@ -23,7 +33,7 @@ EXACT = 1e-9
 UR5E = (0.3, -1.1, 1.4, -0.9, 0.8, 0.2)
 CRAIG = (0.3, -0.4, 1.2)
 SCARA = (0.4, 0.9, 0.1, 0.2)
-PERIOD = 0.005
+PERIOD = 0.01
 
 
 @pytest.fixture
@@ -171,7 +181,7 @@ def test_a_redundant_arm_is_answered_with_the_best_posture_of_its_arc(targets, c
 
 
 def test_an_arm_without_arcs_says_once_that_it_has_no_best_posture(targets, capfd):
-    said = 'the parameter ik.redundancy, margin, has no effect'
+    said = 'parameter ik.redundancy: margin has no effect'
     one = targets(ros_args=['-p', 'ik.redundancy:=margin'])
     assert capfd.readouterr().err.count(said) == 1
     assert level_of(one.ask(pose_target(ks.forward_kinematics(one.arm.robot, UR5E)))) == OK
@@ -189,7 +199,7 @@ def test_a_singular_posture_is_answered_as_near(targets):
     one = targets('kuka_iiwa14', stretched, ['-p', 'ik.redundancy:=margin'])
     values = values_of(one.ask(pose_target(np.eye(4), one.arm.robot.tool_frame)))
     assert values['redundancy'] == 'near'
-    assert values['arc'] == 'none was followed from this posture'
+    assert values['arc'].startswith('none ')
 
 
 def test_the_joint_prefix_is_in_the_answers(targets):
@@ -227,24 +237,37 @@ def unreachable():
 
 
 REFUSED = {
-    'unknown frame': (pose_target(np.eye(4), 'camera'), 'camera'),
-    'no frame': (pose_target(np.eye(4), ''), "''"),
-    'NaN': (_with_nan(good_pose()), 'not finite'),
-    'infinite quaternion': (_with_orientation(math.inf), 'not finite'),
-    'no quaternion': (_with_orientation(0.0), 'length is 0'),
-    'out of reach': (unreachable(), 'away'),
-    'twist in an unknown frame': (twist_target([0.1] * 6, 'camera'), 'camera'),
-    'NaN in a twist': (_with_nan(twist_target([0.1] * 6)), 'not finite'),
+    'unknown frame': (pose_target(np.eye(4), 'camera'), 'unknown-name', "frame_id: 'camera'"),
+    'no frame': (pose_target(np.eye(4), ''), 'unknown-name', "frame_id: ''"),
+    'NaN': (_with_nan(good_pose()), 'not-finite', 'position: 0.3 nan'),
+    'infinite quaternion': (_with_orientation(math.inf), 'not-finite', 'orientation: '),
+    'no quaternion': (_with_orientation(0.0), 'not-normalized', 'length 0'),
+    'long quaternion': (_with_orientation(1.1), 'not-normalized', 'length 1.1'),
+    'twist in an unknown frame': (twist_target([0.1] * 6, 'cam'), 'unknown-name', "'cam'"),
+    'NaN in a twist': (_with_nan(twist_target([0.1] * 6)), 'not-finite', 'angular velocity: '),
 }
 
 
 @pytest.mark.parametrize('case', REFUSED)
-def test_a_target_that_is_refused_moves_nothing(targets, case):
-    message, reason = REFUSED[case]
+def test_a_wrong_target_is_refused_with_its_field(case):
+    (message, code, words), robot = REFUSED[case], ks.load_robot('ur5e')
+    settings, tool = settings_from(defaults(robot), robot), np.eye(4)
+    message = copy.deepcopy(message)
+    if message.header.frame_id == BASE:
+        message.header.frame_id = robot.base_frame
+    with refused(RefusedTargetError, code, words):
+        if isinstance(message, PoseStamped):
+            pose_in_base(pose_of(message), message.header.frame_id, tool, settings)
+        else:
+            twist_in_base(twist_of(message), message.header.frame_id, tool, settings)
+
+
+def test_a_target_that_is_refused_moves_nothing(targets):
     one = targets()
-    status = one.ask(message)
-    assert level_of(status) == ERROR
-    assert reason in status.message
+    for message, _, words in (*REFUSED.values(), (unreachable(), '', 'away')):
+        status = one.ask(message)
+        assert level_of(status) == ERROR
+        assert words in status.message
     one.settle()
     assert not one.joint_states
     assert not one.velocities
@@ -252,12 +275,12 @@ def test_a_target_that_is_refused_moves_nothing(targets, case):
     assert level_of(one.ask(twist_target([0.01, 0, 0, 0, 0, 0]))) == OK
 
 
-@pytest.mark.parametrize('message', [good_pose(), twist_target([0.1] * 6)])
-def test_without_joint_states_targets_are_refused(targets, message):
+def test_without_joint_states_targets_are_refused(targets):
     one = targets(q=None)
-    status = one.ask(message)
-    assert level_of(status) == ERROR
-    assert 'shoulder_pan_joint' in status.message
+    for message in (good_pose(), twist_target([0.1] * 6)):
+        status = one.ask(message)
+        assert level_of(status) == ERROR
+        assert 'shoulder_pan_joint' in status.message
     one.settle()
     assert not one.joint_states
     assert not one.velocities
@@ -291,44 +314,39 @@ def test_a_twist_that_stops_coming_is_ended_once(targets):
     assert len(one.velocities) == 2
 
 
-def test_nothing_is_watched_where_nothing_moves(targets):
+def test_a_refused_twist_ends_a_motion_once_and_nothing_is_watched_at_rest(targets):
     one = targets(ros_args=['-p', 'ik.target_timeout:=100.0'])
     watch = one.arm.node._targets._timer
+    one.ask(twist_target([0.05, 0, 0, 0, 0, 0]))
+    assert not watch.is_canceled()
+    for _ in range(3):
+        assert level_of(one.ask(_with_nan(twist_target([0.05] * 6)))) == ERROR
+    assert watch.is_canceled()
+    one.settle()
+    assert len(one.velocities) == 2
+    assert not np.any(one.velocities[1].velocity)
     one.ask(twist_target([0.05, 0, 0, 0, 0, 0]))
     assert not watch.is_canceled()
     one.ask(twist_target([0.0] * 6))
     assert watch.is_canceled()
 
 
-def test_a_refused_twist_ends_a_motion_once(targets):
-    one = targets(ros_args=['-p', 'ik.target_timeout:=100.0'])
-    one.ask(twist_target([0.05, 0, 0, 0, 0, 0]))
-    for _ in range(3):
-        assert level_of(one.ask(_with_nan(twist_target([0.05] * 6)))) == ERROR
-    one.settle()
-    assert len(one.velocities) == 2
-    assert not np.any(one.velocities[1].velocity)
-
-
 def test_wrong_parameters_are_refused_with_the_reason():
-    from kinematics_service.errors import SettingsError
-    from kinematics_service.node.parameters.settings import defaults, settings_from
-
     robot = ks.load_robot('ur5e')
     values = defaults(robot)
-    for name, value, said in (
-        ('ik.rows', 'x y up', 'x y z rx ry rz'),
-        ('ik.rows', 'x x', 'each once'),
-        ('ik.axis', 'w', 'x y z, or empty'),
-        ('ik.tolerance', -1.0, 'ik.tolerance'),
-        ('ik.damping', math.nan, 'ik.damping'),
-        ('ik.horizon', 0.0, 'ik.horizon'),
+    for name, value, code, word in (
+        ('ik.rows', 'x y up', 'unknown-name', 'x y z rx ry rz'),
+        ('ik.rows', 'x x', 'duplicate-name', 'each once'),
+        ('ik.axis', 'w', 'unknown-name', 'one of x y z'),
+        ('ik.tolerance', -1.0, 'out-of-range', '-1.0'),
+        ('ik.damping', math.nan, 'not-finite', 'nan'),
+        ('ik.horizon', 0.0, 'out-of-range', '0.0'),
     ):
-        with pytest.raises(SettingsError, match=said):
+        with refused(SettingsError, code, f'parameter {name}: ', word):
             settings_from({**values, name: value}, robot)
     rows = settings_from({**values, 'ik.rows': 'z x'}, robot).target_rows
     assert rows == ('x', 'z')
-    with pytest.raises(SettingsError, match='the place of rx ry rz'):
+    with refused(SettingsError, 'conflict', "ik.axis: 'z'", 'ik.rows'):
         settings_from({**values, 'ik.axis': 'z', 'ik.rows': 'x y z rx'}, robot)
     pointing = settings_from({**values, 'ik.axis': 'z'}, robot)
     assert (pointing.target_rows, pointing.target_axis) == (('x', 'y', 'z'), 'z')
@@ -345,7 +363,7 @@ def test_a_stream_of_twists_is_tracked_through_a_wrist_singularity(targets, asid
     one = targets(q=WRIST, executor=EventsExecutor)
     arm, robot = one.arm, one.arm.robot
     # The tool turns as joint 5 alone would turn it; beside the singularity q4 must swing too.
-    steps = 200
+    steps = 100
     q = WRIST.copy()
     path = [
         ks.forward_kinematics(robot, WRIST - [0, 0, 0, 0, 0.5 * k / steps, 0])
@@ -387,8 +405,8 @@ def test_a_twist_in_the_lost_direction_is_reported_until_the_arm_has_left_it(tar
     lost = np.linalg.svd(weights[:, None] * ks.jacobian(robot, q))[0][:, -1] / weights
     status = one.ask(twist_target(0.05 * lost))
     assert level_of(status) == WARN
-    assert 'lost the direction asked for' in status.message
-    assert 'way_out of the singularity warning' in status.message
+    assert 'lost the direction' in status.message
+    assert 'way_out' in status.message
     q += 0.2 * ks.singularity(robot, q).way_out
     one.arm.answer(q)
     status = one.ask(twist_target(0.05 * lost))
@@ -410,19 +428,19 @@ def test_a_pose_may_be_asked_by_the_direction_of_a_tool_axis(targets):
     assert one.joint_states[-1].position[5] == pytest.approx(UR5E[5])
 
 
-@pytest.mark.parametrize(('tolerance', 'level'), [('1e-6', OK), ('0.0', ERROR)])
-def test_a_pose_that_is_rounded_is_reached_within_the_tolerance(targets, tolerance, level):
+def test_a_pose_that_is_rounded_is_reached_within_the_tolerance(targets):
     rows = ['-p', "ik.rows:='x y z rx ry rz'"]
-    one = targets('scara_hsr065', SCARA, [*rows, '-p', f'ik.tolerance:={tolerance}'])
+    one = targets('scara_hsr065', SCARA, [*rows, '-p', 'ik.tolerance:=1e-6'])
     target = ks.forward_kinematics(one.arm.robot, SCARA)
     tilt = 4e-7
     target[:3, :3] = np.array([[1, 0, 0], [0, 1, -tilt], [0, tilt, 1]]) @ target[:3, :3]
     status = one.ask(pose_target(target))
-    assert level_of(status) == level
-    if level == OK:
-        assert 'within the tolerance' in status.message
-        told = float(values_of(status)['residual'])
-        assert told == pytest.approx(tilt * one.arm.robot.singularity.task.length, rel=1e-2)
+    assert level_of(status) == OK
+    assert 'within the tolerance' in status.message
+    told = float(values_of(status)['residual'])
+    assert told == pytest.approx(tilt * one.arm.robot.singularity.task.length, rel=1e-2)
+    assert change(one.arm, ik__tolerance=0.0).successful
+    assert level_of(one.ask(pose_target(target))) == ERROR
 
 
 def _twist_between(T, ahead):
@@ -437,8 +455,8 @@ def test_poses_are_answered_through_a_wrist_singularity_without_a_jump(targets):
     one = targets(q=WRIST, executor=EventsExecutor)
     robot = one.arm.robot
     q = WRIST.copy()
-    for k in range(1, 101):
-        ahead = WRIST - [0, 0, 0, 0, 0.5 * k / 100, 0]
+    for k in range(1, 51):
+        ahead = WRIST - [0, 0, 0, 0, 0.5 * k / 50, 0]
         T = ks.forward_kinematics(robot, q)
         relative = np.linalg.inv(T) @ ks.forward_kinematics(robot, ahead)
         heard = len(one.joint_states)
