@@ -10,10 +10,13 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
+from refusal import refused
 from ros_harness import Arm, Peer, change
 
-from kinematics_service.errors import KinematicsError
+import kinematics_service as ks
+from kinematics_service.errors import SettingsError
 from kinematics_service.node.node import KinematicsNode
+from kinematics_service.node.parameters.settings import defaults, settings_from
 from kinematics_service.node.parameters.table import PARAMETERS
 
 
@@ -91,39 +94,57 @@ REFUSED = {
     'reference.angle_warn': [0.0, math.nan, 0.2, 1],
     'reference.angle_stop': [0.0, 11.0, 0.001, 1],
 }
-REFUSALS = [(name, value) for name, values in REFUSED.items() for value in values]
 
 
 def test_every_parameter_has_a_wrong_value():
     assert set(REFUSED) == {parameter.name for parameter in PARAMETERS}
 
 
-@pytest.mark.parametrize(('name', 'value'), REFUSALS, ids=lambda x: str(x))
-def test_a_wrong_value_is_refused_at_run_time_with_the_reason_and_nothing_changes(
-    unchanged, name, value
-):
+@pytest.mark.parametrize('name', REFUSED)
+def test_a_wrong_value_is_refused_at_run_time_with_the_reason_and_nothing_changes(unchanged, name):
     one = unchanged
     settings, old = one.node.settings, one.node.get_parameter(name).value
-    result = change(one, **{name.replace('.', '__'): value})
-    assert not result.successful
-    assert name.partition('.')[0] in result.reason or 'Wrong parameter type' in result.reason
-    assert one.node.settings is settings
-    assert one.node.get_parameter(name).value == old
+    for value in REFUSED[name]:
+        result = change(one, **{name.replace('.', '__'): value})
+        assert not result.successful, value
+        assert name.partition('.')[0] in result.reason or 'Wrong parameter type' in result.reason
+        assert one.node.settings is settings
+        assert one.node.get_parameter(name).value == old
     one.answer((0.3, -0.4, 1.2))
 
 
-@pytest.mark.parametrize(
-    ('name', 'value'),
-    [
-        # One each: the values of the command line are judged as those at run time are.
-        next((name, value) for value in values if not isinstance(value, list) and value != '')
-        for name, values in REFUSED.items()
-    ],
-    ids=lambda x: str(x),
-)
-def test_a_wrong_value_is_refused_at_start_with_the_reason(peer, name, value):
-    given = ['--ros-args', '-p']
-    with pytest.raises(KinematicsError) as error:
-        KinematicsNode('craig_3r', context=peer.context, cli_args=[*given, f'{name}:={value}'])
-    assert name.partition('.')[0] in str(error.value)
+@pytest.mark.parametrize('name', REFUSED)
+def test_a_wrong_value_has_a_code_of_its_own(name):
+    # Of values whose type ROS accepts: it refuses others before they are judged.
+    robot = ks.load_robot('craig_3r')
+    given = defaults(robot)
+    for value in REFUSED[name]:
+        if type(value) is not type(given[name]):
+            continue
+        with pytest.raises(SettingsError) as error:
+            settings_from(given | {name: value}, robot)
+        assert error.value.code != SettingsError.code, value
+
+
+# Of each way to judge a value one: those of the command line are judged as those at run time are.
+AT_START = {
+    'joint_prefix': ('/arm', 'syntax'),
+    'joint_names': ('a', 'wrong-type'),
+    'base_frame': ('tool0', 'conflict'),
+    'tool.xyz': (0.1, 'wrong-type'),
+    'twist_frame': ('world', 'unknown-name'),
+    'publish_rate': (-1.0, 'out-of-range'),
+    'scale.horizon': (1, 'wrong-type'),
+    'scale.rise': ('.nan', 'out-of-range'),
+    'publish_tf': (1, 'wrong-type'),
+    'reference.angle_stop': (0.001, 'wrong-order'),
+}
+
+
+@pytest.mark.parametrize('name', AT_START)
+def test_a_wrong_value_is_refused_at_start_with_the_reason(peer, name):
+    value, code = AT_START[name]
+    given = ['--ros-args', '-p', f'{name}:={value}']
+    with refused(SettingsError, code, name.partition('.')[0]) as error:
+        KinematicsNode('craig_3r', context=peer.context, cli_args=given)
     assert '\n' not in str(error.value)

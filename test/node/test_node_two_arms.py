@@ -11,7 +11,7 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from node_process import NodeProcess
-from ros_harness import BOTH_TRANSPORTS, START, STEP, Arm, Peer, joint_state, nanoseconds
+from ros_harness import START, STEP, Arm, Peer, joint_state, nanoseconds
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 
@@ -43,7 +43,7 @@ def two(arm):
     }
 
 
-def test_two_arms_in_two_namespaces_answer_their_own_joints_only(two):
+def test_two_arms_in_two_namespaces_answer_their_own_joints_under_their_own_names(two):
     left, right = two['left'], two['right']
     assert left.node.get_fully_qualified_name() == '/left/kinematics'
     right.poses  # noqa: B018 listens from here on
@@ -54,10 +54,7 @@ def test_two_arms_in_two_namespaces_answer_their_own_joints_only(two):
     np.testing.assert_allclose(position(pose), expected(RIGHT), atol=ROUND_OFF)
     assert pose.header.frame_id == 'right/base_link'
     assert len(left.poses) == len(right.poses) == 1
-
-
-def test_the_columns_of_the_jacobian_carry_the_prefix(two):
-    left = two['left']
+    # The columns of the Jacobian carry the prefix.
     jacobians = left.hear('jacobian', Float64MultiArray)
     left.send(LEFT)
     left.spin_until(lambda: jacobians, 'Jacobian')
@@ -65,10 +62,7 @@ def test_the_columns_of_the_jacobian_carry_the_prefix(two):
     told = json.loads(left.call(Trigger, '/left/kinematics/describe', Trigger.Request()).message)
     assert told['frames'] == {'base': 'left/base_link', 'tool': 'left/tool0'}
     assert told['subscribes'] == '/left/joint_states'
-
-
-def test_the_diagnostics_of_two_arms_can_be_told_apart(two):
-    left, right = two['left'], two['right']
+    # Their diagnostics can be told apart.
     arrays = left.listen('/diagnostics', DiagnosticArray)
 
     def names():
@@ -103,7 +97,6 @@ def both_joints(left, right, stamp):
     return joint_state(names, q, (), stamp)
 
 
-@BOTH_TRANSPORTS
 def test_two_arms_share_one_topic_and_one_message(arm):
     arms = shared(arm)
     poses = {side: one.hear('pose', PoseStamped) for side, one in arms.items()}
