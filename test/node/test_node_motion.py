@@ -359,7 +359,7 @@ def test_near_a_singular_pose_the_status_says_what_is_hardly_felt(arm):
     assert np.linalg.norm(force_torque(heard[0])) < 0.1 * np.linalg.norm(plain)
     status = wrench_status(one)
     assert level_of(status) == 1
-    assert 'force along (0.87, 0.16, -0.47) with' in status.message
+    assert 'along (0.87, 0.16, -0.47) with' in status.message
     assert '~/wrench/zero' in status.message
     values = values_of(status)
     assert values['directions felt'] == '6 of 6'

@@ -485,7 +485,7 @@ def test_parameters_of_others_are_none_of_our_business(arm):
     ('name', 'values', 'words'),
     [
         ('kuka_iiwa14', {'measure': 'determinant', 'warn': 0.02, 'stop': 0.01}, 'square'),
-        ('craig_3r', {'warn': 1.2}, 'at most 1 rad (57 deg)'),
+        ('craig_3r', {'warn': 1.2}, '1 rad (57 deg)'),
     ],
 )
 def test_thresholds_that_cannot_be_are_refused_with_what_is_accepted(name, values, words):

@@ -220,7 +220,7 @@ def shared_memory(pid):
         (('--robot', 'nowhere.yaml'), 1, 'nowhere.yaml'),
         (('--ros-args', '-p', 'robot:=craig_4r'), 1, "no robot 'craig_4r'"),
         (('--ros-args', '-p', 'twist_frame:=world'), 1, 'give one of base, tool'),
-        (('--ros-args', '-p', 'publish_rate:=1'), 1, 'such as 1.0 instead of 1'),
+        (('--ros-args', '-p', 'publish_rate:=1'), 1, '1.0 instead of 1'),
         (('--ros-args', '-p', 'publish_rate:=-1.0'), 1, 'publish_rate'),
         (('--ros-args', '-p', 'joint_state_timeout:=.nan'), 1, 'joint_state_timeout'),
         (('--ros-args', '-p', 'singularity.stop:=0.5'), 1, 'below warn'),
@@ -240,7 +240,7 @@ def shared_memory(pid):
         (
             ('--ros-args', '-p', 'qos_overrides./joint_states.subscription.depth:=88888888888'),
             1,
-            'qos_overrides is out of its range',
+            'qos_overrides is out of',
         ),
         (('--ros-args', '--nonsense'), 2, '--nonsense'),
     ],
@@ -305,7 +305,7 @@ def test_what_is_unsecured_or_mixed_does_not_start_unless_asked_for(
     node = process('--robot', 'craig_3r', '--allow-mixed-ros', '--allow-unsecured')
     answered(peer)
     told, *_ = node.stderr.splitlines()
-    assert told.startswith('kinematics_service: messages are not written to a log file: ')
+    assert told.startswith('kinematics_service: messages are not ')
     assert log_refusal() in told
     assert 'ROS_LOG_DIR' in told
 

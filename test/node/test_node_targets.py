@@ -177,7 +177,7 @@ def test_a_redundant_arm_is_answered_with_the_best_posture_of_its_arc(targets, c
 
 
 def test_an_arm_without_arcs_says_once_that_it_has_no_best_posture(targets, capfd):
-    said = 'parameter ik.redundancy: margin has no effect'
+    said = 'ik.redundancy: margin has no effect'
     one = targets(ros_args=['-p', 'ik.redundancy:=margin'])
     assert capfd.readouterr().err.count(said) == 1
     assert level_of(one.ask(pose_target(ks.forward_kinematics(one.arm.robot, UR5E)))) == OK
@@ -383,7 +383,7 @@ def test_a_stream_of_twists_is_tracked_through_a_wrist_singularity(targets, asid
         distances.append(float(ks.singularity(robot, q).distance))
         off = _twist_between(ks.forward_kinematics(robot, q), ahead)
         worst = max(worst, float(np.linalg.norm(off)))
-    assert min(distances) < 0.01, 'the path does not meet the singularity'
+    assert min(distances) < 0.01, 'path beside the singularity'
     assert fastest <= 1.0 + EXACT
     assert WARN in levels
     assert ERROR not in levels

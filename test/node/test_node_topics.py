@@ -412,7 +412,7 @@ def test_a_layout_that_is_not_the_official_one_is_not_used_and_said_once(
     one.node.set_parameters([Parameter('twist_frame', value='tool')])
     one.answer(Q)
     one.spin_until(lambda: bool(others), 'another topic')
-    said = capfd.readouterr().err.count('/kinematics/pose: the serializer of ROS writes other')
+    said = capfd.readouterr().err.count('/kinematics/pose: the serializer')
     assert said == (transport == 'bytes')
     as_bytes = {c.topic.name: c.as_bytes for c in one.node._outputs.channels}
     assert not as_bytes['~/pose']
@@ -627,7 +627,7 @@ def test_a_warning_says_what_is_lost_who_fights_and_which_way_leads_out(arm):
     one.answer((0.0, 0.05), (0.0, -1.0))
     one.spin_until(lambda: len(warnings) == 2, 'warning')
     assert level_of(warnings[1]) == WARN
-    assert warnings[1].message.startswith('near a singularity: elbow: sin(q2) = 0.05, ')
+    assert warnings[1].message.startswith('near a singularity: elbow: ')
     assert 'along x in base_link' in warnings[1].message
     assert 'moving towards it' in warnings[1].message
     values = values_of(warnings[1])

@@ -30,5 +30,5 @@ def test_poses_of_a_second_source_are_refused_with_the_command_that_compares_the
     one.note(SimpleNamespace(stamp=10**9, state=SimpleNamespace(q=np.full(6, 0.3))))
     status = one.status_text()
     assert status.level == Level.WARN
-    assert status.sentence.startswith('pose of /tracker refused: the app calibration')
+    assert status.sentence.startswith('pose of /tracker refused: ')
     assert '`kinematics_service audit`' in status.sentence

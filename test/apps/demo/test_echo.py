@@ -257,7 +257,7 @@ def test_a_late_echo_still_gets_the_last_warning(arm, told):
     assert (code, errors) == (0, '')
     warned = json.loads(output)
     assert warned['level'] == 'ERROR'
-    assert warned['sentence'].startswith('at a singularity: elbow: sin(q3) = ')
+    assert warned['sentence'].startswith('at a singularity: elbow: ')
     assert warned['values']['robot'] == 'craig_3r'
     assert len(output.splitlines()) == 1
 
@@ -353,7 +353,7 @@ def test_nobody_there_is_explained_and_given_up(arm, told, monkeypatch):
         'kinematics_service: waiting for /kinematics/pose: it has no publisher; kinematics nodes '
         'here: /left/kinematics; try --node /left/kinematics'
     )
-    assert gave_up == f'kinematics_service: gave up after {seconds} s without a message'
+    assert f'gave up after {seconds} s ' in gave_up
     assert time.monotonic() - begin > seconds
 
 
