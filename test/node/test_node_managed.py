@@ -45,6 +45,10 @@ class Manager(Peer):
         """Listen to what a node publishes that has been configured."""
         self.poses = self.listen('/kinematics/pose', PoseStamped)
         self.warnings = self.listen('/kinematics/singularity/warning', DiagnosticStatus, LATCHED)
+        # What is published is lost until the node has discovered a subscription: this one is the
+        # last that it discovers.
+        self.statuses = self.listen('/diagnostics', DiagnosticArray)
+        self.spin_until(lambda: self.statuses, 'diagnostics')
 
     def change(self, transition):
         if not self.is_discovered:
@@ -92,13 +96,9 @@ def test_it_answers_when_it_is_active_and_is_silent_otherwise(started):
     assert not manager.change(Transition.TRANSITION_ACTIVATE)
     assert manager.change(Transition.TRANSITION_CONFIGURE)
     manager.hear()
-    statuses = manager.listen('/diagnostics', DiagnosticArray)
     manager.send()
-    manager.spin_until(lambda: statuses, 'diagnostics')
-    assert (statuses[0].status[0].level, statuses[0].status[0].message) == (
-        DiagnosticStatus.OK,
-        'the node is not active',
-    )
+    status = manager.statuses[0].status[0]
+    assert (status.level, status.message) == (DiagnosticStatus.OK, 'the node is not active')
     # A target gets the reason.
     told = manager.listen('/kinematics/ik/status', DiagnosticStatus)
     targets = manager.speaker('/kinematics/target_pose', kind=PoseStamped)

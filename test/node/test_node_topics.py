@@ -197,8 +197,7 @@ def test_twist_determinant_and_distance_of_planar_2r_are_closed_forms(arm):
 @pytest.mark.parametrize(
     ('name', 'transport'),
     [
-        *(('craig_3r', 'bytes'), ('puma560', 'bytes'), ('rrp_elementary', 'bytes')),
-        *(('scara_hsr065', 'bytes'), ('scara_hsr065', 'messages')),
+        *(('craig_3r', 'bytes'), ('rrp_elementary', 'bytes'), ('scara_hsr065', 'messages')),
     ],
 )
 def test_pose_jacobian_twist_and_frames_are_the_librarys(arm, name):

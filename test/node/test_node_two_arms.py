@@ -11,7 +11,7 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from node_process import NodeProcess
-from ros_harness import START, STEP, Arm, Peer, joint_state, nanoseconds
+from ros_harness import START, STEP, Arm, Peer, joint_state, nanoseconds, values_of
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 
@@ -134,6 +134,22 @@ def test_two_arms_share_one_topic_with_a_message_for_each(arm):
         assert values['joints that publishers disagree about'] == ''
 
 
+def await_publishers(peer, nodes, publishers):
+    """
+    Return when so many nodes of another process know so many publishers.
+
+    They hear nothing before; and they know what the peer subscribed to before.
+    """
+    arrays = peer.listen('/diagnostics', DiagnosticArray)
+
+    def are_known():
+        known = {array.status[0].name: values_of(array.status[0]) for array in arrays}
+        told = [values['publishers'] for values in known.values()]
+        return told == [str(publishers)] * nodes
+
+    peer.spin_until(are_known, 'publishers in the nodes')
+
+
 CELL = """
 cell: bench
 arms:
@@ -153,6 +169,7 @@ def test_a_cell_has_a_node_for_each_arm_and_one_for_the_motion_between(ros_domai
                 frames[name] = one.listen(f'/lab/{name}/pose', PoseStamped)
             jacobians = one.listen('/lab/kinematics/relative/jacobian', Float64MultiArray)
             drivers = [one.speaker('/lab/joint_states', listeners=3) for _ in 'lr']
+            await_publishers(one, nodes=3, publishers=2)
             both = ks.load_robot(file)
             # Two drivers in turns, with stamps of their own.
             for k, (side, q) in enumerate((('left', LEFT), ('right', RIGHT), ('left', RIGHT))):

@@ -38,6 +38,8 @@ def node(ros_domain):
 @pytest.fixture
 def client(node):
     one = Client()
+    # The response to a new client is lost if the node has not discovered it yet.
+    assert one.until(lambda: one.answered(5.0) is not None, PATIENCE)
     yield one
     one.close()
 
