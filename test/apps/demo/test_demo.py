@@ -4,6 +4,7 @@ The demo: what it says, and as a process how it ends, and that nothing of it lea
 
 import contextlib
 import fcntl
+import math
 import os
 import pty
 import re
@@ -31,7 +32,7 @@ from std_msgs.msg import Float64, Float64MultiArray, MultiArrayDimension
 import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.apps.demo.demo import RANGE, stay_on_this_host
-from kinematics_service.apps.demo.demo_listener import Nearest
+from kinematics_service.apps.demo.demo_listener import INTERVAL, DemoListener, Nearest
 from kinematics_service.apps.demo.demo_report import PlainReport, summary
 from kinematics_service.apps.demo.demo_screen import screen
 from kinematics_service.apps.demo.virtual_arm import RATE
@@ -326,6 +327,29 @@ def test_the_scale_has_its_bar_and_its_cause():
     (line,) = (line for line in shown_on(80, 24) if line.startswith('scale'))
     bar = '█' * 7 + '░' * 13
     assert line.rstrip() == f'scale             0.350  {bar}  position limit of elbow'
+
+
+def test_the_history_has_the_least_distance_and_the_largest_speed_of_each_interval():
+    one = SimpleNamespace(
+        distance=SimpleNamespace(message=Float64()),
+        pose=SimpleNamespace(message=PoseStamped()),
+        nearest=Nearest(math.inf, 0.0, None),
+        history=[],
+        speeds=[],
+        _intervals=0,
+    )
+    for one.time, one.distance.message.data, speed in (
+        (0.1 * INTERVAL, 0.5, -0.2),
+        (0.5 * INTERVAL, 0.3, 0.1),
+        (0.9 * INTERVAL, 0.4, math.nan),
+        (3.5 * INTERVAL, 0.3, 0.7),
+    ):
+        one.joint_speeds = lambda speed=speed: {'q1': speed, 'q2': 0.0}
+        DemoListener._note(one, b'')
+    assert one.history == [0.3, math.inf, math.inf, 0.3]
+    assert one.speeds == [0.2, 0.0, 0.0, 0.7]
+    # The first of two equal ones is the nearest.
+    assert (one.nearest.distance, one.nearest.time) == (0.3, 0.5 * INTERVAL)
 
 
 SIZES = [(40, 5), (60, 15), (80, 24), (100, 30), (120, 35), (200, 50), (250, 12)]

@@ -14,6 +14,7 @@ import sys
 import threading
 import time
 from contextlib import contextmanager
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -383,6 +384,24 @@ def test_a_timeout_is_for_the_first_message_only(arm, monkeypatch):
     with echo.shown():
         one.spin_until(lambda: ended, 'time-out')
     assert not echo.over
+
+
+@pytest.mark.parametrize(
+    ('is_rare', 'count', 'age', 'is_silent'),
+    [
+        (False, 0, np.inf, True),
+        (False, 3, tool.SILENCE_TIMEOUT, True),
+        (False, 3, 0.1, False),
+        (True, 0, np.inf, True),
+        # A warning is published when it changes.
+        (True, 1, 60.0, False),
+    ],
+)
+def test_a_topic_is_silent_unless_it_is_rare_and_has_a_message(is_rare, count, age, is_silent):
+    one = SimpleNamespace(
+        _echoed=SimpleNamespace(is_rare=is_rare), _latest=SimpleNamespace(count=count, age=age)
+    )
+    assert tool._Echo._silent.fget(one) == is_silent
 
 
 @pytest.mark.parametrize('seconds', ['0', '-1', 'nan', '1e9'])
