@@ -17,6 +17,7 @@ from visualization_msgs.msg import Marker
 import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.estimation.estimator import EstimatorOutput
+from kinematics_service.node.drawing.scene import RING_RADIUS, RING_SIDES, ring
 from kinematics_service.node.messages.markers import markers_message
 from kinematics_service.node.messages.messages import StateReport
 from kinematics_service.node.parameters.settings import defaults, settings_from
@@ -296,3 +297,14 @@ def test_a_reader_draws_a_picture(tmp_path):
     picture = folder / 'markers.png'
     figure.savefig(picture, dpi=80)
     assert picture.stat().st_size > 10_000
+
+
+def test_a_ring_is_a_circle_normal_to_its_line():
+    ends, size = np.array([[0.1, 0.2, 0.3], [0.5, -0.2, 0.9]]), 2.0
+    segments = ring(ends, size)
+    assert segments.shape == (RING_SIDES, 2, 3)
+    np.testing.assert_array_equal(segments[1:, 0], segments[:-1, 1])
+    spokes = segments.reshape(-1, 3) - ends.mean(axis=0)
+    np.testing.assert_allclose(spokes @ (ends[1] - ends[0]), 0.0, rtol=0, atol=CLOSE)
+    np.testing.assert_allclose(np.linalg.norm(spokes, axis=1), RING_RADIUS * size, rtol=CLOSE)
+    np.testing.assert_allclose(segments[0, 0], segments[-1, 1], rtol=0, atol=CLOSE)

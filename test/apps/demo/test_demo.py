@@ -352,6 +352,15 @@ def test_the_history_has_the_least_distance_and_the_largest_speed_of_each_interv
     assert (one.nearest.distance, one.nearest.time) == (0.3, 0.5 * INTERVAL)
 
 
+def test_the_speeds_are_those_of_the_last_joint_states():
+    one = SimpleNamespace(joints=None)
+    assert DemoListener.joint_speeds(one) == {}
+    one.joints = SimpleNamespace(message=None)
+    assert DemoListener.joint_speeds(one) == {}
+    one.joints.message = JointState(name=['q1', 'q2'], velocity=[0.5, -0.25])
+    assert DemoListener.joint_speeds(one) == {'q1': 0.5, 'q2': -0.25}
+
+
 SIZES = [(40, 5), (60, 15), (80, 24), (100, 30), (120, 35), (200, 50), (250, 12)]
 
 
