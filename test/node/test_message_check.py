@@ -11,7 +11,7 @@ from kinematics_service.errors import CdrError
 from kinematics_service.estimation.cdr import CdrReader
 from kinematics_service.node.messages.message_check import WALKS
 
-MESSAGES = 3_000
+MESSAGES = 1_000
 
 
 def is_taken(data, kind):

@@ -31,7 +31,7 @@ from kinematics_service.robot.robot import build_robot
 SECOND = 1_000_000_000
 # The first, the last, one before the epoch, and nanoseconds of more than a second.
 STAMPS = ((0, 1), (2**31 - 1, SECOND - 1), (-5, 7), (2**31 - 1, 2**32 - 1), (-(2**31), 0))
-ARMS = ['planar_2r', 'spherical_rrp', 'parallelogram_left', 'scara_hsr065', 'panda', 'puma560']
+ARMS = ['planar_2r', 'parallelogram_left', 'scara_hsr065', 'panda']
 VELOCITIES = {'known': True, 'unknown': False}
 FRAMES = list(
     itertools.product(('base', 'tool'), ('base', 'tool'), ('linear_first', 'angular_first'))
