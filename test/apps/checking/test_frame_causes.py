@@ -86,43 +86,33 @@ def scaled(name, joint, factor, key='joint_scale', **more):
 
 # Named with its value; nothing after the fault: no decisive cause.
 RECORDINGS = [
-    scaled('ur5e', 2, 2.0),
     scaled('ur5e', 2, 1.1),
     scaled('ur5e', 4, 1.0 / DEG),
-    scaled('ur5e', 5, 57.0),
     scaled('ur5e', 2, 2.0, unit=1.0),
-    scaled('ur5e', 3, 2.0, size=0.2),
     scaled('ur5e', 4, 0.5, moving=(3, 4)),
     scaled('panda', 3, -2.0),
-    scaled('panda', 5, 100.0),
-    scaled('puma560', 4, 3.0),
     scaled('so101', 2, 1.5),
-    scaled('planar_2r', 1, 2.0),
     scaled('one', 0, 2.0),
     scaled('scara_hsr065', 2, 1000.0 * DEG),
     scaled('scara_hsr065', 2, 1.0 / 0.0254),
-    scaled('offset_stanford_dh', 2, 0.5),
     scaled('long', 0, 100.0),
     planted('panda', ('degrees', 0, 0.0), 'degrees'),
-    planted('one', ('degrees', 0, 0.0), 'degrees'),
     scaled('scara_hsr065', 2, 1000.0, 'millimetres'),
     planted('ur5e', ('zero', 2, 3 * DEG), 'joint_offset', value=3 * DEG),
     planted('panda', ('zero', 3, 2 * DEG), 'joint_offset', value=2 * DEG, unit=1.0),
-    planted('so101', ('zero', 1, 3 * DEG), 'joint_offset', value=3 * DEG),
     planted('ur5e', ('table', 'alpha3', 5 * DEG), 'link_twist', value=5 * DEG),
     planted('ur5e', ('table', 'a2', 0.03), 'link_length', value=0.03, noise=DIGITS),
     *(
         planted('ur5e', ('table', name, error), moving=moving, noise=DIGITS, unit=unit)
-        for name, error, unit in (
-            ('alpha1', 3 * DEG, 0.0),
-            ('alpha3', 0.25 * DEG, 1.0),
-            ('alpha5', 0.25 * DEG, 0.0),
+        for name, error, unit, moving in (
+            ('alpha1', 3 * DEG, 0.0, (0, 5)),
+            ('alpha3', 0.25 * DEG, 1.0, (0, 4)),
+            ('alpha5', 0.25 * DEG, 0.0, (0, 4)),
         )
-        for moving in ((0, 5), (0, 4))
     ),
     *(
         planted('ur5e', ('zero', joint, 2 * DEG), moving=moving, noise=DIGITS)
-        for joint, moving in ((4, (0, 5)), (2, (0, 3)), (2, (0, 4)))
+        for joint, moving in ((4, (0, 5)), (2, (0, 3)))
     ),
     planted('ur5e', ('zero', 0, 3 * DEG)),
     planted('puma560', ('scale', 4, 2.0), moving=(0, 1, 2)),
@@ -131,7 +121,6 @@ RECORDINGS = [
         for name, moving, size, noise in (
             ('ur5e', (0, 5), 1.0, DIGITS),
             ('ur5e', (1, 2, 3), 0.1, DIGITS),
-            ('ur5e', (5,), 1.0, CAMERA),
             ('panda', (), 1.0, CAMERA),
             ('one', (), 1.0, DIGITS),
             ('long', (), 1.0, DIGITS),
@@ -170,9 +159,9 @@ def test_few_moving_joints_have_their_offsets_found():
 @pytest.mark.parametrize(
     ('turn', 'words'),
     [
-        ([0.0, 0.0, math.pi], 'the base is turned by 180 deg about z: base_link of UR arms'),
-        ([0.0, 0.5 * math.pi, 0.0], 'the base is turned by 90 deg about y'),
-        ([0.3, 0.2, 0.1], 'the base is turned by 21.4 deg about (0.80, 0.53, 0.27)'),
+        ([0.0, 0.0, math.pi], '180 deg about z: base_link of UR arms'),
+        ([0.0, 0.5 * math.pi, 0.0], '90 deg about y'),
+        ([0.3, 0.2, 0.1], '21.4 deg about (0.80, 0.53, 0.27)'),
     ],
 )
 def test_a_turned_base_is_said(turn, words):
@@ -182,7 +171,7 @@ def test_a_turned_base_is_said(turn, words):
     turned[:3, :3] = exponential(np.array(turn))
     poses[:, :3, 3] += 1e-4 * np.random.default_rng(0).normal(size=(len(q), 3))
     sentence = diagnose_frames(robot, q, turned @ poses).sentence
-    assert f'({words}) ' in sentence
+    assert f'turned by {words}) ' in sentence
     assert 'is turned' not in diagnose_frames(robot, q, BASE @ poses).sentence
 
 

@@ -166,12 +166,15 @@ def _given(robot: Robot, q: npt.ArrayLike, poses: npt.ArrayLike) -> ComparedData
     if q.ndim != 2 or q.shape[1] != robot.dof or B.shape != (len(q), 4, 4):
         raise FramesError(
             f'q must have the shape (N, {robot.dof}) and poses (N, 4, 4), '
-            f'not {q.shape} and {B.shape}'
+            f'not {q.shape} and {B.shape}',
+            code='wrong-shape',
         )
     if not (np.all(np.isfinite(q)) and np.all(np.isfinite(B))):
-        raise FramesError('joint positions and poses must be finite')
+        raise FramesError('q, poses: must be finite numbers', code='not-finite')
     if len(q) < MIN_POSES:
-        raise FramesError(f'{len(q)} poses are too few: at least {MIN_POSES} are needed')
+        raise FramesError(
+            f'{len(q)} poses are too few: at least {MIN_POSES} are needed', code='too-few'
+        )
     check_rotations(B[:, :3, :3])
     return ComparedData(robot, q, B)
 
@@ -188,14 +191,16 @@ def check_rotations(R: Floats) -> None:
     mirrored = np.flatnonzero(np.linalg.det(R) < 0.0)
     if len(mirrored):
         raise FramesError(
-            f'mirrored axes: the orientation of {len(mirrored)} of {len(R)} poses is no rotation '
-            f'(determinant -1, the first is pose {mirrored[0]}); one axis points the wrong way'
+            f'mirrored axes: the orientation of {len(mirrored)} of {len(R)} poses, the first of '
+            f'them pose {mirrored[0]}, has determinant -1; one axis points the wrong way',
+            code='mirrored',
         )
     far = np.max(np.abs(np.swapaxes(R, 1, 2) @ R - np.eye(3)), axis=(1, 2))
     if np.any(far > ORTHOGONALITY_TOLERANCE):
         raise FramesError(
-            f'the orientation of pose {int(np.argmax(far))} is no rotation: its columns are not '
-            'of unit length and at right angles'
+            f'the orientation of pose {int(np.argmax(far))} is not a rotation: its columns are '
+            'not of unit length and at right angles',
+            code='not-a-rotation',
         )
 
 
@@ -209,18 +214,25 @@ def _later(
     # q as consecutive samples. Return None if the stamps do not rise.
     t = None if stamps is None else numbers_of('stamps', stamps)
     if t is not None and t.shape != (len(q),):
-        raise FramesError(f'stamps must have the shape {(len(q),)}, not {t.shape}')
+        raise FramesError(
+            f'stamps must have the shape {(len(q),)}, not {t.shape}', code='wrong-shape'
+        )
     if motion is not None:
         if t is None:
-            raise FramesError('a motion needs the stamps of the poses')
+            raise FramesError(
+                'motion: needs the stamps of the poses; give stamps too', code='missing'
+            )
         times, positions = (numbers_of('motion', part) for part in motion)
         if times.ndim != 1 or positions.shape != (len(times), robot.dof):
             raise FramesError(
                 f'the motion must have the shapes (K,) and (K, {robot.dof}), '
-                f'not {times.shape} and {positions.shape}'
+                f'not {times.shape} and {positions.shape}',
+                code='wrong-shape',
             )
-        if len(times) < 2 or not (np.all(np.diff(times) > 0.0) and np.all(np.isfinite(positions))):
-            raise FramesError('the motion must have rising times and finite joint positions')
+        if len(times) < 2 or not np.all(np.diff(times) > 0.0):
+            raise FramesError('motion: needs two or more rising times', code='wrong-order')
+        if not np.all(np.isfinite(positions)):
+            raise FramesError('motion: joint positions must be finite', code='not-finite')
         return looked_up(SampledMotion(times, positions, robot.continuous), t)
     if t is None:
         samples = np.arange(len(q), dtype=np.float64)

@@ -114,7 +114,9 @@ def pose_format(text: str) -> PoseFormat:
     words = [part.strip() for part in text.split(',')]
     makers = [word for word in words if word.lower() in MAKERS]
     if len(makers) > 1:
-        raise RecordingError(f'{makers[0]} and {makers[1]} exclude each other')
+        raise RecordingError(
+            f'{makers[0]} and {makers[1]} exclude each other; write one', code='conflict'
+        )
     usual = MAKERS[makers[0].lower()] if makers else PoseFormat()
     for word in (one for one in words if one not in makers):
         field = next((name for name, words in fields.items() if word in words), None)
@@ -123,10 +125,13 @@ def pose_format(text: str) -> PoseFormat:
             raise RecordingError(
                 f'{word!r} is not one of {", ".join(named)}, nor three angles by their axes such '
                 'as xyz (axes that stand still) or ZYX (axes that move along), nor a maker '
-                f'({", ".join(MAKERS)})'
+                f'({", ".join(MAKERS)})',
+                code='unknown-name',
             )
         if found.get(field, word) != word:
-            raise RecordingError(f'{found[field]} and {word} exclude each other')
+            raise RecordingError(
+                f'{found[field]} and {word} exclude each other; write one', code='conflict'
+            )
         found[field] = word
     return usual._replace(**found)
 
