@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from calibrated_arms import BOARD, INTRINSICS
+from refusal import refused
 
 from kinematics_service.apps.calibration.boards.board import Board, BoardFinder
 from kinematics_service.apps.calibration.boards.intrinsics import read_intrinsics
@@ -99,32 +100,32 @@ def test_what_is_behind_or_aside_is_not_seen():
 
 
 @pytest.mark.parametrize(
-    ('text', 'sentence'),
+    ('text', 'code', 'word'),
     [
-        (ros_file(INTRINSICS, 'equidistant'), "'equidistant' is not one of plumb_bob"),
-        (MESSAGE.replace('width', 'wide'), 'there is no image_width'),
-        (MESSAGE.replace('height', 'high'), 'there is no image_height'),
-        (MESSAGE.replace('k: ', 'q: '), 'there is no camera_matrix'),
-        (MESSAGE.replace('900', 'fx'), 'has something other than numbers'),
-        (MESSAGE.replace('900', '.nan'), 'has something other than numbers'),
-        (MESSAGE.replace('900, ', ''), 'needs 9 numbers'),
-        (MESSAGE.replace('900', '-900'), r'needs 9 numbers \(fx 0 cx'),
-        (MESSAGE.replace('481, 0', '481, 7'), 'needs 9 numbers'),
-        (MESSAGE.replace('-0.12, 0.05, ', ''), 'needs 9 numbers'),
-        ('nothing', 'no calibration file of a camera'),
-        ('', 'no calibration file of a camera'),
-        ('{a: [', 'no calibration file of a camera'),
+        (ros_file(INTRINSICS, 'equidistant'), 'unsupported', "'equidistant'"),
+        (MESSAGE.replace('width', 'wide'), 'missing-key', 'image_width'),
+        (MESSAGE.replace('height', 'high'), 'missing-key', 'image_height'),
+        (MESSAGE.replace('k: ', 'q: '), 'missing-key', 'camera_matrix'),
+        (MESSAGE.replace('900', 'fx'), 'not-a-number', 'camera_matrix'),
+        (MESSAGE.replace('900', '.nan'), 'not-a-number', 'camera_matrix'),
+        (MESSAGE.replace('900, ', ''), 'wrong-shape', '9 numbers'),
+        (MESSAGE.replace('900', '-900'), 'wrong-shape', '(fx 0 cx'),
+        (MESSAGE.replace('481, 0', '481, 7'), 'wrong-shape', '9 numbers'),
+        (MESSAGE.replace('-0.12, 0.05, ', ''), 'wrong-shape', '4, 5, 8'),
+        ('nothing', 'syntax', 'a mapping'),
+        ('', 'syntax', 'camera_matrix'),
+        ('{a: [', 'syntax', 'camera_matrix'),
     ],
 )
-def test_what_is_no_calibration_file_is_refused_in_a_sentence(text, sentence, tmp_path):
+def test_what_is_no_calibration_file_is_refused_in_a_sentence(text, code, word, tmp_path):
     file = tmp_path / 'camera.yaml'
     file.write_text(text)
-    with pytest.raises(RecordingError, match=sentence):
+    with refused(RecordingError, code, str(file), word):
         read_intrinsics(file)
 
 
 def test_a_file_that_is_not_there_is_refused(tmp_path):
-    with pytest.raises(RecordingError, match='no calibration file of a camera'):
+    with refused(RecordingError, 'unreadable', 'No such file'):
         read_intrinsics(tmp_path / 'camera.yaml')
 
 
@@ -146,7 +147,7 @@ def test_images_that_tell_no_pose_say_why(tmp_path):
     finder, file = BoardFinder(BOARD, HALF), tmp_path / 'a.png'
     image = picture(BOARD, HALF, BEFORE, random)
     for changed, sentence in (
-        (np.full_like(image, 90), '0 corners and 0 markers are seen, 6 corners are needed'),
+        (np.full_like(image, 90), '0 corners and 0 markers'),
         (np.where(np.arange(480)[:, None] < 260, image, 90), 'corners'),
     ):
         cv2.imwrite(str(file), changed)
@@ -163,15 +164,15 @@ def test_images_that_tell_no_pose_say_why(tmp_path):
 def test_images_of_another_camera_are_refused(tmp_path):
     file = tmp_path / 'a.png'
     cv2.imwrite(str(file), printed(BOARD))
-    with pytest.raises(RecordingError, match='has 420x300 pixels, and .* is for 640x480'):
+    with refused(RecordingError, 'mismatch', '420x300', '640x480'):
         BoardFinder(BOARD, HALF).corners_in(file)
     file.write_text('no image')
-    with pytest.raises(RecordingError, match='this is no image'):
+    with refused(RecordingError, 'unreadable', str(file)):
         BoardFinder(BOARD, HALF).corners_in(file)
 
 
 def test_a_board_that_cannot_be_is_refused():
-    with pytest.raises(RecordingError, match="no dictionary 'DICT_9X9'; there are .*DICT_4X4_50"):
+    with refused(RecordingError, 'unknown-name', "'DICT_9X9'", 'DICT_4X4_50'):
         BoardFinder(BOARD._replace(dictionary='DICT_9X9'), HALF)
-    with pytest.raises(RecordingError, match='DICT_4X4_50 has 50 markers, and .* 20x10 .* 100'):
+    with refused(RecordingError, 'too-few', '50 markers', '20x10', '100'):
         BoardFinder(Board(20, 10, 0.04, 0.03, 'DICT_4X4_50'), HALF)

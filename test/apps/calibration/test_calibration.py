@@ -22,6 +22,7 @@ from calibrated_arms import (
     truly,
 )
 from recordings import recorded
+from refusal import refused
 from tolerances import DIFFERENCE, DIFFERENCE_STEP, ROUND_OFF
 
 import kinematics_service as ks
@@ -45,6 +46,9 @@ from kinematics_service.robot.file.parts.parameters import end_parameters
 EXACT = 1e-9
 # A laser tracker's noise (m, rad).
 NOISE = 5e-5
+# Turning, sliding, coupled joints; seven joints; each convention.
+KINDS = ('ur5e', 'panda', 'scara_hsr065', 'parallelogram_left', 'rrp_elementary')
+KINDS += ('offset_stanford_shape',)
 every_arm = pytest.mark.parametrize('name', DISTINCT_BUNDLED)
 ten_arms = pytest.mark.parametrize('name', TEN)
 
@@ -74,7 +78,7 @@ def test_corrections_of_a_chain_are_those_of_the_robot_file(name):
 
 
 @pytest.mark.slow
-@ten_arms
+@pytest.mark.parametrize('name', KINDS)
 def test_poses_move_with_corrections_as_differences_say(name):
     arm = measured_arm(name, 4, size=10.0)
     _, chain = chain_of(arm.robot)
@@ -116,9 +120,9 @@ def test_an_extra_angle_stands_between_parallel_axes_alone():
 
 
 @pytest.mark.slow
-@ten_arms
+@pytest.mark.parametrize('name', KINDS)
 def test_without_noise_the_arm_is_found_exactly(name):
-    arm = measured_arm(name, 60)
+    arm = measured_arm(name, 40)
     found = ks.calibrate(arm.robot, arm.q, arm.poses, check=False)
     q = positions_within(arm.robot, 50, 9)
     assert off(predicted(found, q), truly(arm, q)) < EXACT
@@ -130,7 +134,7 @@ def test_without_noise_the_arm_is_found_exactly(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', ['puma560', 'panda', 'scara_hsr065', 'offset_stanford_shape'])
+@pytest.mark.parametrize('name', ['panda', 'scara_hsr065', 'offset_stanford_shape'])
 def test_with_noise_errors_are_within_their_deviations(name):
     arm = measured_arm(name, 50, NOISE, seed=3)
     found = ks.calibrate(arm.robot, arm.q, arm.poses, check=False)
@@ -146,13 +150,12 @@ def test_with_noise_errors_are_within_their_deviations(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('count', [15, 20])
-def test_poses_that_nothing_was_fitted_to_are_as_far_off_as_the_deviations_say(count):
+def test_poses_that_nothing_was_fitted_to_are_as_far_off_as_the_deviations_say():
     # Chi-square over its number by Student's factor; bench/calibrate.py --few has 200 runs an arm.
     squares = []
     for name in ('puma560', 'ur5e', 'panda', 'kuka_iiwa14', 'scara_hsr065'):
         for seed in range(100, 102):
-            arm = measured_arm(name, count, NOISE, seed)
+            arm = measured_arm(name, 15, NOISE, seed)
             found = ks.calibrate(arm.robot, arm.q, arm.poses, check=False)
             assert found.accepted
             assert not found.outliers
@@ -176,7 +179,7 @@ def test_a_noise_that_is_assumed_is_said_to_be(name, count, noise, told):
     found = ks.calibrate(arm.robot, arm.q, arm.poses[:, :3, 3], noise=noise, check=False)
     sentences = '. '.join(sentences_of(found))
     assert ('is assumed' in sentences) == (not told)
-    assert ('The noise, which the arm cannot explain, is' in sentences) == told
+    assert ('The noise, which' in sentences) == told
 
 
 def test_positions_alone_tell_all_but_the_last_orientation():
@@ -190,16 +193,16 @@ def test_positions_alone_tell_all_but_the_last_orientation():
 
 def test_what_cannot_be_told_apart_is_named():
     arm = measured_arm('ur5e', 40, NOISE)
-    found = ks.calibrate(arm.robot, arm.q, arm.poses)
-    sentences = [one.sentence for one in found.combinations]
-    assert sentences == [
-        'only theta1 + base.rz is identifiable, not each of them',
-        'only d1 + base.z is identifiable, not each of them',
-        'only d2 + d3 + d4 is identifiable, not each of them',
-        'only theta6 + tool.rz is identifiable, not each of them',
-        'only d6 + tool.z is identifiable, not each of them',
-        'only a6 + tool.x is identifiable, not each of them',
-        'only alpha6 + tool.rx is identifiable, not each of them',
+    found = ks.calibrate(arm.robot, arm.q, arm.poses, check=False)
+    sums = [one.sentence.removeprefix('only ').partition(' is ')[0] for one in found.combinations]
+    assert sums == [
+        'theta1 + base.rz',
+        'd1 + base.z',
+        'd2 + d3 + d4',
+        'theta6 + tool.rz',
+        'd6 + tool.z',
+        'a6 + tool.x',
+        'alpha6 + tool.rx',
     ]
     unknown = sum(len(one.names) - one.determined for one in found.combinations)
     assert len(found.parameters) - unknown == found.possible == 30
@@ -215,7 +218,7 @@ def test_outliers_are_named_by_row_and_do_not_count():
     poses = arm.poses.copy()
     bad = [3, 17, 29, 40, 41, 55, 62, 79]
     poses[bad, :3, 3] += 0.03 * np.random.default_rng(1).normal(size=(8, 3))
-    found = ks.calibrate(arm.robot, arm.q, poses)
+    found = ks.calibrate(arm.robot, arm.q, poses, check=False)
     assert sorted(found.outliers) == bad
     q = positions_within(arm.robot, 50, 9)
     assert off(predicted(found, q), truly(arm, q)) < 10 * NOISE
@@ -239,13 +242,11 @@ def test_few_poses_never_make_the_arm_worse_than_its_table(count):
 
 def test_base_and_tool_stay_as_in_the_file_where_they_are_fixed():
     arm = measured_arm('ur5e', 40, NOISE, base=np.eye(4), tool=np.eye(4))
-    found = ks.calibrate(arm.robot, arm.q, arm.poses, fix=['base', 'tool'])
+    found = ks.calibrate(arm.robot, arm.q, arm.poses, fix=['base', 'tool'], check=False)
     assert np.array_equal(found.base_offsets[0], np.eye(4))
     assert np.array_equal(found.tool_offsets[0], np.eye(4))
     # Now the first and last numbers of the table are told, too.
-    assert [one.sentence for one in found.combinations] == [
-        'only d2 + d3 + d4 is identifiable, not each of them'
-    ]
+    assert [one.names for one in found.combinations] == [('d2', 'd3', 'd4')]
     assert abs(found.corrections['theta1'] - arm.errors[0]) < 3e-4
 
 
@@ -269,7 +270,8 @@ def test_sets_have_bases_or_tools_of_their_own():
 
 def test_the_prior_of_a_group_decides_what_stays():
     arm = measured_arm('ur5e', 30, NOISE)
-    found = ks.calibrate(arm.robot, arm.q, arm.poses, tolerances={'lengths': 1e-9, 'theta3': 0.1})
+    own = {'lengths': 1e-9, 'theta3': 0.1}
+    found = ks.calibrate(arm.robot, arm.q, arm.poses, tolerances=own, check=False)
     priors = {one.name: one.prior for one in found.parameters}
     assert (priors['a2'], priors['theta3'], priors['theta2']) == (1e-9, 0.1, np.radians(0.2))
     assert abs(found.corrections['a2']) < 1e-8
@@ -291,21 +293,23 @@ def test_what_is_identifiable_is_so_beside_the_tolerance_it_was_given():
 def test_the_robot_file_says_how_far_its_numbers_may_be_off():
     arm = measured_arm('ur5e', 30, NOISE)
     robot = with_tolerance('ur5e', '{length: 0.3e-3, of: {d1: 2e-3, theta3: 1e-9, beta5: 0.1}}')
-    found = ks.calibrate(robot, arm.q, arm.poses)
+    found = ks.calibrate(robot, arm.q, arm.poses, check=False)
     priors = {one.name: one.prior for one in found.parameters}
     assert (priors['a2'], priors['d1'], priors['theta3']) == (0.3e-3, 2e-3, 1e-9)
     assert priors['theta2'] == np.radians(0.2)  # nothing is said of angles
     assert abs(found.corrections['theta3']) < 1e-8
-    assert found.remarks == ('The tolerance of beta5 in the robot file is not used',)
+    (remark,) = found.remarks
+    assert 'tolerance of beta5' in remark
     # What the call says holds instead.
-    found = ks.calibrate(robot, arm.q, arm.poses, tolerances={'lengths': 1e-4})
+    own = {'lengths': 1e-4}
+    found = ks.calibrate(robot, arm.q, arm.poses, tolerances=own, check=False)
     priors = {one.name: one.prior for one in found.parameters}
     assert (priors['a2'], priors['d1'], priors['theta3']) == (1e-4, 1e-4, 1e-9)
 
 
 def test_what_is_proposed_depends_on_the_tolerances_of_the_robot_file():
     robot = with_tolerance('ur5e', '{length: 1e-6, angle: 1e-6, of: {theta5: 0.02}}')
-    proposed, usual = (ks.propose_poses(one, 4) for one in (robot, robot_of('ur5e')))
+    proposed, usual = (ks.propose_poses(one, 2) for one in (robot, robot_of('ur5e')))
     before = dict(zip(proposed.names, proposed.before.tolist()))
     assert (before['a2'], before['theta2'], before['theta5']) == pytest.approx((1e-6, 1e-6, 0.02))
     assert not np.array_equal(proposed.q, usual.q)
@@ -314,7 +318,7 @@ def test_what_is_proposed_depends_on_the_tolerances_of_the_robot_file():
 def test_a_calibrated_table_has_no_tolerances_of_the_nominal_one():
     robot = with_tolerance('ur5e', '{length: 2e-3, of: {a2: 1e-4}}')
     arm = measured_arm('ur5e', 20, NOISE)
-    found = ks.calibrate(robot, arm.q, arm.poses)
+    found = ks.calibrate(robot, arm.q, arm.poses, check=False)
     assert found.calibrated.description.tolerances == Tolerances()
     text = (
         ks.bundled_robots()['ur5e'].read_text() + '\ntolerance: {length: 2e-3, of: {a2: 1e-4}}\n'
@@ -333,7 +337,7 @@ def geared_arm(name, count, noise=0.0):
 
 
 @pytest.mark.slow
-@ten_arms
+@pytest.mark.parametrize('name', KINDS)
 def test_poses_move_with_gear_ratios_as_differences_say(name):
     arm, _ = geared_arm(name, 4)
     chain, errors = parameters_of(arm.robot, gears=True).chain, arm.errors
@@ -349,7 +353,7 @@ def test_poses_move_with_gear_ratios_as_differences_say(name):
 @pytest.mark.slow
 @pytest.mark.parametrize('name', ['scara_hsr065', 'parallelogram_left', 'rrp_elementary'])
 def test_gear_ratios_are_found_where_they_are_asked_for(name):
-    arm, true = geared_arm(name, 60)
+    arm, true = geared_arm(name, 30)
     found = ks.calibrate(arm.robot, arm.q, arm.poses, fit=['all'], check=False)
     plain = ks.calibrate(arm.robot, arm.q, arm.poses, check=False)
     gears = [one for one in found.parameters if one.group == 'gears']
@@ -387,7 +391,7 @@ def test_axes_that_are_nearly_parallel_get_an_extra_angle_and_no_length_of_kilom
         table = parameters_of(robot).table
         assert [one.name for one in table if one.place == 'Ry'] == ['beta2', 'beta3']
     arm = measured_arm('ur5e', 40, NOISE)
-    found = ks.calibrate(robot, arm.q, arm.poses)
+    found = ks.calibrate(robot, arm.q, arm.poses, check=False)
     assert found.held_out.position_rms < 3.0 * NOISE
     of_table = [one for one in found.parameters if one.group not in ('base', 'tool')]
     assert max(abs(one.correction) for one in of_table) < 0.02
@@ -445,22 +449,22 @@ def test_poses_are_proposed_from_which_the_tool_faces_the_instrument():
     planar, q = robot_of('planar_2r'), [[0.0, 0.5], [math.pi, 0.5]]
     ahead = ks.LineOfSight((5.0, 0.0, 0.0), math.radians(40.0), (1, 0, 0))
     assert ks.propose_poses(planar, 1, among=q, line_of_sight=ahead).rows.tolist() == [0]
-    with pytest.raises(ks.CalibrationError, match='only 0 poses of those that are given from '):
+    with refused(ks.CalibrationError, 'too-few', 'only 0', 'faces'):
         ks.propose_poses(planar, 1, among=q, line_of_sight=ahead._replace(axis=(0, 0, 1)))
 
 
 @pytest.mark.parametrize(
-    ('among', 'reason'),
+    ('among', 'code', 'word'),
     [
-        (np.zeros((5, 2)), 'only 1 poses of those that are given can be proposed'),
-        (np.zeros((0, 2)), 'only 0 poses of those that are given can be proposed'),
-        (np.zeros((5, 3)), r'needs finite joint positions of planar_2r, shape \(M, 2\)'),
-        (np.zeros(2), r'shape \(M, 2\), not \(2,\)'),
-        ([[0.0, math.nan]], 'needs finite joint positions'),
+        (np.zeros((5, 2)), 'too-few', 'only 1'),
+        (np.zeros((0, 2)), 'too-few', 'only 0'),
+        (np.zeros((5, 3)), 'wrong-shape', '(M, 2)'),
+        (np.zeros(2), 'wrong-shape', 'not (2,)'),
+        ([[0.0, math.nan]], 'not-finite', 'among'),
     ],
 )
-def test_positions_that_cannot_be_chosen_among_are_refused(among, reason):
-    with pytest.raises(ks.CalibrationError, match=reason):
+def test_positions_that_cannot_be_chosen_among_are_refused(among, code, word):
+    with refused(ks.CalibrationError, code, word):
         ks.propose_poses(robot_of('planar_2r'), 2, among=among)
 
 
@@ -477,15 +481,15 @@ def test_no_pose_is_proposed_twice():
 
 def test_proposed_poses_go_on_from_what_is_known():
     arm = measured_arm('ur5e', 8, NOISE)
-    found = ks.calibrate(arm.robot, arm.q[:, :6], arm.poses)
-    proposed = ks.propose_poses(arm.robot, 4, found)
+    found = ks.calibrate(arm.robot, arm.q, arm.poses, check=False)
+    proposed = ks.propose_poses(arm.robot, 3, found)
     deviations = {one.name: one.deviation for one in found.parameters}
     assert np.allclose(proposed.before, [deviations[name] for name in proposed.names], rtol=1e-6)
     assert np.prod(proposed.after / proposed.before) < 1e-4
-    again = ks.propose_poses(arm.robot, 4, found)
+    again = ks.propose_poses(arm.robot, 3, found)
     assert np.array_equal(again.q, proposed.q)
     for count in (0, 201):
-        with pytest.raises(ks.KinematicsError, match='propose between 1 and 200'):
+        with refused(ks.CalibrationError, 'out-of-range', f'count: {count}', '200'):
             ks.propose_poses(arm.robot, count)
 
 
@@ -499,14 +503,14 @@ def test_poses_are_proposed_after_a_few_poses_along_a_motion():
     q = [0.2, -1.2, 1.3, -1.0, 1.0, 0.3] + 1.1 * swing
     poses = truly(arm, q)
     poses[:, :3, 3] += NOISE * random.normal(size=(27, 3))
-    found = ks.calibrate(arm.robot, q, poses)
+    found = ks.calibrate(arm.robot, q, poses, check=False)
     assert found.known < found.possible
     proposed = ks.propose_poses(arm.robot, 3, found)
     assert len(np.unique(proposed.q, axis=0)) == 3
     assert np.prod(proposed.after / proposed.before) < 0.1
 
 
-@pytest.mark.parametrize('name', ['panda', 'scara_hsr065', 'rrp_elementary', 'planar_2r'])
+@pytest.mark.parametrize('name', ['panda', 'rrp_elementary', 'planar_2r'])
 def test_every_kind_of_arm_gets_proposals(name):
     proposed = ks.propose_poses(robot_of(name), 3, positions=name == 'panda')
     assert proposed.q.shape == (3, robot_of(name).dof)
@@ -516,10 +520,10 @@ def test_every_kind_of_arm_gets_proposals(name):
 # What is refused
 
 
-def refused(robot, q, poses, **options):
-    with pytest.raises(ks.KinematicsError) as refusal:
+def refuses(code, robot, q, poses, *words, **options):
+    """Fail unless a calibration is refused with a code, and with words in the sentence."""
+    with refused(ks.CalibrationError, code, *words):
         ks.calibrate(robot, q, poses, **options)
-    return str(refusal.value)
 
 
 @pytest.fixture(scope='module')
@@ -530,46 +534,42 @@ def arm():
 def test_mirrored_axes_are_refused(arm):
     poses = arm.poses.copy()
     poses[:, :3, 0] *= -1.0
-    assert 'mirrored axes' in refused(arm.robot, arm.q, poses)
-    points = arm.poses[:, :3, 3] * [1.0, 1.0, -1.0]
-    assert 'mirrored axes' in refused(arm.robot, arm.q, points)
+    refuses('mirrored', arm.robot, arm.q, poses)
+    refuses('mirrored', arm.robot, arm.q, arm.poses[:, :3, 3] * [1.0, 1.0, -1.0])
     # With orientations that are rotations: those of the arm, or of axes that are left-handed.
     poses = arm.poses.copy()
     poses[:, 1, 3] *= -1.0
     left_handed = np.diag([1.0, -1.0, 1.0, 1.0])
     for given in (poses, left_handed @ arm.poses @ left_handed):
-        assert refused(arm.robot, arm.q, given).startswith(
-            'mirrored axes: one axis of the positions points the wrong way: with that undone '
-        )
+        refuses('mirrored', arm.robot, arm.q[::2], given[::2], 'positions', 'undone')
 
 
 def test_degrees_are_refused(arm):
     for poses in (arm.poses, arm.poses[:, :3, 3]):
-        assert 'degrees' in refused(arm.robot, np.degrees(arm.q), poses)
+        q = np.degrees(arm.q)
+        refuses('wrong-unit', arm.robot, q, poses, 'degrees', '--joint-format deg')
 
 
 def test_millimetres_are_refused(arm):
     poses = arm.poses.copy()
     poses[:, :3, 3] *= 1e3
     for given in (poses, poses[:, :3, 3]):
-        assert 'millimetres' in refused(arm.robot, arm.q, given)
+        refuses('wrong-unit', arm.robot, arm.q, given, 'millimetres', '--pose-format mm')
 
 
 def test_another_robot_is_refused(arm):
-    sentence = refused(robot_of('ur3e'), arm.q, arm.poses)
-    assert 'it is another robot' in sentence
-    assert 'it is another robot' in refused(robot_of('ur3e'), arm.q, arm.poses[:, :3, 3])
+    for poses in (arm.poses, arm.poses[:, :3, 3]):
+        refuses('another-robot', robot_of('ur3e'), arm.q, poses, 'ur3e')
 
 
 def test_too_few_poses_and_poses_that_are_all_alike_are_refused(arm):
-    assert refused(arm.robot, arm.q[:2], arm.poses[:2]).startswith('2 poses are too few')
-    assert 'all alike' in refused(
-        arm.robot, np.tile(arm.q[0], (20, 1)), np.tile(arm.poses[:1], (20, 1, 1))
-    )
+    refuses('too-few', arm.robot, arm.q[:2], arm.poses[:2], '2 poses')
+    alike = np.tile(arm.q[0], (20, 1)), np.tile(arm.poses[:1], (20, 1, 1))
+    refuses('no-variation', arm.robot, *alike)
     twice = np.tile(arm.q[:2], (9, 1)), np.tile(arm.poses[:2], (9, 1, 1))
-    assert 'the 18 poses are 2 different ones, again and again' in refused(arm.robot, *twice)
-    found = ks.calibrate(arm.robot, arm.q[:8], arm.poses[:8])
-    assert 'the priors decide much of the result' in found.remarks[0]
+    refuses('too-few', arm.robot, *twice, '18 poses', '2 different')
+    found = ks.calibrate(arm.robot, arm.q[:8], arm.poses[:8], check=False)
+    assert 'the priors decide' in found.remarks[0]
 
 
 @pytest.mark.parametrize('order', [np.repeat, np.tile])
@@ -579,15 +579,16 @@ def test_repeated_poses_are_held_out_together(order):
     random = np.random.default_rng(5)
     poses = arm.poses[rows]
     poses[:, :3, 3] += NOISE * random.normal(size=(40, 3))
-    found = ks.calibrate(arm.robot, arm.q[rows] + 1e-4 * random.uniform(size=(40, 6)), poses)
+    q = arm.q[rows] + 1e-4 * random.uniform(size=(40, 6))
+    found = ks.calibrate(arm.robot, q, poses, check=False)
     # Three poses do not foretell the fourth one.
     assert found.held_out.position_rms > 1e-3
-    assert found.remarks[0].startswith('4 different poses of 40 give 24 numbers for 38 parameters')
+    assert found.remarks[0].startswith('4 different poses of 40')
 
 
 def test_sessions_of_a_row_each_are_held_out_one_after_the_other(arm):
     names = [f'day{k}' for k in range(12)]
-    found = ks.calibrate(arm.robot, arm.q[:12], arm.poses[:12], sessions=names)
+    found = ks.calibrate(arm.robot, arm.q[:12], arm.poses[:12], sessions=names, check=False)
     # Other days tell the table, but not the drift of a day that is held out.
     assert 5 * NOISE < found.held_out.position_rms < 0.5 * found.held_out_before.position_rms
 
@@ -609,29 +610,27 @@ def test_a_joint_that_hardly_moves_is_named_with_its_range(name, j):
     arm = measured_arm(name, 40)
     q = arm.q.copy()
     q[:, j] = 0.1 + 1e-3 * np.linspace(0.0, 1.0, 40)[np.random.default_rng(3).permutation(40)]
-    found = ks.calibrate(arm.robot, q, measured_true(arm, q))
+    found = ks.calibrate(arm.robot, q, measured_true(arm, q), check=False)
     moved = '1 mm' if arm.robot.prismatic[j] else '0.0573 deg'
     (said,) = (one for one in found.remarks if 'too little' in one)
-    assert f'noise: {arm.robot.joint_names[j]} (by {moved}); numbers' in said
+    assert f'{arm.robot.joint_names[j]} (by {moved})' in said
     if not arm.robot.prismatic[j]:
         assert f'a{j + 1}' in found.not_identifiable
-    found = ks.calibrate(arm.robot, arm.q, measured_true(arm, arm.q))
+    found = ks.calibrate(arm.robot, arm.q, measured_true(arm, arm.q), check=False)
     assert not any('too little' in one or 'gear ratio' in one for one in found.remarks)
 
 
-@pytest.mark.parametrize('j', range(6))
+@pytest.mark.parametrize('j', [0, 2, 5])
 def test_a_gear_ratio_that_is_off_is_remarked_on_by_its_joint(j):
     arm = measured_arm('ur5e', 40)
     off = arm.q.copy()
     off[:, j] *= 1.002
     poses = measured_true(arm, off)
-    found = ks.calibrate(arm.robot, arm.q, poses)
-    begin = (
-        f'The errors depend on the position of joint {arm.robot.joint_names[j]}, as if its gear'
-    )
+    found = ks.calibrate(arm.robot, arm.q, poses, check=False)
     (said,) = (one for one in found.remarks if 'gear ratio' in one)
-    assert said.startswith(f'{begin} ratio were off by 0.2 %')
-    found = ks.calibrate(arm.robot, arm.q, poses, fit=['all'])
+    assert f'of joint {arm.robot.joint_names[j]}, ' in said
+    assert 'off by 0.2 %' in said
+    found = ks.calibrate(arm.robot, arm.q, poses, fit=['all'], check=False)
     assert found.noise.position < 1.5 * NOISE
     assert not any('gear ratio' in one for one in found.remarks)
 
@@ -639,19 +638,24 @@ def test_a_gear_ratio_that_is_off_is_remarked_on_by_its_joint(j):
 def test_a_base_that_is_not_fitted_is_not_said_to_be(arm):
     away = arm.poses.copy()
     away[:, 0, 3] += 3.0
-    sentence = refused(arm.robot, arm.q, away, fit=['a2'])
-    assert 'off, with base and tool as in the robot file: fit base and tool too' in sentence
-    assert 'with base as in the robot file' in refused(arm.robot, arm.q, away, fix=['base'])
+    given = arm.robot, arm.q[::2], away[::2]
+    refuses('another-robot', *given, 'fit base and tool too', fit=['a2'])
+    refuses('another-robot', *given, 'with base as in', fix=['base'])
 
 
 def test_arrays_that_do_not_fit_are_refused(arm):
-    assert 'must have the shape (N, 6)' in refused(arm.robot, arm.q[:, :5], arm.poses)
-    assert 'must be finite' in refused(arm.robot, arm.q * np.nan, arm.poses)
-    assert "'bse' is no parameter of ur5e" in refused(arm.robot, arm.q, arm.poses, fit=['bse'])
-    assert 'nothing is left' in refused(arm.robot, arm.q, arm.poses, fit=['a2'], fix=['lengths'])
-    assert 'nothing is left' in refused(arm.robot, arm.q, arm.poses, fix=['all'])
-    assert "own: 'arm'" in refused(arm.robot, arm.q, arm.poses, own=['arm'])
-    assert 'whole numbers from 0' in refused(arm.robot, arm.q, arm.poses, sets=np.full(50, 3))
+    given = arm.robot, arm.q, arm.poses
+    refuses('wrong-shape', arm.robot, arm.q[:, :5], arm.poses, '(N, 6)')
+    refuses('not-finite', arm.robot, arm.q * np.nan, arm.poses)
+    refuses('wrong-shape', *given, 'qdot', '(50, 6)', qdot=arm.q[:, :5])
+    refuses('not-finite', *given, 'qdot', qdot=arm.q * np.nan)
+    refuses('unknown-parameter', *given, "'bse'", 'a2', fit=['bse'])
+    refuses('empty', *given, 'fit', fit=['a2'], fix=['lengths'])
+    refuses('empty', *given, 'fit', fix=['all'])
+    refuses('unknown-name', *given, "own: 'arm'", own=['arm'])
+    refuses('out-of-range', *given, 'sets', 'from 0', sets=np.full(50, 3))
+    refuses('out-of-range', *given, 'a2', tolerances={'a2': 0.0})
+    refuses('conflict', *given, 'same_point', apart={('A', 'B'): 1.0})
 
 
 # A real robot
@@ -675,6 +679,6 @@ def test_the_factory_calibration_of_a_ur3e_is_found_to_the_last_printed_digit():
 
 
 def test_a_calibration_is_frozen(arm):
-    found = ks.calibrate(arm.robot, arm.q, arm.poses)
+    found = ks.calibrate(arm.robot, arm.q, arm.poses, check=False)
     with pytest.raises(ValueError, match='read-only'):
         found.covariance[0, 0] = 0.0

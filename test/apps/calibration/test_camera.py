@@ -13,6 +13,7 @@ from calibrated_arms import (
     measured_arm,
     positions_within,
 )
+from refusal import refused
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
@@ -70,7 +71,7 @@ def test_at_once_is_nearer_than_the_closed_form_and_as_sure_as_it_says(where):
     ratios, squares, shares = [], [], []
     for seed in range(100, 104):
         arm = camera_arm(where, 25, seed)
-        found = ks.calibrate(arm.robot, arm.q, arm.poses, camera=where)
+        found = ks.calibrate(arm.robot, arm.q, arm.poses, camera=where, check=False)
         fitted, closed = board_errors(arm, where, found)
         ratios.append(closed / fitted)
         count = len(arm.errors)
@@ -88,10 +89,10 @@ def test_at_once_is_nearer_than_the_closed_form_and_as_sure_as_it_says(where):
 def test_the_noise_is_that_of_the_board_in_the_camera():
     """Far from the board a turn of the camera is no noise of where the board is."""
     arm = camera_arm('on-tool', 80, 2, noise=(3e-4, 3e-3))
-    found = ks.calibrate(arm.robot, arm.q, arm.poses, camera='on-tool')
+    found = ks.calibrate(arm.robot, arm.q, arm.poses, camera='on-tool', check=False)
     assert 0.8 < found.noise.position / 3e-4 < 1.25
     assert 0.8 < found.noise.rotation / 3e-3 < 1.25
-    other = ks.calibrate(arm.robot, arm.q, inverses(arm.poses))
+    other = ks.calibrate(arm.robot, arm.q, inverses(arm.poses), check=False)
     assert other.noise.position > 3.0 * found.noise.position
 
 
@@ -99,7 +100,7 @@ def test_a_picture_that_is_far_off_is_an_outlier():
     arm = camera_arm('on-tool', 30, 6)
     poses = arm.poses.copy()
     poses[11, 0, 3] += 0.02
-    found = ks.calibrate(arm.robot, arm.q, poses, camera='on-tool')
+    found = ks.calibrate(arm.robot, arm.q, poses, camera='on-tool', check=False)
     assert found.outliers == (11,)
 
 
@@ -107,7 +108,7 @@ def test_a_picture_that_is_far_off_is_an_outlier():
 def test_a_camera_that_is_elsewhere_is_refused(where):
     arm = camera_arm(where, 30, 7)
     other = BOTH[BOTH.index(where) - 1]
-    with pytest.raises(CalibrationError, match='take calibrate-camera'):
+    with refused(CalibrationError, 'tool-axes', 'take calibrate-camera'):
         ks.calibrate(arm.robot, arm.q, arm.poses, camera=other)
 
 
@@ -155,7 +156,7 @@ def test_a_board_of_another_size_is_named_and_refused(where):
             sentence = found.refusals[-1]
         except CalibrationError as error:
             sentence = str(error)
-        ratio = re.match(r'the squares of the board are (?:some )?([0-9.]+) times', sentence)
+        ratio = re.match(r'the squares of the board \D*([0-9.]+) times', sentence)
         assert abs(float(ratio[1]) * size - 1.0) < 0.02
 
 
@@ -178,13 +179,13 @@ def test_zeros_that_drift_are_no_size_of_the_board():
 
 def test_what_no_camera_measures_is_refused():
     arm = measured_arm('ur5e', 20)
-    with pytest.raises(CalibrationError, match='not by positions alone'):
+    with refused(CalibrationError, 'no-orientations', 'camera: on-tool'):
         ks.calibrate(arm.robot, arm.q, arm.poses[:, :3, 3], camera='on-tool')
-    with pytest.raises(CalibrationError, match="'hand' is not one of on-tool, fixed"):
+    with refused(CalibrationError, 'unknown-name', "'hand'", 'on-tool, fixed'):
         ks.calibrate(arm.robot, arm.q, arm.poses, camera='hand')
-    with pytest.raises(CalibrationError, match='joint positions alone: .* camera'):
+    with refused(CalibrationError, 'conflict', 'same_point', 'camera'):
         ks.calibrate(arm.robot, arm.q, same_point=20 * ['A'], camera='fixed')
-    with pytest.raises(CalibrationError, match='or approach where it stood still'):
+    with refused(CalibrationError, 'conflict', 'qdot, approach'):
         ks.calibrate(arm.robot, arm.q, arm.poses, qdot=arm.q, approach=arm.q)
     assert placed_camera(ks.calibrate(arm.robot, arm.q, arm.poses)) == ()
 
@@ -199,13 +200,13 @@ def test_the_command_says_where_camera_and_board_are(where, tmp_path, capsys):
     code, out, err = run(capsys, *given, *outputs)
     assert (code, err) == (0, '')
     on_tool = 'camera' if where == 'on-tool' else 'board'
-    assert f'The {on_tool} is at x, y, z ' in out
-    assert 'deg in the tool frame; standard deviations' in out
-    assert 'All errors are those of the board, as the camera sees it.' in out
+    assert f'The {on_tool} is at' in out
+    assert 'deg in the tool frame;' in out
+    assert 'as the camera sees it.' in out
     first, second = json.loads(found.read_text())['camera']
     assert (first['name'], first['frame'], second['frame']) == (on_tool, 'tool', 'base')
     assert np.abs(np.subtract(first['pose'], arm.on_tool)[:3, 3]).max() < 5e-3
-    assert 'error of the position by pose' in page.read_text()
+    assert 'of the position by pose' in page.read_text()
     code, out, err = run(capsys, 'check', '--strict', mine)
     assert (code, err) == (0, '')
     assert '5 of 5 agree' in out
@@ -224,7 +225,7 @@ def test_wrong_options_of_a_camera_are_sentences(tmp_path, capsys):
         '--camera',
         'on-tool',
     ]
-    for code, sentence, *options in ((1, 'not by positions alone', '--pose-format', 'position'),):
+    for code, sentence, *options in ((1, 'camera: on-tool needs', '--pose-format', 'position'),):
         found, _, err = run(capsys, *given, *options)
         assert (found, sentence in ' '.join(err.split())) == (code, True), err
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from arms import robot_of
 from calibrated_arms import BASE, TOOL, positions_within, true_arm
+from refusal import refused
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
@@ -214,38 +215,38 @@ def test_loads_at_other_joint_positions_are_remarked_on():
     q, masses = positions_within(robot, 60, 0), np.tile([0.0, KG], 30)
     rows = Rows('ur5e', 0, q, np.zeros(60, dtype=int))
     found = rows.calibrated(loads=ks.ToolLoads(masses, AT))
-    assert found.remarks[0].startswith('Most joint positions of the smaller loads, the larger ')
+    assert found.remarks[0].startswith('Most joint positions of the smaller')
 
 
 @pytest.mark.parametrize(
-    ('loads', 'sentence'),
+    ('loads', 'code', 'words'),
     [
-        ([2.0] * 50, 'the load is 2 kg in all rows'),
-        ([0.0] * 25 + [2000.0] * 25, r'a load of 2,000 kg\? .* masses are in kg, not g'),
-        ([0.0] * 25 + [-1.0] * 25, 'loads must be 50 masses in kg, finite and not below 0'),
-        ([0.0] * 49, 'loads must be 50 masses'),
-        ([0.0] * 49 + [float('nan')], 'loads must be 50 masses'),
+        ([2.0] * 50, 'no-variation', ['2 kg']),
+        ([0.0] * 25 + [2000.0] * 25, 'wrong-unit', ['2,000 kg', 'not g']),
+        ([0.0] * 25 + [-1.0] * 25, 'out-of-range', ['below 0']),
+        ([0.0] * 49, 'wrong-shape', ['50 masses', '(49,)']),
+        ([0.0] * 49 + [float('nan')], 'out-of-range', ['finite']),
     ],
 )
-def test_loads_that_cannot_be_are_refused(loads, sentence):
+def test_loads_that_cannot_be_are_refused(loads, code, words):
     rows, _, _ = in_pairs('ur5e', 0)
-    with pytest.raises(CalibrationError, match=sentence):
+    with refused(CalibrationError, code, 'loads', *words):
         rows.calibrated(loads=ks.ToolLoads(loads))
 
 
 def test_what_cannot_be_meant_is_refused():
     rows, masses, _ = in_pairs('ur5e', 0)
     for at, gravity in (((0, 0), (0, 0, -1)), ((0, 0, 0), (0, 0, 0)), ((0, 0, np.nan), (0, 0, 1))):
-        with pytest.raises(CalibrationError, match='must be three finite numbers'):
+        with refused(CalibrationError, 'out-of-range', 'three finite numbers'):
             rows.calibrated(loads=ks.ToolLoads(masses, at, gravity))
-    with pytest.raises(CalibrationError, match="all rows are of one session, 'a'"):
+    with refused(CalibrationError, 'no-variation', "'a'"):
         rows.calibrated(sessions=['a'] * 50)
-    with pytest.raises(CalibrationError, match='must name the session of each of 50 rows'):
+    with refused(CalibrationError, 'wrong-length', '50 rows', '2'):
         rows.calibrated(sessions=['a', 'b'])
     for name in ('base', 'tool2', 'compliance', '', 'a\nlinks:'):
-        with pytest.raises(CalibrationError, match='a session may not be called'):
+        with refused(CalibrationError, 'reserved-name', f'session {name!r}'):
             rows.calibrated(sessions=['a', name] * 25)
-    with pytest.raises(CalibrationError, match='same_point takes joint positions alone'):
+    with refused(CalibrationError, 'conflict', 'same_point'):
         ks.calibrate(rows.robot, rows.q, same_point=['a'] * 50, sessions=['a'] * 50)
 
 
@@ -293,7 +294,7 @@ def test_columns_name_session_and_load_of_each_row(tmp_path, capsys):
     ]
     assert 'compliance.elbow_joint' in page.read_text()
     text = ' '.join(text.split())
-    assert 'Compliances of the joints, by the torque of the load alone, are more than two' in text
+    assert 'Compliances of the joints' in text
     # The file is that of the arm without a load.
     assert np.allclose(
         ks.forward_kinematics(ks.load_robot(str(out)), rows.q),
@@ -325,11 +326,11 @@ def test_each_file_may_be_a_session(tmp_path, capsys):
 @pytest.mark.parametrize(
     ('options', 'code', 'sentence'),
     [
-        (('--load', 'mass'), 1, "there is no column 'mass'; the header has"),
-        (('--load', 'day'), 1, "the column 'day' has masses in kg: could not convert"),
-        (('--sessions', 'gap'), 1, "row 3, counted from 0, is empty in the column 'gap'"),
+        (('--load', 'mass'), 1, "no column 'mass'; the header"),
+        (('--load', 'day'), 1, "column 'day': not a mass"),
+        (('--sessions', 'gap'), 1, "column 'gap': row 3,"),
         (('--load-at', 0, 0, 1), 2, 'give --load COLUMN too'),
-        (('--sessions', 'file'), 1, 'all rows are of one session'),
+        (('--sessions', 'file'), 1, 'all rows are of session'),
     ],
 )
 def test_wrong_columns_are_sentences(options, code, sentence, tmp_path, capsys):

@@ -18,6 +18,7 @@ from calibrated_arms import (
     pictured_arm,
     pictured_errors,
 )
+from refusal import refused
 
 from kinematics_service.__main__ import main
 from kinematics_service.apps.calibration.board_views import board_poses, board_views, moved
@@ -159,7 +160,7 @@ def test_without_an_image_that_tells_flat_boards_are_left_out():
     sure = [len(board_poses(INTRINSICS, one)) == 1 for one in seen]
     assert 0 < sum(sure) < len(seen)
     flat = [one for one, told in zip(seen, sure) if not told][:4]
-    with pytest.raises(CalibrationError, match='0 of 4 images .* which way it is inclined'):
+    with refused(CalibrationError, 'too-few', '0 of 4 images', 'inclined'):
         board_views(arm.robot, arm.q[:4], flat, names[:4], INTRINSICS, 'on-tool')
 
 
@@ -184,7 +185,7 @@ def test_squares_of_another_size_by_far_are_named():
     arm = pictured_arm('fixed', 25, 23)
     for size in (0.001, 0.7, 25.4):
         seen = [one._replace(points=size * one.points) for one in arm.seen]
-        with pytest.raises(CalibrationError, match='squares of the board are .* with that undone'):
+        with refused(CalibrationError, 'board-size', 'undone'):
             pictured(arm._replace(seen=seen), 'fixed')
 
 
@@ -207,7 +208,7 @@ def test_another_camera_is_refused():
     assert not views.doubt
     other = replace(INTRINSICS, distortion=np.array([0.3, 0.0, 0.0, 0.0, 0.0]))
     views = board_views(arm.robot, arm.q, arm.seen, 25 * ['a'], other, 'on-tool')
-    assert 'are camera.yaml and the images of one camera' in views.doubt
+    assert 'camera.yaml' in views.doubt
     with pytest.raises(CalibrationError):
         pictured(arm, 'on-tool', other)
 
@@ -217,7 +218,7 @@ def test_a_camera_that_is_elsewhere_is_refused(where):
     for seed in (26,):
         arm = pictured_arm(where, 25, seed)
         other = BOTH[BOTH.index(where) - 1]
-        with pytest.raises(CalibrationError, match='take calibrate-camera'):
+        with refused(CalibrationError, 'tool-axes', 'take calibrate-camera'):
             pictured(arm, other)
 
 
@@ -225,7 +226,7 @@ def test_a_camera_that_is_elsewhere_is_refused(where):
 def test_proposed_poses_have_the_board_in_the_image(where):
     arm = pictured_arm(where, 8, 28)
     found = pictured(arm, where)
-    proposed = propose_poses(arm.robot, 8, found)
+    proposed = propose_poses(arm.robot, 5, found)
     seen = board_seen(arm.true, proposed.q, arm.on_tool, arm.still, where)
     assert all(map(is_in_view, seen))
     assert np.all(proposed.q >= arm.robot.limits[:, 0])
@@ -238,7 +239,7 @@ def test_proposed_poses_have_the_board_in_the_image(where):
     deviations = {one.name: one.deviation for one in later.parameters}
     ratios = [deviations[name] / own for name, own in zip(proposed.names, proposed.after)]
     assert 0.5 < np.median(ratios) < 2.0
-    with pytest.raises(CalibrationError, match='only . poses .* that have the board in the image'):
+    with refused(CalibrationError, 'too-few', 'the board in the image'):
         propose_poses(arm.robot, 8, found, among=arm.q + [1.5, 0, 0, 0, 0, 0])
 
 
@@ -262,10 +263,10 @@ def test_the_command_goes_from_images_to_the_robot_file(tmp_path, capsys):
     outputs = ['--output', mine, '--json', document, '--html', page]
     code, out, err = run(capsys, 'calibrate-camera', *given, *outputs)
     assert (code, err) == (0, '')
-    assert 'Corners of held-out images are 0.' in out
-    assert '1 image is left out: 003.png: 0 corners and 0 markers are seen' in out
-    assert '1 outlier is left out, counted from 0: pose 6 007.png' in out
-    assert f'The intrinsics are those of {tmp_path / "camera.yaml"}' in out
+    assert 'held-out images are 0.' in out
+    assert '1 image is left out: 003.png' in out
+    assert 'from 0: pose 6 007.png' in out
+    assert f'those of {tmp_path / "camera.yaml"}' in out
     images = json.loads(document.read_text())['images']
     assert [one['name'] for one in images['seen']] == [f'{k:03}.png' for k in range(12) if k != 3]
     assert images['seen'][3]['row'] == 4
@@ -275,10 +276,10 @@ def test_the_command_goes_from_images_to_the_robot_file(tmp_path, capsys):
     assert np.abs(np.subtract(first['pose'], arm.on_tool)[:3, 3]).max() < 5e-3
     code, out, err = run(capsys, 'check', '--strict', mine)
     assert (code, err) == (0, '')
-    code, out, err = run(capsys, 'calibrate-propose', *given, '--count', 3)
+    code, out, err = run(capsys, 'calibrate-propose', *given, '--count', 1)
     assert (code, err) == (0, '')
     _, _, rows = out.partition('stamp,position.')
-    assert len(rows.split()) == 4
+    assert len(rows.split()) == 2
 
 
 def test_wrong_options_of_images_are_sentences(tmp_path, capsys):
@@ -302,19 +303,19 @@ def test_wrong_options_of_images_are_sentences(tmp_path, capsys):
         (2, "Missing option '--camera'", file, *images, *board, *intrinsics),
         (2, '--images needs --board', file, *images, *on_tool, *intrinsics),
         (2, '--images needs --board', file, *images, *on_tool, *board),
-        (2, 'there is no folder', file, '--images', camera, *board, *on_tool, *intrinsics),
+        (2, f'no folder {camera}', file, '--images', camera, *board, *on_tool, *intrinsics),
         (2, 'takes one FILE', file, other, *every),
         (2, 'takes one FILE', camera, *every),
-        (2, 'give FILE with poses of a board', *every),
+        (2, 'give FILE', *every),
         (2, 'for instance 7x5', file, *images, '--board', '7x5', *on_tool, *intrinsics),
         (2, 'which are smaller', file, *images, '--board', WORDS.replace('30mm', '50mm'), *on_tool,
          *intrinsics),
-        (1, 'no dictionary', file, *images, '--board', WORDS.replace('5X5', '9X9'), *on_tool,
+        (1, '--board: unknown', file, *images, '--board', WORDS.replace('5X5', '9X9'), *on_tool,
          *intrinsics),
-        (1, 'no calibration file', file, *images, *board, *on_tool, '--intrinsics', file),
-        (1, "there is no column 'image'", other, *every),
-        (1, "there is no image 'c'", file, *every),
-        (1, 'two rows name the image a.png', twice, *every),
+        (1, 'not a calibration', file, *images, *board, *on_tool, '--intrinsics', file),
+        (1, "no column 'image'", other, *every),
+        (1, "no image 'c'", file, *every),
+        (1, 'the image a.png', twice, *every),
     ):  # fmt: skip
         found, _, err = run(
             capsys, 'calibrate-camera', '--robot', 'ur5e', '--stamps', 'none', *options
@@ -343,7 +344,8 @@ def test_an_image_of_too_many_pixels_is_named(tmp_path, capsys):
     given += ['--images', tmp_path, '--board', WORDS, '--intrinsics', camera]
     code, _, err = run(capsys, *given)
     assert (code, '\n' in err) == (1, False)
-    assert 'a.png: this is no image that can be read, or it has more than' in err
+    assert 'a.png: not a readable image' in err
+    assert '268,435,456 pixels' in err
 
 
 def test_mirrored_images_are_named(tmp_path, capsys):
@@ -365,4 +367,5 @@ def test_mirrored_images_are_named(tmp_path, capsys):
     given += ['--images', folder, '--board', WORDS, '--intrinsics', camera]
     code, _, err = run(capsys, *given, '--camera', 'on-tool')
     assert code == 1
-    assert 'the board is found in mirror images alone' in err
+    assert f'{folder}: ' in err
+    assert 'mirrored' in err

@@ -163,9 +163,11 @@ class BoardViews(FrozenArrays):
         near, far = depths.min() / DISTANCE_RATIO, depths.max() * DISTANCE_RATIO
         z = (poses @ middle)[:, 2]
         free = (poses[:, 2, 2] > FACING_COSINE) & (near < z) & (z < far)
-        for k in np.flatnonzero(free):
-            at = points @ poses[k, :3, :3].T + poses[k, :3, 3]
-            free[k] = np.all(self.camera.sees(at, RIM_SHARE))
+        if np.any(free):
+            some = poses[free]
+            at = points @ np.swapaxes(some[:, :3, :3], 1, 2) + some[:, None, :3, 3]
+            seen = self.camera.sees(at.reshape(-1, 3), RIM_SHARE)
+            free[free] = np.all(seen.reshape(len(some), -1), axis=1)
         return np.asarray(free)
 
     def pixel_errors(self, remainders: Floats) -> Floats:
@@ -254,7 +256,8 @@ def board_views(
     if len(found) < MIN_POSES:
         raise CalibrationError(
             f'{len(found)} of {len(seen)} images tell where the board is: at least {MIN_POSES} '
-            f'are needed. {_named(left_out)}'
+            f'are needed. {_named(left_out)}',
+            code='too-few',
         )
     poses, squares = (np.array(values) for values in zip(*(one[0] for one in found.values())))
     corners, rows = tuple(given[k] for k in found), np.array(list(found))

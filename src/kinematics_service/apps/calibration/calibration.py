@@ -155,15 +155,18 @@ def calibrate(
     robot = as_robot(robot)
     known, priors = _noise_of(noise), tolerances or {}
     if camera not in (None, *get_args(Camera)):
-        raise CalibrationError(f'camera: {camera!r} is not one of {", ".join(get_args(Camera))}')
+        raise CalibrationError(
+            f'camera: {camera!r} is not one of {", ".join(get_args(Camera))}', code='unknown-name'
+        )
     refuse_loops(robot.description)
     names: ChosenParameters
     if same_point is not None:
         others = (poses, sets, qdot, approach, camera, sessions, loads, whitening)
         if any(one is not None for one in others):
             raise CalibrationError(
-                'same_point takes joint positions alone: no poses, sets, qdot, approach, camera, '
-                'sessions, loads'
+                'same_point: takes joint positions alone; leave out poses, sets, qdot, approach, '
+                'camera, sessions and loads',
+                code='conflict',
             )
         progress('points')
         gears = asks_for_gears(fit)
@@ -173,10 +176,13 @@ def calibrate(
     else:
         if not (qdot is None or approach is None):
             raise CalibrationError(
-                'give qdot where the arm moved, or approach where it stood still'
+                'qdot, approach: give qdot if the arm moved, or approach if it stood still',
+                code='conflict',
             )
         if poses is None or apart:
-            raise CalibrationError('give poses; or same_point, which alone takes distances')
+            raise CalibrationError(
+                'give poses, or same_point with its distances apart', code='conflict'
+            )
         if approach is None:
             given = measured(robot, q, poses, sets, qdot)
         else:
@@ -186,7 +192,9 @@ def calibrate(
             given = given_by_camera(robot, given, camera, check)
         for end in own:
             if end not in ENDS:
-                raise CalibrationError(f'own: {end!r} is not one of {", ".join(ENDS)}')
+                raise CalibrationError(
+                    f'own: {end!r} is not one of {", ".join(ENDS)}', code='unknown-name'
+                )
         each = Free('base' in own, 'tool' in own)
         given = with_conditions(robot, given, each.base, sessions, loads)
         arm = parameters_of(robot, asks_for_gears(fit))

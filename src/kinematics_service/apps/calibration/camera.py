@@ -74,7 +74,8 @@ def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) 
     """
     if camera == ON_TOOL and given.positions:
         raise CalibrationError(
-            'a camera on the tool is calibrated by poses of the board, not by positions alone'
+            'camera: on-tool needs poses of the board, not positions alone; give orientations too',
+            code='no-orientations',
         )
     if camera == ON_TOOL:
         given = given._replace(poses=inverses(given.poses), from_tool=True)
@@ -96,5 +97,5 @@ def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) 
         # comparable with those before the correction.
         after = offsets_of(A, scaled, False, Free()).remainder / min(size, 1.0)
         sentence = f'the squares of the board are {size:.3g} times as large as given'
-        refuse_mistake(sentence, float(np.median(after)), float(np.median(left)))
+        refuse_mistake(sentence, 'board-size', float(np.median(after)), float(np.median(left)))
     return given

@@ -77,6 +77,8 @@ BACKLASH = ArmParameter('backlash', 'backlash', True)
 # If the frame check finds one of these causes, the calibration goes on, since it corrects the
 # cause.
 FOUND_HERE = ('joint_offset', 'link_length', 'link_twist')
+# Keys of causes that are wrong units.
+UNIT_KEYS = ('degrees', 'millimetres')
 
 
 class Measured(NamedTuple):
@@ -164,7 +166,8 @@ def refuse_loops(description: RobotDescription) -> None:
     if description.loops:
         names = ', '.join(repr(loop.name) for loop in description.loops)
         raise KinematicsError(
-            f'the calibration does not know of closed loops: {description.name} has {names}'
+            f'{description.name} has closed loops ({names}); calibration needs an open arm',
+            code='closed-loop',
         )
 
 
@@ -196,20 +199,27 @@ def measured(
     if at.shape != (count, robot.dof) or given.shape not in ((count, 4, 4), (count, 3)):
         raise CalibrationError(
             f'q must have the shape (N, {robot.dof}) and poses (N, 4, 4) or (N, 3), '
-            f'not {at.shape} and {given.shape}'
+            f'not {at.shape} and {given.shape}',
+            code='wrong-shape',
         )
     positions = given.ndim == 2
     T = rigid_positions(given if positions else given[:, :3, 3])
     if not positions:
         T[:, :3, :3] = given[:, :3, :3]
     if not (np.all(np.isfinite(at)) and np.all(np.isfinite(T))):
-        raise CalibrationError('joint positions and poses must be finite')
+        raise CalibrationError('q, poses: must be finite numbers', code='not-finite')
     rates = None if qdot is None else numbers_of('qdot', qdot)
-    if rates is not None and not (rates.shape == at.shape and np.all(np.isfinite(rates))):
-        raise CalibrationError(f'qdot must be finite, of the shape {at.shape}')
+    if rates is not None and rates.shape != at.shape:
+        raise CalibrationError(
+            f'qdot must have the shape {at.shape}, not {rates.shape}', code='wrong-shape'
+        )
+    if rates is not None and not np.all(np.isfinite(rates)):
+        raise CalibrationError('qdot: must be finite numbers', code='not-finite')
     marks = np.zeros(count) if sets is None else numbers_of('sets', sets)
     if marks.shape != (count,) or np.any(np.unique(marks, return_inverse=True)[1] != marks):
-        raise CalibrationError(f'sets must be {count} whole numbers from 0 on, none left out')
+        raise CalibrationError(
+            f'sets must be {count} whole numbers from 0 on, none left out', code='out-of-range'
+        )
     result = Measured.of(at, T, positions, marks.astype(np.int64), rates)
     for k in range(result.set_count if count else 1):
         own = result.of_set(k)
@@ -217,12 +227,13 @@ def measured(
             few = '1 pose is' if len(own.q) == 1 else f'{len(own.q)} poses are'
             raise CalibrationError(
                 f'{few} too few: at least {MIN_POSES} are needed, and some {robot.dof + 4} or '
-                'more identify most of an arm'
+                'more identify most of an arm',
+                code='too-few',
             )
         try:
             check_rotations(own.poses[:, :3, :3])
         except FramesError as error:
-            raise CalibrationError(str(error)) from None
+            raise CalibrationError(str(error), code=error.code) from None
         check_different(own.q, f'the {len(own.q)} poses')
     return result
 
@@ -244,7 +255,11 @@ def check_mark(what: str, name: str) -> None:
         The name is empty or not printable, or other parameters begin with it.
     """
     if TAKEN.fullmatch(name) or not name or not name.isprintable():
-        raise CalibrationError(f'a {what} may not be called {name!r}')
+        raise CalibrationError(
+            f'{what} {name!r}: names of parameters begin with this, or it is not printable; '
+            'write another name',
+            code='reserved-name',
+        )
 
 
 def position_numbers(q: Floats) -> Integers:
@@ -271,12 +286,14 @@ def check_different(q: Floats, whose: str, least: int = MIN_POSES) -> None:
         moved = float(np.max(np.ptp(q, axis=0)))
         raise CalibrationError(
             f'{whose} are all alike (no joint moves by more than {moved:.2g} rad or m): '
-            'nothing of the arm is identifiable from them; take poses far apart'
+            'nothing of the arm is identifiable from them; take poses far apart',
+            code='no-variation',
         )
     if different < least:
         raise CalibrationError(
-            f'{whose} are {different} different ones, again and again: at least {least} are '
-            'needed; take poses far apart'
+            f'{whose} are {different} different ones, repeated; take at least {least} different '
+            'ones, far apart',
+            code='too-few',
         )
 
 
@@ -336,7 +353,10 @@ def _checked(
             if cause.sentence == LENGTHS_IN_MM and _is_in_metres(robot):
                 said = said.replace(said.partition(':')[0], IN_METRES.capitalize())
                 option = OPTIONS[IN_METRES]
-            raise CalibrationError(f'the frame check comes first: {said}{option}')
+            raise CalibrationError(
+                f'the frame check finds a mistake: {said}{option}',
+                code='wrong-unit' if cause.key in UNIT_KEYS else cause.key.replace('_', '-'),
+            )
     if middle <= MAX_ERROR:
         return diagnosis
 
@@ -347,14 +367,15 @@ def _checked(
     explained = explained_by_joints(robot, q, middle, left_of) if positions else ''
     kept = ' and '.join(end for end, fitted in free._asdict().items() if not fitted)
     ends = f'{kept} as in the robot file' if kept else 'base and tool fitted'
-    why = f'no robot {robot.name} is off by as much; it is another robot, or the poses do not '
+    why = f'no robot {robot.name} is off by that much; it is another robot, or the poses do not '
     why += 'belong to these joint positions'
     if kept:
         why = f'fit {kept} too, unless the poses are in the very frames of that file; then it is '
         why += 'another robot'
     raise CalibrationError(
         f'half of the positions are more than {length_in_words(middle)} off, with {ends}: {why}'
-        f'{explained}'
+        f'{explained}',
+        code='another-robot',
     )
 
 
@@ -395,28 +416,28 @@ def _is_in_metres(robot: Robot) -> bool:
 def _check_positions(robot: Robot, q: Floats, poses: Floats, middle: float, free: Free) -> None:
     axes = 'mirrored axes: one axis of the positions points the wrong way'
     mirrored, large = np.diag([1.0, 1.0, -1.0]), 1000 if _is_in_metres(robot) else 1
-    for sentence, joints, scale in (
-        ('the positions are in millimetres, not metres', q, np.eye(3) / 1000),
-        (IN_METRES, q, large * np.eye(3)),
-        (axes, q, mirrored),
-        (DEGREES, from_degrees(robot, q), np.eye(3)),
+    for sentence, code, joints, scale in (
+        ('the positions are in millimetres, not metres', 'wrong-unit', q, np.eye(3) / 1000),
+        (IN_METRES, 'wrong-unit', q, large * np.eye(3)),
+        (axes, 'mirrored', q, mirrored),
+        (DEGREES, 'wrong-unit', from_degrees(robot, q), np.eye(3)),
     ):
         others = np.array(poses)
         others[:, :3, 3] = poses[:, :3, 3] @ scale
         found = offsets_of(forward_kinematics(robot, joints), others, True, free)
         left = float(np.median(found.remainder))
         if middle > MIN_CHANGE and left < MAX_ERROR:
-            refuse_mistake(sentence, left, middle)
+            refuse_mistake(sentence, code, left, middle)
 
 
-def refuse_mistake(sentence: str, left: float, middle: float) -> None:
+def refuse_mistake(sentence: str, code: str, left: float, middle: float) -> None:
     """
     Raise an error if the correction of a mistake divides the median residual by 3 or more.
 
     Parameters
     ----------
-    sentence
-        The mistake.
+    sentence, code
+        The mistake, and the code of the error.
     left, middle
         Median length of the residuals with the mistake corrected, and without correction, m.
 
@@ -428,7 +449,8 @@ def refuse_mistake(sentence: str, left: float, middle: float) -> None:
     if left * NAMED_RATIO < middle:
         raise CalibrationError(
             f'{sentence}: with that undone {length_in_words(left)} remain of '
-            f'{length_in_words(middle)} (medians){OPTIONS.get(sentence, "")}'
+            f'{length_in_words(middle)} (medians){OPTIONS.get(sentence, "")}',
+            code=code,
         )
 
 

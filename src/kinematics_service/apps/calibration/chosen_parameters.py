@@ -146,8 +146,8 @@ class ChosenParameters:
                 groups = ', '.join(known[: len(self.words) + 1])
                 names = ', '.join(known[len(self.words) + 1 :])
                 raise ParameterNotFoundError(
-                    f'{word!r} is no parameter of {self.robot.name}; accepted are the groups '
-                    f'{groups}, and {names}',
+                    f'unknown parameter {word!r} of {self.robot.name}; write a group ({groups}) '
+                    f'or a parameter ({names})',
                     word,
                     known,
                 )
@@ -164,7 +164,9 @@ class ChosenParameters:
             and not (self.given.positions and one.group == 'tool' and one.angle)
         ]
         if not chosen:
-            raise CalibrationError('fit, fix: nothing is left to be fitted')
+            raise CalibrationError(
+                'fit, fix: nothing is left to fit; fit more, or fix less', code='empty'
+            )
         return chosen
 
     def chains(self, arm: CorrectedChain, offsets: Sequence[Offsets]) -> list[CorrectedChain]:
@@ -322,5 +324,8 @@ def prior_of(
     usual = usual or (of_file.gear if one.group == GEARS else by_kind)
     found = tolerances.get(one.name, tolerances.get(one.group, usual or one.scale))
     if not found > 0.0:
-        raise CalibrationError(f'the tolerance of {one.name} is not above 0; use fix instead')
+        raise CalibrationError(
+            f'tolerances: {one.name} is {found:g}, not above 0; fix {one.name} instead',
+            code='out-of-range',
+        )
     return float(found)

@@ -99,10 +99,14 @@ def with_conditions(
     if sessions is not None:
         names = tuple(dict.fromkeys(map(str, sessions)))
         if len(sessions) != len(q):
-            raise CalibrationError(f'sessions must name the session of each of {len(q)} rows')
+            raise CalibrationError(
+                f'sessions must name the session of each of {len(q)} rows, not of {len(sessions)}',
+                code='wrong-length',
+            )
         if len(names) == 1:
             raise CalibrationError(
-                f'all rows are of one session, {names[0]!r}: there is no other to compare with'
+                f'sessions: all rows are of session {names[0]!r}; name two or more, or none',
+                code='no-variation',
             )
         for name in names:
             check_mark('session', name)
@@ -146,23 +150,32 @@ def _of_joints(robot: Robot, prefix: str, group: str) -> Iterator[ArmParameter]:
 def _checked_loads(robot: Robot, count: int, loads: ToolLoads) -> tuple[Floats, Floats]:
     # Check the loads; return the masses (kg) and the force on 1 kg (N) in the base frame.
     masses, at, down = (np.array(one, dtype=np.float64) for one in loads)
-    if masses.shape != (count,) or not np.all(np.isfinite(masses)) or np.min(masses) < 0.0:
-        raise CalibrationError(f'loads must be {count} masses in kg, finite and not below 0')
+    if masses.shape != (count,):
+        raise CalibrationError(
+            f'loads must be {count} masses, not of the shape {masses.shape}', code='wrong-shape'
+        )
+    if not np.all(np.isfinite(masses)) or np.min(masses) < 0.0:
+        raise CalibrationError(
+            'loads must be masses in kg, finite and not below 0', code='out-of-range'
+        )
     if not (at.shape == down.shape == (3,) and np.all(np.isfinite([at, down])) and np.any(down)):
         raise CalibrationError(
             'the centre of mass and the direction of gravity of loads must be three finite '
-            'numbers, those of gravity not all 0'
+            'numbers, those of gravity not all 0',
+            code='out-of-range',
         )
     if np.ptp(masses) == 0.0:
         raise CalibrationError(
-            f'the load is {masses[0]:g} kg in all rows, which tells no elasticity: measure the '
-            'same joint positions with another load too'
+            f'loads: {masses[0]:g} kg in all rows do not show how the joints yield; measure the '
+            'same joint positions with another load too',
+            code='no-variation',
         )
     limit = LARGEST_LOAD * robot.singularity.task.length**3
     if np.max(masses) > limit:
         raise CalibrationError(
-            f'a load of {np.max(masses):,.0f} kg? No arm of this size carries more than '
-            f'{limit:,.0f} kg: masses are in kg, not g'
+            f'loads: {np.max(masses):,.0f} kg is more than an arm of this size carries '
+            f'({limit:,.0f} kg); write masses in kg, not g',
+            code='wrong-unit',
         )
     return masses, STANDARD_GRAVITY * down / np.linalg.norm(down)
 

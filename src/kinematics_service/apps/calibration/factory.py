@@ -90,7 +90,8 @@ def import_ur_calibration(path: Path, robot: Robot, text: str, date: str) -> Fac
     if robot.convention != 'standard' or not turning:
         raise CalibrationError(
             f'{robot.name}: a factory calibration of Universal Robots belongs to a standard '
-            'Denavit-Hartenberg table of six turning joints, as ur3e, ur5e and ur10e have it'
+            'Denavit-Hartenberg table of six turning joints, as ur3e, ur5e and ur10e have it',
+            code='unsupported',
         )
     q = np.clip(seeded_poses(robot.limits, [False] * JOINTS), -np.pi, np.pi)
     expected = _poses(given, robot, q)
@@ -110,7 +111,8 @@ def import_ur_calibration(path: Path, robot: Robot, text: str, date: str) -> Fac
     else:
         raise CalibrationError(
             f'{path}: the table found is {position:.1e} m and {rotation:.1e} rad from the '
-            "factory's own: it is not written"
+            "factory's own: it is not written",
+            code='mismatch',
         )
     origin = CalibrationOrigin(f'the factory calibration {path.name}', date)
     written = calibrated_text(found, text, q[some], expected[some], origin, frames)

@@ -49,7 +49,9 @@ def with_sections(
     root = yaml.compose(text, Loader=LOADER)
     assert isinstance(root, MappingNode)  # valid robot files are mappings
     if root.flow_style:
-        raise RobotFileWriteError('the file is written in braces: write its keys as lines first')
+        raise RobotFileWriteError(
+            'the keys of the robot file are in braces; write them as lines', code='unsupported'
+        )
     lines = text.splitlines()
     found = {key.value: (key.start_mark.line, last_line(value)) for key, value in root.value}
     # Replace the last section first, so that the lines before it keep their numbers.

@@ -132,8 +132,9 @@ class IdentifiedTable(FrozenArrays):
         off = apart(poses_of(own.chain, own.values, state.q), state.pose)
         if np.max(off, initial=0.0) > POSE_TOLERANCE:
             raise CalibrationError(
-                f'the calibration of {self.robot.name} is one of another arm: '
-                'give the calibrated robot'
+                f'calibration: it belongs to a {self.robot.name} with other numbers; give the '
+                'calibrated robot',
+                code='mismatch',
             )
         return errors
 
@@ -161,7 +162,11 @@ def table_corrections(
 ) -> TableCorrections:
     """Return the corrections of an arm; arguments are as in `calibrated_errors`."""
     if robot.dof != found.robot.dof:
-        raise CalibrationError(f'the calibration is one of {found.robot.name}')
+        raise CalibrationError(
+            f'calibration: it belongs to {found.robot.name}, not to {robot.name}; give the '
+            'calibrated robot',
+            code='mismatch',
+        )
     gears = any(one.group == GEARS for one in found.parameters)
     arm = parameters_of(found.robot, gears)
     count = len(arm.table)

@@ -119,12 +119,13 @@ def twist_covariance(
     """
     robot = as_robot(robot)
     if str(axes) not in (BASE, TOOL):
-        raise CalibrationError(f'axes must be {BASE} or {TOOL}, not {axes!r}')
+        raise CalibrationError(f'axes must be {BASE} or {TOOL}, not {axes!r}', code='unknown-name')
     said = robot.description.uncertainty
     if velocities is None:
         if said is None or said.velocity_noise is None:
             raise CalibrationError(
-                f'the file of {robot.name} has no velocity_noise: give velocities'
+                f'the file of {robot.name} has no velocity_noise: give velocities',
+                code='missing-uncertainty',
             )
         velocities = said.velocity_noise
     if robot.description.loops:
@@ -144,8 +145,9 @@ def _of_joints_alone(
     # through loops: refuse a calibration.
     if calibration is not None or joints is None:
         raise CalibrationError(
-            f'{robot.name} has closed loops, through which the noise of its joints is carried and '
-            'no number of its table: give joints, and no calibration'
+            f'{robot.name} has closed loops, where errors of the table are not known; give '
+            'joints, and no calibration',
+            code='closed-loop',
         )
     return _each('joints', joints, robot.dof)
 
@@ -178,12 +180,15 @@ def _errors(
 ) -> PoseErrors:
     said = robot.description.uncertainty
     if calibration is not None and not isinstance(calibration, IdentifiedTable):
-        raise CalibrationError(f'calibration must be a Calibration, not {calibration!r:.80}')
+        raise CalibrationError(
+            f'calibration must be a Calibration, not {calibration!r:.80}', code='wrong-type'
+        )
     silent = said is None or not (said.of_pose or velocities is not None)
     if silent and joints is None and calibration is None:
         raise CalibrationError(
             f'the file of {robot.name} does not say how far its poses may be off: give joints or '
-            'a calibration, or write its section uncertainty'
+            'a calibration, or write its section uncertainty',
+            code='missing-uncertainty',
         )
     of_joints: npt.ArrayLike = 0.0 if said is None else said.joint_deviations
     if joints is not None:
@@ -207,6 +212,7 @@ def _each(name: str, given: npt.ArrayLike, count: int) -> Floats:
     usable = np.isfinite(deviations) & (deviations >= 0.0)
     if deviations.shape not in ((), (count,)) or not usable.all():
         raise CalibrationError(
-            f'{name} must be one standard deviation or {count}, finite and none below 0'
+            f'{name} must be one standard deviation or {count}, finite and none below 0',
+            code='out-of-range',
         )
     return np.array(np.broadcast_to(deviations, count))

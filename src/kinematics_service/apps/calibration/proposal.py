@@ -163,21 +163,29 @@ def propose_poses(
     robot = as_robot(robot)
     refuse_loops(robot.description)
     if after is not None and after.points:
-        raise CalibrationError('poses to measure next are not proposed for touched points')
+        raise CalibrationError(
+            'after: poses are proposed after measured poses, not after touched points',
+            code='unsupported',
+        )
     if not 1 <= number_or_nan(count) <= MAX_COUNT or count != int(count):
-        raise CalibrationError(f'{count} poses: propose between 1 and {MAX_COUNT}')
+        raise CalibrationError(
+            f'count: {count} is out of range; propose 1 to {MAX_COUNT} poses', code='out-of-range'
+        )
     views = None if after is None else after.views
     if among is None:
         q = _candidates(robot) if after is None or views is None else _around(robot, after, views)
         rows = np.arange(len(q))
     else:
         q = numbers_of('among', among)
-        if q.ndim != 2 or q.shape[1] != robot.dof or not np.all(np.isfinite(q)):
+        if q.ndim != 2 or q.shape[1] != robot.dof:
             raise CalibrationError(
-                f'among: needs finite joint positions of {robot.name}, shape (M, {robot.dof}), '
-                f'not {q.shape}'
+                f'among: needs joint positions of {robot.name}, shape (M, {robot.dof}), '
+                f'not {q.shape}',
+                code='wrong-shape',
             )
-        # Remove repeated joint positions, so that each joint position is one candidate.
+        if not np.all(np.isfinite(q)):
+            raise CalibrationError('among: must be finite numbers', code='not-finite')
+        # Remove repeated joint positions: each is one candidate.
         rows = np.sort(np.unique(q, axis=0, return_index=True)[1])
         if len(rows) > MAX_GIVEN:
             rows = rows[np.linspace(0, len(rows) - 1, MAX_GIVEN).astype(int)]
@@ -189,7 +197,10 @@ def propose_poses(
         where = 'of those that are given' if among is not None else f'of {robot.name}'
         faces = '' if line_of_sight is None else ' from which the tool faces the point'
         faces += '' if views is None else ' that have the board in the image'
-        raise CalibrationError(f'only {len(rows)} poses {where}{faces} can be proposed')
+        raise CalibrationError(
+            f'only {len(rows)} poses {where}{faces} can be proposed, not {count}; ask for fewer',
+            code='too-few',
+        )
     q = q[rows]
     names, J, scales = _equations(robot, q, after, positions)
     known = np.eye(len(names))
@@ -213,7 +224,11 @@ def _candidates(robot: Robot) -> Floats:
     q = low + (LIMIT_MARGIN + (1.0 - 2.0 * LIMIT_MARGIN) * share) * (high - low)
     away = np.asarray(singularity(robot, q).level) == Level.OK
     if not np.any(away):
-        raise CalibrationError(f'no pose of {robot.name} is away from singular ones')
+        raise CalibrationError(
+            f'{robot.name}: all its poses are near singular ones, none is proposed; check its '
+            'joint limits and its task',
+            code='singular',
+        )
     return np.asarray(q[away])
 
 

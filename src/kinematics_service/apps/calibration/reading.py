@@ -105,13 +105,15 @@ def read_measured(
         how = '--pose-topic (bags) or their columns with --columns pose=... (tables)'
         if source.pose_topics:
             how = f'--pose-topic: poses are on {source.pose_topics}'
-        raise CalibrationError(f'{file}: there are no measured poses; name their topic with {how}')
+        raise CalibrationError(
+            f'{file}: no measured poses; name their topic with {how}', code='no-poses'
+        )
     if track.refused:
-        raise CalibrationError(f'{file}: {track.name}: {track.refused}')
+        raise CalibrationError(f'{file}: {track.name}: {track.refused}', code='refused-poses')
     found = joined(wanted.robot, track, states)
     use, reason = matched(found, gap)
     if not np.any(use):
-        raise CalibrationError(f'{file}: {track.name}: {reason or "there is no pose"}')
+        raise CalibrationError(f'{file}: {track.name}: {reason or "no poses"}', code='no-poses')
     chosen = chosen_poses(track, found, use)
     total = track.total or len(track.stamps)
     if len(chosen.rows) < np.sum(use) or len(track.stamps) < total:
@@ -193,13 +195,17 @@ def cells_beside(given: MeasuredRecording, column: str) -> list[str]:
         The file is not a table, the table has no such column, or a cell is empty.
     """
     if given.rows is None or Path(given.file).suffix.lower() not in TABLES:
-        raise CalibrationError(f'{given.file}: {column!r} names a column of a table (.csv)')
+        raise CalibrationError(
+            f'{given.file}: not a table, so without a column {column!r}; give a table (.csv)',
+            code='not-a-table',
+        )
     every = _column(Path(given.file), column)
     cells = [every[k] for k in given.rows.tolist()]
     if '' in cells:
         row = int(given.rows[cells.index('')])
         raise CalibrationError(
-            f'{given.file}: row {row}, counted from 0, is empty in the column {column!r}'
+            f'{given.file}: column {column!r}: row {row}, counted from 0, is empty; fill it in',
+            code='empty',
         )
     return cells
 
@@ -247,7 +253,10 @@ def read_touches(
         The file is not a table, has no such column, or a named row lacks a joint position.
     """
     if file.exists() and file.suffix.lower() not in TABLES:
-        raise CalibrationError(f'{file}: --point names a column of a table (.csv)')
+        raise CalibrationError(
+            f'{file}: not a table, so without a column {column!r}; give a table (.csv)',
+            code='not-a-table',
+        )
     with open_source(file, standing_poses(file, wanted)) as source:
         blocks = [one for one in source.blocks if not isinstance(one, UnreadableMessage)]
         remarks = [remark.text for remark in source.remarks]
@@ -259,7 +268,8 @@ def read_touches(
     missing = np.flatnonzero(named & ~np.all(np.isfinite(q), axis=1))
     if len(missing):
         raise CalibrationError(
-            f'{file}: row {missing[0]}, counted from 0, has no number for some joint'
+            f'{file}: row {missing[0]}, counted from 0, lacks the position of a joint; fill it in',
+            code='empty',
         )
     if not np.all(named):
         left = int(np.sum(~named))
@@ -289,12 +299,15 @@ def read_images(
     files = [_image(folder, name) for name in rows.points]
     if len(set(files)) < len(files):
         twice = next(one for one in files if files.count(one) > 1)
-        raise CalibrationError(f'{file}: two rows name the image {twice.name}')
+        raise CalibrationError(
+            f'{file}: two rows name the image {twice.name}; leave one out', code='duplicate-name'
+        )
     seen = tuple(finder.corners_in(one) for one in files)
     if all(isinstance(one, str) for one in seen) and any(map(finder.is_mirrored_in, files)):
         raise CalibrationError(
-            f'{folder}: the board is found in mirror images alone: the images are mirrored, or '
-            'the board is printed so'
+            f'{folder}: the images or the board are mirrored; give images that are not, of a '
+            'board as it is drawn',
+            code='mirrored',
         )
     return replace(rows, points=tuple(one.name for one in files)), seen
 
@@ -302,7 +315,7 @@ def read_images(
 def _image(folder: Path, name: str) -> Path:
     if not (folder / name).is_file():
         raise CalibrationError(
-            f'{folder}: there is no image {name!r}; write names with their endings'
+            f'{folder}: no image {name!r}; write names with their endings', code='missing-file'
         )
     return folder / name
 
@@ -312,7 +325,8 @@ def _column(file: Path, column: str) -> list[str]:
     table = table_of(file)
     if column not in table.header:
         raise CalibrationError(
-            f'{file}: there is no column {column!r}; the header has {", ".join(table.header)}'
+            f'{file}: no column {column!r}; the header has {", ".join(table.header)}',
+            code='unknown-name',
         )
     at = table.header.index(column)
     with table.opened() as stream:

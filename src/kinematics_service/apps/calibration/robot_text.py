@@ -110,7 +110,9 @@ def calibrated_text(
         The text cannot be changed without changing other lines.
     """
     if not (found.accepted or anyway):
-        raise CalibrationError(f'this is no calibration: {"; ".join(found.refusals)}')
+        raise CalibrationError(
+            f'this is no calibration: {"; ".join(found.refusals)}', code='not-accepted'
+        )
     description = found.robot.description
     robot = placed_robot(found, frames)
     factors = robot.description.singularity.factors
@@ -135,7 +137,9 @@ def calibrated_text(
     read = robot_from_text(result)
     apart = np.abs(forward_kinematics(read, q) - forward_kinematics(robot, q)).max()
     if not apart < ROUND_OFF:
-        raise RobotFileWriteError(f'the text written is {apart:.2g} m from what was found')
+        raise RobotFileWriteError(
+            f'the text written is {apart:.2g} m from what was found', code='mismatch'
+        )
     return result
 
 
@@ -162,7 +166,8 @@ def placed_robot(found: Calibration, frames: Frames) -> Robot:
     if found.positions:
         raise CalibrationError(
             'the axes of the tool are not identifiable from positions: its frame stays that of '
-            'the file'
+            'the file',
+            code='no-orientations',
         )
     description = found.calibrated.description
     base = found.base_offsets[0] @ description.base.motion.matrix

@@ -166,14 +166,18 @@ class SamePointParameters(ChosenParameters):
         if joints.shape != (len(marks), robot.dof):
             raise CalibrationError(
                 f'q must have the shape (N, {robot.dof}) and same_point N names, '
-                f'not {joints.shape} and {len(marks)}'
+                f'not {joints.shape} and {len(marks)}',
+                code='wrong-shape',
             )
         if not np.all(np.isfinite(joints)):
-            raise CalibrationError('joint positions must be finite')
+            raise CalibrationError('q: must be finite numbers', code='not-finite')
         names = tuple(dict.fromkeys(marks))
         point = np.array([names.index(one) for one in marks], dtype=np.int64)
         if not names:
-            raise CalibrationError(f'no point is touched: {MIN_POSES} poses at one are needed')
+            raise CalibrationError(
+                f'same_point: no row touches a point; at least {MIN_POSES} at one are needed',
+                code='empty',
+            )
         for k, name in enumerate(names):
             check_mark('point', name)
             own = joints[point == k]
@@ -181,7 +185,8 @@ class SamePointParameters(ChosenParameters):
                 poses = '1 pose' if len(own) == 1 else f'{len(own)} poses'
                 raise CalibrationError(
                     f'point {name} is touched from {poses}: at least {MIN_POSES} are needed, and '
-                    f'some {2 * robot.dof} or more at each point identify most of an arm'
+                    f'some {2 * robot.dof} or more at each point identify most of an arm',
+                    code='too-few',
                 )
             # Require only two different poses at a point: an arm of three joints reaches a point
             # only in a few poses.
@@ -208,7 +213,10 @@ class SamePointParameters(ChosenParameters):
         """
         for word in (*fit, *fix):
             if word.rpartition('.')[0] in self.names:
-                raise CalibrationError(f'{word!r}: where the points are is always fitted')
+                raise CalibrationError(
+                    f'{word!r}: points are always fitted; leave it out of fit and fix',
+                    code='conflict',
+                )
         points = range(self.first(POINTS, 0), self.first('tool', 0))
         return sorted({*super().fitted(fit, fix, tolerances), *points})
 
@@ -265,12 +273,13 @@ class SamePointParameters(ChosenParameters):
         # nearly one point, whatever was touched.
         if np.max(np.abs(q[:, ~robot.prismatic]), initial=0.0) > MAX_TURN:
             left = self._distances(from_degrees(robot, q))
-            refuse_mistake(DEGREES, float(np.median(left)), middle)
+            refuse_mistake(DEGREES, 'wrong-unit', float(np.median(left)), middle)
         if middle > MAX_ERROR:
             raise CalibrationError(
                 f'half of the touches are more than {length_in_words(middle)} from their points: '
-                f'no robot {robot.name} is off by as much; it is another robot, or the rows are '
-                'marked with wrong points' + explained_by_joints(robot, q, middle, self._distances)
+                f'no robot {robot.name} is off by that much; it is another robot, or rows '
+                f'name the wrong points{explained_by_joints(robot, q, middle, self._distances)}',
+                code='another-robot',
             )
 
     def _check_distances(self, start: TouchStart) -> None:
@@ -280,8 +289,9 @@ class SamePointParameters(ChosenParameters):
                 thousandth = abs(given / 1000 - found) < MAX_ERROR
                 raise CalibrationError(
                     f'points {self.names[i]} and {self.names[j]} are {length_in_words(found)} '
-                    f'apart by the touches, not {length_in_words(given)}: no table is off by as '
-                    f'much{"; are these millimetres?" if thousandth else ""}'
+                    f'apart by the touches, not {length_in_words(given)}'
+                    f'{"; write metres, not millimetres" if thousandth else ""}',
+                    code='wrong-unit' if thousandth else 'mismatch',
                 )
 
     def _chain(self, k: int, tip: Floats) -> CorrectedChain:
@@ -411,10 +421,14 @@ def _checked(
     for (one, other), distance in apart.items():
         if missing := [name for name in (one, other) if name not in names]:
             points = ', '.join(names)
-            raise CalibrationError(f'no row touches point {missing[0]}; the points are {points}')
+            raise CalibrationError(
+                f'apart: no row touches point {missing[0]}; the points are {points}',
+                code='unknown-name',
+            )
         if one == other or not 0.0 < distance < np.inf:
             raise CalibrationError(
-                f'points {one} and {other} cannot be {distance:g} m apart: give two points and a '
-                'length above 0'
+                f'apart: points {one} and {other} cannot be {distance:g} m apart; give two points '
+                'and a length above 0',
+                code='out-of-range',
             )
     return {(names.index(one), names.index(other)): far for (one, other), far in apart.items()}

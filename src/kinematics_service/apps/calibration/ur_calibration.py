@@ -62,15 +62,16 @@ def read_ur_calibration(path: Path) -> UrCalibration:
     try:
         text = text_of(path, LARGEST, 'give one of the two')
     except RecordingError as error:
-        raise CalibrationError(str(error)) from None
+        raise CalibrationError(str(error), code=error.code) from None
     if 'delta_' in text:
         return UrCalibration(_deltas(path, text))
     if 'kinematics' in text:
         return UrCalibration({}, _origins(path, text))
     raise CalibrationError(
-        f'{path}: is no calibration of Universal Robots; accepted are calibration.conf '
-        '([mounting] with delta_theta, delta_a, delta_d, delta_alpha) and the YAML of '
-        'ur_calibration (kinematics: shoulder, upper_arm and so on)'
+        f'{path}: not a calibration of Universal Robots; give calibration.conf '
+        '([mounting] with delta_theta, delta_a, delta_d, delta_alpha) or the YAML of '
+        'ur_calibration (kinematics: shoulder, upper_arm and so on)',
+        code='unsupported',
     )
 
 
@@ -80,12 +81,14 @@ def _deltas(path: Path, text: str) -> dict[str, Floats]:
         parser.read_string(text)
     except configparser.Error as error:
         reason = ' '.join(str(error).split())
-        raise CalibrationError(f'{path}: cannot be read: {reason}') from None
+        raise CalibrationError(f'{path}: cannot be read: {reason}', code='syntax') from None
     found = {}
     for place, key in DELTAS.items():
         written = next((section[key] for section in parser.values() if key in section), None)
         if written is None:
-            raise CalibrationError(f'{path}: there is no {key}')
+            raise CalibrationError(
+                f'{path}: {key} is missing; write {", ".join(DELTAS.values())}', code='missing-key'
+            )
         found[place] = _six(path, key, written)
     return found
 
@@ -100,7 +103,10 @@ def _six(path: Path, key: str, text: str) -> Floats:
     except (ValueError, OverflowError, SyntaxError, MemoryError, RecursionError):
         numbers, six = [], np.zeros(0)
     if not len(numbers) == len(six) == JOINTS or not np.all(np.isfinite(six)):
-        raise CalibrationError(f'{path}: {key}: expected six numbers in brackets, not {text[:40]}')
+        raise CalibrationError(
+            f'{path}: {key}: expected six numbers in brackets, not {text[:40]}',
+            code='wrong-shape',
+        )
     return six
 
 
@@ -108,11 +114,14 @@ def _origins(path: Path, text: str) -> tuple[Floats, ...]:
     try:
         documents = read_documents(text)
     except YamlError as error:
-        raise CalibrationError(f'{path}:{error}') from None
+        raise CalibrationError(f'{path}:{error}', code='syntax') from None
     document = documents[0] if documents else None
     kinematics = document.get('kinematics') if isinstance(document, dict) else None
     if not isinstance(kinematics, dict):
-        raise CalibrationError(f'{path}: there is no mapping kinematics')
+        raise CalibrationError(
+            f'{path}: kinematics must be a mapping of links (shoulder, upper_arm and so on)',
+            code='wrong-type',
+        )
     return tuple(_origin(path, link, kinematics.get(link)) for link in LINKS)
 
 
@@ -121,6 +130,7 @@ def _origin(path: Path, link: str, entry: Any) -> Floats:
     numbers = [one for one in given if isinstance(one, float) and math.isfinite(one)]
     if len(numbers) != len(ORIGIN):
         raise CalibrationError(
-            f'{path}: kinematics.{link}: expected the numbers {", ".join(ORIGIN)}'
+            f'{path}: kinematics.{link}: expected the numbers {", ".join(ORIGIN)}',
+            code='missing-key',
         )
     return pose_of(numbers[:3], (numbers[3], numbers[4], numbers[5]))

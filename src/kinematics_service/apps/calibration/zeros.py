@@ -110,7 +110,7 @@ def calibrate_zeros(
     if found.accepted or not check:
         return found
     if fitted(from_degrees(robot, q)).accepted:
-        raise CalibrationError(f'{DEGREES}{OPTIONS[DEGREES]}')
+        raise CalibrationError(f'{DEGREES}{OPTIONS[DEGREES]}', code='wrong-unit')
     return fitted(q, check=True)
 
 

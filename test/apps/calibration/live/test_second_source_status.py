@@ -75,10 +75,10 @@ class Watched:
 @pytest.mark.parametrize(
     ('given', 'said'),
     [
-        ({'shift': -3600.0}, 'their stamps are 3600 s before those of the joint states'),
-        ({'shift': 60.0}, 'their stamps are 60 s after those of the joint states'),
-        ({'stamp': 0}, f'their stamps are {START + 8} s before those of the joint states'),
-        ({'rate': 5, 'shift': -0.05}, 'no joint states are within 0.1 s'),
+        ({'shift': -3600.0}, 'stamps are 3600 s before'),
+        ({'shift': 60.0}, 'stamps are 60 s after'),
+        ({'stamp': 0}, f'stamps are {START + 8} s before'),
+        ({'rate': 5, 'shift': -0.05}, 'within 0.1 s'),
     ],
 )
 def test_poses_that_cannot_be_used_are_a_warning_with_the_cause(monkeypatch, given, said):
@@ -95,7 +95,7 @@ def test_a_source_that_falls_silent_is_a_warning_until_it_is_back(monkeypatch):
     assert (status.level, 'no jump in' in status.sentence) == (Level.OK, True)
     status = one.run(8.0, source=False)
     assert status.level == Level.WARN
-    assert status.sentence.startswith('no pose of the second source for 8 s; the last result is')
+    assert status.sentence.startswith('no pose of the second source for 8 s')
     one.run(8.0, source=False)
     assert len([line for line in one.lines if 'no pose' in line]) == 1
     assert one.run(2.0).level == Level.OK

@@ -87,13 +87,17 @@ class BoardFinder:
         number = getattr(aruco, board.dictionary, None)
         if not isinstance(number, int):
             known = ', '.join(name for name in dir(aruco) if name.startswith('DICT_'))
-            raise RecordingError(f'there is no dictionary {board.dictionary!r}; there are {known}')
+            raise RecordingError(
+                f'--board: unknown dictionary {board.dictionary!r}; write one of {known}',
+                code='unknown-name',
+            )
         markers = aruco.getPredefinedDictionary(number)
         needed = board.columns * board.rows // 2
         if needed > len(markers.bytesList):
             raise RecordingError(
-                f'{board.dictionary} has {len(markers.bytesList)} markers, and a board of '
-                f'{board.columns}x{board.rows} squares {needed}'
+                f'--board: {board.dictionary} has {len(markers.bytesList)} markers, a board of '
+                f'{board.columns}x{board.rows} squares needs {needed}; write a larger dictionary',
+                code='too-few',
             )
         size = board.columns, board.rows
         made = aruco.CharucoBoard(size, board.square, board.marker, markers)
@@ -118,14 +122,16 @@ class BoardFinder:
             image = None
         if image is None:
             raise RecordingError(
-                f'{file}: this is no image that can be read, or it has more than '
-                f'{MAX_PIXELS:,} pixels'
+                f'{file}: not a readable image of at most {MAX_PIXELS:,} pixels; write '
+                'PNG or JPEG',
+                code='unreadable',
             )
         high, wide = image.shape
         if (wide, high) != (self.camera.width, self.camera.height):
             raise RecordingError(
                 f'{file}: the image has {wide}x{high} pixels, and {self.camera.file} is for '
-                f'{self.camera.width}x{self.camera.height}: give the intrinsics of these images'
+                f'{self.camera.width}x{self.camera.height}; give the intrinsics of these images',
+                code='mismatch',
             )
         found, numbers, _, markers = self._finder.detectBoard(image)
         corners, marked = (0 if one is None else len(one) for one in (numbers, markers))

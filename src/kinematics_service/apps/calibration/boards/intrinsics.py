@@ -20,6 +20,7 @@ from .opencv import opencv
 MATRIX = ('camera_matrix', 'k', 'K', 'mtx')
 DISTORTION = ('distortion_coefficients', 'dist_coeffs', 'dist_coeff', 'd', 'D', 'dist')
 WIDTH, HEIGHT = ('image_width', 'width'), ('image_height', 'height')
+KEYS_OF_FILE = f'{MATRIX[0]}, {DISTORTION[0]}, {WIDTH[0]} and {HEIGHT[0]}'
 # Accepted models of distortion, by ROS's names. Files of OpenCV have no model name.
 MODELS = ('plumb_bob', 'rational_polynomial', '')
 # Accepted numbers of distortion coefficients: those of OpenCV's model.
@@ -96,13 +97,23 @@ def read_intrinsics(file: Path) -> Intrinsics:
         if not isinstance(entries, dict):
             raise YamlError(1, 'expected a mapping of entries')
         given = {str(key): value for key, value in entries.items()}
-    except (OSError, UnicodeDecodeError, YamlError, IndexError) as error:
-        raise RecordingError(f'{file}: this is no calibration file of a camera: {error}') from None
+    except OSError as error:
+        raise RecordingError(
+            f'{file}: cannot be read: {error.strerror}; give the calibration file of the camera',
+            code='unreadable',
+        ) from None
+    except (UnicodeDecodeError, YamlError, IndexError) as error:
+        raise RecordingError(
+            f'{file}: not a calibration file of a camera: {error}; give YAML or JSON with '
+            f'{KEYS_OF_FILE}',
+            code='syntax',
+        ) from None
     model = given.get('distortion_model', '')
     if model not in MODELS:
         raise RecordingError(
-            f'{file}: the distortion model {model!r} is not one of {", ".join(MODELS[:2])}; '
-            'rectify the images of a fisheye camera, and give the intrinsics of these'
+            f'{file}: distortion_model: {model!r} is not one of {", ".join(MODELS[:2])}; '
+            'rectify the images of a fisheye camera, and give the intrinsics of these',
+            code='unsupported',
         )
     K = _numbers(file, given, MATRIX)
     d = _numbers(file, given, DISTORTION)
@@ -111,7 +122,8 @@ def read_intrinsics(file: Path) -> Intrinsics:
     if not (whole and min(K[0], K[4]) > 0.0 and np.array_equal(K[[3, 6, 7, 8]], (0, 0, 0, 1))):
         raise RecordingError(
             f'{file}: {MATRIX[0]} needs 9 numbers (fx 0 cx, 0 fy cy, 0 0 1), {DISTORTION[0]} '
-            f'{", ".join(map(str, COUNTS))}, and width and height one each, above 0'
+            f'{", ".join(map(str, COUNTS))}, and width and height one each, above 0',
+            code='wrong-shape',
         )
     return Intrinsics(str(file), K.reshape(3, 3), d, int(size[0][0]), int(size[1][0]))
 
@@ -120,8 +132,8 @@ def _numbers(file: Path, given: dict[str, Any], names: tuple[str, ...]) -> Float
     found = [given[name] for name in names if name in given]
     if not found:
         raise RecordingError(
-            f'{file}: there is no {names[0]}: a calibration file has {MATRIX[0]}, '
-            f'{DISTORTION[0]}, {WIDTH[0]} and {HEIGHT[0]}'
+            f'{file}: {names[0]} is missing; a calibration file has {KEYS_OF_FILE}',
+            code='missing-key',
         )
     value = found[0].get('data') if isinstance(found[0], dict) else found[0]
     try:
@@ -129,5 +141,5 @@ def _numbers(file: Path, given: dict[str, Any], names: tuple[str, ...]) -> Float
     except (TypeError, ValueError):
         numbers = np.array([np.nan])
     if not np.all(np.isfinite(numbers)):
-        raise RecordingError(f'{file}: {names[0]} has something other than numbers')
+        raise RecordingError(f'{file}: {names[0]} must be finite numbers', code='not-a-number')
     return numbers

@@ -29,7 +29,9 @@ def opencv() -> ModuleType:
     try:
         import cv2
     except ImportError as error:
-        raise RecordingError(INSTALL.format(reason=error)) from None
+        raise RecordingError(INSTALL.format(reason=error), code='missing-package') from None
     if not hasattr(getattr(cv2, 'aruco', None), 'CharucoDetector'):
-        raise RecordingError(INSTALL.format(reason=f'4.8, not {cv2.__version__}'))
+        raise RecordingError(
+            INSTALL.format(reason=f'4.8, not {cv2.__version__}'), code='missing-package'
+        )
     return cv2

@@ -46,7 +46,7 @@ class ConditionOptions(NamedTuple):
     def check(self) -> None:
         """Raise an error if options of a load are given without the column of the loads."""
         if self.load is None and (self.load_at, self.gravity) != (ORIGIN, DOWN):
-            raise WrongUsage('--load-at and --gravity are of a load: give --load COLUMN too')
+            raise WrongUsage('--load-at, --gravity: need the masses; give --load COLUMN too')
 
     def of(self, given: Sequence[MeasuredRecording]) -> RowConditions:
         """Return the sessions and loads of the measured rows, as arguments of `ks.calibrate`."""
@@ -61,7 +61,7 @@ class ConditionOptions(NamedTuple):
                 loads = ToolLoads([float(cell) for cell in cells], self.load_at, self.gravity)
             except ValueError as error:
                 raise CalibrationError(
-                    f'the column {self.load!r} has masses in kg: {error}'
+                    f'column {self.load!r}: not a mass in kg: {error}', code='not-a-number'
                 ) from None
         return RowConditions(sessions, loads)
 

@@ -74,7 +74,9 @@ def calibrate_live(
     arm, seconds = given_robot(robot), options.seconds
     run = fitting.run(arm, False, not outputs.anyway, camera=camera)
     if not 0.0 < seconds <= TIME_LIMIT:
-        raise WrongUsage(f'--seconds: {seconds:g} is not above 0 and at most {TIME_LIMIT:,.0f} s')
+        raise WrongUsage(
+            f'--seconds: {seconds:g} is out of range; write at most {TIME_LIMIT:,.0f}'
+        )
     with named_errors(()):
         run.check_names()
         heard = collected(arm, options, partial(_of_heard, run), written.stream, context.obj)
@@ -83,7 +85,8 @@ def calibrate_live(
     if not len(heard.q):
         raise CalibrationError(
             f'no pose of {options.pose_topic} with joint states of {options.topic} around its '
-            f'stamp was heard within {seconds:g} s'
+            f'stamp within {seconds:g} s; check both topics with `ros2 topic echo`',
+            code='no-poses',
         )
 
     def calibrated(one: CalibrationRun) -> CalibratedPoses:

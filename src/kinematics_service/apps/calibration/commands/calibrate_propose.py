@@ -66,12 +66,12 @@ def calibrate_propose(
       kinematics_service calibrate-propose tracker.csv --robot ur5e --count 5
     """
     if not 1 <= count <= MAX_COUNT:
-        raise WrongUsage(f'--count: {count} is not within 1 and {MAX_COUNT} poses')
+        raise WrongUsage(f'--count: {count} is out of range; write 1 to {MAX_COUNT}')
     arm, given, plans = given_robot(robot), files or [], plan or []
     check_inputs(given)
     for file in plans:
         if file.suffix.lower() not in PLANS:
-            raise WrongUsage(f'--plan: {file} is neither a table (.csv) nor a plan (.yaml)')
+            raise WrongUsage(f'--plan: {file}: unknown ending; write a .csv or a .yaml')
         check_output('--plan', file, given, force)
     sight = None if line_of_sight is None else _sight(line_of_sight)
     reading, finder = poses.selection(arm, table), images.finder(given)
@@ -85,7 +85,9 @@ def calibrate_propose(
             after = images.calibrated(run, given, reading, poses.pose_gap, finder).found
             if not (after.accepted or after.only_worse):
                 refused = '; '.join(after.refusals)
-                raise CalibrationError(f'this is no calibration to go on from: {refused}')
+                raise CalibrationError(
+                    f'this is no calibration to go on from: {refused}', code='not-accepted'
+                )
     # Read only joint positions: the poses are not measured yet.
     chosen = None if among is None else read_positions(among, reading._replace(pose_topic=None))
     proposed = propose_poses(arm, count, after, positions, among=chosen, line_of_sight=sight)

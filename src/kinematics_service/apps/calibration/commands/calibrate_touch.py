@@ -83,6 +83,6 @@ def _distances(given: Sequence[str] | None) -> dict[tuple[str, str], float]:
             )
         pair = match[1].strip(), match[2].strip()
         if pair in result or pair[::-1] in result:
-            raise WrongUsage(f'--distance: {" and ".join(pair)} are given twice')
+            raise WrongUsage(f'--distance: {",".join(pair)} is given twice; give it once')
         result[pair] = length
     return result

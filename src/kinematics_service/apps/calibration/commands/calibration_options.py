@@ -112,7 +112,7 @@ class PoseOptions(NamedTuple):
         """Return the selection of what is read from a recording: robot, topics and columns."""
         gap = self.pose_gap
         if gap is not None and not 0.0 < gap <= MAX_GAP:
-            raise WrongUsage(f'--pose-gap: {gap:g} is not within 0 and {MAX_GAP:g} s')
+            raise WrongUsage(f'--pose-gap: {gap:g} is out of range; write at most {MAX_GAP:g}')
         for end in given_words(self.own):
             if end not in ENDS:
                 raise WrongUsage(f'--own: {end!r} is not one of {", ".join(ENDS)}')
@@ -148,7 +148,7 @@ class FitOptions(NamedTuple):
         """Return the settings of a calibration from these options."""
         words = given_words(self.fit or '')
         if self.fit is not None and not words:
-            raise WrongUsage('--fit names nothing; without it all but gears are fitted')
+            raise WrongUsage('--fit: empty; leave it out to fit all but gears')
         limit = None if self.tolerance is None else given_limit('--tolerance', self.tolerance)
         noise, fix = given_noise(self.noise, positions), given_words(self.fix)
         where: Camera | None = None if camera is None else camera.value
@@ -215,7 +215,7 @@ class ImageOptions(NamedTuple):
                 "--images needs --board, and --intrinsics, the camera's calibration file"
             )
         if not self.images.is_dir():
-            raise WrongUsage(f'--images: there is no folder {self.images}')
+            raise WrongUsage(f'--images: no folder {self.images}; give that of the images')
         if len(files) != 1 or files[0].suffix.lower() not in TABLES:
             raise WrongUsage('--images takes one FILE, a table (.csv) with a column `image`')
         return BoardFinder(given_board(self.board), read_intrinsics(self.intrinsics))
@@ -240,7 +240,7 @@ class ImageOptions(NamedTuple):
             found = run.calibrated(q, poses=views.poses, camera=camera, whitening=views.whitening)
         except CalibrationError as error:
             doubt = f'. And {views.doubt}' if views.doubt else ''
-            raise CalibrationError(f'{error}{doubt}') from None
+            raise CalibrationError(f'{error}{doubt}', code=error.code) from None
         poses = inverses(views.poses) if camera == ON_TOOL else views.poses
         found = replace(found, views=views)
         return CalibratedPoses(found, [str(files[0])], given.remarks, q, poses)
@@ -295,7 +295,9 @@ def given_noise(text: str | None, positions: bool) -> tuple[float, float] | None
         return None
     given = given_limit('--noise', text)
     if math.isinf(given.position) or (math.isinf(given.angle) and not positions):
-        raise WrongUsage(f'--noise: {text!r} lacks one of both; write for instance 2mm,0.3deg')
+        raise WrongUsage(
+            f'--noise: {text!r} lacks a length or an angle; write for instance 2mm,0.3deg'
+        )
     return given.position, given.angle if math.isfinite(given.angle) else 0.0
 
 
@@ -316,17 +318,19 @@ def given_board(text: str) -> Board:
 
 def check_inputs(files: Sequence[Path]) -> None:
     """Refuse a recording that is given twice, since its rows would count twice."""
-    if len({one.resolve() for one in files}) < len(files):
-        raise WrongUsage('FILE: one recording is given twice, and would count twice')
+    resolved = [one.resolve() for one in files]
+    for file in files:
+        if resolved.count(file.resolve()) > 1:
+            raise WrongUsage(f'FILE: {file} is given twice; give it once')
 
 
 def check_output(name: str, file: Path, inputs: Sequence[Path], replaces: bool) -> None:
     """Refuse an output that cannot be written, is an input, or exists and is not replaced."""
     refuse_unwritable(name, file)
     if file.exists() and any(one.exists() and file.samefile(one) for one in inputs):
-        raise WrongUsage(f'{name}: {file} is the recording itself')
+        raise WrongUsage(f'{name}: {file} is the recording itself; give another name')
     if file.is_file() and not replaces:
-        raise WrongUsage(f'{file} exists already: give another name, or --force')
+        raise WrongUsage(f'{name}: {file} exists; give another name, or --force')
 
 
 @contextmanager
@@ -341,7 +345,7 @@ def named_errors(files: Sequence[Path]) -> Iterator[None]:
     except CalibrationError as error:
         if not files or any(str(file) in str(error) for file in files):
             raise
-        raise CalibrationError(f'{", ".join(map(str, files))}: {error}') from None
+        raise CalibrationError(f'{", ".join(map(str, files))}: {error}', code=error.code) from None
 
 
 def run_calibration(

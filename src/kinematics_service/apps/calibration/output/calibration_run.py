@@ -158,7 +158,10 @@ class CalibrationRun(NamedTuple):
         on_tool = self.camera == ON_TOOL
         given = [read_measured(file, reading, gap, on_tool) for file in files]
         if len({one.positions for one in given}) > 1:
-            raise CalibrationError('some files have poses and others positions alone')
+            raise CalibrationError(
+                'FILE: some have poses, others positions alone; give files of one kind',
+                code='conflict',
+            )
         found = self.calibrated(
             np.concatenate([one.q for one in given]),
             poses=np.concatenate([one.measured for one in given]),

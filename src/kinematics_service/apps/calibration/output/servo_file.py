@@ -28,8 +28,9 @@ def read_servos(file: Path, joints: Sequence[str]) -> dict[str, dict[str, int]]:
             int(content[name]['homing_offset'])
     except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
         raise CalibrationError(
-            f'{file}: this is no calibration of servos with a homing_offset of each of '
-            f'{", ".join(joints)}: {error!r}'
+            f'{file}: not a calibration of servos: {error!r}; give JSON with a homing_offset of '
+            f'each of {", ".join(joints)}',
+            code='unreadable',
         ) from None
     return dict(content)
 
@@ -54,8 +55,9 @@ def servos_text(servos: dict[str, dict[str, int]], zeros: Sequence[JointZero]) -
         moved = int(one['homing_offset']) - ticks
         if abs(moved) > OFFSET_LIMIT:
             raise CalibrationError(
-                f'the homing_offset of {zero.joint} would be {moved}, beyond {OFFSET_LIMIT}: '
-                'mount its horn anew, or home the servo'
+                f'{zero.joint}: its homing_offset would be {moved}, beyond {OFFSET_LIMIT}; '
+                'mount its horn anew, or home the servo',
+                code='out-of-range',
             )
         changed[zero.joint] = {**one, 'homing_offset': moved}
     return json.dumps(changed, indent=4) + '\n'

@@ -54,7 +54,7 @@ class Sheet(NamedTuple):
         points = self.points
         if name not in points:
             raise CalibrationError(
-                f'there is no point {name!r} on the sheet; it has {", ".join(points)}'
+                f'unknown point {name!r}; the sheet has {", ".join(points)}', code='unknown-name'
             )
         return points[name]
 
