@@ -35,6 +35,7 @@ from kinematics_service.apps.calibration.report import document_of, sentences_of
 from kinematics_service.apps.calibration.robot_text import CalibrationOrigin, calibrated_text
 from kinematics_service.apps.checking.errors import Errors
 from kinematics_service.apps.checking.hypotheses import Hypothesis
+from kinematics_service.apps.checking.known_poses import pose_errors
 from kinematics_service.errors import CalibrationError
 from kinematics_service.printing import json_text
 from kinematics_service.rigid_motion import exponential, pose_of
@@ -101,12 +102,18 @@ def test_rows_in_which_one_joint_moves_contradict_the_arm(name, j, i, sign, kind
     assert any(one.startswith('With the outliers') for one in sentences)
     document = json.loads(json_text(document_of(found, [])))
     assert document['accepted'] is False
+    assert document['explained']['decided'] is True
+    if kind == 'positions':
+        return
+    # Known poses are those of all rows.
+    text = ks.bundled_robots()[name].read_text()
+    made = calibrated_text(found, text, q, poses, MADE_UP, anyway=True)
+    assert max(error.share for error in pose_errors(ks.robot_from_text(made))) > 1.0
     assert document['errors_with_outliers']['after']['position_rms'] > 4e-3
 
 
-@pytest.mark.parametrize('name', ['puma560', 'ur5e'])
-def test_a_coupling_that_all_rows_lack_is_named_before_a_fit(name):
-    robot, q, poses = without_coupling(name, 2, 1, 1.0, 60, 60, 3)
+def test_a_coupling_that_all_rows_lack_is_named_before_a_fit():
+    robot, q, poses = without_coupling('ur5e', 2, 1, 1.0, 30, 30, 3)
     words = f'turns with joint {robot.joint_names[1]}: ', 'needs q3 + q2'
     with refused(CalibrationError, 'joint-coupling', *words):
         ks.calibrate(robot, q, poses)
@@ -330,7 +337,7 @@ def test_each_mistake_is_weighed_as_if_it_were_alone_in_its_own_unit():
     best = changes[int(np.argmin(scores))]
     assert best.sentence.startswith('joint elbow_joint counts')
     assert scores.min() < 1e-9
-    for change, score in list(zip(changes, scores))[::17]:
+    for change, score in list(zip(changes, scores))[::29]:
         assert scores_of([change])[0] == pytest.approx(score, abs=1e-6)
     near = np.array(ks.forward_kinematics(robot, q))
     near[:, :3, 3] += np.random.default_rng(8).normal(size=(30, 3)) * 2e-3

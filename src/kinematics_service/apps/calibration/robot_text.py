@@ -20,7 +20,7 @@ from ...rigid_motion import inverse
 from ...robot.file.parts.description import RobotDescription
 from ...robot.file.parts.parameters import ENDS, GEARS, ArmParameter
 from ...robot.file.reader import parse_robot
-from ...robot.robot import Robot, build_robot, robot_from_text
+from ...robot.robot import Robot, build_robot
 from ...typography import number_text
 from ...version import __version__
 from ..checking.errors import ERROR_LIMIT
@@ -133,8 +133,8 @@ def calibrated_text(
     sections['uncertainty'] = uncertainty_section(found, robot, frames == 'measured')
     sections['known_poses'] = _known_poses(found, robot, q, poses, frames)
     result = with_sections(text, sections, certificate(found, robot, origin, frames))
-    result = _without_unused_constants(result, description)
-    read = robot_from_text(result)
+    result, written = _without_unused_constants(result, description)
+    read = build_robot(written)
     apart = np.abs(forward_kinematics(read, q) - forward_kinematics(robot, q)).max()
     if not apart < ROUND_OFF:
         raise RobotFileWriteError(
@@ -143,17 +143,21 @@ def calibrated_text(
     return result
 
 
-def _without_unused_constants(text: str, nominal: RobotDescription) -> str:
+def _without_unused_constants(
+    text: str, nominal: RobotDescription
+) -> tuple[str, RobotDescription]:
     # Remove constants that only base, tool or factors used. Repeat, since a removed constant may
-    # have been the only use of another constant.
+    # have been the only use of another constant. Return the text and what is read from it.
     def unused(description: RobotDescription) -> list[str]:
         where = {one.where for one in description.warnings}
         return [one.name for one in description.constants if f'constants.{one.name}' in where]
 
     before = unused(nominal)
-    while more := [k for k in unused(parse_robot(text, nominal.file)) if k not in before]:
+    read = parse_robot(text, nominal.file)
+    while more := [k for k in unused(read) if k not in before]:
         text = with_sections(text, {'constants': constants_section(text, more)})
-    return text
+        read = parse_robot(text, nominal.file)
+    return text, read
 
 
 def placed_robot(found: Calibration, frames: Frames) -> Robot:

@@ -27,7 +27,7 @@ START = 1000  # s
 def test_poses_of_another_arm_are_an_error_that_names_it(still):
     arm = WatchedArm('ur3e', NOMINAL, TRACKER, np.random.default_rng(3))
     arm.true, file, known = arm.file, ks.load_robot('ur5e'), None
-    poses = arm.poses(np.concatenate([arm.region(still, 0.02), arm.path(100)]))
+    poses = arm.poses(np.concatenate([arm.region(still, 0.02), arm.path(40)]))
     statuses = []
     for k in range(20, len(poses.q), 20):
         known = examined(file, LIMITS, known, poses.at(slice(k - 20, k)), [])
