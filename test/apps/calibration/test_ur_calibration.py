@@ -75,7 +75,7 @@ def test_the_factory_table_of_a_real_unit_becomes_one_of_millimetres(
     code, printed, out = imported(capsys, tmp_path, file, robot)
     assert code == 0, printed
     mine = ks.load_robot(out)
-    q = positions_within(mine, 200, 3)
+    q = positions_within(mine, 50, 3)
     expected = factory_poses(table, given, q)
     assert np.abs(ks.forward_kinematics(mine, q) - expected).max() < SAME
     lengths = [
