@@ -61,7 +61,7 @@ def test_factors_that_a_measured_tool_moves_elsewhere_are_left_out_and_it_is_sai
             factors = ks.robot_from_text(made).singularity.factors
             assert all(factors.approximate)
             assert bool(factors) == ('approximate here' in made)
-            assert bool(factors) != ('do not hold here and are left out' in made)
+            assert bool(factors) != ('do not hold here' in made)
             kept.append((name, frames) if factors else ())
     assert ('craig_3r', 'robot') in kept
     assert ('craig_3r', 'measured') not in kept
@@ -91,8 +91,8 @@ def test_gear_ratios_that_were_found_are_no_matter_of_formulas(tmp_path, capsys)
     file.write_text(calibrated('craig_3r', 'gears', 'robot')[1])
     assert main(['derive', str(file)]) == 1
     said = capsys.readouterr().err
-    assert 'of its angle, whose sine and cosine are no short polynomials' in said
-    assert 'derive the nominal robot file, without the gear ratios that were found' in said
+    assert 'are no short polynomials' in said
+    assert 'without the gear ratios' in said
 
 
 # Of each kind of arm one, each kind of fit at some of them: derivations take seconds, but where
