@@ -167,7 +167,8 @@ def test_a_length_that_is_wrong_by_300_mm_is_refused_however_little_the_arm_move
     middle, reach = [0.2, -1.2, 1.4, -1.7, -1.5, 0.3], [0.15, 0.1, 0.1, 0.1, 0.2, 0.3]
     q = np.array(middle) + random.uniform(-1, 1, (36, 6)) * reach
     poses = measured_at('ur5e', q, seed)
-    found = ks.calibrate(robot, q, poses if seed else poses[:, :3, 3])
+    # What a frame check would say of few motions does not matter here.
+    found = ks.calibrate(robot, q, poses if seed else poses[:, :3, 3], check=False)
     assert not found.accepted
     assert 'less than 4 mm' in found.refusals[-1]
 

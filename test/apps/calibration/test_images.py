@@ -356,7 +356,7 @@ def test_an_image_of_too_many_pixels_is_named(tmp_path, capsys):
 
 
 def test_mirrored_images_are_named(tmp_path, capsys):
-    arm = pictured_arm('on-tool', 3, 32, camera=SMALL)
+    arm = pictured_arm('on-tool', 1, 32, camera=SMALL)
     folder, camera = tmp_path / 'pictures', tmp_path / 'camera.yaml'
     folder.mkdir()
     camera.write_text(ros_file(SMALL))

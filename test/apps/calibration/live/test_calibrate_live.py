@@ -24,7 +24,7 @@ from kinematics_service.apps.demo.virtual_arm import RATE, TimedJointState, Virt
 NOISE = 5e-5
 DEADLINE = 90.0
 # Joint states, every fifth of which has a pose.
-ENOUGH = 500
+ENOUGH = 350
 
 
 class Measured:
