@@ -10,6 +10,7 @@ from refusal import refused
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.apps.calibration.reading import MeasuredRecording, cells_beside
 from kinematics_service.apps.calibration.report import sentences_of
 from kinematics_service.errors import CalibrationError
 from kinematics_service.rigid_motion import exponential, pose_of
@@ -323,6 +324,13 @@ def test_each_file_may_be_a_session(tmp_path, capsys):
     assert groups['day2.csv.elbow_joint'] == 'zeros'
     # Each file has a base of its own: no other placement is fitted.
     assert 'placement' not in groups.values()
+
+
+@pytest.mark.parametrize(('file', 'rows'), [('a.mcap', np.arange(2)), ('a.csv', None)])
+def test_columns_are_those_of_a_table(file, rows):
+    given = MeasuredRecording(file, np.zeros((2, 6)), np.zeros((2, 4, 4)), '', None, (), rows)
+    with refused(CalibrationError, 'not-a-table', file, "'kg'"):
+        cells_beside(given, 'kg')
 
 
 @pytest.mark.parametrize(

@@ -211,6 +211,7 @@ def test_angles_in_any_other_order_are_named(name, count, orders):
         diagnosis = diagnose_frames(arm.robot, arm.q, wrong, read='rpy')
         assert diagnosis.cause.key == 'angle_order', diagnosis.sentence
         assert f'(--pose-format {written})' in diagnosis.sentence
+        assert 'roll pitch yaw, FANUC' in diagnosis.sentence  # as they are read
         # Where the reading is unknown kinds that come to the same are one.
         if k or name != 'ur5e':
             continue

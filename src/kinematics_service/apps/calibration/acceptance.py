@@ -117,7 +117,7 @@ def _by_joint(found: Calibration, out: Flags) -> str:
                     least_likely = chance, f'where joint {name} is {where}: {both} of {drawn}'
     return (
         least_likely[1]
-        and f'{rows} contradict the arm {least_likely[1]} such {rows} were left out'
+        and f'{rows} contradict the arm {least_likely[1]} {rows} there were left out'
     )
 
 

@@ -110,7 +110,7 @@ def _of_conditions(found: Calibration) -> Iterator[str]:
             named = f' ({listed(beyond, NAMES_IN_SENTENCE)})' if beyond else ''
             yield (
                 f'{words}, are more than two deviations from zero for {len(beyond)} of {len(own)} '
-                f'numbers{named}; by chance one in twenty is. The robot file has none of them'
+                f'numbers{named}; by chance one in twenty is. They are not in the robot file'
             )
     for one in found.parameters:
         if one.group == COMPLIANCE and one.identifiable and one.correction < -2.0 * one.deviation:

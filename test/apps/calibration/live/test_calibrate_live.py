@@ -127,7 +127,7 @@ def test_a_running_robot_is_calibrated_and_ctrl_c_ends_the_collecting(live, meas
     measured.peer.spin_until(lambda: measured.virtual.heard, 'listener', DEADLINE)
     measured.virtual.start()
     measured.peer.spin_until(
-        lambda: one.said('is identified; more'), 'that all is identified', DEADLINE
+        lambda: one.said('; more poses refine'), 'that all is identified', DEADLINE
     )
     # As many poses as tell the rest with some room, however fast they came.
     measured.peer.spin_until(lambda: measured.virtual.sent > ENOUGH, 'more poses', DEADLINE)

@@ -148,7 +148,7 @@ def _lines(robot: Robot, found: Calibration, complete: bool) -> Iterator[str]:
     if not found.accepted:
         yield f'  no calibration so far: {"; ".join(found.refusals)}'
     if complete:
-        yield '  all that such poses identify is identified; more poses refine it; Ctrl-C ends it'
+        yield '  all identifiable numbers are identified; more poses refine them; Ctrl-C ends it'
         return
     (q,) = propose_poses(robot, 1, found).q.tolist()
     values = (
