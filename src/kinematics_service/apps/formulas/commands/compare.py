@@ -75,26 +75,29 @@ def compare(
       meaning: R_C = o_3        another name
 
     \b
-    The keys of --json: robot, file, agrees, poses, random_constants, passed_over (line, message),
-    formulas; of each formula:
+    The keys of --json: robot, file, agrees, poses, random_constants, passed_over (line, message,
+    code), formulas; of each formula:
       name, line, status        agrees or differs
       rows, columns, remarks
       entries                   row, column, yours, right, largest_difference (SI units)
       causes                    name, sentence, entries, alternatives: other causes that fit
       unexplained, tested
+    The keys if the file has errors: error (code, message, faults); of each fault: file, line,
+    column, message, code.
     """
     text = given_text(file)
     arm = given_robot(robot, in_letters=True)
     # sympy takes half a second to load, so it is imported here.
     from ..compare.comparison import compare as compare_text
-    from ..compare.report import document, report
+    from ..compare.report import document, error_document, faults_in_words, report
 
     name = '<stdin>' if file == '-' else file
     comparison = compare_text(arm, text)
     if comparison.faults:
-        for fault in comparison.faults:
-            place = f'{name}:{fault.line}:{fault.column}'
-            print(plain(f'{place}: {fault.message}'), file=sys.stderr)
+        if json:
+            print(json_text(error_document(comparison, name)))
+        for sentence in faults_in_words(comparison, name):
+            print(sentence, file=sys.stderr)
         raise typer.Exit(2)
     if json:
         print(json_text(document(comparison, name)))

@@ -89,26 +89,26 @@ def derive(
         refuse_robot_file('--out', out, robot)
     if write and translator_of(str(find_robot_file(robot))):
         raise WrongUsage(
-            f'--write: a URDF has no factors: make a robot file of it (import --urdf {robot})'
+            f'--write: a URDF has no factors; make a robot file of it (import --urdf {robot})'
         )
     if write and is_cell(find_robot(robot)):
-        raise WrongUsage('--write: a cell has no factors: those of its arms are in their files')
+        raise WrongUsage('--write: a cell has no factors; give the robot file of one of its arms')
     if write and lock:
-        raise WrongUsage('--write: the factors of a locked arm are not those of the robot file')
+        raise WrongUsage('--write: a locked arm has other factors than its file; omit --lock')
     if plot and not path:
-        raise WrongUsage('--plot draws a path: give --path too')
+        raise WrongUsage('--plot draws a path; give --path too')
     if not start < end:
-        raise WrongUsage(f'--from {start:g} is not before --to {end:g}')
+        raise WrongUsage(f'--from {start:g} is not before --to {end:g}; exchange them')
     locked = dict(_locks(lock or []))
     arm = given_robot(robot, in_letters=True)
     if arm.description.loops and (lock or frame or code or path or write):
         raise WrongUsage(
-            'an arm with closed loops is derived without --lock, --frame, --code, --path and '
-            '--write'
+            f'{arm.name} has closed loops; omit --lock, --frame, --code, --path and --write'
         )
     if (path or lock) and arm.description.letters:
         option_given = '--path' if path else '--lock'
-        raise WrongUsage(f'{option_given} needs numbers: {arm.description.letters} have no value')
+        letters = arm.description.letters
+        raise WrongUsage(f'{option_given} needs numbers; give {letters} values in the robot file')
     # sympy takes half a second to load, so it is imported only when a derivation starts.
     from ..derive.derivation import derive as derived
 
@@ -138,7 +138,7 @@ def _locks(given: list[str]) -> list[tuple[str, str]]:
     for text in given:
         name, equals, value = text.partition('=')
         if not equals:
-            raise WrongUsage(f'--lock: {text!r} is not JOINT=VALUE')
+            raise WrongUsage(f'--lock: {text!r} is not JOINT=VALUE, such as q1=0')
         pairs.append((name.strip(), value.strip()))
     return pairs
 

@@ -29,7 +29,7 @@ from .statements.solutions import (
     PassiveJointCheck,
     SolutionCheck,
 )
-from .statements.statements import Statement, Understood, understand
+from .statements.statements import TOO_DEEP, Statement, Understood, understand
 from .text.file import Settings, read_formulas
 
 AGREES, DIFFERS = 'agrees', 'differs'
@@ -150,23 +150,24 @@ def compare(robot: Robot, text: str) -> Comparison:
             checks.append(_check(robot, names, statement, understood))
             verdicts.append(_verdict(checks[-1]))
         except FormulaError as fault:
-            faults.append(fault if fault.line else statement.fault(fault.message))
+            faults.append(fault if fault.line else statement.fault(fault.message, fault.code))
         except RecursionError:
-            faults.append(statement.fault(f'{statement.name}: the formula is nested too deep'))
+            faults.append(statement.fault(f'{statement.name}: {TOO_DEEP}', 'too-deep'))
     verdicts = _with_the_others(verdicts, checks)
     claims = [statement for statement in understood.statements if statement.kind == 'claim']
     if claims and names.table.passive:
-        message = 'families of singular poses are not compared where loops bend the arm'
-        faults.append(claims[0].fault(message))
+        message = 'singular: not compared for an arm with closed loops; remove the line'
+        faults.append(claims[0].fault(message, 'unsupported'))
     if claims and not faults:
         verdicts += [
             Verdict(one.name, one.line, (DIFFERS, AGREES)[one.holds], (1, 1), remarks=one.remarks)
             for one in judge_claims(robot, names, claims)
         ]
     if not understood.statements and not faults:
-        none = FormulaError("no formula in the file: write 'J = [...]', 'T = [...]'", 1, 1)
+        message = "the file has no formula; write for example 'J = [...]' or 'T = [...]'"
+        none = FormulaError(message, 1, 1, code='empty')
         faults += [
-            FormulaError(f'{one.message}; known are {ACCEPTED}', one.line, one.column)
+            FormulaError(f'{one.message}; known: {ACCEPTED}', one.line, one.column, code=one.code)
             for one in understood.passed_over
         ] or [none]
     verdicts.sort(key=lambda verdict: verdict.line)
@@ -194,8 +195,9 @@ def _check(
     if names.table.passive:
         if statement.joint < names.table.joints:
             raise statement.fault(
-                f'{statement.name}: an inverse is not compared where loops bend the arm; of '
-                'passive joints formulas are'
+                f'{statement.name}: inverse kinematics is not compared for an arm with closed '
+                'loops; write formulas of passive joints',
+                'unsupported',
             )
         return PassiveJointCheck(robot, names, statement, poses(8))
     solutions = (s for s in understood.statements if s.kind == 'solution')
@@ -212,7 +214,8 @@ def _verdict(check: Check) -> Verdict:
             task = ' '.join(check.robot.singularity.task.rows)
             raise statement.fault(
                 f'{statement.name}: the Jacobian of the task ({task}) has '
-                f'{check.names.table.joints} columns: it has no determinant'
+                f'{check.names.table.joints} columns and no determinant; compare J instead',
+                'wrong-shape',
             )
         if not check.fits:
             return _misshapen(check, base)

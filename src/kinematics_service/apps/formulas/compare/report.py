@@ -3,7 +3,8 @@
 import math
 from collections.abc import Iterator
 
-from ....printing import Json, attributes
+from ....errors import FormulaError
+from ....printing import Json, attributes, plain
 from ....typography import counted
 from .causes.explanation import Explanation
 from .comparison import AGREES, Comparison, Verdict
@@ -94,6 +95,24 @@ def _cause(cause: Explanation, verdict: Verdict) -> Iterator[str]:
         yield f'    or, equally possible: {other}'
 
 
+def faults_in_words(comparison: Comparison, file: str) -> list[str]:
+    """Return each error of a file of formulas as `file:line:column: message`."""
+    return [
+        plain(f'{file}:{fault.line}:{fault.column}: {fault.message}')
+        for fault in comparison.faults
+    ]
+
+
+def error_document(comparison: Comparison, file: str) -> dict[str, Json]:
+    """Return the object that --json prints of a file of formulas with errors."""
+    faults = [
+        {'file': file, **attributes(fault, 'line', 'column', 'message', 'code')}
+        for fault in comparison.faults
+    ]
+    message = '\n'.join(faults_in_words(comparison, file))
+    return {'error': {'code': FormulaError.code, 'message': message, 'faults': faults}}
+
+
 def document(comparison: Comparison, file: str) -> dict[str, Json]:
     """Return a comparison as the object that `--json` prints."""
     return {
@@ -101,7 +120,9 @@ def document(comparison: Comparison, file: str) -> dict[str, Json]:
         'file': file,
         **attributes(comparison, 'agrees', 'poses'),
         'random_constants': list(comparison.randomised),
-        'passed_over': [attributes(one, 'line', 'message') for one in comparison.passed_over],
+        'passed_over': [
+            attributes(one, 'line', 'message', 'code') for one in comparison.passed_over
+        ],
         'formulas': [_json(verdict) for verdict in comparison.verdicts],
     }
 

@@ -255,7 +255,8 @@ class Exact:
         last = len(self.frames.rows)
         if str(frame).isdigit() and int(frame) <= last:
             return ways.in_axes_of(self.J, self.frames.in_base[int(frame)])
-        raise DerivationError(f'no frame {frame!r} (known: base, tool, 0 to {last})')
+        message = f'no frame {frame!r} (known: base, tool, 0 to {last})'
+        raise DerivationError(message, code='unknown-name')
 
 
 def derive(
@@ -290,7 +291,8 @@ def derive(
     robot = robot_in_letters(robot)
     tell = progress or (lambda _: None)
     if robot.description.loops and locked:
-        raise DerivationError(f'{robot.name} has closed loops: none of its joints is locked')
+        message = f'{robot.name} has closed loops; derive it without locked joints'
+        raise DerivationError(message, code='unsupported')
     tell('frames')
     exact = exact_of(robot, locked)
     frames, arithmetic, writer, J = exact.frames, exact.arithmetic, exact.writer, exact.J

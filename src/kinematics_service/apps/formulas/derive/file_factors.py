@@ -39,7 +39,8 @@ class FilePrinter(DecimalPrinter):
             return product if exponent > 0 else f'1/({product})'
         if exponent == -1:
             return f'1/{self.parenthesize(base, 100)}'
-        raise DerivationError(f'{expr} has no form in a robot file')
+        message = f'{expr} cannot be written in a robot file: no roots and high powers'
+        raise DerivationError(message, code='unsupported')
 
     def _print_atan(self, expr: sympy.Expr) -> str:
         return f'atan2({self._print(expr.args[0])}, 1)'
@@ -70,12 +71,14 @@ def file_text(expression: sympy.Expr, degrees: bool) -> str:
         expression = expression.xreplace({f: f.func(_in_degrees(f.args[0])) for f in functions})
     text = str(FilePrinter().doprint(expression))
     if degrees and expression.has(sympy.pi):
-        raise DerivationError('pi has no meaning in a file in degrees')
+        message = f'{text} cannot be written in a file in degrees: it contains pi'
+        raise DerivationError(message, code='unsupported')
     try:
         syntax_tree(text, lambda _: None)
     except ExpressionError as error:
         limit = f'at most {MAX_CHARACTERS} characters' if len(text) > MAX_CHARACTERS else ''
-        raise DerivationError(f'no expression of a robot file: {error} {limit}'.strip()) from None
+        message = f'not an expression of a robot file: {error} {limit}'.strip()
+        raise DerivationError(message, code=error.code) from None
     return text
 
 
@@ -154,5 +157,6 @@ def checked_text(derivation: Derivation, text: str) -> None:
     if not error <= AGREEMENT:
         raise DerivationError(
             f'the product of the factors is {error:.1e} from the determinant at {POSES} poses '
-            f'(at most {AGREEMENT:g}): the file is left as it was'
+            f'(at most {AGREEMENT:g}): the file is left as it was',
+            code='mismatch',
         )

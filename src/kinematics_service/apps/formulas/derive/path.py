@@ -163,24 +163,29 @@ def parse_path(text: str, derivation: Derivation) -> dict[sympy.Symbol, sympy.Ex
     """
     names = derivation.names
     variables = {symbol.name: symbol for symbol in derivation.variables}
-    known = ', '.join(variables)
+    known, example = ', '.join(variables), f'{next(iter(variables))}=sin(t)'
     found: dict[sympy.Symbol, sympy.Expr] = {}
     for part in re.split(r',(?![^()]*\))', plain_names(text)):
         name, equals, expression = part.partition('=')
         name = name.strip()
-        if not equals or name not in variables:
-            raise DerivationError(
-                f'{part.strip()!r} is not JOINT=EXPRESSION with a joint variable ({known})'
-            )
+        if not equals:
+            message = f'{part.strip()!r} is not JOINT=EXPRESSION; write for example {example}'
+            raise DerivationError(message, code='syntax')
+        if name not in variables:
+            message = f'{name!r} is not a joint variable (known: {known})'
+            raise DerivationError(message, code='unknown-name')
         if variables[name] in found:
-            raise DerivationError(f'{name} is given twice')
+            message = f'{name} is given twice; write one expression'
+            raise DerivationError(message, code='duplicate-name')
         strange = names_in(expression) - {'t', 'pi'} - (set(names.meanings) - set(variables))
         if strange:
-            raise DerivationError(f'{name}: unknown name {min(strange)!r} (known: t, pi, lengths)')
+            message = f'{name}: unknown name {min(strange)!r} (known: t, pi, lengths)'
+            raise DerivationError(message, code='unknown-name')
         found[variables[name]] = exact(expression, {**names.meanings, 't': TIME})
     missing = [name for name, symbol in variables.items() if symbol not in found]
     if missing:
-        raise DerivationError(f'no path for {", ".join(missing)}')
+        message = f'{", ".join(missing)}: no path is given; write {missing[0]}=f(t)'
+        raise DerivationError(message, code='missing-key')
     return found
 
 

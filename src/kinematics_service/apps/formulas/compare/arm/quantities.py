@@ -4,7 +4,7 @@ Find the quantity that a formula's name means, such as T_03, A_2, z_1, J_v2 or d
 
 import re
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -106,32 +106,46 @@ def quantity_of(key: str) -> Quantity | None:
     return None
 
 
-def why_out_of_range(quantity: Quantity, table: Table, reading: Settings) -> str:
-    """Return the reason why an index of a quantity is out of range, or an empty text."""
+class Refusal(NamedTuple):
+    """Why a quantity has no value: the message and the code of an error."""
+
+    message: str
+    code: str
+
+
+def refusal_of(quantity: Quantity, table: Table, reading: Settings) -> Refusal | None:
+    """Return why an index of a quantity is out of range or ambiguous; None if it is not."""
     rows, joints = len(table.rows), table.joints
     low, high = 0, rows + reading.first_frame
     if quantity.kind in ('row', 'jacobian', 'numeric'):
         low, high = (1, rows) if quantity.kind == 'row' else (0, joints)
         if not low <= quantity.i <= high:
-            between = '; frame 2 in frame 0 is T_02' if quantity.kind == 'row' else ''
-            return f'there is no {quantity.kind} {quantity.i}: the robot has {high}{between}'
+            if quantity.kind == 'row':
+                which, advice = 'row', '; write T_02 for frame 2 in frame 0'
+            else:
+                which, advice = 'joint', ''
+            message = f'there is no {which} {quantity.i}: the robot has {high}{advice}'
+            return Refusal(message, 'out-of-range')
     if quantity.kind == 'reach' and not 1 <= quantity.i <= rows:
-        return f's_o{quantity.i}: the robot has {rows} rows'
+        message = f's_o{quantity.i}: there is no row {quantity.i}: the robot has {rows}'
+        return Refusal(message, 'out-of-range')
     one, two = quantity.start or 0, quantity.i
     if quantity.kind in ('pose', 'vector'):
         one, two = quantity.i, quantity.j
     elif quantity.kind not in PARTS:
-        return ''
+        return None
     if quantity.either and one and 10 * one + two <= rows:
-        return (
-            f'{one}{two} is frame {two} in frame {one}, or number {one}{two}: write T_{one}{two} '
+        return Refusal(
+            f'{one}{two} is frame {two} in frame {one}, or frame {one}{two}; write T_{one}{two} '
             f'for the frames (its rotation alone is accepted), R_0{one}{two} for the rotation of '
-            f'frame {one}{two}, T_0{one}{two} for its pose'
+            f'frame {one}{two}, T_0{one}{two} for its pose',
+            'ambiguous',
         )
     for index in (one, two):
         if index > high:
-            return f'there is no frame {index}: the frames are {low} to {high}'
-    return ''
+            message = f'there is no frame {index}: the frames are {low} to {high}'
+            return Refusal(message, 'out-of-range')
+    return None
 
 
 # Indices of the parts of a 4 x 4 pose.

@@ -13,7 +13,7 @@ from .....rigid_motion import inverses
 from .....robot.file.parts.convention_table import CONVENTIONS
 from ...arm.numbers import DEGREE, Floats
 from ...arm.world import World
-from ..arm.quantities import Quantity, arranged, value_of, why_out_of_range
+from ..arm.quantities import Quantity, arranged, refusal_of, value_of
 from ..statements.checks import QuantityCheck
 from .variant import Variant
 
@@ -101,7 +101,7 @@ def _quantities(check: QuantityCheck) -> Iterator[tuple[Quantity, str]]:
     for i in range(rows + 1):
         for kind, name in (('rotation', 'R_'), ('axis', 'z_'), ('origin', 'o_')):
             quantity = Quantity(kind, i + first)
-            if not why_out_of_range(quantity, table, check.reading):
+            if refusal_of(quantity, table, check.reading) is None:
                 yield quantity, f'{name}{i + first}'
     for i in range(1, rows + 1):
         yield Quantity('row', i), f'the matrix of row {i}'

@@ -12,7 +12,7 @@ import sympy as sp
 from .....errors import FormulaError
 from .....robot.file.parts.convention_table import QUANTITIES
 from ...arm.table import Table
-from ..arm.quantities import Quantity, expression_of, quantity_of, why_out_of_range
+from ..arm.quantities import Quantity, expression_of, quantity_of, refusal_of
 from ..arm.symbols import SymbolicArm
 from ..text.build import Value
 from ..text.file import Settings
@@ -92,7 +92,8 @@ class FormulaNames:
             if key[0] == 'R' and found[1] != found[2]:
                 raise token.fault(
                     f'{token.written!r} is an entry of the rotation R, or a rotation between '
-                    f'frames: write r_{found[1]}{found[2]} or R^{found[1]}_{found[2]}'
+                    f'frames; write r_{found[1]}{found[2]} or R^{found[1]}_{found[2]}',
+                    'ambiguous',
                 )
             return sp.Symbol(f'r{found[1]}{found[2]}')
         if key in ('I', 'eye'):
@@ -124,7 +125,8 @@ class FormulaNames:
         variables, total = self.table.variables, sp.Integer(0)
         for digit in found[2]:
             if not 1 <= int(digit) <= len(variables):
-                raise token.fault(f'{token.written!r}: the robot has {len(variables)} joints')
+                message = f'{token.written!r}: the robot has {len(variables)} joints'
+                raise token.fault(message, 'out-of-range')
             total += variables[int(digit) - 1]
         return sp.cos(total) if found[1] in 'cC' else sp.sin(total)
 
@@ -132,11 +134,10 @@ class FormulaNames:
         self, quantity: Quantity, token: FormulaToken, settings: Settings
     ) -> sp.Matrix | None:
         if self.table.passive and quantity.kind == 'jacobian':
-            raise token.fault(
-                f'{token.written!r}: with closed loops J stands on the left side only'
-            )
-        if reason := why_out_of_range(quantity, self.table, settings):
-            raise token.fault(reason)
+            message = f'{token.written!r}: with closed loops write J on the left side only'
+            raise token.fault(message, 'unsupported')
+        if refusal := refusal_of(quantity, self.table, settings):
+            raise token.fault(*refusal)
         return expression_of(quantity, self.arm, settings)
 
     def unknown(self, token: FormulaToken) -> FormulaError:
@@ -157,7 +158,7 @@ class FormulaNames:
             f'unknown name {token.written!r}{hint} (known: {", ".join(known)}, pi, x, y, z, '
             'c1, s12, z_1, o_1, R_1, T_01 and their like, and what the file itself defines)'
         )
-        return token.fault(message)
+        return token.fault(message, 'unknown-name')
 
 
 def general_symbol(key: str) -> sp.Symbol | None:

@@ -14,7 +14,7 @@ from .....robot.file.text.expression_syntax import postorder
 from .....robot.robot import Robot
 from ...arm.numbers import DEGREE, Evaluation, Floats
 from ...arm.world import World
-from ..arm.quantities import quantity_of, value_of, why_out_of_range
+from ..arm.quantities import quantity_of, refusal_of, value_of
 from ..text.build import build, is_matrix, number
 from ..text.file import Raw, Settings
 from ..text.syntax import PARTS
@@ -102,7 +102,10 @@ def poses_for(
     coupling = _close(robot, names, values, given, count) if table.passive else None
     located = _with_coordinates(values, names, settings, count)
     if ANGLE_IN_PLANE in symbols and np.isnan(located[ANGLE_IN_PLANE]).any():
-        raise FormulaError('phi is known of an arm that turns about z alone: define it here')
+        raise FormulaError(
+            'phi: the tool does not turn about z alone; define phi, as in phi = q1 + q2',
+            code='unknown-name',
+        )
     chosen = tuple(s.name for s in table.variables if s in given)
     return Poses(count, located, tuple(randomised), chosen, coupling)
 
@@ -121,9 +124,10 @@ def _close(
     for symbol in given:
         if symbol not in joints:
             why = 'follows from the joints' if symbol in table.variables else 'is a constant'
+            accepted = ', '.join(joint.name for joint in joints)
             raise FormulaError(
-                f'{symbol} {why}: an arm with closed loops is compared with the numbers of its '
-                'robot file'
+                f'at: {symbol} {why}; with closed loops give values of {accepted} only',
+                code='unsupported',
             )
     drawn = [_drawn(robot, k, rng, CLOSURE_SAMPLES) for k in range(table.joints)]
     q = np.stack([values[joint] for joint in joints], axis=1)
@@ -133,10 +137,11 @@ def _close(
     good = tried[closes_at(robot.chain, tried)]
     if len(good) < count:
         raise FormulaError(
-            f'the loops of {robot.name} close at {len(good)} of {len(tried)} random positions: '
-            "say with an 'at' line where to compare"
+            f'the loops of {robot.name} close at {len(good)} of {len(tried)} random positions; '
+            "give positions at which they close, such as 'at: q1=0.5, q2=1'"
             if not given
-            else f'the loops of {robot.name} do not close with what the at line gives'
+            else f'at: the loops of {robot.name} do not close there; give other positions',
+            code='open-loop',
         )
     closure = evaluate(robot, good[:count]).closure
     assert closure is not None  # called only with passive joints
@@ -166,9 +171,10 @@ def _with_coordinates(
     if settings.point:
         quantity = quantity_of(settings.point)
         if quantity is None or quantity.kind not in ('origin', 'vector', 'position'):
-            raise FormulaError(f"point: {settings.point!r} is no point: write 'point: o_3'")
-        if reason := why_out_of_range(quantity, names.table, settings):
-            raise FormulaError(f'point: {reason}')
+            message = f'point: {settings.point!r} is not a point; write for example o_3'
+            raise FormulaError(message, code='unknown-name')
+        if refusal := refusal_of(quantity, names.table, settings):
+            raise FormulaError(f'point: {refusal.message}', code=refusal.code)
         point = value_of(quantity, world, settings)[:, :, 0]
     located = {symbol: point[:, k] for k, symbol in enumerate(POINT)}
     located |= {symbol: world.pose[:, i, j] for (i, j), symbol in ROTATION.items()}
@@ -187,10 +193,12 @@ def _given(raw: Raw, settings: Settings, names: FormulaNames) -> tuple[sp.Symbol
     symbol = names.constants.get(key) if joint is None else names.table.variables[joint]
     if symbol is None:
         known = ', '.join(s.name for s in (*names.table.variables, *names.table.constants))
-        raise at.fault(f'at: {at.written!r} is neither a joint nor a constant (known: {known})')
+        message = f'at: {at.written!r} is neither a joint nor a constant (known: {known})'
+        raise at.fault(message, 'unknown-name')
     value = build(raw.right, lambda token: names.value(token, settings), number)
     if is_matrix(value) or not value.is_number:
-        raise at.fault(f'at: {at.written} must be a number')
+        message = f'at: {at.written} must be a number, such as {at.written}=0.5'
+        raise at.fault(message, 'not-a-number')
     result = _number(value)
     turns = joint is not None and not names.table.slides[joint]
     has_unit = any(part.kind == 'deg' for part in postorder(raw.right, PARTS))

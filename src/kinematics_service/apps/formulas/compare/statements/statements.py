@@ -9,7 +9,7 @@ import sympy as sp
 from .....errors import FormulaError
 from .....robot.file.text.expression_syntax import folded, postorder
 from ...arm.numbers import size_of
-from ..arm.quantities import Quantity, quantity_of, why_out_of_range
+from ..arm.quantities import Quantity, quantity_of, refusal_of
 from ..text.build import Value, build, is_matrix, number
 from ..text.file import FormulaFile, Raw, Settings
 from ..text.syntax import PARTS, Node
@@ -22,6 +22,7 @@ MAX_NODES = 200_000
 MAX_DEFINITION_DEPTH = 40
 # A number with at least 4 decimals counts as rounded; with fewer it is exact, as 0.5 is a half.
 MIN_ROUNDED_DECIMALS = 4
+TOO_DEEP = 'the formula is nested too deep; compare a part of it'
 
 
 @dataclass(frozen=True)
@@ -74,9 +75,9 @@ class Statement:
         left = set() if self.left is None else self.left.free_symbols
         return frozenset(self.value.free_symbols | left)
 
-    def fault(self, message: str) -> FormulaError:
-        """Return an error with this message and the statement's line."""
-        return FormulaError(message, self.line, 1)
+    def fault(self, message: str, code: str) -> FormulaError:
+        """Return an error with this message, code and the statement's line."""
+        return FormulaError(message, self.line, 1, code=code)
 
 
 @dataclass(frozen=True)
@@ -132,9 +133,9 @@ class _Reader:
                 if other := self.global_.get(key):
                     message = (
                         f'{raw.left.at.written!r} is defined twice, here and in line '
-                        f"{other.line}: put 'where' before definitions for one formula only"
+                        f"{other.line}; write 'where' before definitions for one formula only"
                     )
-                    self.faults.append(raw.left.at.fault(message))
+                    self.faults.append(raw.left.at.fault(message, 'duplicate-name'))
                 self.global_[key] = raw
             formulas.append((index, raw))
             last = index
@@ -154,7 +155,7 @@ class _Reader:
                     self.faults.append(fault)
                 continue
             except RecursionError:
-                self.faults.append(FormulaError('the formula is nested too deep', raw.line, 1))
+                self.faults.append(FormulaError(TOO_DEEP, raw.line, 1, code='too-deep'))
                 continue
             if isinstance(found, Statement):
                 statements.append(found)
@@ -166,8 +167,9 @@ class _Reader:
         for raw, cause in maybe_unused:
             if id(raw) not in self.used:
                 why = f' ({cause.line}:{cause.column}: {cause.message})' if cause else ''
-                message = 'is no formula this command knows, and no other formula uses it'
-                unused.append(raw.left.at.fault(f'{raw.left.at.written!r} {message}{why}'))
+                message = 'is not a known formula, and no other formula uses it'
+                code = cause.code if cause else 'unused'
+                unused.append(raw.left.at.fault(f'{raw.left.at.written!r} {message}{why}', code))
         return Understood(tuple(statements), tuple(fixed), tuple(self.faults), tuple(unused))
 
     def _definition_key(self, raw: Raw) -> str:
@@ -210,9 +212,8 @@ class _Reader:
         if raw.left.kind == 'name' and key not in COORDINATES:
             if (constant := self.names.constants.get(key)) is not None and not is_matrix(value):
                 if not value.is_number:
-                    raise raw.left.at.fault(
-                        f'{constant} is a constant of the robot: give it a number'
-                    )
+                    message = f'{constant} is a constant of the robot; give it a number'
+                    raise raw.left.at.fault(message, 'not-a-number')
                 return constant, value
             joint = self.names.joint(key)
             if joint is not None:
@@ -223,14 +224,15 @@ class _Reader:
                 self._refuse_matrix(value, raw)
             elif quantity is None or not is_matrix(value):
                 return None
-            if reason := why_out_of_range(quantity, self.names.table, raw.settings):
-                raise raw.left.at.fault(reason)
+            if refusal := refusal_of(quantity, self.names.table, raw.settings):
+                raise raw.left.at.fault(*refusal)
             return self._made('quantity', raw, value, quantity=quantity)
         left = self._value(raw.left, context)
         if is_matrix(left) or is_matrix(value):
             raise raw.left.at.fault(
-                'a matrix needs a name on the left side: write NAME = ..., such as '
-                'T_02 = T_01*T_12, or a matrix of as many rows and columns on both sides'
+                'a matrix needs a name on the left side; write NAME = ..., such as '
+                'T_02 = T_01*T_12, or matrices of one size on both sides',
+                'wrong-shape',
             )
         return self._made('equation', raw, value, left=left)
 
@@ -246,7 +248,8 @@ class _Reader:
 
     def _refuse_matrix(self, value: sp.Expr, raw: Raw) -> None:
         if is_matrix(value):
-            raise raw.left.at.fault(f'{_text(raw.left)!r} is a number, not a matrix')
+            message = f'{_text(raw.left)!r}: write a number, not a matrix'
+            raise raw.left.at.fault(message, 'wrong-shape')
 
     def _claim(self, context: _Context, raw: Raw) -> Statement:
         conditions, table, context = [], self.names.table, replace(context, integers=True)
@@ -263,10 +266,10 @@ class _Reader:
             moves = joint is not None or not symbols.isdisjoint(table.variables)
             if not moves or symbols - {*table.variables, *table.constants, sp.Symbol('k')}:
                 message = (
-                    'a singular set is written with joints, constants and the integer k, such as '
-                    "'singular: q3 = k*pi' or 'singular: L2*cos(q2) + L3*cos(q2 + q3) = 0'"
+                    'singular: write a condition of joints, constants and the integer k, such as '
+                    'q3 = k*pi or L2*cos(q2) + L3*cos(q2 + q3) = 0'
                 )
-                raise condition.left.at.fault(message)
+                raise condition.left.at.fault(message, 'unsupported')
             conditions.append((-1 if joint is None else joint, value))
         statement = self._made('claim', raw, sp.Integer(0), conditions=tuple(conditions))
         text = ', '.join(
@@ -286,9 +289,11 @@ class _Reader:
             if raw is None or (key in opened and quantity_of(key) is not None):
                 return self.names.value(token, equation.settings, context.general)
             if key in opened:
-                raise token.fault(f'{token.written!r} is defined by itself')
+                message = f'{token.written!r} is defined by itself; write its value'
+                raise token.fault(message, 'circular')
             if len(opened) > MAX_DEFINITION_DEPTH:
-                raise token.fault('definitions nested too deep')
+                message = f'definitions follow each other more than {MAX_DEFINITION_DEPTH} deep'
+                raise token.fault(f'{message}; write the values of some', 'too-deep')
             self.used.add(id(raw))
             if (id(raw), context) not in self.known:
                 value = self._value(raw.right, context, (*opened, key))
@@ -311,7 +316,8 @@ class _Reader:
 def _refuse_long(value: sp.Expr, at: FormulaToken) -> None:
     entries = value if is_matrix(value) else (value,)
     if any(size_of(entry) > MAX_NODES for entry in entries):
-        raise at.fault(f'{at.written!r} is longer than this command can compare')
+        message = f'{at.written!r} is longer than compare accepts; compare a part of it'
+        raise at.fault(message, 'too-large')
 
 
 def _is_formula(key: str, right: Node) -> bool:

@@ -11,7 +11,7 @@ import sympy as sp
 from .....errors import FormulaError
 from .....robot.file.text.expression_syntax import folded
 from ...arm.table import inverse_pose
-from .syntax import MAX_MATRIX_ENTRIES, PARTS, Node
+from .syntax import LARGE_MATRIX, MAX_MATRIX_ENTRIES, PARTS, Node
 from .tokens import FormulaToken
 
 Value: TypeAlias = sp.Expr | sp.ImmutableDenseMatrix
@@ -25,6 +25,7 @@ MAX_EXPONENT = 24
 MAX_NUMBER_BITS = 4096
 MAX_POWER = 1000
 MAX_CALL_DEPTH = 12
+LARGE_NUMBER = f'the number has more than {MAX_NUMBER_BITS} bits; write a smaller one'
 # If a number has at least this many decimals and is a rounded multiple of pi/12, as 1.5708 is, it
 # is read as the multiple.
 MIN_PI_DECIMALS = 4
@@ -68,7 +69,8 @@ def _combined(node: Node, parts: list[Value], lookup: Lookup, read: ReadNumber) 
         raise
     except (sp.ShapeError, ValueError, TypeError, NotImplementedError) as error:
         reason = str(error) or type(error).__name__
-        raise node.at.fault(f'{node.at.written!r} cannot be done here: {reason}') from None
+        message = f'{node.at.written!r} cannot be computed here: {reason}'
+        raise node.at.fault(message, 'unsupported') from None
     _refuse_large(node, value)
     return _real(node, value) if node.kind == '^' else value
 
@@ -78,9 +80,10 @@ def _refuse_large(node: Node, value: Value) -> None:
     for entry in value if is_matrix(value) else (value,):
         for factor in sp.Mul.make_args(entry):
             if factor.is_Rational and _bits(factor) > MAX_NUMBER_BITS:
-                raise node.at.fault('the number is too large')
+                raise node.at.fault(LARGE_NUMBER, 'too-large')
             if factor.is_Pow and factor.exp.is_Rational and abs(factor.exp) > MAX_POWER:
-                raise node.at.fault(f'a power higher than {MAX_POWER}')
+                message = f'the power is higher than {MAX_POWER}; write a lower one'
+                raise node.at.fault(message, 'too-large')
 
 
 def _bits(number: Value) -> int:
@@ -89,7 +92,8 @@ def _bits(number: Value) -> int:
 
 def _real(node: Node, value: Value) -> Value:
     if not is_matrix(value) and value.has(sp.I):
-        raise node.at.fault(f'{node.text or node.at.written} is not a real number here')
+        name = node.text or node.at.written
+        raise node.at.fault(f'{name} is not a real number here; check its argument', 'not-real')
     return value
 
 
@@ -109,7 +113,8 @@ def number(text: str, at: FormulaToken) -> Value:
     """
     mantissa, _, exponent = text.lower().partition('e')
     if len(mantissa) > MAX_DIGITS or len(exponent) > 3 or abs(int(exponent or 0)) > 60:
-        raise at.fault(f'a number of more than {MAX_DIGITS} digits, or beyond 1e60')
+        message = f'the number has more than {MAX_DIGITS} digits, or is beyond 1e60; round it'
+        raise at.fault(message, 'too-large')
     digits = len(mantissa.partition('.')[2])
     if digits >= MIN_PI_DECIMALS and not exponent:
         for k in TWELFTHS:
@@ -126,18 +131,20 @@ def _unwrapped(value: Value) -> Value:
 
 def _stacked(node: Node, parts: list[Value]) -> Value:
     if sum(len(part) if is_matrix(part) else 1 for part in parts) > MAX_MATRIX_ENTRIES:
-        raise node.at.fault(f'a matrix of more than {MAX_MATRIX_ENTRIES} entries')
+        raise node.at.fault(LARGE_MATRIX, 'too-large')
     rows, at = [], 0
     for length in node.rows:
         blocks = [part if is_matrix(part) else sp.Matrix([[part]]) for part in parts[at:][:length]]
         if len({block.rows for block in blocks}) > 1:
             heights = ', '.join(str(block.rows) for block in blocks)
-            raise node.at.fault(f'the entries of a row are {heights} rows high')
+            message = f'the blocks of a row have {heights} rows; write blocks of one height'
+            raise node.at.fault(message, 'wrong-shape')
         rows.append(sp.Matrix.hstack(*blocks))
         at += length
     if len({row.cols for row in rows}) > 1:
         widths = ', '.join(str(row.cols) for row in rows)
-        raise node.at.fault(f'the rows of the matrix have {widths} entries')
+        message = f'the rows of the matrix have {widths} entries; write rows of one length'
+        raise node.at.fault(message, 'wrong-shape')
     return sp.ImmutableDenseMatrix(sp.Matrix.vstack(*rows))
 
 
@@ -147,10 +154,12 @@ def _added(node: Node, *terms: Value) -> Value:
     one, *others = terms
     for other in others:
         if is_matrix(one) != is_matrix(other):
-            raise node.at.fault(f'{node.at.written!r} between a matrix and a number')
+            message = f'{node.at.written!r} between a matrix and a number; write two matrices'
+            raise node.at.fault(message, 'wrong-shape')
         if one.shape != other.shape:
             sizes = f'{_size(one)} and {_size(other)}'
-            raise node.at.fault(f'{node.at.written!r} between matrices of {sizes}')
+            message = f'{node.at.written!r} between matrices of {sizes}; write one size'
+            raise node.at.fault(message, 'wrong-shape')
         one += other
     return one
 
@@ -164,15 +173,19 @@ def _multiplied(node: Node, one: Value, other: Value) -> Value:
         if one.cols == other.cols and other.rows == 1:
             other = other.T  # read R [a, 0, 0] as R [a, 0, 0]^T
         else:
-            raise node.at.fault(f'a product of matrices of {_size(one)} and {_size(other)}')
+            sizes = f'{_size(one)} and {_size(other)}'
+            message = f'a product of matrices of {sizes}'
+            advice = 'write as many columns as the next has rows'
+            raise node.at.fault(f'{message}; {advice}', 'wrong-shape')
     return one * other
 
 
 def _divided(node: Node, one: Value, other: Value) -> Value:
     if is_matrix(other):
-        raise node.at.fault('division by a matrix: multiply by its inverse')
+        message = 'division by a matrix; multiply by its inverse, as in A*inv(B)'
+        raise node.at.fault(message, 'unsupported')
     if other == 0:
-        raise node.at.fault('division by zero')
+        raise node.at.fault('division by zero', 'division-by-zero')
     return one / other
 
 
@@ -180,24 +193,26 @@ def _powered(node: Node, base: Value, exponent: Value) -> Value:
     if is_matrix(base):
         if exponent != -1 or base.rows != base.cols:
             raise node.at.fault(
-                'the only power of a matrix is ^-1, of a square one; frame 3 in frame 2 is T_23'
+                'only a square matrix has a power, ^-1; write T_23 for frame 3 in frame 2',
+                'unsupported',
             )
         return _inverse(node, base)
     if not (exponent.is_Rational and abs(exponent) <= MAX_EXPONENT and exponent.q <= 4):
-        raise node.at.fault(f'an exponent must be a number of at most {MAX_EXPONENT}')
+        message = f'an exponent must be a number of at most {MAX_EXPONENT}'
+        raise node.at.fault(message, 'out-of-range')
     if base == 0 and exponent < 0:
-        raise node.at.fault('division by zero')
+        raise node.at.fault('division by zero', 'division-by-zero')
     bits = _bits(base) if base.is_Rational else 1
     if bits * abs(exponent) > MAX_NUMBER_BITS:
-        raise node.at.fault('the number is too large')
+        raise node.at.fault(LARGE_NUMBER, 'too-large')
     return base**exponent
 
 
 def _crossed(node: Node, one: Value, other: Value) -> Value:
     if is_matrix(one) and is_matrix(other):
         if len(one) != 3 or len(other) != 3:
-            message = f'a cross product of {_size(one)} and {_size(other)}: both must be 3 x 1'
-            raise node.at.fault(message)
+            message = f'a cross product of {_size(one)} and {_size(other)}; both must be 3 x 1'
+            raise node.at.fault(message, 'wrong-shape')
         return one.reshape(3, 1).cross(other.reshape(3, 1))
     return one * other  # `2 \times 3` is a product of numbers
 
@@ -214,10 +229,12 @@ def _inverse(node: Node, matrix: Value) -> Value:
         # orthogonal, the result is wrong, and the comparison reports a difference.
         return sp.ImmutableDenseMatrix(inverse_pose(matrix))
     if matrix.rows != matrix.cols or matrix.rows > 4:
-        raise node.at.fault(f'the inverse of a matrix of {_size(matrix)}')
+        message = f'the inverse of a matrix of {_size(matrix)}; write a square one, at most 4 x 4'
+        raise node.at.fault(message, 'wrong-shape')
     determinant = matrix.det(method='berkowitz')
     if determinant == 0:
-        raise node.at.fault('the inverse of a matrix of determinant 0')
+        message = 'the matrix has determinant 0, so no inverse; check its entries'
+        raise node.at.fault(message, 'division-by-zero')
     return matrix.adjugate() / determinant
 
 
@@ -259,15 +276,19 @@ def _functions_inside(value: Value) -> int:
 
 def _called(node: Node, arguments: list[Value]) -> Value:
     if node.text == 'cross' and not all(map(is_matrix, arguments)):
-        raise node.at.fault('a cross product is taken of two vectors of 3 entries')
+        message = 'cross: an argument is a number; write two vectors of 3 entries'
+        raise node.at.fault(message, 'wrong-shape')
     if node.text in _OF_MATRICES:
         return _OF_MATRICES[node.text](node, *arguments)
     arguments = [_unwrapped(argument) for argument in arguments]
     if any(map(is_matrix, arguments)):
-        raise node.at.fault(f'{node.text} of a matrix')
+        raise node.at.fault(
+            f'{node.text}: the argument is a matrix; write a number', 'wrong-shape'
+        )
     if max(map(_functions_inside, arguments)) >= MAX_CALL_DEPTH:
-        raise node.at.fault(f'functions nested more than {MAX_CALL_DEPTH} deep')
+        message = f'functions are nested more than {MAX_CALL_DEPTH} deep; compare a part of it'
+        raise node.at.fault(message, 'too-deep')
     value = _SCALAR[node.text.replace('arc', 'a')](*arguments)
     if not value.is_finite and value.is_number:
-        raise node.at.fault(f'{node.text} is not finite here')
+        raise node.at.fault(f'{node.text} is not finite here; check its argument', 'not-finite')
     return value

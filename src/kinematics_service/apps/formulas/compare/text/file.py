@@ -119,8 +119,8 @@ class _Chunk:
     def after(self, at: int) -> '_Chunk':
         return replace(self, text=self.text[at:], column=at + 1)
 
-    def fault(self, message: str) -> FormulaError:
-        return FormulaError(message, self.line, self.column)
+    def fault(self, message: str, code: str) -> FormulaError:
+        return FormulaError(message, self.line, self.column, code=code)
 
 
 def read_formulas(text: str) -> FormulaFile:
@@ -138,7 +138,8 @@ def read_formulas(text: str) -> FormulaFile:
                 if words == 'singular':
                     conditions = tuple(_equations(said, settings))
                     if not conditions:
-                        raise said.fault("expected a condition, such as 'singular: q3 = k*pi'")
+                        message = 'singular: the condition is missing; write for example q3 = k*pi'
+                        raise said.fault(message, 'empty')
                     raw.append(replace(conditions[0], claim=conditions))
                 else:
                     settings = _set(settings, words, said)
@@ -151,8 +152,8 @@ def read_formulas(text: str) -> FormulaFile:
         except FormulaError as fault:
             faults.append(fault)
         if len(raw) > MAX_FORMULAS:
-            message = f'more than {MAX_FORMULAS} formulas: split the file'
-            faults.append(FormulaError(message, chunk.line, 1))
+            message = f'more than {MAX_FORMULAS} formulas; split the file'
+            faults.append(FormulaError(message, chunk.line, 1, code='too-many'))
             break
     return FormulaFile(tuple(raw), tuple(faults))
 
@@ -251,11 +252,14 @@ def _split(tokens: Sequence[FormulaToken], at: Sequence[str]) -> list[list[Formu
 def _equation(tokens: list[FormulaToken], settings: Settings, local: bool, by_lines: bool) -> Raw:
     sides = _split(tokens, ('=',))
     first = next(token for token in tokens if token.kind != 'newline')
+    if len(sides) < 2 and any(token.text == '=' for token in tokens):
+        raise first.fault('the formula has one side only; write NAME = ...', 'empty')
     if len(sides) < 2:
-        advice = ': decimals have a point, as in 0.5' if first.kind == 'number' else ''
+        advice = '; decimals have a point, as in 0.5' if first.kind == 'number' else ''
         raise first.fault(
-            f'{first.written!r} begins no formula{advice} (expected NAME = ..., a setting such as '
-            "'rows: angular first', or a comment after #)"
+            f'{first.written!r} does not begin a formula{advice} (accepted: NAME = ..., a setting '
+            "such as 'rows: angular first', a comment after #)",
+            'syntax',
         )
     left = _of_a_jacobian(
         parse(_without_joints([token for token in sides[0] if token.text != '&']), tokens[-1])
@@ -272,7 +276,8 @@ def _of_a_jacobian(left: Node) -> Node:
         return left
     det, of = left.parts
     if of.text not in DETERMINANT_OF:
-        raise det.at.fault("the determinant of J is the one that is known: write 'det(J) = ...'")
+        message = "det: only the determinant of J is compared; write 'det(J) = ...'"
+        raise det.at.fault(message, 'unsupported')
     return replace(det, at=replace(det.at, written=f'{det.at.written}({of.at.written})'))
 
 
@@ -295,14 +300,14 @@ def _set(settings: Settings, name: str, said: _Chunk) -> Settings:
     if name in CHOICES:
         if word not in CHOICES[name]:
             accepted = ' or '.join(repr(choice) for choice in CHOICES[name])
-            raise said.fault(f'{name}: {word!r} is not accepted: {accepted}')
+            raise said.fault(f'{name}: {word!r} is not accepted; write {accepted}', 'unknown-name')
         return replace(settings, **CHOICES[name][word])
     if name == 'point' and word in ('', 'tool'):
         return replace(settings, point='')
     if name == 'point':
         tokens = tokens_of(said.text, said.line, said.column)
         if len(tokens) != 1 or tokens[0].kind != 'name':
-            raise said.fault("expected one name, such as 'point: o_3'")
+            raise said.fault(f'point: {word!r} is not one name; write for example o_3', 'syntax')
         return replace(settings, point=tokens[0].text)
     if name == 'at' and word in ('', 'random', 'random poses'):
         return replace(settings, at=())
@@ -310,6 +315,7 @@ def _set(settings: Settings, name: str, said: _Chunk) -> Settings:
     if name == 'at':
         return replace(settings, at=pairs)
     if any(pair.left.kind != 'name' or pair.right.kind != 'name' for pair in pairs):
-        raise said.fault("expected 'meaning: NAME = NAME', such as R_C = o_3")
+        message = f'meaning: {word!r} is not NAME = NAME; write for example R_C = o_3'
+        raise said.fault(message, 'syntax')
     meanings = tuple((pair.left.text, pair.right.text) for pair in pairs)
     return replace(settings, meanings=settings.meanings + meanings)

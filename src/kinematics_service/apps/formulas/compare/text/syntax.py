@@ -33,6 +33,7 @@ TRANSPOSE = (('T',), ('top',), ('{', 'T', '}'), ('{', 'top', '}'))
 CLOSING = {'(': ')', '[': ']', '{': '}'}
 # Maximum number of entries of a matrix; a Jacobian of 100 joints has 600.
 MAX_MATRIX_ENTRIES = 1000
+LARGE_MATRIX = f'the matrix has more than {MAX_MATRIX_ENTRIES} entries; compare a part of it'
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,9 @@ def parse(tokens: Sequence[FormulaToken], last: FormulaToken) -> Node:
     node = parser.expression()
     parser.skip_newlines()
     if parser.next is not None:
-        raise parser.error(f'{parser.next.written!r} was not expected here')
+        written = parser.next.written
+        message = f'{written!r} is not expected here; the formula is complete before it'
+        raise parser.error(message, 'syntax')
     return node
 
 
@@ -109,8 +112,8 @@ class _Parser:
     def next(self) -> FormulaToken | None:
         return self.tokens[self.at] if self.at < len(self.tokens) else None
 
-    def error(self, message: str) -> FormulaError:
-        return (self.next or self.last).fault(message)
+    def error(self, message: str, code: str) -> FormulaError:
+        return (self.next or self.last).fault(message, code)
 
     def is_next(self, *texts: str) -> bool:
         token = self.next
@@ -119,7 +122,8 @@ class _Parser:
     def take(self) -> FormulaToken:
         token = self.next
         if token is None:
-            raise self.error('the formula ends too early')
+            message = 'the formula ends too early; write a number, a name or a bracket'
+            raise self.error(message, 'syntax')
         self.at += 1
         return token
 
@@ -134,7 +138,7 @@ class _Parser:
         self.skip_newlines()
         if not self.took(text):
             found = 'the end' if self.next is None else repr(self.next.written)
-            raise self.error(f'expected {text!r}, found {found}')
+            raise self.error(f'the bracket is not closed; write {text!r} before {found}', 'syntax')
 
     def skip_newlines(self) -> None:
         while self.next is not None and self.next.kind == 'newline':
@@ -144,7 +148,8 @@ class _Parser:
         """Parse an expression up to the first operator whose precedence is lower than `least`."""
         self.depth += 1
         if self.depth > MAX_DEPTH:
-            raise self.error(f'brackets and signs nested more than {MAX_DEPTH} deep')
+            message = f'brackets and signs are nested more than {MAX_DEPTH} deep; use definitions'
+            raise self.error(message, 'too-deep')
         node = self.operand(self.take())
         while (power := self.binding()) >= least:
             node = self.combined(node, power)
@@ -192,7 +197,9 @@ class _Parser:
             return Node("'", '', (base,), operator)
         node = Node('^', '', (base, self.exponent()), operator)
         if self.is_next('^'):
-            raise self.error("'^' was not expected here")
+            raise self.error(
+                "'^' after a power is ambiguous; write (a^b)^c or a^(b*c)", 'ambiguous'
+            )
         return node
 
     def exponent(self) -> Node:
@@ -212,7 +219,8 @@ class _Parser:
             node = self.expression(SIGN)
             return Node('neg', '', (node,), token) if token.text == '-' else node
         self.at -= 1
-        raise self.error(f'{token.written!r} was not expected here: a number, a name or a bracket')
+        message = f'{token.written!r} is not expected here; write a number, a name or a bracket'
+        raise self.error(message, 'syntax')
 
     def bracketed(self, closing: str) -> Node:
         before, self.by_blanks = self.by_blanks, False
@@ -244,7 +252,8 @@ class _Parser:
             return self.bracketed('}')
         token = self.take()
         if token.kind not in ('name', 'number'):
-            raise token.fault(f'expected a group in braces, found {token.written!r}')
+            message = f'{token.written!r} is not a group; write braces, as in \\frac{{a}}{{b}}'
+            raise token.fault(message, 'syntax')
         if token.written[0] != '\\' and len(token.text) > 1:
             self.at -= 1
             self.tokens[self.at] = replace(token, text=token.text[1:], spaced=False)
@@ -266,7 +275,8 @@ class _Parser:
             rows, columns = map(int, sizes)
             if rows * columns == len(entries):
                 return Node('matrix', '', entries, token, (columns,) * rows)
-        raise token.fault(f'{token.text} takes a list of rows, or rows, columns and entries')
+        message = f'{token.text}: write a list of rows, or rows, columns and a list of entries'
+        raise token.fault(message, 'wrong-shape')
 
     def arguments(self) -> tuple[Node, ...]:
         closing = CLOSING[self.take().text]
@@ -295,9 +305,9 @@ class _Parser:
         arguments = self.arguments() if called else (self.bare_argument(token, name),)
         wanted = FUNCTIONS[name]
         if len(arguments) != wanted:
-            advice = ': write atan2(y, x)' if 'tan' in name else ''
+            advice = '; write atan2(y, x)' if 'tan' in name else ''
             takes = f'{token.written} takes {counted(wanted, "argument")}'
-            raise token.fault(f'{takes}, not {len(arguments)}{advice}')
+            raise token.fault(f'{takes}, not {len(arguments)}{advice}', 'wrong-length')
         node = Node('call', name, arguments, token)
         return node if exponent is None else Node('^', '', (node, exponent), power)
 
@@ -305,7 +315,8 @@ class _Parser:
         # LaTeX: `\cos \phi_1 \cos \phi_2` is a product of two cosines, and `\sin 2 t` is sin(2 t).
         token = self.next
         if token is None or token.kind not in ('number', 'name', 'operator', 'begin'):
-            raise function.fault(f'{function.text} has no argument: write {function.text}(...)')
+            message = f'{function.text} has no argument; write {function.text}(...)'
+            raise function.fault(message, 'wrong-length')
         if function.written == '\\sqrt':
             return self.group()
         node, after = self.expression(POSTFIX), self.next
@@ -329,8 +340,9 @@ class _Parser:
                 self.skip_newlines()
             token = self.next
             if token is None:
-                missing = f'{opening.text} has no \\end'
-                raise self.error(missing if environment else "the bracket '[' is not closed")
+                closing = 'its \\end' if environment else "']'"
+                name = opening.text if environment else "the bracket '['"
+                raise self.error(f'{name} is not closed; write {closing}', 'syntax')
             if self.took(']') or (token.kind == 'end' and self.took(token.text)):
                 break
             if self.is_next(',', '&'):
@@ -364,10 +376,10 @@ class _Parser:
 
     def grid(self, opening: FormulaToken, rows: list[list[Node]], text: str) -> Node:
         if not rows:
-            raise opening.fault('a matrix without entries')
+            raise opening.fault('the matrix is empty; write for example [a, b; c, d]', 'empty')
         parts = tuple(node for row in rows for node in row)
         if len(parts) > MAX_MATRIX_ENTRIES:
-            raise opening.fault(f'a matrix of more than {MAX_MATRIX_ENTRIES} entries')
+            raise opening.fault(LARGE_MATRIX, 'too-large')
         return Node('matrix', text, parts, opening, tuple(len(row) for row in rows))
 
     def begins_an_entry(self) -> bool:

@@ -65,8 +65,8 @@ BEFORE = re.compile(
     rf'(?P<letter>{_LETTERED}\s*\{{[TAHRzoOpPJ]\}}|[TAHRzoOpPJ](?![A-Za-z0-9]))'
 )
 ADVICE = {
-    '|': ': write det(J) for a determinant',
-    '_': ': an index comes before a power, as in L_1^2',
+    '|': '; write det(J) for a determinant',
+    '_': '; write an index before a power, as in L_1^2',
 }
 # `+-` is ambiguous: it is plus or minus, or the sum with a negative number. So it is an error.
 PLUS_MINUS = re.compile(r'[±∓]|\\(?:pm|mp)(?![A-Za-z])|\+/?-')
@@ -101,9 +101,9 @@ class FormulaToken:
     column: int
     spaced: bool
 
-    def fault(self, message: str) -> FormulaError:
-        """Return an error with this message at the token's line and column."""
-        return FormulaError(message, self.line, self.column)
+    def fault(self, message: str, code: str) -> FormulaError:
+        """Return an error with this message and code at the token's line and column."""
+        return FormulaError(message, self.line, self.column, code=code)
 
 
 def plain_letters(text: str) -> str:
@@ -136,7 +136,8 @@ def tokens_of(text: str, line: int = 1, column: int = 1) -> list[FormulaToken]:
         first = column if offset == 0 else 1
         tokens.extend(_tokens_of_line(part, line + offset, first))
         if len(tokens) > MAX_TOKENS:
-            raise FormulaError(f'more than {MAX_TOKENS} words', line + offset, 1)
+            message = f'the formula has more than {MAX_TOKENS} words; split it'
+            raise FormulaError(message, line + offset, 1, code='too-large')
     return tokens
 
 
@@ -157,20 +158,24 @@ def _token(text: str, at: int, line: int, column: int) -> tuple[str, str, int]:
     place = line, column + at
     if found := PLUS_MINUS.match(text, at):
         raise FormulaError(
-            f"'{found[0]}' is two signs: write the line once with + and once with -; to add a "
-            'negative number, write + (-1)',
+            f"'{found[0]}' is two signs; write the line once with + and once with -, or + (-1) to "
+            'add a negative number',
             *place,
+            code='ambiguous',
         )
     for kind, pattern, plain in TOKENS:
         if found := pattern.match(text, at):
             word = found[0] if plain is None else plain
             return _name(word, text, found.end()) if kind == 'name' else (kind, word, found.end())
     if text[at : at + 1] == '\\':
-        raise FormulaError('a backslash without a command', *place)
+        message = 'the backslash has no command; write for example \\cos'
+        raise FormulaError(message, *place, code='syntax')
+    sign = text[at : at + 1]
     raise FormulaError(
-        f'{text[at : at + 1]!r} has no meaning in a formula{ADVICE.get(text[at : at + 1], "")} '
-        '(accepted: numbers, names, + - * / ^ = , ; brackets, and LaTeX commands)',
+        f'{sign!r} has no meaning in a formula{ADVICE.get(sign, "")} (accepted: numbers, names, '
+        '+ - * / ^ = , ; brackets, and LaTeX commands)',
         *place,
+        code='syntax',
     )
 
 

@@ -189,14 +189,16 @@ def arithmetic_of(description: RobotDescription, names: Names, parts: int = 1) -
             if not factor.is_Rational:
                 raise DerivationError(
                     f'{text}: the factor {factor} of {variable} is not a fraction, so that the '
-                    'frames are no polynomials in sines and cosines of the joints'
+                    'frames are no polynomials in sines and cosines of the joints',
+                    code='unsupported',
                 )
             units[variable] = int(sympy.ilcm(units[variable], factor.q))
             if max(units[variable], abs(factor) * units[variable]) > MAX_ANGLE_PARTS:
                 raise DerivationError(
                     f'{text}: {variable} turns an axis by {float(factor):.12g} of its angle, '
                     'whose sine and cosine are no short polynomials in those of the joint; '
-                    'derive the nominal robot file, without the gear ratios that were found'
+                    'derive the nominal robot file, without the gear ratios that were found',
+                    code='unsupported',
                 )
     offsets = _offsets(turns, names)
     units = {variable: parts * unit for variable, unit in units.items()}

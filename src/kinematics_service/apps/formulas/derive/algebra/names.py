@@ -93,7 +93,8 @@ def names_of(description: RobotDescription, locked: Mapping[str, str] | None = N
     unit = description.angle_unit
     if not isinstance(locked, Mapping | None):
         raise DerivationError(
-            f'locked must map joint variables to expressions, not {locked!r:.80}'
+            f'locked must map joint variables to expressions, not {locked!r:.80}',
+            code='wrong-type',
         )
     locked = {
         plain_names(name): plain_expression(plain_names(str(text)), known, unit, None)
@@ -102,7 +103,8 @@ def names_of(description: RobotDescription, locked: Mapping[str, str] | None = N
     for name in locked:
         if name not in known:
             raise DerivationError(
-                f'no joint variable {name!r} to lock (known: {", ".join(known)})'
+                f'no joint variable {name!r} to lock (known: {", ".join(known)})',
+                code='unknown-name',
             )
     used = names_by_use(description)
     in_angles = used['angle'] | used['number']
@@ -111,7 +113,8 @@ def names_of(description: RobotDescription, locked: Mapping[str, str] | None = N
     for constant in description.constants:
         if constant.letter and constant.name in in_angles:
             raise DerivationError(
-                f'constants.{constant.name} stands in an angle or a ratio: it needs a value'
+                f'constants.{constant.name} is used in an angle or a ratio; give it a value',
+                code='missing-value',
             )
         derived = exact(constant.text, meanings, description.angle_unit)
         if constant.value == 0.0 or constant.name in in_angles or derived.free_symbols:
@@ -131,7 +134,7 @@ def names_of(description: RobotDescription, locked: Mapping[str, str] | None = N
         meanings[name] = symbol if slides else symbol / angle_in_rad(description.angle_unit)
         variables.append(symbol)
     if not variables:
-        raise DerivationError('every joint is locked')
+        raise DerivationError('every joint is locked; leave at least one free', code='too-few')
     return Names(tuple(variables), tuple(values), values, meanings, description.angle_unit)
 
 
