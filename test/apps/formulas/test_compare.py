@@ -11,12 +11,10 @@ import io
 import json
 import re
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from derivations import DISTINCT
 from folders import GOLDEN
 
 import kinematics_service as ks
@@ -26,6 +24,7 @@ from kinematics_service.apps.formulas.arm.table import table_of
 from kinematics_service.apps.formulas.arm.world import World
 from kinematics_service.apps.formulas.compare.arm.symbols import SymbolicArm
 from kinematics_service.apps.formulas.compare.comparison import compare
+from kinematics_service.apps.formulas.compare.report import report
 
 HERE = Path(__file__).parent
 FORMULAS = HERE / 'formulas'
@@ -43,6 +42,8 @@ RIGHT = {
     'right_004': 'six_joint_dh_unit',
 }
 
+INDEX = 'index of a joint or a length'
+ATAN2 = 'arguments of atan2 and its kin'
 # File, robot, then for each wrong formula: its name, and for each cause: name, words of the
 # sentence, entries it explains (from 1).  No cause: located only.
 ERRATA = [
@@ -51,35 +52,35 @@ ERRATA = [
     ('e0_2', 'anthropomorphic_3r', {'z_3': [
         ('axes of the frame itself', 'turned into base axes', '11 21 31')]}),
     ('e0_3', 'parallelogram_left', {
-        'A_3': [('column of the table', 'theta column of the table has slipped up by one row',
+        'A_3': [('column of the table', 'slipped up by one row',
                  '11 12 14 21 22 24')],
         'R': [('column of the table', 'from row 3 on', '11 12 21 22 31 32')]}),
     ('e0_4', 'parallelogram_left', {
         'J_w': [('sum of columns', 'J_3 is c_4 - c_5, ', '13 33')],
-        'J_v': [('sum of columns', 'here it is c_4 + c_5', '13 23 33')]}),
+        'J_v': [('sum of columns', 'it is c_4 + c_5', '13 23 33')]}),
     ('e0_10', 'spherical_rrp', {'s_o1': [
-        ('entry of the table', 'd of row 1 (L1 + L3) has the wrong sign', '31')]}),
+        ('entry of the table', 'd of row 1 (L1', '31')]}),
     ('e1_2', 'craig_3r', {'v3': [
-        ('lost bracket', 'cos(q1) multiplies (L1 + L2*cos(q2))*cos(q1) - (', '31')]}),
+        ('lost bracket', 'cos(q1) multiplies (L1 + L2*cos(q2))*cos(q1)', '31')]}),
     ('e2_1', 'rrp_elementary', {r'\theta_2': [
-        ('arguments of atan2 and its kin', 'first argument of atan2 has the wrong sign', '11')]}),
+        (ATAN2, 'first argument of atan2', '11')]}),
     ('e2_2', 'rrp_elementary', {
         'J_1': [('point of the Jacobian', 'o_4 stands where o_n belongs', '11 21')],
         'J_2': [('point of the Jacobian', 'o_4 stands where o_n belongs', '11 21 31')]}),
     ('e2_4', 'rrp_elementary', {'D_1': [
-        ('derivative of a pose', '(4,4) is the derivative of the constant 1', '44')]}),
+        ('derivative of a pose', 'derivative of the constant 1', '44')]}),
     ('e3_1', 'offset_stanford_shape', {'T_{34}': [
-        ('matrix not inverted', 'the output matrix of row 3 is not inverted', '13 31')]}),
+        ('matrix not inverted', 'output matrix of row 3', '13 31')]}),
     ('e3_5', 'offset_stanford_printed', {'T_6': [
-        ('sign', 'column 2: the sign is wrong', '12 22')]}),
+        ('sign', 'column 2: the sign', '12 22')]}),
     ('e3_6', 'offset_stanford_printed', {
-        r'tan(\phi_2)': [('arguments of atan2 and its kin', 'it is the reciprocal', '11')],
-        r'\phi_2': [('arguments of atan2 and its kin', 'of atan is the reciprocal', '11')]}),
+        r'tan(\phi_2)': [(ATAN2, 'it is the reciprocal', '11')],
+        r'\phi_2': [(ATAN2, 'of atan is the reciprocal', '11')]}),
     ('e3_7', 'offset_stanford_printed', {
-        r'l + \phi_3': [('lost plus', 'a plus sign is lost between (h - z)*cos(phi2) and', '11')],
+        r'l + \phi_3': [('lost plus', 'between (h - z)*cos(phi2) and', '11')],
         r'\phi_3': [('lost plus', 'a plus sign is lost', '11')]}),
     ('e3_8', 'offset_stanford_shape', {'R_C': [
-        ('zero of a joint', 'phi2 is counted from another zero: phi2 - 90 deg', '11 21 31')]}),
+        ('zero of a joint', 'phi2 - 90 deg', '11 21 31')]}),
     ('e3_9', 'offset_stanford_dh', {
         'T_5': [('zero of a joint', 'phi5 + 180 deg', '11 13 21 23'),
                 ('extra term or factor', 'n does not belong here', '34')],
@@ -87,17 +88,17 @@ ERRATA = [
                 ('dropped term or factor', 'the term is dropped: n', '34')]}),
     ('e4_1', 'six_joint_dh_unit', {'T_i': [
         ('missing length', 'd_i is missing', '34'),
-        ('index of a joint or a length', 'alpha_i stands where theta_i belongs', '14 24')]}),
+        (INDEX, 'alpha_i stands where theta_i belongs', '14 24')]}),
     ('e4_2', 'six_joint_dh_unit', {'T_1': [('missing length', 'd1 is missing', '34')]}),
     ('e4_3', 'six_joint_dh_unit', {'T_4': [
         ('dropped term or factor', '0 stands where 1 belongs', '33')]}),
     ('e4_4', 'six_joint_dh_unit', {'T_6': [
-        ('values of the joints', 'right for theta6 = 0 deg, not for theta6 = 90 deg',
+        ('values of the joints', 'not for theta6 = 90',
          '11 13 21 23')]}),
     ('e4_5', 'six_joint_dh_unit', {'T_06': []}),
     ('e4_8', 'six_joint_dh_unit', {
-        'J_{v,1}': [('cross product', 'the cross product is left out', '11 21 31')],
-        'J_1': [('cross product', 'the cross product is left out', '11 21 31')]}),
+        'J_{v,1}': [('cross product', 'cross product is left out', '11 21 31')],
+        'J_1': [('cross product', 'cross product is left out', '11 21 31')]}),
     ('e4_9', 'six_joint_dh_unit', {
         'J_w1': [('another quantity', 'it is J_v1', '11 31')],
         'J_1': [('dropped term or factor', '0 stands where 1 belongs', '61')]}),
@@ -107,9 +108,16 @@ ERRATA = [
 ]  # fmt: skip
 
 
+bundled = functools.cache(ks.load_robot)
+
+
 @functools.cache
+def compared(robot, text):
+    return compare(bundled(robot), text)
+
+
 def verdicts(robot, text):
-    comparison = compare(ks.load_robot(robot), text)
+    comparison = compared(robot, text)
     assert not comparison.faults, [(f.line, f.column, f.message) for f in comparison.faults]
     return comparison.verdicts
 
@@ -136,7 +144,7 @@ def test_right_formulas_of_the_documents_agree(name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(('name', 'robot', 'expected'), ERRATA, ids=[row[0] for row in ERRATA])
-def test_erratum_is_found_with_its_cause(name, robot, expected):
+def test_c32_c33_an_erratum_is_found_with_its_cause(name, robot, expected):
     wrong = {v.name: v for v in verdicts(robot, read(name)) if v.status == 'differs'}
     assert list(wrong) == list(expected)
     for formula, causes in expected.items():
@@ -150,25 +158,10 @@ def test_erratum_is_found_with_its_cause(name, robot, expected):
         assert wrong[formula].unexplained == (0 if causes else len(wrong[formula].entries))
 
 
-def erratum(name):
-    return next(row for row in ERRATA if row[0] == name)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize('name', ['e3_1', 'e3_5', 'e4_1', 'e4_2'])
-def test_c32_a_matrix_that_somebody_wrote_is_checked(name):
-    test_erratum_is_found_with_its_cause(*erratum(name))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize('name', ['e0_1', 'e0_4', 'e1_2', 'e2_1', 'e3_6', 'e3_7', 'e4_8', 'e4_12'])
-def test_c33_a_formula_that_somebody_wrote_is_compared(name):
-    test_erratum_is_found_with_its_cause(*erratum(name))
-
-
 def test_e0_5_a_matrix_for_its_third_column():
     (verdict,) = verdicts('anthropomorphic_3r', read('e0_5'))
-    assert verdict.remarks == ('z_1 is 3 x 1, not 3 x 3', 'its column 3 is right', 'it is R_1')
+    assert verdict.remarks[0].endswith('3 x 1, not 3 x 3')
+    assert verdict.remarks[1:] == ('its column 3 is right', 'it is R_1')
 
 
 def test_e1_1_the_second_family_is_missed():
@@ -183,8 +176,8 @@ def test_e1_1_the_second_family_is_missed():
 
 def test_e2_3_the_column_of_the_prismatic_joint():
     jacobian, column = verdicts('rrp_elementary', read('e2_3'))
-    assert jacobian.remarks[0] == 'J is 6 x 3, not 6 x 2'
-    assert 'columns that are not there: those of d3' in jacobian.remarks
+    assert jacobian.remarks[0].endswith('6 x 3, not 6 x 2')
+    assert jacobian.remarks[1].endswith('those of d3')
     assert column.causes[0].cause == 'kind of joint'
 
 
@@ -199,30 +192,19 @@ def test_e2_7_four_points_are_not_the_singular_set():
 # double zero, a factor, a branch of an equation, a slide beyond 2 m.
 INCOMPLETE = [
     ('planar_2r', ['q2 = 0']),
-    ('planar_2r', ['q2 = 2*k*pi']),
-    ('planar_2r', ['cos(q2) = 1']),
-    ('planar_2r', ['q2 = pi', 'cos(q2) = -1']),
-    ('planar_3r', ['q2 = 0']),
+    ('planar_2r', ['q2 = pi', 'cos(q2)=-1']),
     ('scara_hsr065', ['q2 = 0']),
     ('spherical_rrp', ['d3 = 0']),
-    ('spherical_rrp', ['theta2 = k*pi']),
     ('spherical_rrp', ['sin(theta2) = 0']),
-    ('spherical_rrp', ['d3 = 0', 'theta2 = 0']),
-    ('craig_3r', ['sin(q3) = 0']),
-    ('craig_3r', ['L1 + L2*c2 + L3*c23 = 0', 'q3 = 0']),
-    ('craig_3r', ['q3 = k*pi', 'q3 = -q2 + acos(-(L1 + L2*c2)/L3)']),
-    ('anthropomorphic_3r', ['theta3 = k*pi']),
-    ('anthropomorphic_3r', ['L2*c2 + L3*c23 = 0', 'theta3 = 2*k*pi']),
+    ('craig_3r', ['L1+L2*c2+L3*c23 = 0', 'q3 = 0']),
+    ('craig_3r', ['q3 = k*pi', 'q3 = -q2+acos(-(L1+L2*c2)/L3)']),
 ]
 COMPLETE = [
-    ('planar_2r', ['sin(q2) = 0']),
-    ('planar_2r', ['q2 = 0', 'q2 = pi']),
     ('planar_2r', ['tan(q2/2)*cos(q2/2)^2 = 0']),
-    ('planar_3r', ['q2 = k*pi']),
+    ('planar_3r', ['q2 = 0', 'q2 = pi']),
     ('spherical_rrp', ['d3 = 0', 'theta2 = k*pi']),
-    ('spherical_rrp', ['d3*sin(theta2) = 0']),
-    ('craig_3r', ['q3 = k*pi', 'L1 + L2*c2 + L3*c23 = 0']),
-    ('anthropomorphic_3r', ['sin(theta3)*(L2*c2 + L3*c23) = 0']),
+    ('craig_3r', ['q3 = k*pi', 'L1+L2*c2+L3*c23 = 0']),
+    ('anthropomorphic_3r', ['sin(theta3)*(L2*c2+L3*c23) = 0']),
 ]
 
 
@@ -243,59 +225,67 @@ def test_a_complete_singular_set_agrees(name, lines):
     assert {one.status for one in claimed(name, lines)} == {'agrees'}
 
 
-@pytest.mark.parametrize('line', ['sin(q1) = 0', 'q1 + q2 = k*pi', 'sin(q2) = 0.1'])
-def test_an_equation_that_is_not_singular_differs(line):
-    equation, _ = claimed('planar_2r', [line])
-    assert (equation.status, equation.remarks[0][:12]) == ('differs', 'not singular')
+def test_an_equation_that_is_not_singular_differs():
+    lines = ['sin(q1) = 0', 'q1 + q2 = k*pi', 'sin(q2) = 0.1', 'cos(q2) = 2']
+    *singular, without, _ = claimed('planar_2r', lines)
+    assert [one.remarks[0][:12] for one in singular] == ['not singular'] * 3
+    assert without.remarks[0].startswith('no pose of this family')
+    assert {one.status for one in (*singular, without)} == {'differs'}
 
 
 # Right for L2 = L3 alone, as in the file: an equation without its letters, and a set whose folded
 # elbow has the tool on axis 1; then right for all letters.
 EQUAL_LETTERS = [
-    (['q3 = k*pi', 'cos(q2) + cos(q2 + q3) = 0'], ['agrees', 'differs', 'differs']),
+    (['q3 = k*pi', 'cos(q2)+cos(q2+q3) = 0'], ['agrees', 'differs', 'differs']),
     (['q3 = 0', 'L2*c2 + L3*c23 = 0'], ['agrees', 'agrees', 'differs']),
     (['q3 = k*pi', 'L2*c2 + L3*c23 = 0'], ['agrees'] * 3),
 ]
+ARM = """
+robot: arm
+convention: standard
+constants: {L1: 1, L2: 1, L3: 1}
+joints:
+  - {name: q1, type: revolute}
+  - {name: q2, type: revolute}
+  - {name: q3, type: revolute}
+links:
+  - {a: 0, alpha: pi/2, d: L1, theta: q1}
+  - {a: L2, alpha: 0, d: 0, theta: q2}
+  - {a: L3, alpha: 0, d: 0, theta: q3}
+"""
 
 
 @pytest.mark.parametrize(('lines', 'wanted'), EQUAL_LETTERS)
 def test_singular_sets_are_judged_at_random_letters(tmp_path, lines, wanted):
-    rows = ['{a: 0, alpha: pi/2, d: L1, theta: q1}', '{a: L2, alpha: 0, d: 0, theta: q2}']
-    rows += ['{a: L3, alpha: 0, d: 0, theta: q3}']
-    joints = [f'{{name: q{k}, type: revolute}}' for k in (1, 2, 3)]
     arm = tmp_path / 'arm.yaml'
-    arm.write_text(
-        'robot: arm\nconvention: standard\nconstants: {L1: 1, L2: 1, L3: 1}\n'
-        f'joints: [{", ".join(joints)}]\nlinks: [{", ".join(rows)}]\n'
-    )
+    arm.write_text(ARM)
     found = claimed(arm, lines)
     assert [one.status for one in found] == wanted
-    special = ['with L1 = L2 = L3 of this file' in one.remarks[-1] for one in found]
+    special = ['L1 = L2 = L3' in one.remarks[-1] for one in found]
     assert special == [status == 'differs' for status in wanted]
 
 
-def test_an_equation_without_zeros_has_no_pose():
-    equation, _ = claimed('planar_2r', ['cos(q2) = 2'])
-    assert equation.remarks[0].startswith('no pose of this family')
-
-
 def test_each_factor_of_a_six_joint_arm_is_needed():
-    wrist, shoulder = 'q5 = k*pi', 'a2*c2 + a3*c23 + d5*sin(q2 + q3 + q4) = 0'
-    assert claimed('ur5e', ['q3 = k*pi', wrist, shoulder])[-1].status == 'agrees'
-    assert claimed('ur5e', ['q3 = k*pi', wrist])[-1].status == 'differs'
+    *claims, whole = claimed('ur5e', ['q3 = k*pi', 'q5 = k*pi'])
+    assert [one.status for one in claims] == ['agrees', 'agrees']
+    assert whole.status == 'differs'
+    # The shoulder: a2 c2 + a3 c23 + d5 sin(q2 + q3 + q4).
+    assert 'd5*sin(q2 + q3 + q4)' in whole.remarks[0]
 
 
 @pytest.mark.slow
 def test_what_is_no_rotation_is_said():
     (mirror,) = verdicts('offset_stanford_printed', read('e3_5'))
-    assert mirror.remarks == ('not a rotation: its determinant is -1, a mirror image',)
+    (remark,) = mirror.remarks
+    assert remark.startswith('not a rotation')
+    assert 'determinant is -1' in remark
     (flat,) = verdicts('six_joint_dh_unit', read('e4_3'))
     assert 'not a rotation' in flat.remarks[0]
 
 
 def test_e4_13_a_structural_zero_is_told_from_a_singular_pose():
     (det,) = (v for v in verdicts('six_joint_dh_unit', read('right_004')) if v.name == 'det')
-    assert 'the determinant is 0 at every pose' in det.remarks[0]
+    assert '0 at every pose' in det.remarks[0]
     assert 'theta1, theta2' in det.remarks[0]
 
 
@@ -405,7 +395,7 @@ def test_transposed_and_uninverted_matrices(craig):
 
 def test_degrees_in_a_formula():
     text = 'T_12 = [sin(q2 + 90) -s2 0 L1; 0 0 1 0; -s2 -c2 0 0; 0 0 0 1]'
-    assert why('craig_3r', text)[0] == ['degrees and millimetres in an entry']
+    assert why('craig_3r', text)[0][0].startswith('degrees and millimetres')
     (verdict,) = verdicts('craig_3r', 'units: deg\n' + text)
     assert verdict.status == 'agrees'
 
@@ -453,7 +443,7 @@ def test_wrist_angles_from_the_rotation():
     (alone,) = compare(arm, 'a1 = atan2(r23, r13)').verdicts
     assert alone.status == 'agrees'
     (wrong,) = compare(arm, 'a1 = atan2(r13, r23)').verdicts
-    assert wrong.causes[0].sentence.startswith('the arguments of atan2 are exchanged')
+    assert 'exchanged' in wrong.causes[0].sentence
 
 
 def test_a_jacobian_per_degree(craig):
@@ -499,7 +489,7 @@ def test_two_mistakes_at_once(craig):
         ('L1 + L2*cos(q2)', 'L1 - L2*cos(q2)', 'sign of a term'),
         ('L1 + L2*cos(q2)', 'L2*cos(q2)', 'missing length'),
         ('L2*cos(q2)', 'L2*sin(q2)', 'sine for cosine'),
-        ('L2*cos(q2)', 'L2*cos(q3)', 'index of a joint or a length'),
+        ('L2*cos(q2)', 'L2*cos(q3)', INDEX),
         ('L3*cos(q2 + q3)', 'L3*cos(q3)', 'angle of a function'),
     ],
 )
@@ -513,21 +503,22 @@ def test_slips_in_one_entry(right, mistake, cause):
 
 
 @pytest.mark.parametrize(
-    ('mistake', 'sentence'),
+    ('mistake', 'extra'),
     [
         ('1', None),
         ('-2.5', None),
-        ('L1', 'L1 does not belong here: the entry is 0'),
-        ('L1*s1', 'L1*sin(q1) does not belong here: the entry is 0'),
-        ('sin(q1 - q2)', 'sin(q1 - q2) does not belong here: the entry is 0'),
+        ('L1', 'L1'),
+        ('L1*s1', 'L1*sin(q1)'),
+        ('sin(q1 - q2)', 'sin(q1 - q2)'),
     ],
 )
-def test_where_0_belongs_no_factor_that_vanishes_is_a_cause(mistake, sentence):
+def test_where_0_belongs_no_factor_that_vanishes_is_a_cause(mistake, extra):
     text = f'T_12 = [c2, -s2, {mistake}, L1; 0, 0, 1, 0; -s2, -c2, 0, 0; 0, 0, 0, 1]'
     (verdict,) = verdicts('craig_3r', text)
     assert [(entry.row, entry.column) for entry in verdict.entries] == [(0, 2)]
-    assert [cause.sentence for cause in verdict.causes] == ([sentence] if sentence else [])
-    assert [cause.also for cause in verdict.causes] == ([()] if sentence else [])
+    said = [cause.sentence.partition(' does not belong here')[0] for cause in verdict.causes]
+    assert said == ([extra] if extra else [])
+    assert [cause.also for cause in verdict.causes] == ([()] if extra else [])
 
 
 def test_a_coincidence_of_lengths_does_not_pass():
@@ -536,8 +527,12 @@ def test_a_coincidence_of_lengths_does_not_pass():
     assert verdict.causes[0].cause == 'exchanged lengths'
 
 
+# One of each convention, and of coupled and sliding joints and odd angles.
+REFERENCE = ['craig_3r', 'parallelogram_left', 'rrp_elementary', 'offset_stanford_shape', 'so101']
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize('robot', DISTINCT)
+@pytest.mark.parametrize('robot', REFERENCE)
 def test_reference_equals_the_kernel(robot):
     arm = ks.load_robot(robot)
     table = table_of(arm.description)
@@ -557,62 +552,98 @@ def test_reference_equals_the_kernel(robot):
     np.testing.assert_allclose(frames, ks.link_frames(arm, q), atol=ROUND_OFF)
 
 
+LONG = '\n'.join(['a0 = x', *(f'a{k + 1} = a{k}*2' for k in range(50)), 'q1 = a50'])
+# Line and column, code, and what the sentence names or advises.
 FAULTS = {
-    'J = [1 2': "1:8: the bracket '[' is not closed",
-    'T = [1 2; 3]': '1:5: the rows of the matrix have 2, 1 entries',
-    'q1 = sin(bar)': "1:10: unknown name 'bar'",
-    'q1 = sin(x, y)': '1:6: sin takes 1 argument, not 2',
-    'rows: sideways': "1:7: rows: 'sideways' is not accepted: 'linear first' or 'angular first'",
-    'foo = 3': "1:1: 'foo' is no formula this command knows",
-    'hello': "1:1: 'hello' begins no formula (expected",
-    'x = 1,5*q1': "1:7: '5' begins no formula: decimals have a point, as in 0.5 (expected",
-    '|J| = L1': "1:1: '|' has no meaning in a formula: write det(J) for a determinant (",
-    'T_0^2 = [1]': '1:1: there is no row 0: the robot has 4; frame 2 in frame 0 is T_02',
-    'x = l1cos(q1)': "1:5: unknown name 'l1cos', did you mean 'L1*cos(...)'?",
-    'singular q2 = 0': "1:1: unknown name 'singular', did you mean 'singular:'?",
-    'T_09 = [1]': '1:1: there is no frame 9: the frames are 0 to 4',
-    '# nothing': '1:1: no formula in the file',
-    'q1 = a\na = b\nb = a': "3:5: 'a' is defined by itself",
-    'at: q9=1\nT=[1]': "1:5: at: 'q9' is neither a joint nor a constant",
-    'point: T\nq1 = x': '2:1: point: ',
-    'singular: foo = 1': "1:11: unknown name 'foo'",
-    'singular: L1 = 1': '1:11: a singular set is written with joints',
-    'L1 = x\nq1 = L1': '1:1: L1 is a constant of the robot: give it a number',
-    'singular: q1 = x': '1:11: a singular set is written with joints',
-    'at: q1 = x\nT = [1]': '1:5: at: q1 must be a number',
-    'q1 = 9^99': '1:7: an exponent must be a number of at most 24',
-    'q1 = 9^9^9': "1:9: '^' was not expected here",
-    'q1 = 2^(1/3) ? 4': "1:14: '?' has no meaning",
-    r'T = \begin{bmatrix} 1 & 2': r'1:25: \begin{bmatrix} has no \end',
-    'q1 = x/0': '1:7: division by zero',
-    'q1 = ' + '1' * 50: '1:6: a number of more than 40 digits',
-    'q1 = ' + '(' * 500: 'nested',
-    'q1 = ' + '-' * 500 + '1': '1:66: brackets and signs nested more than 60 deep',
-    'q1 = __import__("os").system("true")': "1:6: '_' has no meaning",
-    'p = R_1 * T': '1:9: ',
+    'J = [1 2': ('1:8', 'syntax', "write ']'"),
+    'T = [1 2; 3]': ('1:5', 'wrong-shape', '2, 1 entries'),
+    'q1 = sin(bar)': ('1:10', 'unknown-name', "'bar'"),
+    'q1 = sin(x, y)': ('1:6', 'wrong-length', 'takes 1 argument, not 2'),
+    'q1 = tan(x, y)': ('1:6', 'wrong-length', 'atan2(y, x)'),
+    'q1 = sin': ('1:6', 'wrong-length', 'sin(...)'),
+    'rows: sideways': ('1:7', 'unknown-name', "'linear first' or 'angular first'"),
+    'first frame: 2': ('1:14', 'unknown-name', "'0' or '1'"),
+    'foo = 3': ('1:1', 'unused', 'T_03 or A_03'),
+    'hello': ('1:1', 'syntax', 'NAME = ...'),
+    'x = 1,5*q1': ('1:7', 'syntax', '0.5'),
+    'q1 =': ('1:1', 'empty', 'NAME = ...'),
+    '|J| = L1': ('1:1', 'syntax', 'det(J)'),
+    'q1 = x \\': ('1:8', 'syntax', 'backslash'),
+    'T_0^2 = [1]': ('1:1', 'out-of-range', 'write T_02'),
+    'T_09 = [1]': ('1:1', 'out-of-range', '0 to 4'),
+    'J_7 = [1;2;3;4;5;6]': ('1:1', 'out-of-range', 'joint 7'),
+    's_o9 = [1;2;3]': ('1:1', 'out-of-range', 'row 9'),
+    'q1 = c15': ('1:6', 'out-of-range', '3 joints'),
+    'x = l1cos(q1)': ('1:5', 'unknown-name', "'L1*cos(...)'"),
+    'singular q2 = 0': ('1:1', 'unknown-name', "'singular:'"),
+    '# nothing': ('1:1', 'empty', 'no formula'),
+    'q1 = a\na = b\nb = a': ('3:5', 'circular', "'a'"),
+    'a = 1\na = 2\nq1 = a*x': ('2:1', 'duplicate-name', 'line 1'),
+    LONG: ('12:7', 'too-deep', 'more than 40'),
+    'at: q9=1\nT=[1]': ('1:5', 'unknown-name', "'q9'"),
+    'at: q1 = x\nT = [1]': ('1:5', 'not-a-number', 'q1'),
+    'point: T\nq1 = x': ('2:1', 'unknown-name', "'T'"),
+    'point: o_9\nq1 = x': ('2:1', 'out-of-range', '0 to 4'),
+    'point: a b\nq1 = x': ('1:8', 'syntax', "'a b'"),
+    'meaning: a = 3\nq1 = x': ('1:10', 'syntax', "'a = 3'"),
+    'singular: foo = 1': ('1:11', 'unknown-name', "'foo'"),
+    'singular: L1 = 1': ('1:11', 'unsupported', 'q3 = k*pi'),
+    'singular: q1 = x': ('1:11', 'unsupported', 'q3 = k*pi'),
+    'singular:': ('1:10', 'empty', 'q3 = k*pi'),
+    'singular: J = 0': ('1:11', 'wrong-shape', "'J'"),
+    'L1 = x\nq1 = L1': ('1:1', 'not-a-number', 'L1'),
+    'x = phi': ('1:1', 'unknown-name', 'phi'),
+    'det = R_1': ('1:1', 'wrong-shape', "'det'"),
+    'q1 = R_1': ('1:1', 'wrong-shape', "'q1'"),
+    'q1 = 9^99': ('1:7', 'out-of-range', 'at most 24'),
+    'q1 = 9^9^9': ('1:9', 'ambiguous', '(a^b)^c'),
+    'q1 = 2^(1/3) ? 4': ('1:14', 'syntax', "'?'"),
+    'q1 = x^2 2^': ('1:11', 'syntax', 'too early'),
+    'q1 = x)': ('1:7', 'syntax', "')'"),
+    'q1 = (x': ('1:7', 'syntax', "write ')'"),
+    r'q1 = \frac+': ('1:11', 'syntax', "'+'"),
+    r'T = \begin{bmatrix} 1': ('1:21', 'syntax', r'write its \end'),
+    'q1 = Matrix(1, 2)': ('1:6', 'wrong-shape', 'a list of rows'),
+    'T = []': ('1:5', 'empty', '[a, b; c, d]'),
+    'p = [R_1, T; 1]': ('1:5', 'wrong-shape', '3, 4 rows'),
+    'p = R_1 + 1': ('1:9', 'wrong-shape', "'+'"),
+    'p = R_1 + T': ('1:9', 'wrong-shape', '3 x 3 and 4 x 4'),
+    'p = R_1 * T': ('1:9', 'wrong-shape', '3 x 3 and 4 x 4'),
+    'p = cross(p, R_1)': ('1:5', 'wrong-shape', '3 x 1 and 3 x 3'),
+    'q1 = cross(x, y)': ('1:6', 'wrong-shape', 'two vectors'),
+    'p = inv(z_1)': ('1:5', 'wrong-shape', '3 x 1'),
+    'p = inv([0 0; 0 0])': ('1:5', 'division-by-zero', 'determinant 0'),
+    'q1 = x/0': ('1:7', 'division-by-zero', 'zero'),
+    'q1 = 0^-1': ('1:7', 'division-by-zero', 'zero'),
+    'q1 = x/R_1': ('1:7', 'unsupported', 'inv(B)'),
+    'q1 = R_1^2': ('1:9', 'unsupported', 'T_23'),
+    'q1 = sin(R_1)': ('1:6', 'wrong-shape', 'sin'),
+    'q1 = tan(pi/2)': ('1:6', 'not-finite', 'tan'),
+    'q1 = ' + '1' * 50: ('1:6', 'too-large', '40 digits'),
+    'q1 = ' + '(' * 500: ('1:66', 'too-deep', '60 deep'),
+    'q1 = ' + '-' * 500 + '1': ('1:66', 'too-deep', '60 deep'),
+    'q1 = __import__("os").system("true")': ('1:6', 'syntax', "'_'"),
 }  # fmt: skip
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize('text', FAULTS)
-def test_faults_name_line_and_column(text):
-    comparison = compare(ks.load_robot('craig_3r'), text)
-    found = '\n'.join(f'{f.line}:{f.column}: {f.message}' for f in comparison.faults)
-    assert FAULTS[text] in found
+def test_a_fault_has_its_place_and_code(text):
+    place, code, word = FAULTS[text]
+    fault = compare(bundled('craig_3r'), text).faults[0]
+    assert (f'{fault.line}:{fault.column}', fault.code) == (place, code), fault.message
+    assert word in fault.message
 
 
 @pytest.mark.slow
 def test_all_faults_of_a_file_at_once():
     comparison = compare(ks.load_robot('craig_3r'), 'q1 = foo\nq2 = bar\nq3 = atan2(y, x)\n')
-    assert [fault.line for fault in comparison.faults] == [1, 2]
+    assert [(f.line, f.code) for f in comparison.faults] == [(k, 'unknown-name') for k in (1, 2)]
 
 
-def test_growing_definitions_are_refused_quickly():
-    lines = ['a0 = x'] + [f'a{i + 1} = (a{i} + q1)*(a{i} + q2) + a{i}' for i in range(30)]
-    begin = time.perf_counter()
+def test_growing_definitions_are_refused():
+    lines = ['a0 = x'] + [f'a{i + 1} = (a{i}+q1)*(a{i}+q2) + a{i}' for i in range(30)]
     comparison = compare(ks.load_robot('craig_3r'), '\n'.join(lines) + '\nq1 = a30\n')
-    assert comparison.faults
-    assert time.perf_counter() - begin < 10.0
+    assert {fault.code for fault in comparison.faults} == {'too-large'}
 
 
 @pytest.mark.slow
@@ -621,7 +652,7 @@ def test_damaged_files_never_raise():
     texts = [read(path.stem) for path in sorted(FORMULAS.glob('*.txt'))]
     arm = ks.load_robot('craig_3r')
     letters = '()[]{}&=+-*/^_,;\\ \n1aqT%$'
-    for _ in range(60):
+    for _ in range(25):
         # A few lines of a file: what is still a formula is compared, which takes its time.
         lines = texts[rng.integers(len(texts))].splitlines(keepends=True)
         first = int(rng.integers(len(lines)))
@@ -632,6 +663,7 @@ def test_damaged_files_never_raise():
         for fault in compare(arm, ''.join(text)).faults:
             assert fault.line >= 1
             assert fault.message
+            assert fault.code != 'formula'
 
 
 def test_user_text_is_never_evaluated():
@@ -641,64 +673,98 @@ def test_user_text_is_never_evaluated():
         assert not re.search(r'\b(eval|exec|sympify|parse_expr|lambdify|S)\(', source), path
 
 
+GOLDEN_REPORT = """\
+e0_1.txt against anthropomorphic_3r: 1 of 1 formula differs
+Compared as numbers at random poses; each cause below was tested there.
+
+J_w (line 2) differs in 3 of 9 entries
+  (1,1), wx: yours is sin(theta1), right is 0
+  (2,1), wy: yours is -cos(theta1), right is 0
+  (3,1), wz: yours is 0, right is 1
+  cause: z_i stands where z_i-1 belongs (the axis of joint i)
+"""
+
+
+@pytest.mark.slow
+def test_the_report_of_an_erratum_is_this():
+    comparison = compared('anthropomorphic_3r', read('e0_1'))
+    assert '\n'.join(report(comparison, 'e0_1.txt')) + '\n' == GOLDEN_REPORT
+
+
+@pytest.mark.slow
+def test_tested_causes_are_listed_with_verbose():
+    comparison = compared('six_joint_dh_unit', read('e4_5'))
+    (*_, last), verbose = report(comparison, 'e4_5.txt'), report(comparison, 'e4_5.txt', True)
+    assert last.endswith('(--verbose: which were tested)')
+    assert list(verbose)[-1].startswith('  tested: standard or modified DH, ')
+
+
 @pytest.mark.slow
 def test_exit_codes_and_output(capsys, tmp_path):
-    assert main(['compare', 'craig_3r', str(FORMULAS / 'right_001.txt')]) == 0
-    assert 'all 9 formulas agree' in capsys.readouterr().out
-    assert main(['compare', 'anthropomorphic_3r', str(FORMULAS / 'e0_1.txt')]) == 1
-    out = capsys.readouterr().out
-    assert 'J_w (line 2) differs in 3 of 9 entries' in out
-    assert '(1,1), wx: yours is sin(theta1), right is 0' in out
-    assert 'cause: z_i stands where z_i-1 belongs' in out
-    assert 'tested: ' not in out
-    assert main(['compare', 'six_joint_dh_unit', str(FORMULAS / 'e4_5.txt')]) == 1
-    assert (
-        'no tested cause explains them (--verbose: which were tested)' in capsys.readouterr().out
-    )
-    assert main(['compare', 'six_joint_dh_unit', str(FORMULAS / 'e4_5.txt'), '--verbose']) == 1
-    assert '  tested: standard or modified DH, ' in capsys.readouterr().out
     broken = tmp_path / 'broken.txt'
+    broken.write_text('x = L1*c1 + L2*c12\ny = L1*s1 + L2*s12\n')
+    assert main(['compare', 'planar_2r', str(broken)]) == 0
+    assert 'all 2 formulas agree' in capsys.readouterr().out
     broken.write_text('J = [1 2\n')
     assert main(['compare', 'craig_3r', str(broken)]) == 2
-    assert capsys.readouterr().err == f"{broken}:1:8: the bracket '[' is not closed\n"
+    assert capsys.readouterr().err.startswith(f'{broken}:1:8: ')
     assert main(['compare', 'craig_3r', str(tmp_path / 'none.txt')]) == 2
     assert 'cannot read' in capsys.readouterr().err
     assert main(['compare', 'nobody', str(broken)]) == 2
-    assert "Error: --robot: no robot 'nobody'" in capsys.readouterr().err
+    assert "no robot 'nobody'" in capsys.readouterr().err
     broken.write_bytes(b'T = \xff')
     assert main(['compare', 'craig_3r', str(broken)]) == 2
-    assert 'broken.txt:1: not UTF-8 text' in capsys.readouterr().err
+    assert 'broken.txt:1: not UTF-8' in capsys.readouterr().err
     # As Windows' Notepad and spreadsheets save Unicode text.
     for encoding in ('utf-16', 'utf-8-sig'):
         broken.write_bytes('J = [1 2\n'.encode(encoding))
         assert main(['compare', 'craig_3r', str(broken)]) == 2
-        assert "broken.txt:1:8: the bracket '[' is not closed" in capsys.readouterr().err
+        assert 'broken.txt:1:8: ' in capsys.readouterr().err
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize('left', ['det(J)', 'det J', r'\det(J_v)', r'\det\left(J\right)', 'det'])
 def test_a_determinant_is_named_as_people_write_it(left):
-    (right,) = verdicts('craig_3r', f'{left} = L2 L3 s3 (L1 + L2 c2 + L3 c23)')
+    (right,) = verdicts('craig_3r', f'{left} = L2 L3 s3 (L1+L2 c2+L3 c23)')
     assert right.status == 'agrees'
-    (wrong,) = verdicts('craig_3r', f'{left} = L2 L3 s3 (L1 + L2 c2 - L3 c23)')
-    assert wrong.status == 'differs'
-    assert wrong.name.startswith(('det', r'\det'))
+    assert right.name.startswith(('det', r'\det'))
+
+
+def test_a_wrong_determinant_differs():
+    (wrong,) = verdicts('craig_3r', 'det(J) = L2 L3 s3 (L1+L2 c2-L3 c23)')
+    assert (wrong.name, wrong.status) == ('det(J)', 'differs')
 
 
 @pytest.mark.parametrize('left', ['det(T)', 'det(J_2)', "det(J J')"])
 def test_another_determinant_is_refused_with_the_one_that_is_known(left):
     (fault,) = compare(ks.load_robot('craig_3r'), f'{left} = 1').faults
-    assert fault.message == "the determinant of J is the one that is known: write 'det(J) = ...'"
+    assert fault.code == 'unsupported'
+    assert 'det(J)' in fault.message
 
 
-@pytest.mark.slow
 def test_json(capsys):
-    assert main(['compare', 'offset_stanford_shape', str(FORMULAS / 'e3_1.txt'), '--json']) == 1
+    assert main(['compare', 'anthropomorphic_3r', str(FORMULAS / 'e0_2.txt'), '--json']) == 1
     found = json.loads(capsys.readouterr().out)
-    assert (found['robot'], found['agrees']) == ('offset_stanford_shape', False)
-    (formula,) = found['formulas']
-    assert [(e['row'], e['column']) for e in formula['entries']] == [(1, 3), (3, 1)]
-    assert formula['causes'][0]['entries'] == [[1, 3], [3, 1]]
+    assert (found['robot'], found['agrees']) == ('anthropomorphic_3r', False)
+    assert (found['passed_over'], found['random_constants']) == ([], [])
+    (formula,) = [f for f in found['formulas'] if f['status'] == 'differs']
+    assert [(e['row'], e['column']) for e in formula['entries']] == [(1, 1), (2, 1), (3, 1)]
+    assert formula['causes'][0]['entries'] == [[1, 1], [2, 1], [3, 1]]
+
+
+def test_json_has_the_codes_of_faults(capsys, tmp_path):
+    file = tmp_path / 'formulas.txt'
+    file.write_text('J = [1 2\n')
+    assert main(['compare', 'craig_3r', str(file), '--json']) == 2
+    out, err = capsys.readouterr()
+    error = json.loads(out)['error']
+    assert (error['code'], error['message']) == ('formula', err.rstrip('\n'))
+    (fault,) = error['faults']
+    assert fault.pop('message') in err
+    assert fault == {'file': str(file), 'line': 1, 'column': 8, 'code': 'syntax'}
+    file.write_text('a = 2\nx = L1*c1 + L2*c12')
+    assert main(['compare', 'planar_2r', str(file), '--json']) == 0
+    (unused,) = json.loads(capsys.readouterr().out)['passed_over']
+    assert (unused['line'], unused['code']) == (1, 'unused')
 
 
 def test_the_example_of_the_help_agrees_with_its_robot():
@@ -720,7 +786,7 @@ def test_formulas_from_a_pipe(monkeypatch, capsys):
     monkeypatch.setattr(sys, 'stdin', io.TextIOWrapper(piped))
     assert main(['compare', 'planar_2r', '-']) == 0
     out, err = capsys.readouterr()
-    assert out.startswith('<stdin> against planar_2r: the formula agrees')
+    assert out.startswith('<stdin> against planar_2r: ')
     assert not err
 
 
@@ -743,13 +809,13 @@ def test_frames_and_functions_are_written_as_in_papers(formula):
 
 
 def test_a_power_of_a_frame_is_no_index_before_it():
-    (verdict,) = verdicts('planar_2r', 'x = L1 c1^2/c1 + L2 c12 ^2/c12')
+    (verdict,) = verdicts('planar_2r', 'x = L1 c1^2/c1+L2 c12 ^2/c12')
     assert verdict.status == 'agrees'
     (wrong,) = verdicts('planar_2r', '{}^0T_2 = A_1')
     assert wrong.status == 'differs'
 
 
 def test_a_function_written_onto_its_joint_is_said():
-    (fault,) = compare(ks.load_robot('planar_2r'), 'x = L1 cosq1 + L2 c12').faults
-    assert (fault.line, fault.column) == (1, 8)
-    assert "unknown name 'cosq1', did you mean 'cos(q1)'?" in fault.message
+    (fault,) = compare(ks.load_robot('planar_2r'), 'x = L1 cosq1+L2 c12').faults
+    assert (fault.line, fault.column, fault.code) == (1, 8, 'unknown-name')
+    assert "'cos(q1)'" in fault.message

@@ -19,33 +19,32 @@ def numbered(first, line, count):
 
 
 RIGHT = {
-    'a sum of 3,000 terms': 'x = L1*cos(q1) + L2*cos(q1 + q2)'
-    + ''.join(f' + {k}*cos(q1) - {k}*cos(q1)' for k in range(1500)),
-    'a left side of 700 terms': ' + '.join(['q1'] * 700) + ' = 700*q1',
-    'a product of 500': 'x = L2*cos(q1 + q2) + L1*cos(q1)' + '*1' * 500,
+    'a sum of 1,000 terms': 'x = L1*cos(q1) + L2*cos(q1 + q2)'
+    + ''.join(f' + {k}*cos(q1) - {k}*cos(q1)' for k in range(500)),
+    'a left side of 400 terms': ' + '.join(['q1'] * 400) + ' = 400*q1',
+    'a product of 300': 'x = L2*cos(q1 + q2) + L1*cos(q1)' + '*1' * 300,
 }
+# Place and code of the fault.
 REFUSED = {
-    'squares of numbers': (numbered('9^24', 'a{0} = a{1}*a{1}', 30), '7:8: the number is too lar'),
-    'squares of sums': (
-        numbered('9^24 + L1', 'a{0} = a{1}*a{1}', 30),
-        '11:9: a power higher',
-    ),
+    'squares of numbers': (numbered('9^24', 'a{0} = a{1}*a{1}', 30), '7:8', 'too-large'),
+    'squares of sums': (numbered('9^24 + L1', 'a{0} = a{1}*a{1}', 30), '11:9', 'too-large'),
     'matrices of matrices': (
         numbered('[1, 2; 3, 4]', 'a{0} = [a{1}, a{1}; a{1}, a{1}]', 15),
-        '5:6: a matrix of more than 1000 entries',
+        *('5:6', 'too-large'),
     ),
-    'a row of 20,000': (f'J = [{", ".join(["1"] * 20_000)}]', '1:5: a matrix of more than 1000'),
-    '5,000 rows': ('J = [' + '\n'.join(['1 2 3'] * 5000) + ']', '1:5: a matrix of more than'),
-    'sines of sines': ('x = ' + r'\sin ' * 50 + 'q1', '1:190: functions nested more than 12'),
+    'a row of 2,000': (f'J = [{", ".join(["1"] * 2000)}]', '1:5', 'too-large'),
+    '400 rows': ('J = [' + '\n'.join(['1 2 3'] * 400) + ']', '1:5', 'too-large'),
+    '60,000 words': ('J = [' + '1 ' * 60_000 + ']', '1:1', 'too-large'),
+    'sines of sines': ('x = ' + r'\sin ' * 50 + 'q1', '1:190', 'too-deep'),
     'sines by definitions': (
         numbered('q1', 'a{0} = sin(sin(a{1}))', 30),
-        '8:10: functions nested more than 12 deep',
+        *('8:10', 'too-deep'),
     ),
-    '2,000 formulas': ('x = 1\n' * 2000, '201:1: more than 200 formulas'),
-    'braces never closed': ('x = ' + r'\begin {' * 20_000, "1:1: 'x' begins no formula"),
-    'an infinite size': ('T = Matrix(1e999, 1, [1])', '1:5: Matrix takes a list of rows'),
-    'a root of -1': ('x = sqrt(-1)', '1:5: sqrt is not a real number here'),
-    'a power of -1': ('x = (-1)^(1/2)', '1:9: ^ is not a real number here'),
+    '300 formulas': ('x = 1\n' * 300, '201:1', 'too-many'),
+    'braces never closed': ('x = ' + r'\begin {' * 20_000, '1:1', 'empty'),
+    'an infinite size': ('T = Matrix(1e999, 1, [1])', '1:5', 'wrong-shape'),
+    'a root of -1': ('x = sqrt(-1)', '1:5', 'not-real'),
+    'a power of -1': ('x = (-1)^(1/2)', '1:9', 'not-real'),
 }
 
 
@@ -60,11 +59,11 @@ def test_a_long_formula_is_compared(name):
 
 @pytest.mark.parametrize('name', REFUSED)
 def test_a_formula_without_bounds_is_refused_with_its_line(name):
-    text, said = REFUSED[name]
+    text, place, code = REFUSED[name]
     started = time.process_time()
     found = compare(ks.load_robot('planar_2r'), text)
-    faults = [f'{fault.line}:{fault.column}: {fault.message}' for fault in found.faults]
-    assert any(fault.startswith(said) for fault in faults), faults[:3]
+    faults = [(f'{fault.line}:{fault.column}', fault.code) for fault in found.faults]
+    assert (place, code) in faults, faults[:3]
     assert time.process_time() - started < SECONDS
 
 
@@ -76,4 +75,5 @@ def test_what_is_no_real_number_is_no_traceback(formula):
 
 def test_a_name_in_other_letters_is_suggested():
     (fault,) = compare(ks.load_robot('planar_2r'), 'x = l_1*cos(q1)').faults
-    assert "did you mean 'L1'?" in fault.message
+    assert fault.code == 'unknown-name'
+    assert "'L1'?" in fault.message

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import sympy
 from derivations import DISTINCT, GOLDEN, derived, marked, same, zero
+from refusal import refused
 from sympy import acos, cos, pi, sin
 
 import kinematics_service as ks
@@ -468,16 +469,17 @@ def test_c35_twist_for_given_rates():
 
 
 @pytest.mark.parametrize(
-    ('text', 'message'),
+    ('text', 'code', 'word'),
     [
-        ('theta1=sin(t), theta2=t', 'no path for d3'),
-        ('theta1=sin(t), theta2=t, d3=u', "d3: unknown name 'u'"),
-        ('theta1=sin(t), theta2=t, d4=t', "'d4=t' is not JOINT=EXPRESSION"),
-        ('theta1=1, theta1=t, d3=t', 'theta1 is given twice'),
+        ('theta1=sin(t), theta2=t', 'missing-key', 'd3=f(t)'),
+        ('theta1=sin(t), theta2=t, d3=u', 'unknown-name', "'u'"),
+        ('theta1=sin(t), theta2=t, d4=t', 'unknown-name', "'d4'"),
+        ('theta1=sin(t), theta2=t, d3', 'syntax', "'d3'"),
+        ('theta1=1, theta1=t, d3=t', 'duplicate-name', 'theta1'),
     ],
 )
-def test_a_path_that_cannot_be_meant_is_refused(text, message):
-    with pytest.raises(DerivationError, match='^' + message.replace('(', r'\(')):
+def test_a_path_that_cannot_be_meant_is_refused(text, code, word):
+    with refused(DerivationError, code, word):
         parse_path(text, derived('rrp_elementary'))
 
 
@@ -526,7 +528,7 @@ def test_a_pose_too_long_to_write_is_refused():
     rows = ''.join(
         f'  - {{a: 0.{k + 2}, alpha: 0.{k + 1}3, d: 0.1, theta: p{k}}}\n' for k in range(3)
     )
-    with pytest.raises(DerivationError, match='the pose of the tool has .* terms'):
+    with refused(DerivationError, 'too-large', 'terms', 'lock joints'):
         ks.derive(ks.robot_from_text(long + rows))
 
 

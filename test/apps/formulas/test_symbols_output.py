@@ -15,6 +15,7 @@ import pytest
 import sympy
 from derivations import derived, marked
 from node_process import processor_seconds
+from refusal import refused
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
@@ -206,10 +207,12 @@ def test_the_command_writes_a_file(tmp_path, capsys):
     ('arguments', 'code', 'message'),
     [
         (['no_such_arm'], 2, 'no_such_arm'),
-        (['planar_2r', '--lock', 'q9=0'], 1, "no joint variable 'q9' to lock (known: q1, q2)"),
-        (['planar_2r', '--lock', 'q1'], 2, "'q1' is not JOINT=VALUE"),
-        (['planar_2r', '--frame', '7'], 1, "no frame '7' (known: base, tool, 0 to 2)"),
-        (['planar_2r', '--from', '2', '--to', '1'], 2, '--from 2 is not before --to 1'),
+        (['planar_2r', '--lock', 'q9=0'], 1, "'q9' to lock (known: q1, q2)"),
+        (['planar_2r', '--lock', 'q1'], 2, 'such as q1=0'),
+        (['planar_2r', '--lock', 'q1=0', '--write'], 2, 'omit --lock'),
+        (['planar_2r', '--frame', '7'], 1, "frame '7' (known: base, tool,"),
+        (['planar_2r', '--plot', 'a.png'], 2, 'give --path'),
+        (['planar_2r', '--from', '2', '--to', '1'], 2, '--from 2'),
     ],
 )
 def test_a_wrong_command_line_is_one_sentence(capsys, arguments, code, message):
@@ -217,6 +220,24 @@ def test_a_wrong_command_line_is_one_sentence(capsys, arguments, code, message):
     errors = ' '.join(capsys.readouterr().err.split())
     assert message in errors
     assert 'Traceback' not in errors
+
+
+@pytest.mark.parametrize(
+    ('locked', 'code', 'word'),
+    [
+        ({'q9': '0'}, 'unknown-name', "'q9'"),
+        ({'q1': '0', 'q2': '0'}, 'too-few', 'every joint'),
+        ('q1=0', 'wrong-type', "'q1=0'"),
+    ],
+)
+def test_joints_that_cannot_be_locked_are_refused(locked, code, word):
+    with refused(ks.DerivationError, code, word):
+        ks.derive('planar_2r', locked)
+
+
+def test_a_frame_that_the_arm_does_not_have_is_refused():
+    with refused(ks.DerivationError, 'unknown-name', "'7'"):
+        derived('planar_2r').jacobian_in('7')
 
 
 def catches_ctrl_c(pid):
