@@ -109,7 +109,7 @@ AGREE = {
         [x; y] = [L1*c1 + L2*c12; L1*s1 + L2*s12]
         [x y 0]^T = [L1*c1 + L2*c12, L1*s1 + L2*s12, 0]^T
         Matrix([x, y]) = Matrix([L1*cos(q1) + L2*cos(q1 + q2), L1*s1 + L2*s12])
-        \begin{bmatrix} x \\ y \end{bmatrix} = \begin{bmatrix} L1c1+L2c12 \\ L1s1+L2s12 \end{bmatrix}
+        \begin{bmatrix} x \\ y \end{bmatrix}=\begin{bmatrix} L1c1+L2c12 \\ L1s1+L2s12 \end{bmatrix}
     """,
     'kr210': r"""
         R_36 = R36

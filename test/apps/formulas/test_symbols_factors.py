@@ -41,10 +41,12 @@ from kinematics_service.apps.formulas.derive.singular_set import (
 from kinematics_service.errors import DerivationError
 from kinematics_service.robot.file.writing.writer import with_factors
 
+# Of robots that differ in their lengths only, one.
+SAME = ('ur3e', 'ur10e', 'so101', 'kuka_iiwa14')
 LISTED = [
     name
     for name in ks.bundled_robots()
-    if robot_of(name).description.singularity.factors and name != 'kuka_iiwa14'
+    if robot_of(name).description.singularity.factors and name not in SAME
 ]
 PRODUCT = 1e-12
 
@@ -72,15 +74,7 @@ def test_factors_that_the_file_lists_times_small_numbers_keep_their_names():
 @pytest.mark.slow
 @pytest.mark.parametrize(
     'name',
-    [
-        'puma560',
-        'ur5e',
-        'anthropomorphic_3r',
-        'craig_3r',
-        'planar_2r',
-        'planar_3r',
-        'scara_hsr065',
-    ],
+    ['puma560', 'craig_3r', 'planar_3r', 'scara_hsr065'],
 )
 def test_default_names_are_those_of_the_geometry(name):
     # Without the file's own names the geometry gives the same ones.
@@ -192,20 +186,13 @@ def test_expressions_of_a_file_have_no_powers():
 
 @pytest.mark.slow
 def test_no_factor_that_all_minors_share():
-    # The Panda's minors share nothing; with one joint locked it has a determinant.
+    # The Panda's minors share nothing; with one joint locked it has a determinant. Some of its
+    # coefficients are neither real nor imaginary if lengths are multiplied out.
     locked = derived('panda', 'q5=0')
     assert locked.singular_set.determinant.square
     assert len(locked.factors) == 3
     (whole,) = derived('panda', 'q3=0').singular_set.factors
     assert whole.irreducible
-
-
-@pytest.mark.slow
-def test_the_minors_of_the_iiwa_share_the_elbow():
-    found = derived('kuka_iiwa14', 'A7=0')
-    assert found.singular_set.determinant.square
-    values = np.array([f.power for f in found.singular_set.factors])
-    assert values.min() >= 1
 
 
 PLANAR = """\
@@ -382,7 +369,7 @@ def test_what_stays_whole_beside_i_is_what_the_gaussian_factoring_says():
     ring, t = polynomial_ring('t', ZZ)
     gaussian, _ = polynomial_ring('t', ZZ_I)
     random, found = np.random.default_rng(9), []
-    for k in range(60):
+    for k in range(24):
         degree, lead = int(random.choice([2, 2, 3, 4, 6])), int(random.choice([1, 2, 3, 77]))
         a, b = random.integers(-9, 10, (2, degree)).tolist()
         polynomial = lead * t**degree + sum((x * t**j for j, x in enumerate(a)), ring.zero)
@@ -392,7 +379,7 @@ def test_what_stays_whole_beside_i_is_what_the_gaussian_factoring_says():
         polynomial = polynomial.primitive()[1]
         found.append(factors.stays_whole_beside_i(polynomial))
         assert found[-1] == polynomial.set_ring(gaussian).is_irreducible, polynomial
-    assert 20 < sum(found) < 50
+    assert 8 < sum(found) < 20
     # Irreducible over the integers, and (t + i)(t - i); its squares modulo 7 are no factors.
     assert not factors.stays_whole_beside_i(t**2 + 1)
     assert not factors.stays_whole_beside_i((t + 7) ** 2 + 49)

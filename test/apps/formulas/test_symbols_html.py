@@ -59,7 +59,7 @@ def value(expression, numbers):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', ['craig_3r', 'puma560', 'rrp_elementary'])
+@pytest.mark.parametrize('name', ['craig_3r', 'rrp_elementary'])
 def test_the_page_shows_what_was_derived(name):
     derivation = derived(name)
     entries = [*derivation.jacobian, *derivation.T]
@@ -87,22 +87,20 @@ def test_a_negated_sum_keeps_its_brackets():
 @pytest.mark.browser
 def test_a_page_looks_right_without_a_mathematical_font(tmp_path):
     # In a browser: brackets as high as what they hold, subscripts smaller than their letters.
-    names = ('craig_3r', 'offset_stanford_dh')
+    file = tmp_path / 'craig_3r.html'
+    file.write_text(html_of(report_of(derived('craig_3r'))), encoding='utf-8')
     with chromium_tab() as tab:
-        for name in names:
-            file = tmp_path / f'{name}.html'
-            file.write_text(html_of(report_of(derived(name))), encoding='utf-8')
-            tab.open(file.as_uri(), 1000, 800)
-            tab.wait_for("document.readyState == 'complete'", 'the whole page')
-            count = tab.wait_for(f'document.querySelectorAll({BRACKETS!r}).length', 'formulas')
-            assert count > 20
-            highest = tab.evaluate(f'Math.max(...{HEIGHTS})')
-            letter = tab.evaluate('parseFloat(getComputedStyle(document.body).fontSize)')
-            assert highest < HIGHEST_BRACKET * letter
-            sizes = tab.evaluate(SIZES)
-            assert len(sizes) > 20
-            assert all(sub < 0.8 * base for base, sub in sizes)
-            assert tab.errors == []
+        tab.open(file.as_uri(), 1000, 800)
+        tab.wait_for("document.readyState == 'complete'", 'the whole page')
+        count = tab.wait_for(f'document.querySelectorAll({BRACKETS!r}).length', 'formulas')
+        assert count > 20
+        highest = tab.evaluate(f'Math.max(...{HEIGHTS})')
+        letter = tab.evaluate('parseFloat(getComputedStyle(document.body).fontSize)')
+        assert highest < HIGHEST_BRACKET * letter
+        sizes = tab.evaluate(SIZES)
+        assert len(sizes) > 20
+        assert all(sub < 0.8 * base for base, sub in sizes)
+        assert tab.errors == []
 
 
 def test_letters_are_italic_words_upright_and_brackets_do_not_grow():

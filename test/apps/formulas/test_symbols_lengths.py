@@ -42,13 +42,6 @@ def test_decimals_that_all_but_cancel_make_no_factor():
     assert power == 1
 
 
-@pytest.mark.slow
-def test_a_determinant_of_numbers_keeps_its_letters():
-    # With the Panda's lengths multiplied out some coefficients are neither real nor imaginary.
-    locked = ks.derive(ks.load_robot('panda'), {'q5': '0'})
-    assert len(locked.factors) == 3
-
-
 SCREW = """
 robot: screw
 convention: modified

@@ -16,7 +16,7 @@ from kinematics_service.apps.formulas.derive.output.report import Sentence, repo
 from kinematics_service.apps.formulas.derive.singular_set import FamilySearch
 from kinematics_service.robot.robot import build_robot
 
-ARMS = ['anthropomorphic_3r', 'scara_hsr065', 'rrp_elementary', 'ur3e', 'offset_stanford_dh']
+ARMS = ['anthropomorphic_3r', 'scara_hsr065', 'rrp_elementary', 'offset_stanford_dh']
 NARROW = 0.02
 
 
@@ -88,7 +88,7 @@ def test_the_decision_is_that_of_a_grid():
     random = np.random.default_rng(8)
     outcomes = set()
     for _, function, _ in families('anthropomorphic_3r'):
-        for _ in range(25):
+        for _ in range(12):
             middle, half = random.uniform(-3, 3, 3), random.uniform(0.05, 0.7, 3)
             axes = np.linspace(middle - half, middle + half, 41)[:, 1:]
             grid = np.stack(np.meshgrid(*axes.T), axis=-1).reshape(-1, 2)
