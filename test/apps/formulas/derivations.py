@@ -8,33 +8,48 @@ import sympy
 from folders import GOLDEN
 
 import kinematics_service as ks
+from kinematics_service.apps.formulas.derive.derivation import exact_of
 
 SYMBOLIC = json.loads((GOLDEN / 'symbolic.json').read_text())
 
-# Golden system: bundled robots that are the same arm.
+# Golden system: bundled robots that are the same arm. So are offset_stanford_shape and
+# six_joint_dh, whose poses are compared with these alone.
 SYSTEMS = {
     's000a_anthropomorphic_dh': ('anthropomorphic_3r',),
     's000b_parallelogram_closed_loop': ('parallelogram_left', 'parallelogram_right'),
     's000c_spherical_rrp_dh': ('spherical_rrp',),
     's001_craig_3r_mdh': ('craig_3r',),
     's002_rrp_ets': ('rrp_elementary',),
-    's003a_sheth_uicker_6dof': ('offset_stanford_shape', 'offset_stanford_dh'),
+    's003a_sheth_uicker_6dof': ('offset_stanford_dh',),
     's003b_dh_as_printed_6dof': ('offset_stanford_printed',),
-    's003c_dh_matched_6dof': ('offset_stanford_dh', 'offset_stanford_shape'),
-    's004a_six_joint_dh_generic': ('six_joint_dh',),
+    's003c_dh_matched_6dof': ('offset_stanford_dh',),
+    's004a_six_joint_dh_generic': ('six_joint_dh_unit',),
     's004b_six_joint_dh_unit': ('six_joint_dh_unit',),
 }
 
 
 # One of each convention, and of coupled, sliding and redundant joints.
-DISTINCT = ('craig_3r', 'parallelogram_left', 'rrp_elementary', 'scara_hsr065')
-DISTINCT += ('offset_stanford_shape', 'panda')
+DISTINCT = ('craig_3r', 'parallelogram_left', 'rrp_elementary', 'scara_hsr065', 'shape', 'panda')
+# The first three rows of offset_stanford_shape.
+SHAPE = """
+robot: shape
+convention: shape
+constants: {h: 0.4, a: 0.15, l: 0.2}
+joints:
+  - {name: phi1, type: revolute}
+  - {name: phi2, type: revolute}
+  - {name: phi3, type: prismatic}
+links:
+  - {joint: Rz(phi1), out: [[1, 0, 0, -a], [0, 0, 1, -h], [0, -1, 0, 0], [0, 0, 0, 1]]}
+  - {joint: Rz(phi2), out: [[1, 0, 0, -l], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]]}
+  - {joint: Tx(phi3), out: [[0, 0, -1, 0], [0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 1]]}
+"""
 
 
 # Their derivations take less than a second.
 SHORT = (
     *('anthropomorphic_3r', 'craig_3r', 'planar_2r', 'planar_3r', 'rrp_elementary'),
-    *('parallelogram_left', 'parallelogram_right', 'scara_hsr065', 'spherical_rrp'),
+    *('parallelogram_left', 'parallelogram_right', 'scara_hsr065', 'spherical_rrp', 'shape'),
 )
 
 
@@ -51,8 +66,17 @@ def marked(cases):
 
 @functools.cache
 def derived(name, *locked):
-    """Return the derivation of a bundled robot, joints locked as in `q3=0`."""
-    return ks.derive(ks.load_robot(name), dict(text.split('=') for text in locked))
+    """Return the derivation of a bundled robot or of 'shape', joints locked as in `q3=0`."""
+    robot = ks.robot_from_text(SHAPE) if name == 'shape' else ks.load_robot(name)
+    return ks.derive(robot, dict(text.split('=') for text in locked))
+
+
+@functools.cache
+def poses_of(name):
+    """Return the matrix of each row of a bundled robot, and the pose of its tool."""
+    exact = exact_of(ks.load_robot(name))
+    write, frames = exact.writer.matrix, exact.frames
+    return [write(T) for T in frames.row_transforms], write(frames.T_base_tool)
 
 
 def golden(system, name, text):

@@ -74,7 +74,7 @@ def test_the_determinant_printed_in_document_001():
 @pytest.mark.parametrize(
     ('system', 'name', 'key'),
     [
-        ('s003a_sheth_uicker_6dof', 'offset_stanford_shape', 'R_C_no_base'),
+        ('s003a_sheth_uicker_6dof', 'offset_stanford_dh', 'R_C_no_base'),
         ('s003b_dh_as_printed_6dof', 'offset_stanford_printed', 'R_C'),
         ('s003c_dh_matched_6dof', 'offset_stanford_dh', 'R_C_no_base'),
     ],

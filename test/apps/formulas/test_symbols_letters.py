@@ -52,6 +52,10 @@ def test_ranks_are_those_of_letters(constants, rows, ranks, letters, rank):
     assert all(one.startswith(f'with {letters} of this file: rank {rank}') for one in said)
 
 
+def test_names_of_factors_are_those_of_the_geometry():
+    assert list(derived('{a2: 1, d4: 1}', *SIX).factors) == ['shoulder', 'elbow', 'wrist']
+
+
 def test_equal_letters_split_no_sine():
     equal, others = (derived(constants, *THREE) for constants in (EQUAL, UNLIKE))
     assert equal.determinant == others.determinant

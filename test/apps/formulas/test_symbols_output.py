@@ -29,7 +29,7 @@ from kinematics_service.apps.formulas.derive.output.report import report_of
 from kinematics_service.apps.formulas.derive.output.text import text_of
 from kinematics_service.apps.formulas.derive.path import along, parse_path
 
-ARMS = ['craig_3r', 'rrp_elementary', 'six_joint_dh', 'puma560', 'offset_stanford_printed']
+ARMS = ['craig_3r', 'rrp_elementary', 'six_joint_dh_unit', 'puma560', 'offset_stanford_printed']
 SQUARE = ['craig_3r', 'rrp_elementary', 'puma560', 'offset_stanford_printed']
 ROUND_OFF = 1e-12
 # The panda takes three seconds; what is loaded before, less than one (s of the processor).
@@ -65,7 +65,7 @@ def test_text_of_document_001():
 
 @pytest.mark.slow
 def test_text_says_structural():
-    text = text_of(report('six_joint_dh'))
+    text = text_of(report('six_joint_dh_unit'))
     assert 'Structural: theta1 and theta2' in text
 
 
@@ -136,7 +136,7 @@ def test_json_has_the_velocity_along_a_path():
     assert not crossing['touches']
 
 
-@pytest.mark.parametrize('name', marked([*SQUARE, 'six_joint_dh']))
+@pytest.mark.parametrize('name', marked([*SQUARE, 'six_joint_dh_unit']))
 def test_numpy_code_is_the_library(name):
     derivation = derived(name)
     module = {}
@@ -199,10 +199,10 @@ def test_latex_code_is_balanced(name):
 
 def test_the_command_writes_a_file(tmp_path, capsys):
     out = tmp_path / 'arm.json'
-    arguments = ['craig_3r', '--format', 'json', '--out', str(out), '--frame', 'tool']
+    arguments = ['planar_2r', '--format', 'json', '--out', str(out), '--frame', 'tool']
     assert main(['derive', *arguments]) == 0
     assert capsys.readouterr() == (f'wrote {out}\n', '')
-    assert json.loads(out.read_text())['robot'] == 'craig_3r'
+    assert json.loads(out.read_text())['robot'] == 'planar_2r'
     assert [path.name for path in tmp_path.iterdir()] == ['arm.json']
 
 

@@ -265,7 +265,8 @@ singularity: {task: [x, y]}
     ('theta', 'solutions'),
     [
         ('q3/2 + pi/2', ['2*pi*k + pi']),
-        ('2*q3', ['pi*k', 'pi*k + pi/2']),
+        # cos(2 q) has no factors with fractions as coefficients.
+        ('2*q3 + pi/2', ['pi*k/2 + pi/4']),
         ('2*q3/3', ['3*pi*k', '3*pi*k + 3*pi/2']),
     ],
 )
