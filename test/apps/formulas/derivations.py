@@ -28,8 +28,8 @@ SYSTEMS = {
 }
 
 
-# One of each convention, and of coupled, sliding and redundant joints.
-DISTINCT = ('craig_3r', 'parallelogram_left', 'rrp_elementary', 'scara_hsr065', 'shape', 'panda')
+# One of each convention, and of coupled and sliding joints.
+DISTINCT = ('craig_3r', 'parallelogram_left', 'rrp_elementary', 'scara_hsr065', 'shape')
 # The first three rows of offset_stanford_shape.
 SHAPE = """
 robot: shape

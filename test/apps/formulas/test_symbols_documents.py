@@ -132,7 +132,7 @@ def test_c08_screws_about_the_end_effector(name):
 @pytest.mark.slow
 @pytest.mark.parametrize('name', marked(DISTINCT))
 def test_c09_geometric_jacobian_of_every_convention(name):
-    d = derived_arm(name)
+    d = derived(name)
     assert d.methods['geometric'] == 0
     if d.coupling is None:
         for i, z in enumerate(d.z):
@@ -153,13 +153,13 @@ def test_c10_analytic_jacobian_by_hand():
 @pytest.mark.slow
 @pytest.mark.parametrize('name', marked(DISTINCT))
 def test_c11_numeric_jacobian(name):
-    assert derived_arm(name).central_difference < 1e-8
+    assert derived(name).central_difference < 1e-8
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize('name', marked(DISTINCT))
 def test_c12_the_four_ways_differ_by_exactly_nothing(name):
-    methods = derived_arm(name).methods
+    methods = derived(name).methods
     assert set(methods) == {'geometric', 'screw', 'analytic', 'rotation taken out'}
     assert set(methods.values()) == {0}
 
@@ -437,7 +437,7 @@ def test_c31_example_of_document_004_step_by_step():
 @pytest.mark.slow
 @pytest.mark.parametrize('name', marked(DISTINCT))
 def test_c34_intermediate_frames(name):
-    d = derived_arm(name)
+    d = derived(name)
     robot = d.robot
     sampler = d.exact.sampler
     q = sampler.random(1)
@@ -478,14 +478,6 @@ def test_a_path_is_read_as_it_is_pasted():
     derivation = derived('rrp_elementary')
     pasted = parse_path('θ₁=−sin(2·t), θ2=t⁄2, d3 = 1\u00a0–\u00a0t', derivation)
     assert pasted == parse_path('theta1=-sin(2*t), theta2=t/2, d3=1-t', derivation)
-
-
-# Their square roots of summed minors take seconds to write; the benchmark derives them whole.
-REDUNDANT = {'panda': 'q5=0'}
-
-
-def derived_arm(name):
-    return derived(name, REDUNDANT[name]) if name in REDUNDANT else derived(name)
 
 
 ODD = """

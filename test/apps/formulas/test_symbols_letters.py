@@ -81,6 +81,13 @@ def test_zeros_of_what_is_left_of_the_minors_are_solved(constants, rows, zeros):
     assert derivation.singular_set.complete == (not zeros)
 
 
+def test_a_length_that_divides_one_minor_only_is_no_common_factor():
+    # d2 = 0 alone is not singular.
+    derivation = derived('{L1: 0.4,L3: 0.5,L4: 0.3}', *RPRR)
+    assert ks.singularity(derivation.robot, [0.4, 0.0, 0.7, 1.1]).rank == 3
+    assert not derivation.factors
+
+
 def test_a_factor_that_all_minors_share_is_a_factor_of_the_set():
     derivation = derived('{L1: 0.4, L2: 0.3}', '0 pi/2 L1 q1', 'L2 0 0 q2')
     assert derivation.singular_set.determinant.minors == 3

@@ -10,6 +10,7 @@ import sympy
 from derivations import derived, marked
 
 import kinematics_service as ks
+from kinematics_service.apps.formulas.arm.numbers import Evaluation
 from kinematics_service.apps.formulas.derive.file_factors import (
     checked_text,
     disagreement,
@@ -20,7 +21,7 @@ from kinematics_service.apps.formulas.derive.output.report import Equation, repo
 from kinematics_service.robot.bundled import find_robot_file
 from kinematics_service.robot.file.writing.writer import with_factors
 
-ARMS = ['anthropomorphic_3r', 'scara_hsr065', 'spherical_rrp', 'parallelogram_left']
+ARMS = ['anthropomorphic_3r', 'spherical_rrp', 'parallelogram_left']
 OFFSETS = ['0.0173', '-1.2346', '0.37', 'pi/2 + 0.011', '-2.04', '0.9']
 ROUND_OFF = 1e-12
 
@@ -102,8 +103,8 @@ def test_the_jacobian_in_joint_variables_is_the_librarys(name):
     moved = shifted(name)
     assert not any(moved.methods.values())
     q = np.random.default_rng(3).uniform(-1.0, 1.0, len(moved.variables))
-    values = {**dict(zip(moved.variables, q)), **moved.names.values}
-    J = np.array(moved.jacobian.subs(values).evalf(), dtype=float)
+    values = dict(zip([*moved.variables, *moved.names.values], [*q, *moved.names.values.values()]))
+    (J,) = Evaluation({s: np.array([v]) for s, v in values.items()}, 1).of_matrix(moved.jacobian)
     np.testing.assert_allclose(J, ks.jacobian(moved.robot, q), rtol=0, atol=ROUND_OFF)
 
 
