@@ -1,5 +1,6 @@
 """The formats of a derivation, its code, and the command that writes them."""
 
+import functools
 import json
 import re
 import shutil
@@ -36,6 +37,7 @@ ROUND_OFF = 1e-12
 AMID_DERIVATION = 1.5
 
 
+@functools.cache
 def report(name):
     derivation = derived(name)
     path = None

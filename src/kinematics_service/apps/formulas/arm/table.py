@@ -193,8 +193,9 @@ def row_matrix(row: TableRow) -> sp.Matrix:
 
 @lru_cache(maxsize=4096)
 def row_derivative(row: TableRow, variable: sp.Symbol) -> sp.Matrix:
-    """Return the derivative of a row's 4 x 4 matrix by a joint variable."""
-    return row_matrix(row).diff(variable)
+    """Return the derivative of a row's matrix by a joint variable."""
+    # Entry by entry: sympy's derivative of a matrix takes 0.5 s of the 1.6 s of a comparison.
+    return row_matrix(row).applyfunc(lambda e: e.diff(variable) if e.has(variable) else ZERO)
 
 
 def _pose(rigid: RigidMotion, names: Names) -> sp.Matrix:

@@ -133,7 +133,8 @@ def _close(
     q = np.stack([values[joint] for joint in joints], axis=1)
     for k, joint in enumerate(joints):
         drawn[k] = np.full(CLOSURE_SAMPLES, given[joint][0]) if joint in given else drawn[k]
-    tried = np.concatenate([q, np.stack(drawn, axis=1)])
+    # If the at line gives every joint, other draws are the same position.
+    tried = q if given.keys() >= set(joints) else np.concatenate([q, np.stack(drawn, axis=1)])
     good = tried[closes_at(robot.chain, tried)]
     if len(good) < count:
         raise FormulaError(
