@@ -250,9 +250,8 @@ def test_what_is_made_of_rounded_numbers_is_as_rough_as_they_are(formula, agrees
 
 # Right at some poses, and at others neither the joint nor another branch.
 PARTLY_RIGHT = {
-    'planar_2r': f"""
+    'planar_2r': """
         q1 = atan(y/x) - atan2(L2*s2, L1 + L2*c2)
-        q2 = asin(sqrt(1 - ({D})^2))
         q2 = atan(r21/r11) - q1
     """,
     'scara_hsr065': 'q4 = acos(r11) - q1 - q2\n',

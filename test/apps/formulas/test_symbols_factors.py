@@ -187,15 +187,6 @@ def test_expressions_of_a_file_have_no_powers():
     assert file_text(q2**2 / 4, degrees=False) in ('q2*q2/4', '0.25*q2*q2')
 
 
-@pytest.mark.slow
-def test_no_factor_that_all_minors_share():
-    # The Panda's minors share nothing; with one joint locked it has a determinant. Some of its
-    # coefficients are neither real nor imaginary if lengths are multiplied out.
-    locked = derived('panda', 'q5=0')
-    assert locked.singular_set.determinant.square
-    assert len(locked.factors) == 3
-
-
 PLANAR = """\
 robot: planar
 convention: standard
@@ -208,6 +199,17 @@ links:
   - {a: L2, alpha: 0, d: 0, theta: q2}
 singularity: {task: [x, y]}
 """
+
+
+def test_no_factor_that_all_minors_share():
+    text = PLANAR.replace('\nlinks:', '\n  - {name: j3, variable: q3, type: revolute}\nlinks:')
+    text = text.replace('\nsing', '\n  - {a: 0.1, alpha: 0, d: 0, theta: q3}\nsing')
+    robot = ks.robot_from_text(text)
+    assert not ks.derive(robot).factors
+    # With one joint locked it has a determinant.
+    locked = ks.derive(robot, {'q1': '0'})
+    assert locked.singular_set.determinant.square
+    assert list(map(str, locked.factors.values())) == ['sin(q3)']
 
 
 def test_a_factor_that_splits_into_sums_of_sine_and_cosine_is_not_called_irreducible():

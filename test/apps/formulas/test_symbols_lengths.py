@@ -1,5 +1,7 @@
 """Lengths that are decimals: what cancels is 0, what all but cancels is not."""
 
+import functools
+
 import numpy as np
 import pytest
 import sympy
@@ -57,9 +59,14 @@ links:
 """
 
 
+@functools.cache
+def screw():
+    return ks.derive(ks.robot_from_text(SCREW))
+
+
 def test_a_screw_in_degrees_and_millimetres_moves_as_the_library_says():
-    robot = ks.robot_from_text(SCREW)
-    derivation = ks.derive(robot)
+    derivation = screw()
+    robot = derivation.robot
     q = [0.4, -1.1]
     values = {**dict(zip(derivation.variables, q)), **derivation.names.values}
     scale = np.array([[1e-3]] * 3 + [[1.0]] * 3)
@@ -81,15 +88,9 @@ links:
 """
 
 
-@pytest.mark.parametrize(
-    'out',
-    [
-        '[2/3, -1/3, 2/3, 0.3], [2/3, 2/3, -1/3, 0], [-1/3, 2/3, 2/3, 0.1]',
-        # Pitched by 90 degrees, where roll and yaw are one turn.
-        '[0, 1/2, sqrt(3)/2, 0.3], [0, sqrt(3)/2, -1/2, 0], [-1, 0, 0, 0.1]',
-    ],
-)
-def test_a_matrix_of_exact_entries_turns_as_the_library_says(out):
+def test_a_matrix_of_exact_entries_turns_as_the_library_says():
+    # Pitched by 90 degrees, where roll and yaw are one turn.
+    out = '[0, 1/2, sqrt(3)/2, 0.3], [0, sqrt(3)/2, -1/2, 0], [-1, 0, 0, 0.1]'
     robot = ks.robot_from_text(TURNED % out)
     derivation = ks.derive(robot)
     p = derivation.position.subs(derivation.variables[0], 0.4).evalf()
@@ -106,6 +107,6 @@ def test_an_angle_of_the_base_alone_is_in_the_units_of_the_formulas():
 
 
 def test_a_path_is_of_time_and_lengths_alone():
-    derivation = ks.derive(ks.robot_from_text(SCREW))
+    derivation = screw()
     with refused(ks.DerivationError, 'unknown-name', 'q1', "'q2'"):
         parse_path('q1=q2, q2=t', derivation)
