@@ -107,8 +107,10 @@ def derive(
         )
     if (path or lock) and arm.description.letters:
         option_given = '--path' if path else '--lock'
-        letters = arm.description.letters
-        raise WrongUsage(f'{option_given} needs numbers; give {letters} values in the robot file')
+        raise WrongUsage(
+            f'{option_given} needs numbers: {arm.description.letters} have no value; give values '
+            'in the robot file'
+        )
     # sympy takes half a second to load, so it is imported only when a derivation starts.
     from ..derive.derivation import derive as derived
 

@@ -143,8 +143,8 @@ def loops_of(
         if len(group) > 1:
             names = ', '.join(repr(loop.name) for loop in group)
             raise DerivationError(
-                f"the loops {names} of {robot.name} need each other's passive joints; derive "
-                'takes loops that close one after another',
+                f'the derivation takes one loop after another: those of {robot.name} that need '
+                f"each other's passive joints are closed together ({names})",
                 code='unsupported',
             )
     symbols = arithmetic.names.variables

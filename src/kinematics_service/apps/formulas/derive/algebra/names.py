@@ -113,7 +113,7 @@ def names_of(description: RobotDescription, locked: Mapping[str, str] | None = N
     for constant in description.constants:
         if constant.letter and constant.name in in_angles:
             raise DerivationError(
-                f'constants.{constant.name} is used in an angle or a ratio; give it a value',
+                f'constants.{constant.name} stands in an angle or a ratio: it needs a value',
                 code='missing-value',
             )
         derived = exact(constant.text, meanings, description.angle_unit)
