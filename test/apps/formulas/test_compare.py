@@ -483,6 +483,19 @@ def test_two_mistakes_at_once(craig):
     assert verdict.causes[1].entries == ((3, 1),)
 
 
+LINEAR = 'L1*s1+L2*s12, L2*s12; -L1*c1-L2*c12, -L2*c12; 0, 0'
+ANGULAR = '0, 0; 0, 0; 1, 1'
+
+
+@pytest.mark.parametrize(
+    'text', [f'J = [{LINEAR}; {ANGULAR}]', f'rows: angular first\nJ = [{ANGULAR}; {LINEAR}]']
+)
+def test_wrong_rows_of_a_jacobian_have_their_name_in_either_order(text):
+    _, verdict = why('planar_2r', text)
+    said = {sentence for cause in verdict.causes for sentence in (cause.sentence, *cause.also)}
+    assert 'linear rows: the sign is wrong' in said
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ('right', 'mistake', 'cause'),
