@@ -16,20 +16,31 @@ from arms import robot_of
 from audits import JOINT_STATE, document, header, joint_states, refusal, run, write_bag
 from chromium import chromium_tab
 from recordings import BEGIN, PR2, SECOND, awkward, motion, recorded, samples_of
+from refusal import refused
+from refused_files import refuse
 
 import kinematics_service as ks
+from kinematics_service.apps.checking.pose_format import PoseFormat
 from kinematics_service.apps.recordings.audit.curves import curve_of
 from kinematics_service.apps.recordings.audit.report.charts import Chart
 from kinematics_service.apps.recordings.audit.report.page_header import origin_of
 from kinematics_service.apps.recordings.audit.report.tables import NOTHING, TableColumn, table_of
 from kinematics_service.apps.recordings.readers.between_points import PlannedTrajectory, sampled
+from kinematics_service.apps.recordings.readers.joint_format import JointFormat
+from kinematics_service.apps.recordings.readers.open_file import open_source
+from kinematics_service.apps.recordings.readers.source import Selection
+from kinematics_service.apps.recordings.readers.stamp_format import StampFormat
 from kinematics_service.apps.recordings.readers.yaml_values import read_documents
+from kinematics_service.errors import RecordingError
 from kinematics_service.estimation.estimator import Estimator, EstimatorOutput, EstimatorSettings
 from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.robot.file.text.yaml_reader import YamlError
 from kinematics_service.version import __version__
 
 POINT = 'trajectory_msgs/msg/JointTrajectoryPoint'
+JOINTS = 'stamp,position.q1,position.q2\n'
+# The first bytes of an MCAP file.
+MCAP = b'\x89MCAP0\r\n' + bytes(8)
 
 
 # Bags
@@ -38,12 +49,12 @@ POINT = 'trajectory_msgs/msg/JointTrajectoryPoint'
 @pytest.mark.slow
 @pytest.mark.parametrize('plugin', ['MCAP', 'SQLITE3'])
 def test_a_bag_is_read_as_directory_and_as_single_file(tmp_path, capsys, store, plugin):
-    robot = robot_of('ur5e')
+    robot = robot_of('planar_2r')
     samples = sorted(awkward(robot), key=lambda one: one.received)
     bag = write_bag(tmp_path / 'bag', store, joint_states(store, samples), plugin)
-    whole = document(capsys, bag, '--robot', 'ur5e')
+    whole = document(capsys, bag, '--robot', 'planar_2r')
     single = next(bag.glob('*.mcap' if plugin == 'MCAP' else '*.db3'))
-    alone = document(capsys, single, '--robot', 'ur5e')
+    alone = document(capsys, single, '--robot', 'planar_2r')
     assert whole['series'] == alone['series']
     assert whole['messages']['total'] == len(samples)
 
@@ -54,22 +65,17 @@ def test_of_two_topics_one_must_be_chosen(tmp_path, capsys, store):
     states = [*joint_states(store, samples, '/a'), *joint_states(store, samples, '/b')]
     bag = write_bag(tmp_path / 'bag', store, states)
     text = refusal(capsys, bag, '--robot', 'planar_2r')
-    assert text == f'{bag}: several topics have JointState: choose one with --topic (/a, /b)'
+    assert text == f'{bag}: several topics have JointState; choose one with --topic (/a, /b)'
+    refuse(bag, 'ambiguous')
     assert document(capsys, bag, '--robot', 'planar_2r', '--topic', '/b')['topic'] == '/b'
-    text = refusal(capsys, bag, '--robot', 'planar_2r', '--topic', '/c')
-    assert text.endswith('topic /c does not exist; JointState or JointTrajectory are on /a, /b')
-    text = refusal(capsys, bag, '--robot', 'planar_2r', '--topic', '/a', '--pose-topic', '/a')
-    assert f'pose topic /a is {JOINT_STATE}; poses are on no topic' in text
+    refuse(bag, 'unknown-name', 'topic /c', '/a, /b', topic='/c')
+    refuse(bag, 'wrong-type', '/a', JOINT_STATE, 'no topic', topic='/a', pose_topic='/a')
 
 
-def test_a_bag_without_joint_states_names_what_it_has(capsys):
+def test_a_bag_without_joint_states_names_what_it_has():
     pytest.importorskip('rosbags', reason='needs rosbags')
     path = recorded('dmp_ros1_bags_malformed/C-Shape-1_poses.bag')
-    text = refusal(capsys, path, '--robot', 'kuka_iiwa14')
-    assert text == (
-        f'{path}: no topic has JointState or JointTrajectory; '
-        'there is /pose (geometry_msgs/msg/PoseStamped)'
-    )
+    refuse(path, 'missing-topic', '/pose (geometry_msgs/msg/PoseStamped)', robot='kuka_iiwa14')
 
 
 def test_a_bag_with_unknown_types_is_read(capsys, tmp_path):
@@ -85,47 +91,77 @@ def test_a_bag_with_unknown_types_is_read(capsys, tmp_path):
 @pytest.mark.slow
 def test_damaged_bags_are_refused_in_a_sentence(tmp_path, capsys, store):
     robot = robot_of('planar_2r')
-    samples = samples_of(robot, *motion(robot, 3000))
+    samples = samples_of(robot, *motion(robot, 600))
     bag = write_bag(tmp_path / 'bag', store, joint_states(store, samples))
     data = next(bag.glob('*.mcap')).read_bytes()
     cut = tmp_path / 'cut.mcap'
     cut.write_bytes(data[: len(data) // 2])
-    text = refusal(capsys, cut, '--robot', 'planar_2r')
-    assert 'the file has no end: it was cut off; `mcap recover` may repair it' in text
+    refuse(cut, 'unreadable', 'mcap recover')
     random = np.random.default_rng(0)
     for size in (1, 8, 9, 50, 300):
         cut.write_bytes(data[:size])
         refusal(capsys, cut, '--robot', 'planar_2r')
-    for _ in range(30):
+    for _ in range(10):
         broken = bytearray(data)
         for at in random.integers(0, len(data), 40):
             broken[at] ^= 255
         cut.write_bytes(broken)
         code, _, err = run(capsys, cut, '--robot', 'planar_2r')
         assert code == 0 or len(err.strip().splitlines()) == 1
-    empty = tmp_path / 'empty.mcap'
-    empty.write_bytes(b'')
-    assert refusal(capsys, empty, '--robot', 'planar_2r') == f'{empty}: is empty'
-    wrong = tmp_path / 'wrong.db3'
-    wrong.write_bytes(data)
-    assert 'is not an sqlite3 bag' in refusal(capsys, wrong, '--robot', 'planar_2r')
-    renamed = tmp_path / 'renamed.csv'
-    renamed.write_bytes(data)
-    assert 'rename it to *.mcap' in refusal(capsys, renamed, '--robot', 'planar_2r')
     other = tmp_path / 'other.db3'
     sqlite3.connect(other).execute('create table a (b)')
-    refusal(capsys, other, '--robot', 'planar_2r')
-    (tmp_path / 'folder').mkdir()
-    text = refusal(capsys, tmp_path / 'folder', '--robot', 'planar_2r')
-    assert 'is a directory without metadata.yaml' in text
-    assert 'there is no such file' in refusal(capsys, tmp_path / 'no', '--robot', 'planar_2r')
-    (tmp_path / 'a.doc').write_text('hello')
-    assert 'is not a kind of file' in refusal(capsys, tmp_path / 'a.doc', '--robot', 'planar_2r')
+    refuse(other, 'unreadable')
 
 
-def test_a_bag_without_messages_is_refused(tmp_path, capsys, store):
+@pytest.mark.parametrize(
+    ('name', 'content', 'code', 'words'),
+    [
+        ('empty.mcap', b'', 'empty', ()),
+        ('wrong.db3', MCAP, 'wrong-kind', ('sqlite3',)),
+        ('renamed.csv', MCAP, 'wrong-kind', ('*.mcap',)),
+        ('renamed', MCAP, 'wrong-kind', ('*.mcap',)),
+        ('a.doc', b'hello', 'unsupported', ('.doc', '.csv')),
+        ('a', b'hello', 'unsupported', ('suffix', '.csv')),
+    ],
+)
+def test_files_of_no_accepted_kind_are_refused(tmp_path, name, content, code, words):
+    pytest.importorskip('rosbags', reason='needs rosbags')
+    (tmp_path / name).write_bytes(content)
+    refuse(tmp_path / name, code, *words)
+
+
+def test_a_folder_without_bag_and_dataset_is_refused(tmp_path):
+    pytest.importorskip('rosbags', reason='needs rosbags')
+    refuse(tmp_path, 'wrong-kind', 'metadata.yaml', 'meta/info.json')
+
+
+@pytest.mark.parametrize(
+    ('name', 'wanted', 'option'),
+    [
+        ('run.csv', {'topic': '/a'}, '--topic'),
+        ('run.csv', {'pose_topic': '/a'}, '--pose-topic'),
+        ('run.mcap', {'columns': 'position=q'}, '--columns'),
+        ('run.mcap', {'stamps': StampFormat('ms')}, '--stamps'),
+        ('run.mcap', {'joint_format': JointFormat('deg')}, '--joint-format'),
+        ('run.mcap', {'pose_format': PoseFormat('rpy')}, '--pose-format'),
+    ],
+)
+def test_options_for_other_kinds_of_files_are_refused(tmp_path, name, wanted, option):
+    (tmp_path / name).write_bytes(MCAP if name.endswith('.mcap') else b'stamp\n')
+    refuse(tmp_path / name, 'conflict', f'{option} ', **wanted)
+
+
+def test_a_missing_file_is_refused_in_one_line(tmp_path, capsys):
+    file = tmp_path / 'none.csv'
+    assert refusal(capsys, file, '--robot', 'planar_2r') == (
+        f'{file}: there is no such file; give one of MCAP (.mcap), rosbag2 (a directory or .db3), '
+        'ROS 1 bags (.bag), tables (.csv), and planned trajectories (.yaml, .json)'
+    )
+
+
+def test_a_bag_without_messages_is_refused(tmp_path, store):
     bag = write_bag(tmp_path / 'bag', store, [('/joint_states', JOINT_STATE, 0, None)])
-    assert 'no message on /joint_states' in refusal(capsys, bag, '--robot', 'planar_2r')
+    refuse(bag, 'empty', '/joint_states')
 
 
 # Tables
@@ -162,36 +198,37 @@ def test_columns_are_found_by_what_they_begin_with(tmp_path, capsys):
     assert found['series']['q'] == q.tolist()
     assert found['series']['qdot'] == qdot.tolist()
     assert found['frames']['as_given']['position_max'] < 1e-12
-    text = refusal(capsys, file, '--robot', 'planar_2r')
-    assert "no column 'position.q1' for joint 'q1'" in text
-    assert "the header has 'time', 'motor1'" in text
-    text = refusal(capsys, file, '--robot', 'planar_2r', '--columns', 'when=time')
-    assert "'when=time' is not accepted" in text
+    refuse(file, 'missing-column', "'position.q1'", "'time', 'motor1'")
+    for words, code in (('when=time', 'unknown-key'), ('time', 'syntax')):
+        with refused(RecordingError, code, f'--columns: {words!r}', 'position='):
+            read_columns(file, words)
+
+
+def read_columns(file, columns):
+    with open_source(file, Selection(robot_of('planar_2r'), columns=columns)):
+        pass
 
 
 @pytest.mark.parametrize(
-    ('text', 'sentence'),
+    ('text', 'code', 'words'),
     [
-        ('', 'is empty'),
-        ('stamp,position.q1,position.q2\n', 'has a header but no rows'),
-        (
-            'stamp,position.q1,position.q2\n1,2,x\n2,3,4\n',
-            ":2: column 'position.q2': 'x' is not a",
-        ),
-        ('stamp,position.q1,position.q2\n1,1_0,3\n', "'1_0' is not a number"),
-        ('stamp,position.q1,position.q2\n1,2,\u0663\n', "'\\u0663' is not a number"),
-        ('stamp,position.q1,position.q2\n1_7,2,3\n', "'1_7' is not a time"),
-        ('stamp,position.q1,position.q2\n\u0661,2,3\n', "'\\u0661' is not a time"),
-        ('stamp,position.q1,position.q2\nnow,2,3\n', ":2: column 'stamp': 'now' is not a time"),
-        ('stamp,position.q1,position.q2\n1,2\n2,3,4\n', ':2: 2 cells, but the header has 3'),
-        ('stamp,stamp,position.q2\n1,2,3\n', "column 'stamp' occurs twice"),
-        (b'\xff\xfe', 'is not UTF-8'),
+        ('', 'empty', ()),
+        ('stamp,position.q1,position.q2\n', 'empty', ('header',)),
+        (f'{JOINTS}1,2,x\n2,3,4\n', 'not-a-number', (":2: column 'position.q2'", "'x'")),
+        (f'{JOINTS}1,1_0,3\n', 'not-a-number', ("'1_0'",)),
+        (f'{JOINTS}1,2,\u0663\n', 'not-a-number', ("'\\u0663'",)),
+        (f'{JOINTS}1_7,2,3\n', 'not-a-time', ("'1_7'",)),
+        (f'{JOINTS}\u0661,2,3\n', 'not-a-time', ("'\\u0661'",)),
+        (f'{JOINTS}now,2,3\n', 'not-a-time', (":2: column 'stamp'", "'now'")),
+        (f'{JOINTS}1,2\n2,3,4\n', 'wrong-length', (':2: 2 cells',)),
+        ('stamp,stamp,position.q2\n1,2,3\n', 'duplicate-name', ("'stamp'",)),
+        (b'\xff\xfe', 'encoding', ('UTF-8',)),
     ],
 )
-def test_a_bad_table_is_refused_with_its_line(tmp_path, capsys, text, sentence):
+def test_a_bad_table_is_refused_with_its_line(tmp_path, text, code, words):
     file = tmp_path / 'bad.csv'
     file.write_bytes(text if isinstance(text, bytes) else text.encode())
-    assert sentence in refusal(capsys, file, '--robot', 'planar_2r')
+    refuse(file, code, *words)
 
 
 def test_nanoseconds_missing_cells_and_a_cut_last_line_do_no_harm(tmp_path, capsys):
@@ -202,7 +239,8 @@ def test_nanoseconds_missing_cells_and_a_cut_last_line_do_no_harm(tmp_path, caps
     found = document(capsys, file, '--robot', 'planar_2r')
     assert found['series']['stamp'][0] == 1_700_000_000_003_456_789
     assert found['messages']['by_outcome']['position not finite'] == 1
-    assert 'line 11, the last one, is cut off' in found['verdict'][-1]['sentence']
+    last = found['verdict'][-1]
+    assert (last['code'], last['sentence'].split(',')[0]) == ('cut-off', 'line 11')
 
 
 # Plans
@@ -239,12 +277,12 @@ def test_a_plan_that_passes_a_singularity_between_its_points_fails(tmp_path, cap
     file.write_text(plan(STRAIGHT))
     code, out, _ = run(capsys, file, '--robot', 'planar_2r')
     assert code == 1
-    assert 'The planned motion comes too close to a singularity' in out
+    assert 'comes too close to a singularity' in out
     assert run(capsys, file, '--robot', 'planar_2r', '--fail-on', 'never')[0] == 0
     file.write_text(plan(BENT))
     code, out, _ = run(capsys, file, '--robot', 'planar_2r')
     assert code == 0
-    assert 'No singular pose was found near the planned motion' in out
+    assert 'No singular pose' in out
 
 
 def test_yaml_json_and_a_bag_of_a_plan_are_the_same(tmp_path, capsys, store):
@@ -307,45 +345,48 @@ def test_between_points_runs_the_polynomial_of_its_conditions():
 
 
 @pytest.mark.parametrize(
-    ('text', 'sentence'),
+    ('text', 'code', 'words'),
     [
-        ('a: 1\n', 'holds no JointTrajectory'),
-        ('', 'is empty'),
-        (plan([]), 'has no points'),
-        (plan(BENT, ('q1', 'other')), 'does not move q2 of planar_2r; its joints are q1, other'),
-        (plan([(0.0, (1.0,), ())]), 'points[0] must have one position for each joint: 1 of 2'),
+        ('a: 1\n', 'missing-key', ('JointTrajectory', 'joint_names')),
+        ('', 'empty', ()),
+        (plan([]), 'empty', ('points',)),
+        (plan(BENT, ('q1', 'other')), 'missing-joint', ('q2 of planar_2r', 'q1, other')),
+        (plan([(0.0, (1.0,), ())]), 'wrong-length', ('points[0]: positions', '1 number', '2')),
         (
             plan([(0.0, (0.0, 1.0), (0.1,)), (1.0, (0.5, 1.0), (0.0, 0.0))]),
-            'points[0] must have one velocity for each joint: 1 of 2, and other points have some',
+            'wrong-length',
+            ('points[0]: velocities', '1 number'),
         ),
         (
             plan([(0.0, (0.0, 1.0), (0.1, 0.1)), (1.0, (0.5, 1.0), ())]),
-            'points[1] must have one velocity for each joint: 0 of 2, and other points have some',
+            'wrong-length',
+            ('points[1]: velocities', '0 numbers', 'at all points'),
         ),
-        (plan([BENT[0], BENT[0]]), 'points[1] is not later'),
+        (plan([BENT[0], BENT[0]]), 'wrong-order', ('points[1]: time_from_start', 'points[0]')),
+        (plan([(2e6, (0.0, 1.0), ())]), 'out-of-range', ('time_from_start', '1e6')),
         (
             plan(BENT).replace('positions', 'position'),
-            "points[0]: unknown key 'position', did you mean 'positions'? (accepted: positions, "
-            'velocities, accelerations, effort, time_from_start)',
+            'unknown-key',
+            ("'position'", "'positions'"),
         ),
-        (plan([(0.0, ('.nan', 1), ())]), 'positions holds a number that is not finite'),
-        ('joint_names: [a\n', 'plan.yaml:2: not valid YAML: while parsing a flow sequence'),
-        ('a: 1\nb: &b 1\n', "plan.yaml:2: anchors are not accepted: '&b'"),
-        ('a: *b\n', "plan.yaml:1: aliases are not accepted: '*b'"),
-        ('a: !!python/name:os.system\n', 'plan.yaml:1: tags are not accepted'),
-        ('%YAML 1.1\n---\na: 1\n', 'directives (%YAML, %TAG) are not accepted'),
-        ('a: 1\nb: 2\na: 3\n', "plan.yaml:3: the key 'a' occurs twice"),
-        ('a: ' + 60 * '[' + 60 * ']', 'plan.yaml:1: nested more than 40 deep'),
-        ('a: 1\nb: \x07\n', r"plan.yaml:2: character '\x07' is not accepted in YAML"),
-        ('\ta: 1\n', '(indent with spaces)'),
-        (plan([(0.0, ('1_0', 1), ())]), 'points[0]: positions must be numbers'),
-        (plan([(0.0, ('"1"', 1), ())]), 'points[0]: positions must be numbers'),
+        (plan([(0.0, ('.nan', 1), ())]), 'not-finite', ('positions',)),
+        ('joint_names: [a\n', 'syntax', ('plan.yaml:2: ',)),
+        ('a: 1\nb: &b 1\n', 'syntax', ('plan.yaml:2: ', "'&b'")),
+        ('a: *b\n', 'syntax', ('plan.yaml:1: ', "'*b'")),
+        ('a: !!python/name:os.system\n', 'syntax', ('plan.yaml:1: tags',)),
+        ('%YAML 1.1\n---\na: 1\n', 'syntax', ('%YAML',)),
+        ('a: 1\nb: 2\na: 3\n', 'syntax', ('plan.yaml:3: ', "'a'")),
+        ('a: ' + 60 * '[' + 60 * ']', 'syntax', ('plan.yaml:1: ', '40 deep')),
+        ('a: 1\nb: \x07\n', 'syntax', ('plan.yaml:2: ', r"'\x07'")),
+        ('\ta: 1\n', 'syntax', ('spaces',)),
+        (plan([(0.0, ('1_0', 1), ())]), 'not-a-number', ('points[0]: positions',)),
+        (plan([(0.0, ('"1"', 1), ())]), 'not-a-number', ('points[0]: positions',)),
     ],
 )
-def test_a_bad_plan_is_refused_in_a_sentence(tmp_path, capsys, text, sentence):
+def test_a_bad_plan_is_refused_in_a_sentence(tmp_path, text, code, words):
     file = tmp_path / 'plan.yaml'
     file.write_text(text)
-    assert sentence in refusal(capsys, file, '--robot', 'planar_2r')
+    refuse(file, code, *words)
 
 
 def test_the_reader_of_plans_agrees_with_another_one():
@@ -366,7 +407,7 @@ def test_the_reader_of_plans_agrees_with_another_one():
     random = np.random.default_rng(0)
     letters = list('ab:-[]{},\'"# \n\n  1.\t&*!%?|>')
     refusals = []
-    for _ in range(3000):
+    for _ in range(800):
         text = ''.join(random.choice(letters, random.integers(1, 40)))
         try:
             read_documents(text)
@@ -390,37 +431,40 @@ def test_a_plan_written_by_hand_is_read_as_it_is_meant(tmp_path, capsys):
     assert found['series']['t'][-1] == 2.0
 
 
-@pytest.mark.slow
+NAMES = '"joint_names": ["q1", "q2"]'
+
+
 @pytest.mark.parametrize(
-    ('text', 'sentence'),
+    ('text', 'code', 'words'),
     [
-        ('{"joint_names": ["q1", "q2"], "points": [], "points": []}', "'points' occurs twice"),
-        (
-            '{"joint_names": ["q1", "q2"], "points": '
-            '[{"positions": [true, 0.5], "time_from_start": 0}]}',
-            'points[0]: positions must be numbers',
+        ('{', 'syntax', ()),
+        (f'{{{NAMES}, "points": [{{"time_from_start": 0}}]}}', 'missing-key', ('positions',)),
+        (f'{{{NAMES}, "points": [], "points": []}}', 'duplicate-key', ("'points'",)),
+        (f'{{{NAMES}, "points": 3}}', 'wrong-type', ('points',)),
+        ('{"joint_names": "q1", "points": []}', 'wrong-type', ('joint_names',)),
+        *(
+            (
+                f'{{{NAMES}, "points": [{{"positions": [{one}, 0.5], "time_from_start": 0}}]}}',
+                code,
+                ('positions',),
+            )
+            for one, code in (
+                ('true', 'not-a-number'),
+                ('"1"', 'not-a-number'),
+                (f'1{"0" * 400}', 'not-finite'),
+            )
         ),
         (
-            '{"joint_names": ["q1", "q2"], "points": '
-            '[{"positions": ["1", 0.5], "time_from_start": 0}]}',
-            'points[0]: positions must be numbers',
-        ),
-        (
-            '{"joint_names": ["q1", "q2"], "points": '
-            '[{"positions": [1, 0.5], "time_from_start": {"sec": true}}]}',
-            'time_from_start must be',
-        ),
-        (
-            '{"joint_names": ["q1", "q2"], "points": '
-            f'[{{"positions": [1{"0" * 400}, 0.5], "time_from_start": 0}}]}}',
-            'positions holds a number that is not finite',
+            f'{{{NAMES}, "points": [{{"positions": [1, 2], "time_from_start": {{"sec": ""}}}}]}}',
+            'wrong-type',
+            ('points[0]: time_from_start',),
         ),
     ],
 )
-def test_json_that_python_would_take_and_nobody_means_is_refused(tmp_path, capsys, text, sentence):
+def test_json_that_python_would_take_and_nobody_means_is_refused(tmp_path, text, code, words):
     file = tmp_path / 'plan.json'
     file.write_text(text)
-    assert sentence in refusal(capsys, file, '--robot', 'planar_2r')
+    refuse(file, code, *words)
 
 
 def test_a_plan_with_refused_samples_fails_its_gate(tmp_path, capsys):
@@ -431,14 +475,10 @@ def test_a_plan_with_refused_samples_fails_its_gate(tmp_path, capsys):
     code, out, _ = run(capsys, file, '--robot', 'planar_2r')
     assert code == 1
     first = ' '.join(out.split('\n', 1)[1].split())
-    assert re.match(
-        r'ERROR The planned motion could not be judged in 1,999 of 2,001 samples \(99.9 %\): '
-        r'position too large \(1,999\)\.',
-        first,
-    ), first
+    assert first.startswith('ERROR'), first
+    assert '1,999 of 2,001 samples (99.9 %): position too large (1,999).' in first
     assert 'OK' not in out
-    found = 'No singular pose was found near the planned motion at the 2 samples that could be'
-    assert found in ' '.join(out.split())
+    assert 'at the 2 samples that' in ' '.join(out.split())
     assert run(capsys, file, '--robot', 'planar_2r', '--fail-on', 'limits')[0] == 1
     assert run(capsys, file, '--robot', 'planar_2r', '--fail-on', 'never')[0] == 0
     found = document(capsys, file, '--robot', 'planar_2r')
@@ -456,7 +496,7 @@ def test_a_recording_says_how_much_of_it_could_not_be_judged(tmp_path, capsys, b
     assert found['level'] == found['verdict'][0]['level'] == level
     (told,) = [one for one in found['verdict'] if 'made no new state' in one['sentence']]
     assert told['level'] == level
-    share = f'{broken} of 2,000 messages ({0.05 * broken:.2g} %) could not be judged'
+    share = f'{broken} of 2,000 messages ({0.05 * broken:.2g} %)'
     assert (share in found['verdict'][0]['sentence']) == (level == 'WARN')
 
 
@@ -659,8 +699,9 @@ def test_exit_codes_say_what_was_asked_for(tmp_path, capsys):
     assert run(capsys, *base, '--fail-on', 'sometimes')[0] == 2
     assert run(capsys, *base, '--warn', '-1')[0] == 2
     code, _, err = run(capsys, *base, '--warn', '1.5')
-    accepted = 'warn of distance must be above 0 and at most 1 rad (57 deg), not 1.5 rad (86 deg)'
-    assert (code, accepted in ' '.join(err.split())) == (2, True)
+    assert code == 2
+    for words in ('--warn, --stop: ', 'at most 1 rad', '1.5 rad'):
+        assert words in ' '.join(err.split())
     assert run(capsys, *base, '--timeout', '0')[0] == 2
     assert run(capsys, file, '--robot', 'nothing')[0] == 2
     assert math.isfinite(t[-1])

@@ -12,6 +12,7 @@ from audits import JOINT_STATE, header, joint_states, quaternions, run
 from recordings import motion, samples_of
 
 import kinematics_service as ks
+from kinematics_service.apps.checking.pose_format import PoseFormat, pose_format
 from kinematics_service.apps.recordings.audit import neighbourhoods
 from kinematics_service.apps.recordings.audit.auditing import audit
 from kinematics_service.apps.recordings.audit.frames import FrameReport, NotCompared
@@ -23,10 +24,12 @@ from kinematics_service.apps.recordings.audit.reported_velocities import (
 from kinematics_service.apps.recordings.audit.verdict import verdict_of
 from kinematics_service.apps.recordings.readers import bag_poses
 from kinematics_service.apps.recordings.readers.block import Block
+from kinematics_service.apps.recordings.readers.open_file import open_source
 from kinematics_service.apps.recordings.readers.source import (
     MAX_POSES,
     PoseTrack,
     RecordingSource,
+    Selection,
 )
 
 BEGIN = 1_700_000_000_000_000_000
@@ -107,7 +110,7 @@ def in_rows(robot, t, q, poses):
 @pytest.mark.parametrize('lag', [0.006, -0.045])
 def test_a_lag_is_named_at_1_khz_though_stamps_jitter_and_rows_repeat(lag):
     robot = robot_of('panda')
-    report = in_rows(robot, *moving(robot, 1000.0, lag))
+    report = in_rows(robot, *moving(robot, 1000.0, lag, seconds=4.0))
     cause = report.diagnosis.cause
     assert cause is not None, report.sentence
     assert cause.key == 'time_lag'
@@ -126,7 +129,7 @@ def test_a_lag_is_named_at_25_hz(lag):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('seed', range(2))
+@pytest.mark.parametrize('seed', [0])
 @pytest.mark.parametrize(('name', 'rate'), [('panda', 1000.0), ('ur5e', 125.0), ('ur5e', 25.0)])
 def test_nothing_is_named_where_nothing_is_wrong(name, rate, seed):
     robot = robot_of(name)
@@ -137,8 +140,8 @@ def test_nothing_is_named_where_nothing_is_wrong(name, rate, seed):
 
 def test_poses_of_another_clock_rate_are_matched_and_their_lag_named():
     robot = robot_of('ur5e')
-    t, q, poses = moving(robot, 500.0, 0.04)
-    own = np.arange(40, 3900, 7)
+    t, q, poses = moving(robot, 500.0, 0.04, seconds=4.0)
+    own = np.arange(40, 1900, 7)
     stamps = BEGIN + np.rint(1e9 * t[own]).astype(np.int64) + 300_000
     report = audited(robot, t, q, PoseTrack('/pose', 'base', stamps, poses[own])).frames
     assert report.matched == report.considered == len(own)
@@ -217,9 +220,10 @@ def test_poses_between_joint_states_far_apart_cost_the_frames_not_the_audit():
     assert len(result.timeline) == 30
     sentences = [one.text for one in verdict_of(result).sentences]
     (text,) = [one for one in sentences if '/tcp' in one]
-    assert '30 of 30 poses have no joint positions at their time' in text
-    assert '29 between joint states more than 0.5 s apart (see --pose-gap)' in text
-    assert '1 before the first joint state or after the last' in text
+    assert '30 of 30 poses' in text
+    assert '29 between joint states more than 0.5 s apart' in text
+    assert '1 before' in text
+    assert result.frames.code == 'too-few'
     assert verdict_of(result).sentences[0].level >= 0
     assert isinstance(bare(robot, t, q, stamps, poses, gap=3.0).frames, FrameReport)
 
@@ -232,7 +236,7 @@ def test_poses_of_which_most_are_not_compared_are_not_fine(beside, level):
     stamps[beside:] += 10**12  # after the last joint state
     result = bare(robot, t, q, stamps, poses)
     said = {one.text: one.level.name for one in verdict_of(result).sentences}
-    text = f'{len(t) - beside} of {len(t)} poses have no joint positions at their time'
+    text = f'{len(t) - beside} of {len(t)} poses have no joint'
     assert [name for one, name in said.items() if text in one] == [level]
 
 
@@ -244,11 +248,12 @@ def test_the_gate_of_frames_fails_where_they_cannot_be_compared(tmp_path, capsys
     base = (file, '--robot', 'ur5e', *AS_NUMBERS)
     code, out, _ = run(capsys, *base)
     assert code == 0
-    assert 'more than a turn: are these degrees? (--pose-format deg, or deg,rpy' in out
+    assert '--pose-format deg, or deg,rpy' in out
     assert run(capsys, *base, '--fail-on', 'frames')[0] == 1
     html = tmp_path / 'page.html'
     run(capsys, *base, '--html', html)
-    assert 'Not compared: a rotation vector has the length 93.9 rad' in html.read_text()
+    assert 'Not compared: ' in html.read_text()
+    assert 'length 93.9 rad' in html.read_text()
 
 
 # How far apart is bad
@@ -257,7 +262,7 @@ def test_the_gate_of_frames_fails_where_they_cannot_be_compared(tmp_path, capsys
 def rough(tmp_path, amount):
     # What no constant offset and no single cause explains: the tool's place by its orientation.
     robot = robot_of('ur5e')
-    t, q, _ = motion(robot, 400, 50.0, 6)
+    t, q, _ = motion(robot, 120, 15.0, 6)
     poses = ks.forward_kinematics(robot, q)
     poses[:, :3, 3] += amount * np.sqrt(2.0 / 3.0) * np.sin(7.0 * q[:, :3] + q[:, 3:] * [2, 3, 5])
     return table(tmp_path / f'{amount}.csv', t, q, quaternions(poses), QUATERNION)
@@ -288,26 +293,23 @@ def test_a_remainder_that_no_cause_explains_is_judged_by_its_size(tmp_path, caps
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ('options', 'words'),
+    ('option', 'value', 'words'),
     [
-        (('--pose-warn', '5'), "'5' is no length or angle with its unit"),
-        (('--pose-warn', '3 cm'), "'3 cm' is no length or angle"),
-        (('--pose-stop', '1.2.3mm'), "'1.2.3mm' is no length or angle"),
-        (('--pose-stop', '1mm'), '1mm is less than --pose-warn 4mm,0.5deg'),
-        (('--pose-gap', '-1'), '--pose-gap: -1 is not within 0 and 3600 s'),
-        (('--pose-gap', 'nan'), '--pose-gap: nan is not within'),
-        (
-            ('--pose-format', 'feet'),
-            "'feet' is not one of xyzw, wxyz, rotvec, rpy, matrix, position, m, mm",
-        ),
-        (('--pose-format', 'mm,m'), 'mm and m exclude each other'),
+        ('--pose-warn', '5', ("'5'", '4mm,0.5deg')),
+        ('--pose-warn', '3 cm', ("'3 cm'", '4mm,0.5deg')),
+        ('--pose-stop', '1.2.3mm', ("'1.2.3mm'", '4mm,0.5deg')),
+        ('--pose-stop', '1mm', ('1mm', '--pose-warn 4mm,0.5deg')),
+        ('--pose-gap', '-1', ('-1 s', '3600 s')),
+        ('--pose-gap', 'nan', ('nan s', '3600 s')),
+        ('--pose-format', 'feet', ("'feet'", 'rotvec, rpy, matrix')),
+        ('--pose-format', 'mm,m', ('mm and m',)),
     ],
 )
-def test_wrong_options_are_told_with_the_choices(tmp_path, capsys, options, words):
-    file = rough(tmp_path, 1e-3)
-    code, _, err = run(capsys, file, '--robot', 'ur5e', *AS_NUMBERS, *options)
+def test_wrong_options_are_told_with_the_choices(capsys, option, value, words):
+    code, _, err = run(capsys, 'run.csv', '--robot', 'ur5e', *AS_NUMBERS, option, value)
     assert code == 2
-    assert words in ' '.join(err.split())
+    for word in (f'{option}: ', *words):
+        assert word in ' '.join(err.split())
 
 
 # Kinds and units of pose columns
@@ -322,9 +324,9 @@ def angles_of(poses):
 
 
 @pytest.mark.slow
-def test_every_kind_and_unit_of_pose_columns_is_read(tmp_path, capsys):
+def test_every_kind_and_unit_of_pose_columns_is_read(tmp_path):
     robot = robot_of('ur5e')
-    t, q, _ = motion(robot, 60, 20.0, 8)
+    t, q, _ = motion(robot, 20, 20.0, 8)
     poses = ks.forward_kinematics(robot, q)
     p, numbers, angles = poses[:, :3, 3], quaternions(poses), angles_of(poses)
     rows, columns = poses.reshape(-1, 16), np.swapaxes(poses, 1, 2).reshape(-1, 16)
@@ -350,11 +352,12 @@ def test_every_kind_and_unit_of_pose_columns_is_read(tmp_path, capsys):
     ]
     for k, (values, ends, form) in enumerate(cases):
         file = table(tmp_path / f'{k}.csv', t, q, values, ends)
-        options = ('--pose-format', form) if form else ()
-        found = frames(capsys, file, '--robot', 'ur5e', *AS_NUMBERS, *options)
-        assert found['matched'] == 60, (k, found)
-        assert found['as_given']['position_max'] < 1e-6, (k, form)
-        assert found['as_given']['rotation_max'] < 1e-6, (k, form)
+        wanted = Selection(
+            robot, columns=AS_NUMBERS[1], pose_format=pose_format(form) if form else PoseFormat()
+        )
+        with open_source(file, wanted) as source:
+            assert sum(map(len, source.blocks)) == 20
+            np.testing.assert_allclose(source.poses().poses, poses, atol=1e-6, err_msg=f'{k}')
 
 
 def test_angles_about_moving_axes_read_as_roll_pitch_yaw_are_named(tmp_path, capsys):
@@ -370,7 +373,7 @@ def test_angles_about_moving_axes_read_as_roll_pitch_yaw_are_named(tmp_path, cap
     file = table(tmp_path / 'tracker.csv', t, q, numbers, ('x', 'y', 'z', 'roll', 'pitch', 'yaw'))
     found = frames(capsys, file, '--robot', 'ur5e', *AS_NUMBERS)
     assert found['cause'] == 'angle_order'
-    assert '(--pose-format XYZ)' in found['sentence']
+    assert '--pose-format XYZ' in found['sentence']
     right = frames(capsys, file, '--robot', 'ur5e', *AS_NUMBERS, '--pose-format', 'XYZ')
     assert right['errors']['position_max'] < 1e-6
 
@@ -388,7 +391,7 @@ def test_positions_that_no_arm_reaches_are_told(tmp_path, capsys):
     poses[:, :3, 3] *= 1e3
     file = table(tmp_path / 'mm.csv', t, q, quaternions(poses), QUATERNION)
     out = run(capsys, file, '--robot', 'ur5e', *AS_NUMBERS)[1]
-    assert 'm away: are these millimetres? (--pose-format mm)' in out
+    assert '--pose-format mm' in out
     out = run(capsys, file, '--robot', 'ur5e', *AS_NUMBERS, '--pose-format', 'mm')[1]
     assert 'millimetres' not in out
 
@@ -401,7 +404,7 @@ def test_single_rows_that_are_no_pose_are_left_out_and_told(tmp_path, capsys):
     file = table(tmp_path / 'first.csv', t, q, numbers, QUATERNION)
     found = frames(capsys, file, '--robot', 'ur5e', *AS_NUMBERS)
     assert found['matched'] == 79
-    assert found['doubts'][0].startswith('1 of 80 poses are left out')
+    assert found['doubts'][0].startswith('1 of 80 poses')
 
 
 # A joint that stands still
@@ -422,8 +425,7 @@ def test_a_joint_that_stands_still_is_not_accused_by_the_noise_of_its_encoder(si
         RecordingSource('table', 'joints', False, 2000, iter([block])), robot, 'made up'
     )
     assert result.joints[5].check is None
-    said = [one.text for one in verdict_of(result).sentences if 'Reported velocities' in one.text]
-    (text,) = said
+    (text,) = (one.text for one in verdict_of(result).sentences if 'Reported' in one.text)
     assert robot.joint_names[2] in text
     assert ': degrees?' in text
 
@@ -463,17 +465,18 @@ def bag_with_poses(folder, store, robot, count, unreadable=()):
 
 def test_of_a_long_topic_poses_are_given_up_while_it_is_read(tmp_path, capsys, store, monkeypatch):
     robot = robot_of('ur5e')
-    bag = bag_with_poses(tmp_path / 'bag', store, robot, 1000)
-    monkeypatch.setattr(bag_poses, 'MAX_POSES_HELD', 128)
+    bag = bag_with_poses(tmp_path / 'bag', store, robot, 300)
+    monkeypatch.setattr(bag_poses, 'MAX_POSES_HELD', 64)
     found = frames(capsys, bag, '--robot', 'ur5e', '--pose-topic', '/tool')
-    assert found['poses'] == 1000
-    assert 64 < found['matched'] <= 128
+    assert found['poses'] == 300
+    assert 32 < found['matched'] <= 64
     assert found['causes'] == []
     assert found['errors']['position_rms'] < 1e-9
 
 
 @pytest.mark.slow
-def test_what_is_kept_of_a_topic_is_bounded_and_evenly_spread(store):
+def test_what_is_kept_of_a_topic_is_bounded_and_evenly_spread(store, monkeypatch):
+    monkeypatch.setattr(bag_poses, 'MAX_POSES_HELD', 256)
     robot_pose = np.array([0.1, 0.2, 0.3, 0.0, 0.0, 0.0, 1.0])
     types, read = store.types, []
 
@@ -501,11 +504,16 @@ def test_poses_that_cannot_be_read_are_counted(tmp_path, capsys, store):
     found = frames(capsys, *base)
     assert found['poses'] == 90
     assert found['matched'] == 88
-    assert '2 of 90 messages cannot be read' in found['doubts']
+    assert [doubt.split(' messages')[0] for doubt in found['doubts']] == ['2 of 90']
     broken = bag_with_poses(tmp_path / 'broken', store, robot, 40, range(40))
-    code, out, _ = run(capsys, broken, *base[1:], '--fail-on', 'frames')
-    assert code == 1
-    assert 'Poses of /tool are not compared: none of its messages can be read.' in out
+    code, out, _ = run(capsys, broken, *base[1:], '--fail-on', 'frames', '--json', '-')
+    document = json.loads(out)
+    assert (code, document['frames']['matched'], document['frames']['code']) == (
+        1,
+        0,
+        'unreadable',
+    )
+    assert [one['level'] for one in document['verdict'] if one['code'] == 'unreadable'] == ['WARN']
 
 
 def test_a_gate_without_a_second_source_is_not_passed_in_silence(tmp_path, capsys):
@@ -515,7 +523,8 @@ def test_a_gate_without_a_second_source_is_not_passed_in_silence(tmp_path, capsy
     base = (file, '--robot', 'ur5e', '--columns', 'stamp=stamp,position=position.q')
     code, out, err = run(capsys, *base, '--fail-on', 'limits,frames')
     assert code == 1
-    assert err.strip().startswith(f'{file}: --fail-on frames: there is no second source of the')
+    assert err.strip().startswith(f'{file}: --fail-on frames: ')
+    assert '--pose-topic' in err
     assert 'found near the arm' in out
     code, _, err = run(capsys, *base, '--fail-on', 'limits')
     assert (code, err) == (0, '')

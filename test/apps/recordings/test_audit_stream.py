@@ -44,7 +44,7 @@ def faulty(robot):
 @pytest.mark.slow
 def test_columns_on_disk_change_no_bit(monkeypatch):
     robot = robot_of('kinova_gen3')
-    for samples in (faulty(robot)[1400:2100], awkward(robot, 6)):
+    for samples in (faulty(robot)[1450:1650], awkward(robot, 6)[60:160]):
         whole, _ = audited(samples, robot)
         expected = json_text(document_of(whole)), page_of(whole)
         monkeypatch.setattr(columns, 'MAX_HELD_NUMBERS', 100)
@@ -82,8 +82,8 @@ def in_one_piece(name, first, last):
     ('name', 'size', 'first', 'last'),
     # Each piece takes its time: of the small ones those around a repeated message, a jump, a lag.
     [
-        *(('ur5e', 1, 0, 60), ('ur5e', 31, 0, 1250)),
-        *(('kinova_gen3', 1, 680, 720), ('kinova_gen3', 256, 1300, 2100)),
+        *(('ur5e', 1, 0, 60), ('ur5e', 31, 500, 1250)),
+        *(('kinova_gen3', 1, 680, 720), ('kinova_gen3', 100, 1480, 2050)),
     ],
 )
 def test_pieces_of_any_size_give_the_same_verdict(name, size, first, last, monkeypatch):
@@ -166,39 +166,25 @@ def tables(tmp_path):
     """Return tables of a motion that keeps away from singular poses, and of one that does not."""
     files = []
     for name, elbow in (('safe', (1.0, 2.0)), ('close', (1.0, -1.0)), ('again', (0.5, 2.0))):
-        q2 = np.linspace(*elbow, 300).tolist()
-        rows = [f'{1.7e9 + 0.01 * k!r},0.2,{q2[k]!r}' for k in range(300)]
+        q2 = np.linspace(*elbow, 100).tolist()
+        rows = [f'{1.7e9 + 0.01 * k!r},0.2,{q2[k]!r}' for k in range(100)]
         files.append(tmp_path / f'{name}.csv')
         files[-1].write_text('\n'.join(['stamp,position.q1,position.q2', *rows]))
     return files
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('how', ['one', 'jobs', 'cluster'])
-def test_each_of_several_recordings_has_its_verdict(tables, tmp_path, capsys, how):
+@pytest.mark.parametrize('jobs', [1, 2])
+def test_each_of_several_recordings_has_its_verdict(tables, tmp_path, capsys, jobs):
     robot = ('--robot', 'planar_2r')
     alone = [document(capsys, file, *robot) for file in tables]
     pages, data = tmp_path / 'pages', tmp_path / 'data'
     options = [*robot, '--html', pages, '--json', data, '--fail-on', 'stop']
     files = [tables[0], tmp_path / 'none.csv', *tables[1:]]
-    if how == 'jobs':
-        options += ['--jobs', '2']
-    if how == 'cluster':
-        distributed = pytest.importorskip('distributed', reason='needs dask[distributed]')
-        with distributed.LocalCluster(
-            n_workers=2,
-            threads_per_worker=1,
-            processes=False,
-            protocol='tcp://',
-            dashboard_address='127.0.0.1:0',
-            host='127.0.0.1',
-        ) as local:
-            address = local.scheduler_address.replace('tcp://', 'dask://')
-            code, out, err = run(capsys, *files, *options, '--workers', address)
-    else:
-        code, out, err = run(capsys, *files, *options)
+    code, out, err = run(capsys, *files, *options, '--jobs', jobs)
     assert code == 1
-    assert err.strip() == f'{files[1]}: there is no such file'
+    assert err.strip().startswith(f'{files[1]}: there is no such file; ')
+    assert len(err.splitlines()) == 1
     headings = [line for line in out.splitlines() if ': table, ' in line]
     assert [line.split(':')[0] for line in headings] == [str(file) for file in tables]
     for file, expected in zip(tables, alone):
@@ -217,16 +203,14 @@ def test_several_recordings_need_folders_and_names_of_their_own(tables, tmp_path
         assert code == 2
         return ' '.join(err.split())
 
-    assert 'is for one recording' in wrong(*tables, '--json', '-')
-    assert 'is a file; name a folder' in wrong(*tables, '--html', tables[0])
+    assert 'folder for 3' in wrong(*tables, '--json', '-')
+    assert f'--html: {tables[0]} is a file' in wrong(*tables, '--html', tables[0])
     other = tmp_path / 'sub'
     other.mkdir()
     (other / 'safe.csv').write_text(tables[0].read_text())
     assert 'would both be' in wrong(tables[0], other / 'safe.csv', '--json', tmp_path / 'data')
-    assert '--jobs: 0 is not' in wrong(tables[0], '--jobs', '0')
-    assert '--workers cannot be combined with' in wrong(
-        tables[0], '--jobs', 2, '--workers', 'dask://a:1'
-    )
+    assert '--jobs: 0 ' in wrong(tables[0], '--jobs', '0')
+    assert '--jobs or --out' in wrong(tables[0], '--jobs', 2, '--workers', 'dask://a:1')
     nobody = ('--workers', 'dask://127.0.0.1:9')
     assert 'no dask scheduler' in refusal(capsys, *tables, '--robot', 'planar_2r', *nobody)
 

@@ -6,6 +6,7 @@ import linkages
 import numpy as np
 import pytest
 from arms import LOOPED, robot_of
+from refusal import refused
 
 import kinematics_service as ks
 from kinematics_service.apps.recordings.plans import closed_plan
@@ -70,12 +71,8 @@ def test_a_plan_of_one_point_and_speeds_of_frames():
     # The left elbow turns about its motor.
     check = ks.check_plan(robot, [0.0, 1.0], [[2.0, 1.0], [2.4, 1.0]], speed_of=['1'])
     assert check.speeds[1].lower == pytest.approx(0.4 * 0.25, rel=1e-12)
-    with pytest.raises(ks.PlanError) as caught:
+    with refused(ks.PlanError, 'unknown-name', "five_bar has no point 'left'", '0 to 2'):
         ks.check_plan(robot, [0.0], [[2.0, 1.0]], speed_of=['left'])
-    assert str(caught.value) == (
-        "five_bar has no point 'left': with closed loops give tool or the number of a frame "
-        '(0 to 2)'
-    )
 
 
 def test_behind_the_first_pose_at_which_a_loop_does_not_close_nothing_is_tried(monkeypatch):
@@ -93,5 +90,5 @@ def test_behind_the_first_pose_at_which_a_loop_does_not_close_nothing_is_tried(m
 def test_positions_that_no_loop_closes_at_to_round_off_are_refused():
     robot = robot_of('four_bar_arm')
     far = [np.zeros(robot.dof), np.full(robot.dof, 1e11)]
-    with pytest.raises(ks.PlanError, match=r'closed loops, and a joint moves to 1e\+11 rad'):
+    with refused(ks.PlanError, 'too-large', '1e+11 rad'):
         ks.check_plan(robot, [0.0, 1.0], far)

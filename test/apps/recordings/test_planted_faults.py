@@ -239,7 +239,7 @@ def findings(tmp_path, one):
     return [
         text
         for row in rows
-        for level, text in row.findings
+        for level, text, _ in row.findings
         if level > Level.OK and not OF_THE_MOTION.search(text)
     ]
 

@@ -38,7 +38,8 @@ def cluster_address(workers: str) -> str:
     """
     found = ADDRESS.fullmatch(workers)
     if not found or not 0 < int(found[2]) < 65536:
-        raise SweepError(f'workers {workers!r}: give the scheduler as dask://HOST:PORT')
+        message = f'workers {workers!r} is not an address; give the scheduler as dask://HOST:PORT'
+        raise SweepError(message, code='syntax')
     return f'tcp://{found[1]}:{found[2]}'
 
 
@@ -88,7 +89,8 @@ def _result(future: Any) -> Any:
         reason = ' '.join(f'{type(error).__name__}: {error}'.split())[:300]
         raise SweepError(
             'a worker failed; scheduler and workers need kinematics_service in the version of '
-            f'this process ({reason})'
+            f'this process ({reason})',
+            code='worker-failed',
         ) from None
 
 
@@ -98,19 +100,22 @@ def _client(workers: str) -> Iterator[Any]:
     try:
         from distributed import Client  # type: ignore[import-not-found, unused-ignore]
     except ImportError as error:
-        raise SweepError(f'workers {workers} need dask ({error}): {INSTALL}') from None
+        message = f'workers {workers} need dask ({error}): {INSTALL}'
+        raise SweepError(message, code='missing-package') from None
     connect: Any = Client
     # Silence the log of dask, which prints pages; a failure is reported in one sentence instead.
     logging.getLogger('distributed').setLevel(logging.CRITICAL)
     try:
         client = connect(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
     except (OSError, TimeoutError):
-        raise SweepError(f'workers {workers}: no dask scheduler answers there') from None
+        message = f'workers {workers}: no dask scheduler answers; start one (dask scheduler)'
+        raise SweepError(message, code='no-answer') from None
     try:
         try:
             client.wait_for_workers(1, timeout=CONNECT_TIMEOUT)
         except TimeoutError:
-            raise SweepError(f'workers {workers}: the scheduler has no worker') from None
+            message = f'workers {workers}: the scheduler has no worker; start one with dask worker'
+            raise SweepError(message, code='no-worker') from None
         yield client
     finally:
         client.close(timeout=CONNECT_TIMEOUT)

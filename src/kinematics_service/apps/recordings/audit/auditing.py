@@ -161,7 +161,11 @@ def audit(
     """
     asked, prefix = settings.plans, settings.estimator.joint_prefix
     if not source.planned and asked.speeds_told:
-        raise RecordingError(f'{file}: speeds are asked of plans, and this is a recording')
+        raise RecordingError(
+            f'{file}: --speed-limit and --speed-of are for plans, and this is a recording; leave '
+            'them out',
+            code='conflict',
+        )
     estimator = Estimator(robot, settings.estimator)
     ingest, watch = Ingest(robot, estimator), StreamWatch(estimator.names)
     computer, heard = Computer(robot, ingest), dict[str, None]()
@@ -175,7 +179,7 @@ def audit(
         listener.progress(len(block))
     timeline = computer.timeline
     if not len(timeline):
-        raise RecordingError(_why_nothing(source, estimator, ingest, tuple(heard)))
+        raise _without_states(f'{file}: {source.topic}', estimator, ingest, tuple(heard))
     jump_count, jumps = jumps_of(robot, timeline)
     joints = joint_reports(robot, timeline)
     track, frames = source.poses(), None
@@ -206,22 +210,24 @@ def audit(
     )
 
 
-def _why_nothing(
-    source: RecordingSource, estimator: Estimator, ingest: Ingest, heard: tuple[str, ...]
-) -> str:
+def _without_states(
+    where: str, estimator: Estimator, ingest: Ingest, heard: tuple[str, ...]
+) -> RecordingError:
+    # Returns the error that no message makes a state; `where` is the file and its topic.
     robot, wanted = estimator.robot, ', '.join(estimator.names)
     if not ingest.counts:
-        return f'{source.topic}: there is no message'
+        return RecordingError(f'{where}: has no messages; record it anew', code='empty')
     if ingest.counts[NOT_OURS] == sum(ingest.counts.values()):
         shown = ', '.join(heard[:MAX_NAMES]) or 'nothing'
-        return (
-            f'{source.topic}: no message names a joint of {robot.name} ({wanted}); they name '
-            f'{shown}'
+        return RecordingError(
+            f'{where}: no message names a joint of {robot.name} ({wanted}); they name {shown}',
+            code='missing-joint',
         )
     reasons = ', '.join(f'{n} {reason}' for reason, n in ingest.counts.items() if n)
     example = next((e.sentence for e in ingest.examples.values() if e.sentence), '')
-    return f'{source.topic}: no message gives a pose of {robot.name}: {reasons}' + (
-        f' (for instance: {example})' if example else ''
+    example = f' (for instance: {example})' if example else ''
+    return RecordingError(
+        f'{where}: no message gives a pose of {robot.name}: {reasons}{example}', code='no-states'
     )
 
 

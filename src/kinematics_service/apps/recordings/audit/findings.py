@@ -6,10 +6,14 @@ from ....robot.measures import Level
 
 
 class Finding(NamedTuple):
-    """One finding of an audit: its level (OK, WARN or ERROR), and its sentence."""
+    """
+    One finding: `level` OK, WARN or ERROR; `code` names the cause of a refusal or of a fault of
+    the file, empty for other findings.
+    """
 
     level: Level
     text: str
+    code: str = ''
 
 
 def seconds(time: float) -> str:

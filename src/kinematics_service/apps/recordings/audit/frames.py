@@ -102,12 +102,13 @@ class FrameReport:
 
 
 class NotCompared(NamedTuple):
-    """Poses of a second source that cannot be compared; `reason` is a sentence."""
+    """Poses of a second source that cannot be compared; `reason` is a sentence with a code."""
 
     name: str
     frame: str
     poses: int
     reason: str
+    code: str = 'unreadable'
 
 
 def frames_of(
@@ -121,12 +122,14 @@ def frames_of(
     if track.refused:
         return none
     if track.positions:
-        return none._replace(reason='positions without orientations are for calibrate alone')
+        text = 'positions without orientations are for calibrate alone'
+        return none._replace(reason=text, code='unsupported')
     found = joined(robot, track, timeline)
     use, reason = matched(found, settings.gap)
     if np.sum(use) < MIN_POSES:
         reason = reason or f'there are {len(use)} poses'
-        return none._replace(reason=f'{reason}; at least {MIN_POSES} are needed')
+        text = f'{reason}; at least {MIN_POSES} are needed'
+        return none._replace(reason=text, code='too-few')
     q, poses, stamps, motion, chosen = chosen_poses(track, found, use)
     limit = settings.limits.explained
     try:
@@ -141,7 +144,7 @@ def frames_of(
             fine=settings.fine,
         )
     except KinematicsError as error:
-        return none._replace(reason=str(error))
+        return none._replace(reason=str(error), code=error.code)
     M = diagnosis.base_offset @ evaluate(robot, q).pose @ diagnosis.tool_offset
     position, rotation = apart(poses, M)
     return FrameReport(

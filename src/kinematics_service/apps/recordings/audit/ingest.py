@@ -14,13 +14,43 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....estimation.estimator import ACCEPTED, RESETS, UNREADABLE, Estimator, RefusedMessage
+from ....estimation.estimator import (
+    ACCEPTED,
+    DROPPED,
+    DUPLICATE,
+    MALFORMED,
+    NO_POSITION,
+    NOT_CLOSED,
+    NOT_FINITE,
+    NOT_OURS,
+    RESETS,
+    TOO_FAST,
+    TOO_LARGE,
+    UNREADABLE,
+    WAITING,
+    Estimator,
+    RefusedMessage,
+)
 from ....kernel import LARGEST, Floats
 from ....robot.robot import Robot
 from ..readers.block import Block, Flags, Times, UnreadableMessage
 
 # Runs with fewer messages are not computed as arrays: each message goes through the estimator.
 MIN_RUN = 8
+# Code of each reason why the estimator refuses a message, for JSON.
+CODES = {
+    UNREADABLE: 'unreadable',
+    NOT_OURS: 'unknown-name',
+    NO_POSITION: 'empty',
+    MALFORMED: 'wrong-length',
+    DUPLICATE: 'duplicate-name',
+    NOT_FINITE: 'not-finite',
+    TOO_LARGE: 'too-large',
+    TOO_FAST: 'too-large',
+    NOT_CLOSED: 'open-loop',
+    DROPPED: 'wrong-order',
+    WAITING: 'missing-joint',
+}
 
 
 class JointTimeout(NamedTuple):
@@ -74,11 +104,12 @@ class KnownJoints:
 
 
 class RefusedExample(NamedTuple):
-    """The first message that was refused for a reason."""
+    """The first message that was refused for a reason, and the code of the reason."""
 
     message: int
     stamp: int
     sentence: str
+    code: str
 
 
 class Ingest:
@@ -136,8 +167,9 @@ class Ingest:
         return self._rows.known()
 
     def _refused(self, k: int, reason: str, stamp: int, sentence: str) -> None:
-        # Keeps the first refused message for each reason; message k of the block yielded no state.
-        self.examples.setdefault(reason, RefusedExample(self._message + k, stamp, sentence))
+        # Keeps the first example of each reason; message k of the block yields no state.
+        example = RefusedExample(self._message + k, stamp, sentence, CODES[reason])
+        self.examples.setdefault(reason, example)
 
     def _runs(self, block: Block) -> Iterator[tuple[int, int]]:
         # Yields begin and end of each run of messages with complete positions and rising stamps.

@@ -62,7 +62,8 @@ def checks_of(
         try:
             checks[number] = _check(robot, plan, joint_prefix, asked)
         except PlanError as error:
-            source.remarks.append(Remark(Level.ERROR, f'{which} is not checked: {error}'))
+            text = f'{which} is not checked: {error}'
+            source.remarks.append(Remark(Level.ERROR, text, error.code))
         else:
             source.remarks.extend(_full_turns(robot, plan, joint_prefix, which))
         progress(1)

@@ -105,7 +105,7 @@ def slowing_of(robot: Robot, timeline: Timeline, settings: SlowingSettings) -> S
             asked = np.where(moving[:, None], qdot, 0.0)
             found = scale(robot, q, asked, reduced=settings.reduced, rule=settings.rule)
         except ServoSettingsError as error:
-            raise RecordingError(str(error)) from None
+            raise RecordingError(str(error), code=error.code) from None
         words = [one.words for one in found.constraints]
         values.append(np.where(moving, found.value, np.nan))
         slower = moving & (found.value < 1.0)

@@ -46,7 +46,10 @@ def verdict_of(audit: Audit) -> AuditVerdict:
     ]
     if not audit.planned:
         sentences += [*_messages(audit), *_stream(audit), *_velocities(audit)]
-    sentences += [*_jumps(audit), *(Finding(one.level, f'{one.text}.') for one in audit.remarks)]
+    sentences += [
+        *_jumps(audit),
+        *(Finding(one.level, f'{one.text}.', one.code) for one in audit.remarks),
+    ]
     first, *others = sentences
     return AuditVerdict((first, *sorted(others, key=lambda sentence: -sentence.level)))
 
@@ -164,7 +167,7 @@ def _frames(audit: Audit) -> Iterator[Finding]:
         return
     name = f'Poses of {report.name}'
     if isinstance(report, NotCompared):
-        yield Finding(Level.WARN, f'{name} are not compared: {report.reason}.')
+        yield Finding(Level.WARN, f'{name} are not compared: {report.reason}.', report.code)
         return
     yield Finding(report.level, f'{name}: {report.sentence}.')
     for doubt in report.doubts:

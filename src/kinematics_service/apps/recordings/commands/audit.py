@@ -145,11 +145,11 @@ def audit(
     """
     failures = _failures(fail_on)
     if not 1e-3 <= timeout <= 3600.0:
-        raise WrongUsage(f'--timeout: {timeout:g} is not within 0.001 and 3600 s')
+        raise WrongUsage(f'--timeout: {timeout:g} s is not accepted; give 0.001 to 3600 s')
     if workers is not None and (jobs is not None or out is not None):
-        raise WrongUsage('--workers cannot be combined with --jobs or --out')
+        raise WrongUsage('--workers cannot be combined with --jobs or --out; leave them out')
     if jobs is not None and jobs < 1:
-        raise WrongUsage(f'--jobs: {jobs} is not 1 or more')
+        raise WrongUsage(f'--jobs: {jobs} is not accepted; give 1 or more')
     of_dataset = {'--labels': labels, '--clearance': clearance or None}
     slowed = scale or reduced or servo or None
     of_others = (out, topic, pose_topic, slowed, speed_limit, speed_of)
@@ -176,7 +176,7 @@ def audit(
     for name, own in paths.items():
         for path in own:
             if path is not None and any(_belongs_to(path, file) for file in files):
-                raise WrongUsage(f'--{name}: {path} is the recording itself')
+                raise WrongUsage(f'--{name}: {path} is the recording itself; give another file')
     wanted = html is not None, json is not None
     runs = [
         Run(file, robot, date, reading, settings, failures, *wanted, own)
@@ -201,13 +201,15 @@ def _dataset_of(
     if dataset is None:
         given = next((name for name, value in of_dataset.items() if value is not None), None)
         if given:
-            raise WrongUsage(f'{given} is for a dataset, and FILE is none')
+            raise WrongUsage(
+                f'{given} is for datasets, and {files[0]} is not a dataset; leave it out'
+            )
     elif len(files) > 1:
-        raise WrongUsage(f'{dataset} is a dataset: give one at a time')
+        raise WrongUsage(f'{dataset} is a dataset; give one dataset at a time')
     elif any(value is not None for value in of_others):
         raise WrongUsage(
-            f'{dataset} is a dataset: --out, topics, --scale, --reduced, --servo and the speeds '
-            'of plans are for recordings and plans'
+            f'{dataset} is a dataset; leave out --out, --topic, --pose-topic, --scale, --reduced, '
+            '--servo and --speed-..., which are for recordings and plans'
         )
     return dataset
 
@@ -220,7 +222,7 @@ def _failures(text: str | None) -> tuple[str, ...] | None:
         if word not in FAILURES:
             raise WrongUsage(f'--fail-on: {word!r} is not one of {", ".join(FAILURES)}')
     if not wanted or ('never' in wanted and len(wanted) > 1):
-        raise WrongUsage('--fail-on: name what is a failure, or never')
+        raise WrongUsage(f'--fail-on: {text!r} is not accepted; give never alone, or other words')
     return wanted
 
 
@@ -247,14 +249,16 @@ def _paths(option: str, given: Path | None, files: list[Path], suffix: str) -> l
     if given is None or not (several or given.is_dir()):
         return [given] * len(files)
     if str(given) == '-':
-        raise WrongUsage(f'{option} - is for one recording; name a folder for {len(files)}')
+        raise WrongUsage(f'{option} - is for one recording; give a folder for {len(files)}')
     if given.exists() and not given.is_dir():
-        raise WrongUsage(f'{option}: {given} is a file; name a folder for {len(files)} recordings')
+        raise WrongUsage(f'{option}: {given} is a file; give a folder for {len(files)} recordings')
     names = [(file.name if file.is_dir() else file.stem) + suffix for file in files]
     for name, file in zip(names, files):
         other = files[names.index(name)]
         if other is not file:
-            raise WrongUsage(f'{option}: {other} and {file} would both be {given / name}')
+            raise WrongUsage(
+                f'{option}: {other} and {file} would both be {given / name}; rename one of them'
+            )
     try:
         given.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -29,10 +29,12 @@ def given_frames(gap: float | None, warn: str, stop: str) -> FrameSettings:
     Return the settings for matching and judging the poses of a second source, from option values.
     """
     if gap is not None and not 0.0 < gap <= MAX_GAP:
-        raise WrongUsage(f'--pose-gap: {gap:g} is not within 0 and {MAX_GAP:g} s')
+        raise WrongUsage(
+            f'--pose-gap: {gap:g} s is not accepted; give above 0, at most {MAX_GAP:g} s'
+        )
     limits = FrameLimits(given_limit('--pose-warn', warn), given_limit('--pose-stop', stop))
     if limits.bad.position < limits.warn.position or limits.bad.angle < limits.warn.angle:
-        raise WrongUsage(f'--pose-stop: {stop} is less than --pose-warn {warn}')
+        raise WrongUsage(f'--pose-stop: {stop} is less than --pose-warn {warn}; give more')
     return FrameSettings(gap, limits)
 
 
@@ -46,8 +48,8 @@ def given_limit(option: str, text: str) -> PoseLimit:
         match = LIMIT.fullmatch(part.strip())
         if match is None or not 0.0 < float(match[1]) < math.inf:
             raise WrongUsage(
-                f'{option}: {part.strip()!r} is no length or angle with its unit, above 0; write '
-                f'for instance 4mm,0.5deg'
+                f'{option}: {part.strip()!r} is not a length or angle above 0 with its unit; '
+                'write for instance 4mm,0.5deg'
             )
         found['m' if match[2] in ('m', 'mm') else 'rad'] = float(match[1]) * FACTORS[match[2]]
     return PoseLimit(found['m'], found['rad'])

@@ -19,7 +19,7 @@ def given_plans(
     `failures` has `warn`, else `stop`.
     """
     if limit is not None and not 0.0 < limit < math.inf:
-        raise WrongUsage(f'--speed-limit: {limit:g} is no speed above 0 m/s')
+        raise WrongUsage(f'--speed-limit: {limit:g} m/s is not accepted; give a speed above 0')
     names = tuple(name.strip() for name in (points or '').split(',') if name.strip())
     for name in names:
         try:

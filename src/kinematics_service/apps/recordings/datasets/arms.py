@@ -103,8 +103,9 @@ def arms_of(header: list[str], wanted: Selection, rate: float) -> tuple[DatasetA
     there = [one for one in KNOWN if _elements(header, one.position)]
     if not there:
         raise RecordingError(
-            f'no vector of joint positions is known among {listed(header, MAX_LISTED)}; name it: '
-            '--columns position=VECTOR, or position=VECTOR[0:6] if it holds more'
+            f'no vector of joint positions is known among {listed(header, MAX_LISTED)}; name it '
+            'with --columns position=VECTOR, or position=VECTOR[0:6] if it holds more',
+            code='missing-column',
         )
     names = max(there, key=lambda one: _elements(header, one.pose.split('+')[0]) != [])
     if names.kind and not wanted.pose_format.kind:
@@ -112,8 +113,9 @@ def arms_of(header: list[str], wanted: Selection, rate: float) -> tuple[DatasetA
     parts = _parts(header, names.position, wanted)
     if len(parts) > 1 and '.json' in wanted.joint_format.text:
         raise RecordingError(
-            'a file of --joint-format is that of one arm: give one at a time, --columns '
-            f'position={parts[0][1]}'
+            'a file of --joint-format is for one arm, and the dataset has '
+            f'{len(parts)}; choose one, for instance with --columns position={parts[0][1]}',
+            code='ambiguous',
         )
     return tuple(
         DatasetArm(
@@ -152,15 +154,17 @@ def _parts(header: list[str], vector: str, wanted: Selection) -> list[tuple[str,
     n, count = robot.dof, len(elements)
     if {f'{vector}.{axis}' for axis in 'xyz'} <= set(elements):
         raise RecordingError(
-            f'{vector} holds {listed(elements, MAX_LISTED)}, which is a pose: name the vector '
-            'of the joints, --columns position=VECTOR'
+            f'{vector} holds {listed(elements, MAX_LISTED)}, which is a pose; name the vector '
+            'of the joints with --columns position=VECTOR',
+            code='missing-column',
         )
     own = [name.removeprefix(f'{vector}.') for name in elements]
     if not all(map(NUMBERED.fullmatch, own)):
         raise RecordingError(
             f'{vector} names its numbers {listed(own, MAX_LISTED)}, and the joints of '
-            f'{robot.name} are {", ".join(robot.joint_names)}: if they are the same in this '
-            f'order, say so with --columns position={vector}[0:{n}]'
+            f'{robot.name} are {", ".join(robot.joint_names)}; if they are the same in this '
+            f'order, add --columns position={vector}[0:{n}]',
+            code='mismatch',
         )
     if count in (n, n + 1):  # the additional last element is a gripper
         return [('', f'{vector}[0:{n}]')]
@@ -168,8 +172,9 @@ def _parts(header: list[str], vector: str, wanted: Selection) -> list[tuple[str,
         half = count // 2
         return [('left', f'{vector}[0:{n}]'), ('right', f'{vector}[{half}:{half + n}]')]
     raise RecordingError(
-        f'{vector} has {count} numbers, and {robot.name} has {n} joints: say which they are, for '
-        f'instance --columns position={vector}[0:{n}]'
+        f'{vector} has {count} numbers, and {robot.name} has {n} joints; choose them, for '
+        f'instance with --columns position={vector}[0:{n}]',
+        code='ambiguous',
     )
 
 

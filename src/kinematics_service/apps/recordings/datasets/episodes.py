@@ -62,7 +62,7 @@ class Episode:
     elements
         Names of the elements of each vector, by the name of its column.
     fault
-        The reason why the file cannot be read; empty if it can.
+        The error of a file that cannot be read; None if it can.
     """
 
     file: Path
@@ -72,7 +72,7 @@ class Episode:
     count: int = -1
     rate: float = 0.0
     elements: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    fault: str = ''
+    fault: RecordingError | None = None
 
 
 def is_dataset(path: Path) -> bool:
@@ -120,13 +120,16 @@ def _described(info: Path) -> tuple[float, dict[str, tuple[str, ...]]]:
     features = content.get('features') if isinstance(content, dict) else None
     if not isinstance(features, dict) or {*map(type, features.values())} - {dict}:
         raise RecordingError(
-            f'{info}: is no description of a dataset: write "features": {{"NAME": {{"names": '
-            '[...]}}, as LeRobot does'
+            f'{info}: does not describe a dataset; write "features": {{"NAME": {{"names": '
+            '[...]}}, as LeRobot does',
+            code='wrong-type',
         )
     rate = content.get('fps') or 0
     if type(rate) not in (int, float) or not 0 <= rate <= MAX_RATE:
         raise RecordingError(
-            f'{info}: fps: {str(rate)[:40]!r} is no rate; write the frames a second, such as 30'
+            f'{info}: fps: {str(rate)[:40]!r} is not a rate; write the frames per second, such '
+            'as 30',
+            code='out-of-range' if type(rate) in (int, float) else 'wrong-type',
         )
     names = {name: _names(one.get('names'), MAX_LIST_DEPTH) for name, one in features.items()}
     return float(rate), {key: one for key, one in names.items() if one}
@@ -143,16 +146,19 @@ def _names(names: Any, deepest: int) -> tuple[str, ...]:
     return tuple(chain.from_iterable(parts))
 
 
-def fault_of(file: Path, error: Exception) -> str:
-    """
-    Return a sentence that says why a file cannot be read. A damaged file can raise any exception.
-    """
+def fault_of(file: Path, error: Exception) -> RecordingError:
+    """Return why a file cannot be read, as an error; a damaged file can raise any exception."""
     if isinstance(error, RecordingError):
-        return str(error) if str(error).startswith(f'{file}:') else f'{file}: {error}'
+        if str(error).startswith(f'{file}:'):
+            return error
+        return RecordingError(f'{file}: {error}', code=error.code)
     if isinstance(error, FileNotFoundError):
-        return f'{file}: there is no such file'
+        kinds = ', '.join(SUFFIXES)
+        message = f'{file}: there is no such file; give a dataset (a folder, or {kinds})'
+        return RecordingError(message, code='missing-file')
     reason = ' '.join(str(error).split())[:200] or type(error).__name__
-    return f'{file}: cannot be read: copy it anew, or leave it out ({reason})'
+    message = f'{file}: cannot be read ({reason}); copy it anew, or leave it out'
+    return RecordingError(message, code='unreadable')
 
 
 def refuse_twice(names: Iterable[str]) -> None:
@@ -166,7 +172,8 @@ def refuse_twice(names: Iterable[str]) -> None:
     """
     for name, count in Counter(names).most_common(1):
         if count > 1:
-            raise RecordingError(f'{count} columns are named {name[:40]!r}: rename all but one')
+            message = f'{count} columns are named {name[:40]!r}; rename all but one'
+            raise RecordingError(message, code='duplicate-name')
 
 
 def refuse_to_hold(file: Path, numbers: int) -> None:
@@ -180,8 +187,9 @@ def refuse_to_hold(file: Path, numbers: int) -> None:
     """
     if numbers > MAX_NUMBERS:
         raise RecordingError(
-            f'{file}: {numbers:,} numbers at once are more than {MAX_NUMBERS:,}: cut it into '
-            'episodes, or groups of rows'
+            f'{file}: {numbers:,} numbers at once are more than {MAX_NUMBERS:,}; cut it into '
+            'episodes, or groups of rows',
+            code='too-large',
         )
 
 
@@ -193,10 +201,11 @@ def _of_file(whole: Episode) -> Iterator[Episode]:
         parts = list(islice(read(whole), MAX_EPISODES + 1))
         if len(parts) > MAX_EPISODES:
             raise RecordingError(
-                f'{file}: has more than {MAX_EPISODES:,} episodes: cut it into several files'
+                f'{file}: has more than {MAX_EPISODES:,} episodes; cut it into several files',
+                code='too-many',
             )
     except ImportError as error:
-        raise RecordingError(INSTALL.format(reason=error)) from None
+        raise RecordingError(INSTALL.format(reason=error), code='missing-package') from None
     except Exception as error:
         yield replace(whole, fault=fault_of(file, error))
         return
@@ -206,7 +215,8 @@ def _of_file(whole: Episode) -> Iterator[Episode]:
 def _runs(whole: Episode, numbers: npt.NDArray[np.float64]) -> Iterator[Episode]:
     # Yields an episode for each run of consecutive rows with one episode number.
     if len(faults := np.flatnonzero(~np.isfinite(numbers))):
-        raise RecordingError(f'row {faults[0]} has no number of its episode: number every row')
+        message = f'row {faults[0]} has no episode number; number every row'
+        raise RecordingError(message, code='not-finite')
     begins = np.flatnonzero(np.diff(numbers, prepend=np.nan) != 0).tolist()
     for begin, end in zip(begins, [*begins[1:], len(numbers)]):
         name = f'{whole.name}:{numbers[begin]:.0f}'
@@ -257,7 +267,8 @@ def headers_of(file: Path) -> dict[str, npt.NDArray[np.generic]]:
                 read = 'read_array_header_1_0' if first else 'read_array_header_2_0'
                 shape, _, kind = getattr(np.lib.format, read)(header)
                 if min(shape, default=0) < 0:
-                    raise RecordingError(f'{name} has the shape {shape}: write it anew')
+                    message = f'{name} has the shape {shape}; write it anew'
+                    raise RecordingError(message, code='wrong-shape')
                 headers[name.removesuffix('.npy')] = np.broadcast_to(np.empty((), kind), shape)
     return headers
 
@@ -276,7 +287,8 @@ def _of_arrays(whole: Episode) -> Iterator[Episode]:
         kinds, fits = 'iu', own.size <= rows
         wanted = f'whole numbers that rise from 1 to at most {rows:,}, the rows of other arrays'
     if own.dtype.kind not in kinds or own.shape[:1] != (own.size,) or not fits:
-        raise RecordingError(f'{column} must be {wanted}, not {own.dtype} of shape {own.shape}')
+        message = f'{column} must be {wanted}, not {own.dtype} of shape {own.shape}'
+        raise RecordingError(message, code='wrong-shape')
     with np.load(file, allow_pickle=False) as arrays:
         numbers = arrays[column].reshape(-1)
     if column != ENDS:
@@ -284,11 +296,13 @@ def _of_arrays(whole: Episode) -> Iterator[Episode]:
         return
     edges = np.append(0, numbers.astype(np.int64))
     for k in np.flatnonzero((edges[1:] <= edges[:-1]) | (edges[1:] > rows))[:1]:
-        raise RecordingError(f'{ENDS} must be {wanted}, not {edges[k]:,} and {edges[k + 1]:,}')
+        message = f'{ENDS} must be {wanted}, not {edges[k]:,} and {edges[k + 1]:,}'
+        raise RecordingError(message, code='wrong-order')
     if edges[-1] not in counts:
         raise RecordingError(
-            f'{ENDS} ends with {edges[-1]:,} of {rows:,} rows: add the end of the last episode, '
-            'or leave the rows after it out of the arrays'
+            f'{ENDS} ends with {edges[-1]:,} of {rows:,} rows; add the end of the last episode, '
+            'or leave the rows after it out of the arrays',
+            code='wrong-length',
         )
     for k, (begin, end) in enumerate(pairwise(edges.tolist())):
         yield replace(whole, name=f'{whole.name}:{k}', first=begin, count=end - begin)

@@ -66,17 +66,18 @@ def columns_of_episode(episode: Episode) -> Columns:
         The file cannot be read, or lacks numbers.
     """
     if episode.fault:
-        raise RecordingError(episode.fault)
+        raise episode.fault
     suffix = episode.file.suffix.lower()
     read = _of_parquet if suffix in PARQUET else _of_hdf5 if suffix in HDF5 else _of_arrays
     try:
         found = taken_apart(read(episode), episode.elements)
     except ImportError as error:
-        raise RecordingError(INSTALL.format(reason=error)) from None
+        raise RecordingError(INSTALL.format(reason=error), code='missing-package') from None
     except Exception as error:
-        raise RecordingError(fault_of(episode.file, error)) from None
+        raise fault_of(episode.file, error) from None
     if not found.header or not len(found):
-        raise RecordingError(f'{episode.file}: {episode.name}: has no rows of numbers')
+        message = f'{episode.file}: {episode.name}: has no rows of numbers'
+        raise RecordingError(message, code='empty')
     return found
 
 
@@ -239,13 +240,16 @@ def _of_hdf5(episode: Episode) -> dict[str, Floats]:
         def take(name: str, part: Any) -> None:
             if name.count('/') > MAX_GROUP_DEPTH:
                 raise RecordingError(
-                    f'{episode.file}: more than {MAX_GROUP_DEPTH} groups are within each other'
+                    f'{episode.file}: more than {MAX_GROUP_DEPTH} groups are within each other; '
+                    'move the numbers to an outer group',
+                    code='too-deep',
                 )
             if isinstance(part, h5py.Dataset) and part.ndim and part.dtype.kind in 'iuf':
                 if part.external or part.is_virtual:
                     raise RecordingError(
                         f'{episode.file}: the numbers of {part.name} are in other files, '
-                        'which are not read: copy them into this file'
+                        'which are not read; copy them into this file',
+                        code='unsupported',
                     )
                 found.append((name.replace('/', '.'), part))
 

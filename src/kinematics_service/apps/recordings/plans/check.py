@@ -127,12 +127,20 @@ def _times(times: npt.ArrayLike) -> Floats:
         at = np.array(times, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         at = np.full(1, np.nan)
-    if at.ndim != 1 or not len(at) or not np.all(np.isfinite(at)) or np.any(np.diff(at) <= 0.0):
+    code = ''
+    if at.ndim != 1 or not len(at):
+        code = 'wrong-shape'
+    elif not np.all(np.isfinite(at)):
+        code = 'not-finite'
+    elif np.any(np.diff(at) <= 0.0):
+        code = 'wrong-order'
+    if code:
         raise PlanError(
             'times must be finite numbers that rise, one for each point',
             'times',
             ['(N,)'],
             at.shape,
+            code=code,
         )
     return at
 
@@ -149,11 +157,12 @@ def _table(robot: Robot, table: npt.ArrayLike | None, name: str, count: int) -> 
             name,
             [expected],
             rows.shape,
+            code='wrong-shape',
         )
     bad = np.flatnonzero(~np.all(np.isfinite(rows), axis=1))
     if len(bad):
         message = f'{name} must be finite: point {bad[0]} is {rows[bad[0]].tolist()}'
-        error = JointVectorError(message, name, [expected], rows.shape)
+        error = JointVectorError(message, name, [expected], rows.shape, code='not-finite')
         error.row = int(bad[0])
         raise error
     return rows
@@ -161,7 +170,8 @@ def _table(robot: Robot, table: npt.ArrayLike | None, name: str, count: int) -> 
 
 def _threshold(distance: float) -> float:
     if refusal := MEASURES[DISTANCE].refusal(number_or_nan(distance)):
-        raise PlanError(f'distance {refusal}', 'distance', ['above 0, at most 1 rad'], distance)
+        accepted = ['above 0, at most 1 rad']
+        raise PlanError(f'distance {refusal}', 'distance', accepted, distance, code='out-of-range')
     return float(distance)
 
 
@@ -207,5 +217,6 @@ def _extreme(
             'q',
             [f'at most {kernel.LARGEST:g}'],
             bound.value,
+            code='too-large',
         )
     return JointExtreme(seen.value, moment_at(motion, seen.segment, seen.s))

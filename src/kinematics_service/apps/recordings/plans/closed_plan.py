@@ -58,11 +58,12 @@ class ClosedPlan:
         farthest = float(np.max(np.sum(np.abs(motion.coefficients), axis=1)))
         if farthest > MAX_POSITION:
             raise PlanError(
-                f'{robot.name} has closed loops, and a joint moves to {farthest:g} rad or m: '
-                f'at most {MAX_POSITION:g}',
+                f'{robot.name} has closed loops, and a joint moves to {farthest:g} rad or m; '
+                f'accepted is at most {MAX_POSITION:g}',
                 'q',
                 [f'at most {MAX_POSITION:g}'],
                 farthest,
+                code='too-large',
             )
         moves = (
             np.sum(np.abs(motion.coefficients[:, 1:]), axis=1)

@@ -105,10 +105,11 @@ def chain_to(robot: Robot, of: str) -> Chain | None:
     if joints:
         give = f'give {TOOL}, the number {frames}, or a joint ({", ".join(joints)})'
     raise PlanError(
-        f'{robot.name} has no point {of!r}: {give}',
+        f'{robot.name} has no point {of!r}; {give}',
         'speed_of',
         (TOOL, f'a frame from 0 to {robot.rows}', *joints),
         of,
+        code='unknown-name',
     )
 
 

@@ -144,7 +144,8 @@ def arm_columns(
     """
     name, times = Counter(header).most_common(1)[0]
     if times > 1:
-        raise RecordingError(f'{file}: column {_cut(name)} occurs twice')
+        message = f'{file}: column {_cut(name)} occurs twice; rename one of them'
+        raise RecordingError(message, code='duplicate-name')
     return _Search(file, header, wanted, accepted).found()
 
 
@@ -169,16 +170,20 @@ class _Search:
         positions, velocities = self._positions(names.position), self._family(names.velocity)
         if len(positions) != len(self.joints):
             raise RecordingError(
-                f'{self.file}: --columns position= names {len(positions)} columns; '
-                f'{wanted.robot.name} has {len(self.joints)} joints'
+                f'{self.file}: --columns: position= names {len(positions)} columns; give '
+                f'{len(self.joints)}, one for each joint of {wanted.robot.name}',
+                code='wrong-length',
             )
         joints, form = self._joint_units(positions), wanted.pose_format
         for scale, column in zip(joints.units(wanted.robot).scale, velocities):
             unit = self.heads.units.get(column, '')
             if unit and (ANGLES | LENGTHS).get(unit.removesuffix('/s')) != scale:
                 head = self.heads.heads[column]
-                text = f'column {head!r} is in {unit}, its position in another unit'
-                raise RecordingError(f'{self.file}: {text}')
+                raise RecordingError(
+                    f'{self.file}: column {head!r} is in {unit}, but the position of its joint is '
+                    'in another unit; write both in one unit',
+                    code='mixed-units',
+                )
         if layout.maker:
             if joints == JointFormat():
                 joints = JointFormat('deg,mm')
@@ -194,8 +199,11 @@ class _Search:
         if layout.numbered:
             text = f'{listed(positions, MAX_LISTED)} are taken for {", ".join(self.joints)}'
             if joints == JointFormat():
-                ask = 'are they rad or deg? (--joint-format rad, --joint-format deg,mm)'
-                raise RecordingError(f'{self.file}: {text}, by their numbers: {ask}')
+                raise RecordingError(
+                    f'{self.file}: {text}, by their numbers, but their unit is not given; add '
+                    '--joint-format rad, or --joint-format deg,mm',
+                    code='missing-unit',
+                )
             guessed.append(f'{text}, by their numbers')
         if not names.position and joints == JointFormat():
             guessed.append(
@@ -239,8 +247,9 @@ class _Search:
             return given
         if '' in told.values():
             raise RecordingError(
-                f'{self.file}: some heads have units ({words}), others none: --joint-format has '
-                'room for all'
+                f'{self.file}: some joint columns have a unit in the header ({words}) and some do '
+                'not; give all units with --joint-format',
+                code='mixed-units',
             )
         return JointFormat(words)
 
@@ -262,7 +271,10 @@ class _Search:
         return given._replace(unit=told or given.unit)
 
     def _contradiction(self, told: str, option: str) -> RecordingError:
-        return RecordingError(f'{self.file}: the heads say {told}, and {option}: leave out one')
+        return RecordingError(
+            f'{self.file}: {option}: the header says {told}; leave out one of them',
+            code='conflict',
+        )
 
     def _layout(self) -> Layout:
         usual = LAYOUTS[0]
@@ -315,7 +327,8 @@ class _Search:
             rest = '' if 'stamp' in self._given else f'; {self._accepted}'
             raise RecordingError(
                 f'{self.file}: there is no column {name!r}{asked}; the header has '
-                f'{self._shown()}{rest}'
+                f'{self._shown()}{rest}',
+                code='missing-column',
             )
         return name
 
@@ -323,13 +336,14 @@ class _Search:
         if not self._positions(beginning):
             missing = [j for j in self.joints if beginning + j not in self.header]
             alone = (
-                '; there are poses of the tool, and no joint positions by these names: '
-                '`kinematics_service ik --one` of each pose gives some'
+                '; the table has poses of the tool: kinematics_service ik --one computes joint '
+                'positions from a pose'
             )
             raise RecordingError(
                 f'{self.file}: there is no column {beginning + missing[0]!r} for joint '
                 f'{missing[0]!r} of {self.wanted.robot.name}; the header has {self._shown()}; '
-                f'{self._accepted}{alone if self._poses_alone([])[0] else ""}'
+                f'{self._accepted}{alone if self._poses_alone([])[0] else ""}',
+                code='missing-column',
             )
 
     def _positions(self, beginning: str) -> list[str]:
@@ -370,7 +384,9 @@ class _Search:
         first, last = int(span[1]), int(span[2] or span[1])
         if not 1 <= first <= last <= len(self.header):
             raise RecordingError(
-                f'{self.file}: --columns: {text} is not within the {len(self.header)} columns'
+                f'{self.file}: --columns: {text} is outside the table; give numbers from 1 to '
+                f'{len(self.header)}',
+                code='out-of-range',
             )
         return self.header[first - 1 : last]
 
@@ -382,7 +398,10 @@ class _Search:
             pose_of_columns(columns, form) if columns else pose_columns(self.header, parts, form)
         )
         if found is None and asked:
-            raise RecordingError(f'{self.file}: {text}* are no pose: {ACCEPTED_POSES}')
+            raise RecordingError(
+                f'{self.file}: the columns {text}* are not a pose; {ACCEPTED_POSES}',
+                code='missing-column',
+            )
         return found or ([], PoseFormat())
 
     def _poses_alone(self, guessed: list[str]) -> tuple[list[str], PoseFormat]:
@@ -412,7 +431,8 @@ def _given(text: str) -> dict[str, str]:
         if not equals or key not in ColumnNames._fields:
             raise RecordingError(
                 f'--columns: {item!r} is not accepted; write for instance '
-                'stamp=time,position=q_,velocity=qd_,pose=tcp_'
+                'stamp=time,position=q_,velocity=qd_,pose=tcp_',
+                code='unknown-key' if equals else 'syntax',
             )
         given[key] = value.rstrip('*')
     return given

@@ -17,6 +17,8 @@ from .source import Remark
 
 UNNOTICED = 'has no checksums: a flipped bit in its numbers would not be noticed'
 CHANGED = 'it was changed after it was written, and what follows from it may be wrong'
+# Codes of remarks: a checksum that is wrong, or missing.
+WRONG_SUM, NO_SUM = 'wrong-checksum', 'no-checksum'
 MAGIC_LENGTH = 8
 # Layout of the first bytes of an MCAP record, opcode and length: mcap.dev/spec.
 HEAD = struct.Struct('<BQ')
@@ -41,7 +43,7 @@ def checked(path: Path) -> Iterator[Remark]:
         elif file.suffix == '.db3':
             yield from _sqlite(file)
         elif file.suffix == '.bag':
-            yield Remark(Level.OK, f'{file.name} {UNNOTICED} (ROS 1 bags have none)')
+            yield Remark(Level.OK, f'{file.name} {UNNOTICED} (ROS 1 bags have none)', NO_SUM)
 
 
 def add_checksums(file: Path) -> None:
@@ -68,13 +70,14 @@ def _mcap(name: str, stream: BinaryIO) -> Iterator[Remark]:
     begin = begin or end
     summary = _between(stream, begin, end)
     if summary_sum and zlib.crc32(summary + footer[:-4]) != summary_sum:
-        yield Remark(Level.ERROR, f'The index of {name} does not have its checksum: {CHANGED}')
+        text = f'The index of {name} does not have its checksum: {CHANGED}'
+        yield Remark(Level.ERROR, text, WRONG_SUM)
     whole = _data_sum(stream, begin - DATA_END_LENGTH)
     if whole and _sum_until(stream, begin - DATA_END_LENGTH) != whole:
-        yield Remark(Level.ERROR, f'{name} does not have its checksum: {CHANGED}')
+        yield Remark(Level.ERROR, f'{name} does not have its checksum: {CHANGED}', WRONG_SUM)
     sums = list(_chunk_sums(stream, summary))
     if not whole and not (sums and all(sums)):
-        yield Remark(Level.OK, f'{name} {UNNOTICED}')
+        yield Remark(Level.OK, f'{name} {UNNOTICED}', NO_SUM)
 
 
 def _between(stream: BinaryIO, begin: int, end: int) -> bytes:
@@ -122,5 +125,5 @@ def _sqlite(file: Path) -> Iterator[Remark]:
         database.close()
     if answer != 'ok':
         reason = ' '.join(answer.split())
-        yield Remark(Level.ERROR, f'{file.name} is damaged ({reason}): {CHANGED}')
-    yield Remark(Level.OK, f'{file.name} {UNNOTICED} (sqlite3 bags have none)')
+        yield Remark(Level.ERROR, f'{file.name} is damaged ({reason}): {CHANGED}', WRONG_SUM)
+    yield Remark(Level.OK, f'{file.name} {UNNOTICED} (sqlite3 bags have none)', NO_SUM)

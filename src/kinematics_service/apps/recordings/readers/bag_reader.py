@@ -77,7 +77,8 @@ def _one_sentence(path: Path) -> Iterator[None]:
         if not _from_the_reader(error):
             raise
         reason = ' '.join(str(error).split()) or type(error).__name__
-        raise RecordingError(f'{path}: cannot be read as a bag: {reason}{_advice(path)}') from None
+        message = f'{path}: cannot be read as a bag: {reason}{_advice(path)}'
+        raise RecordingError(message, code='unreadable') from None
 
 
 def _from_the_reader(error: BaseException) -> bool:
@@ -91,7 +92,7 @@ def _advice(path: Path) -> str:
         with path.open('rb') as stream:
             stream.seek(-8, 2)
             if stream.read() != MAGIC['.mcap'][0]:
-                return ' (the file has no end: it was cut off; `mcap recover` may repair it)'
+                return '; the file is cut off: `mcap recover` may repair it'
     return ''
 
 
@@ -99,20 +100,24 @@ def _check(path: Path) -> None:
     if path.is_dir():
         if not (path / 'metadata.yaml').exists():
             raise RecordingError(
-                f'{path}: is a directory without metadata.yaml, so it is not a rosbag2 bag, and '
-                'it holds no dataset: no meta/info.json, and no .parquet, .hdf5 or .npz file'
+                f'{path}: the folder is not a rosbag2 bag (metadata.yaml is missing) and not a '
+                'dataset (meta/info.json and .parquet, .hdf5 and .npz files are missing); give '
+                'the folder that has them',
+                code='wrong-kind',
             )
         return
     with path.open('rb') as stream:
         head = stream.read(16)
     if not head:
-        raise RecordingError(f'{path}: is empty')
+        raise RecordingError(f'{path}: the file is empty; record the bag anew', code='empty')
     magic, what = MAGIC.get(path.suffix.lower(), (b'', ''))
     if not head.startswith(magic):
-        raise RecordingError(f'{path}: is not {what}, whatever its name says')
+        message = f'{path}: is not {what}; rename it to the suffix of its own type'
+        raise RecordingError(message, code='wrong-kind')
     for suffix, (start, what) in MAGIC.items():
         if head.startswith(start) and path.suffix.lower() != suffix:
-            raise RecordingError(f'{path}: looks like {what}: rename it to *{suffix}')
+            message = f'{path}: looks like {what}; rename it to *{suffix}'
+            raise RecordingError(message, code='wrong-kind')
 
 
 def _types_of(fields: Any) -> Iterator[str]:
@@ -140,7 +145,7 @@ class _Bag:
         connections = self._connections(topic)
         total: int | None = sum(connection.msgcount for connection in connections)
         if not total:
-            raise RecordingError(f'{self.path}: there is no message on {topic}')
+            raise self._without_messages(topic)
         poses = self._poses()
         what = {'.bag': 'ROS 1 bag', '.mcap': 'MCAP file'}.get(self.path.suffix, 'rosbag2 bag')
         planned = kind == TRAJECTORY
@@ -169,7 +174,8 @@ class _Bag:
             self.remarks += checked(self.path)
             if (promised := self._promised(connections)) != self.read:
                 counts = f'{self.path.name} counts {promised:,} messages on {connections[0].topic}'
-                self.remarks.append(Remark(Level.WARN, f'{counts}, but holds {self.read:,}'))
+                text = f'{counts}, but holds {self.read:,}'
+                self.remarks.append(Remark(Level.WARN, text, 'wrong-length'))
 
     def _promised(self, connections: list[Any]) -> int:
         if self.reader.is2:
@@ -187,18 +193,22 @@ class _Bag:
             if kind in kinds:
                 return (wanted if wanted in self.types else f'/{wanted}'), kind
             known = f'is {kind}' if kind else 'does not exist'
-            raise RecordingError(f'{self.path}: topic {wanted} {known}; {self._listed()}')
+            raise RecordingError(
+                f'{self.path}: topic {wanted} {known}; {self._listed()}',
+                code='wrong-type' if kind else 'unknown-name',
+            )
         for kind in kinds:
             topics = [topic for topic, own in self.types.items() if own == kind]
             if len(topics) > 1:
                 name = kind.rpartition('/')[2]
                 raise RecordingError(
-                    f'{self.path}: several topics have {name}: choose one with --topic '
-                    f'({", ".join(sorted(topics))})'
+                    f'{self.path}: several topics have {name}; choose one with --topic '
+                    f'({", ".join(sorted(topics))})',
+                    code='ambiguous',
                 )
             if topics:
                 return topics[0], kind
-        raise RecordingError(f'{self.path}: {self._listed()}')
+        raise RecordingError(f'{self.path}: {self._listed()}', code='missing-topic')
 
     def _refuse_other_fields(self, topic: str, kind: str) -> None:
         # Refuse a message type that has the name of a ROS type but other fields: read by the ROS
@@ -212,9 +222,15 @@ class _Bag:
             if name in own and own[name][1] != fields:
                 listed = ', '.join(field for field, _ in own[name][1]) or 'nothing'
                 raise RecordingError(
-                    f'{self.path}: {topic} is another {name} than that of ROS, with {listed[:200]}'
+                    f'{self.path}: {topic}: the bag defines {name} otherwise than ROS, with the '
+                    f'fields {listed[:200]}; record it with the type of ROS',
+                    code='mismatch',
                 )
             names += [part for part in _types_of(fields) if part not in names]
+
+    def _without_messages(self, topic: str) -> RecordingError:
+        message = f'{self.path}: {topic} has no messages; record it anew'
+        return RecordingError(message, code='empty')
 
     def _listed(self) -> str:
         known = sorted(self.types.items())
@@ -288,7 +304,8 @@ class _Bag:
             known = f'is {kind}' if kind else 'does not exist'
             raise RecordingError(
                 f'{self.path}: pose topic {self.wanted.pose_topic} {known}; poses are on '
-                f'{self._pose_topics() or "no topic"}'
+                f'{self._pose_topics() or "no topic"}',
+                code='wrong-type' if kind else 'unknown-name',
             )
         self._refuse_other_fields(topic, kind)
         connections = self._connections(topic)
@@ -304,7 +321,7 @@ class _Bag:
 
         track = track_of_messages(topic, each, self._raw(connections), read)
         if track is None:
-            raise RecordingError(f'{self.path}: there is no message on {topic}')
+            raise self._without_messages(topic)
         return track
 
     def _pose_topics(self) -> str:
@@ -323,6 +340,7 @@ class _Bag:
             return chosen
         shown = [f'{name} in {" and ".join(sorted(own))}' for name, own in sorted(parents.items())]
         raise RecordingError(
-            f'{self.path}: {topic} has the transforms of {listed(shown, MAX_LISTED)}: say '
-            f'--pose-topic {topic}:FRAME for one that another source than the joints gives'
+            f'{self.path}: {topic} has the transforms of {listed(shown, MAX_LISTED)}; choose one '
+            f'that was measured apart from the joints: --pose-topic {topic}:FRAME',
+            code='unknown-name' if asked and asked not in parents else 'ambiguous',
         )

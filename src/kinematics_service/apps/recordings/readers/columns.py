@@ -58,8 +58,9 @@ class Column(Generic[Scalar]):
             self._file.flush()
         except OSError as error:
             raise RecordingError(
-                f'{tempfile.gettempdir()}: no room for working files: {error.strerror} (some 250 '
-                'bytes a message; TMPDIR names another folder)'
+                f'{tempfile.gettempdir()}: cannot write working files: {error.strerror}; name a '
+                'folder with 250 bytes for each message in TMPDIR',
+                code='no-space',
             ) from None
         self._written += self._held_count
         self._held, self._held_count = [], 0

@@ -46,12 +46,16 @@ class HeadUnits(NamedTuple):
         found = {self.units.get(name, ''): name for name in names}
         if len(found) > 1:
             one, other = (repr(self.heads[name]) for name in list(found.values())[:2])
-            raise RecordingError(f'{where}: {one} and {other} have different units: write one')
+            raise RecordingError(
+                f'{where}: columns {one} and {other} have different units; write both in one unit',
+                code='mixed-units',
+            )
         (unit,) = found or ['']
         if unit and unit not in accepted:
             raise RecordingError(
                 f'{where}: column {self.heads[names[0]]!r}: {unit!r} is not one of '
-                f'{", ".join(accepted)}: rename the column, and say its unit by an option'
+                f'{", ".join(accepted)}; rename the column, and give its unit by an option',
+                code='unknown-unit',
             )
         return unit
 

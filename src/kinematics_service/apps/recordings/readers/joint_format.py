@@ -77,8 +77,9 @@ class JointFormat(NamedTuple):
             if named:
                 if name not in robot.joint_names:
                     raise RecordingError(
-                        f'--joint-format: {name!r} is no joint of {robot.name}; it has '
-                        f'{", ".join(robot.joint_names)}'
+                        f'--joint-format: {robot.name} has no joint {name!r}; its joints are '
+                        f'{", ".join(robot.joint_names)}',
+                        code='unknown-name',
                     )
                 joints = range(robot.joint_names.index(name), robot.joint_names.index(name) + 1)
             for j in joints:
@@ -96,15 +97,17 @@ def _take_word(units: JointUnits, robot: Robot, j: int, unit: str) -> None:
         lower, upper = robot.limits[j].tolist()
         if not math.isfinite(upper - lower):
             raise RecordingError(
-                f'--joint-format: joint {robot.joint_names[j]} has no limits in the robot file, '
-                'of which its positions could be a percentage'
+                f'--joint-format: percent: joint {robot.joint_names[j]} has no limits in '
+                'the robot file; add its limits there, or give another unit',
+                code='missing-limits',
             )
         _take_range(units, j, (-100.0, 100.0), (lower, upper))
     elif ticks and float(ticks[1]):
         turn = 1.0 if sliding else math.tau  # ticks of a prismatic joint are per metre
         units.scale[j], units.zero[j] = turn / float(ticks[1]), float(ticks[2] or 0.0)
     else:
-        raise RecordingError(f'--joint-format: {unit!r} is not accepted; {ACCEPTED}')
+        message = f'--joint-format: {unit!r} is not accepted; {ACCEPTED}'
+        raise RecordingError(message, code='unknown-unit')
 
 
 def _take_range(
@@ -119,16 +122,23 @@ def _take_file(units: JointUnits, robot: Robot, file: Path, first: int) -> None:
     try:
         content = json.loads(file.read_text(encoding='utf-8'))
         if not isinstance(content, Mapping):
-            raise ValueError('it holds no names')
+            raise ValueError('it is not a mapping')
         motors = {name: one for name, one in content.items() if _is_motor(one)}
         if motors:
             _take_calibration(units, robot, motors)
             return
         least, most = _range_of_state(content, first, first + robot.dof)
-    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+    except OSError as error:
         raise RecordingError(
-            f'--joint-format: {file}: is neither a calibration (range_min and range_max of every '
-            f'joint) nor statistics (min and max of observation.state): {error}'
+            f'--joint-format: {file}: cannot be read: {error.strerror}; give a calibration or the '
+            'statistics of a dataset, or a unit such as deg',
+            code='missing-file' if isinstance(error, FileNotFoundError) else 'unreadable',
+        ) from None
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        raise RecordingError(
+            f'--joint-format: {file}: is neither a calibration nor statistics ({error}); give '
+            'range_min and range_max of every joint, or min and max of observation.state',
+            code='wrong-kind',
         ) from None
     for j in range(robot.dof):
         _take_range(units, j, (-1.0, 1.0), (least[j], most[j]))

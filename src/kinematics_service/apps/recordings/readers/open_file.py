@@ -15,9 +15,9 @@ INSTALL = (
 BAGS = ('.mcap', '.db3', '.bag')
 TABLES = ('.csv', '.tsv', '.txt')
 TEXTS = ('.yaml', '.yml', '.json')
-ACCEPTED = (
-    'accepted are MCAP (.mcap), rosbag2 (a directory or .db3), ROS 1 bags (.bag), tables (.csv), '
-    'and planned trajectories (.yaml, .json)'
+KINDS = (
+    'MCAP (.mcap), rosbag2 (a directory or .db3), ROS 1 bags (.bag), tables (.csv), and planned '
+    'trajectories (.yaml, .json)'
 )
 
 
@@ -32,29 +32,36 @@ def open_source(file: Path, wanted: Selection) -> Iterator[RecordingSource]:
         The file cannot be read; the message is one sentence.
     """
     if not file.exists():
-        raise RecordingError(f'{file}: there is no such file')
+        message = f'{file}: there is no such file; give one of {KINDS}'
+        raise RecordingError(message, code='missing-file')
     if not (file.is_file() or file.is_dir()):
         # Refuse devices and pipes, because a reader reads a file twice.
-        raise RecordingError(f'{file}: is a device or a named pipe: give a file')
+        message = f'{file}: is a device or a named pipe; copy its data to a file'
+        raise RecordingError(message, code='not-a-file')
     suffix = file.suffix.lower()
     if file.is_dir() or suffix in BAGS or _looks_like_a_bag(file):
         if wanted.of_tables:
-            raise RecordingError(f'{file}: {wanted.of_tables} is for tables; this is a bag')
+            message = f'{file}: {wanted.of_tables} is for tables, and this is a bag; leave it out'
+            raise RecordingError(message, code='conflict')
         try:
             from .bag_reader import open_bag
         except ImportError as error:
-            raise RecordingError(INSTALL.format(reason=error)) from None
+            raise RecordingError(INSTALL.format(reason=error), code='missing-package') from None
         with open_bag(file, wanted) as source:
             yield source
         return
     if wanted.topic is not None or wanted.pose_topic is not None:
-        raise RecordingError(f'{file}: topics are for bags; {ACCEPTED}')
+        option = '--pose-topic' if wanted.topic is None else '--topic'
+        message = f'{file}: {option} is for bags, and this is not a bag; leave it out'
+        raise RecordingError(message, code='conflict')
     if suffix in TEXTS:
         yield open_planned(file, wanted)
     elif suffix in TABLES:
         yield open_table(file, wanted)
     else:
-        raise RecordingError(f'{file}: {suffix or "no suffix"} is not a kind of file; {ACCEPTED}')
+        what = f'suffix {suffix}' if suffix else 'a name without suffix'
+        message = f'{file}: {what} is not accepted; give one of {KINDS}'
+        raise RecordingError(message, code='unsupported')
 
 
 def _looks_like_a_bag(file: Path) -> bool:
@@ -62,5 +69,6 @@ def _looks_like_a_bag(file: Path) -> bool:
         with file.open('rb') as stream:
             head = stream.read(16)
     except OSError as error:
-        raise RecordingError(f'{file}: cannot be read: {error.strerror}') from None
+        message = f'{file}: cannot be read: {error.strerror}'
+        raise RecordingError(message, code='unreadable') from None
     return head.startswith((b'\x89MCAP', b'#ROSBAG V2', b'SQLite format 3'))

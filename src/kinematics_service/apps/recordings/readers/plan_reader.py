@@ -48,8 +48,9 @@ def open_planned(file: Path, wanted: Selection) -> RecordingSource:
     found = [found for document in documents for found in _trajectories(document)]
     if not found:
         raise RecordingError(
-            f'{file}: holds no JointTrajectory (accepted: joint_names, and points with positions, '
-            'time_from_start, and perhaps velocities and accelerations)'
+            f'{file}: has no JointTrajectory; write joint_names, and points with positions, '
+            'time_from_start, and perhaps velocities and accelerations',
+            code='missing-key',
         )
     planned = [_planned(one, str(file)) for one in found]
     several = f'{len(planned)} trajectories in a row'
@@ -79,15 +80,18 @@ def text_of(file: Path, largest: int, instead: str) -> str:
         with file.open('rb') as stream:
             data = stream.read(largest + 1)
     except OSError as error:
-        raise RecordingError(f'{file}: cannot be read: {error.strerror}') from None
+        message = f'{file}: cannot be read: {error.strerror}'
+        raise RecordingError(message, code='unreadable') from None
     if len(data) > largest:
-        raise RecordingError(f'{file}: is larger than {largest / 2**20:g} MiB; {instead}')
+        message = f'{file}: is larger than {largest / 2**20:g} MiB; {instead}'
+        raise RecordingError(message, code='too-large')
     try:
         text = data.decode('utf-8-sig')
     except UnicodeDecodeError:
-        raise RecordingError(f'{file}: is not UTF-8 text') from None
+        message = f'{file}: is not UTF-8 text; save it as UTF-8'
+        raise RecordingError(message, code='encoding') from None
     if not text.strip():
-        raise RecordingError(f'{file}: is empty')
+        raise RecordingError(f'{file}: the file is empty', code='empty')
     return text
 
 
@@ -101,14 +105,18 @@ def json_of(file: Path, text: str) -> Values:
         The text is not JSON, has a key twice, or more than `MAX_VALUES` values.
     """
     if text.count(',') > MAX_VALUES:
-        raise RecordingError(f'{file}: has more than {MAX_VALUES:,} values; write it as a bag')
+        message = f'{file}: has more than {MAX_VALUES:,} values; write it as a bag'
+        raise RecordingError(message, code='too-many')
     try:
         content: Values = json.loads(text, object_pairs_hook=_mapping)
         return content
     except RecursionError:
-        raise RecordingError(f'{file}: is not valid JSON: nested too deeply') from None
+        message = f'{file}: is not valid JSON: nested too deeply'
+        raise RecordingError(message, code='too-deep') from None
+    except RecordingError as error:
+        raise RecordingError(f'{file}: {error}', code=error.code) from None
     except ValueError as error:
-        raise RecordingError(f'{file}: is not valid JSON: {error}') from None
+        raise RecordingError(f'{file}: is not valid JSON: {error}', code='syntax') from None
 
 
 def _documents(file: Path, text: str) -> list[Values]:
@@ -117,7 +125,7 @@ def _documents(file: Path, text: str) -> list[Values]:
     try:
         return read_documents(text)
     except YamlError as error:
-        raise RecordingError(f'{file}:{error}') from None
+        raise RecordingError(f'{file}:{error}', code='syntax') from None
 
 
 def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -125,7 +133,8 @@ def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     mapping = dict(pairs)
     if len(mapping) < len(pairs):
         twice, _ = Counter(key for key, _ in pairs).most_common(1)[0]
-        raise ValueError(f'the key {twice[:40]!a} occurs twice')
+        message = f'the key {twice[:40]!a} occurs twice; delete one'
+        raise RecordingError(message, code='duplicate-key')
     return mapping
 
 
@@ -151,9 +160,9 @@ def _planned(data: Mapping[str, Values], where: str) -> PlannedTrajectory:
     given = points if isinstance(points, list) else [None]
     rows = [point for point in given if isinstance(point, dict)]
     if len(rows) < len(given):
-        raise RecordingError(f'{where}: points must be a list of points')
+        raise RecordingError(f'{where}: points must be a list of points', code='wrong-type')
     if not isinstance(names, list):
-        raise RecordingError(f'{where}: joint_names must be a list of names')
+        raise RecordingError(f'{where}: joint_names must be a list of names', code='wrong-type')
 
     for k, point in enumerate(rows):
         _check_keys(point, f'{where}: points[{k}]')
@@ -168,7 +177,8 @@ def _check_keys(point: Mapping[str, Values], where: str) -> None:
     for key in map(str, point):
         if key not in POINT_KEYS:
             hint = did_you_mean(meant_by(key, POINT_KEYS))
-            raise RecordingError(f'{where}: unknown key {key[:60]!r}{hint}{choice(POINT_KEYS)}')
+            message = f'{where}: unknown key {key[:60]!r}{hint}{choice(POINT_KEYS)}'
+            raise RecordingError(message, code='unknown-key')
 
 
 def trajectory_of_message(message: Any) -> PlannedTrajectory:
@@ -187,20 +197,24 @@ def _trajectory(
     # Reads the points of a trajectory. `rows` returns the numbers of a key, one row for each
     # point.
     if not times:
-        raise RecordingError(f'{where}: the trajectory has no points')
+        raise RecordingError(f'{where}: points: the list is empty; add points', code='empty')
     positions, velocities, accelerations = (
         _table(rows(key), names, key, where) for key in SINGULAR
     )
     if positions is None:
-        raise RecordingError(f'{where}: the points have no positions')
+        message = f'{where}: points: positions are missing; add one position for each joint'
+        raise RecordingError(message, code='missing-key')
     planned = PlannedTrajectory(names, np.array(times), positions, velocities, accelerations)
     late = np.flatnonzero(np.diff(planned.times) <= 0.0)
     if len(late):
         raise RecordingError(
-            f'{where}: points[{late[0] + 1}] is not later than the point before it'
+            f'{where}: points[{late[0] + 1}]: time_from_start is not later than that of '
+            f'points[{late[0]}]; let the times rise',
+            code='wrong-order',
         )
     if planned.times[0] < 0.0 or planned.times[-1] > 1e6:
-        raise RecordingError(f'{where}: time_from_start must be within 0 and 1e6 s')
+        message = f'{where}: time_from_start must be within 0 and 1e6 s'
+        raise RecordingError(message, code='out-of-range')
     return planned
 
 
@@ -213,18 +227,20 @@ def _table(rows: Sequence[Any], names: tuple[str, ...], key: str, where: str) ->
             # Refuse some points without velocities: the motion would be another one, and its proof
             # would be wrong.
             raise RecordingError(
-                f'{where}: points[{k}] must have one {SINGULAR[key]} for each joint: {count} '
-                f'of {len(names)}{"" if key == "positions" else ", and other points have some"}'
+                f'{where}: points[{k}]: {key} has {count} numbers; give {len(names)}, one for '
+                f'each joint{"" if key == "positions" else ", or leave it out at all points"}',
+                code='wrong-length',
             )
         # Refuse truth values and texts, which numpy would convert to numbers.
         if isinstance(row, list) and not {type(value) for value in row} <= {int, float}:
-            raise RecordingError(f'{where}: points[{k}]: {key} must be numbers')
+            message = f'{where}: points[{k}]: {key} must be numbers'
+            raise RecordingError(message, code='not-a-number')
     try:
         table = np.array(rows, dtype=np.float64)
     except OverflowError:
         table = np.full(1, np.inf)
     if not np.all(np.isfinite(table)):
-        raise RecordingError(f'{where}: {key} holds a number that is not finite')
+        raise RecordingError(f'{where}: {key} must be finite numbers', code='not-finite')
     return table
 
 
@@ -236,7 +252,8 @@ def _seconds(time: Any, k: int, where: str) -> float:
     if {type(part) for part in parts} <= {int, float} and all(abs(p) < 1e18 for p in parts):
         return float(parts[0]) + float(parts[1]) * 1e-9
     raise RecordingError(
-        f'{where}: points[{k}]: time_from_start must be sec and nanosec, or seconds'
+        f'{where}: points[{k}]: time_from_start must be sec and nanosec, or seconds',
+        code='wrong-type',
     )
 
 
@@ -263,7 +280,8 @@ def blocks_of_trajectories(
         if missing:
             raise RecordingError(
                 f'{where}: the trajectory does not move {", ".join(missing)} of '
-                f'{wanted.robot.name}; its joints are {", ".join(planned.names) or "none"}'
+                f'{wanted.robot.name}; its joints are {", ".join(planned.names) or "none"}',
+                code='missing-joint',
             )
         times, positions, velocities = sampled(planned, left)
         left = max(left - len(times), 0)

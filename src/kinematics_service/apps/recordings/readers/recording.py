@@ -70,7 +70,8 @@ def read_recording(file: Path, robot: Robot) -> Recording:
     given = [name for name in robot.joint_names if beginning + name in reader.header]
     if given and not columns.velocities:
         missing = next(name for name in robot.joint_names if name not in given)
-        raise RecordingError(f'{file}: there is no column {beginning + missing!r}; {accepted}')
+        message = f'{file}: there is no column {beginning + missing!r}; {accepted}'
+        raise RecordingError(message, code='missing-column')
     wanted = [*columns.positions, *columns.velocities]
     pieces = list(reader.rows(wanted, whole=True).pieces())
     stamps, numbers = (np.concatenate(columns) for columns in zip(*pieces))

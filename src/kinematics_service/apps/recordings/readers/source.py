@@ -96,11 +96,13 @@ class Selection(NamedTuple):
 
 class Remark(NamedTuple):
     """
-    A remark on a file of joint states. `level` is OK or WARN, or ERROR if the file is damaged.
+    A remark on the file itself: `level` is OK, WARN, or ERROR if the file is damaged; `code` names
+    the fault, empty without a fault.
     """
 
     level: Level
     text: str
+    code: str = ''
 
 
 @dataclass(frozen=True, eq=False)

@@ -64,8 +64,9 @@ def stamp_format(text: str) -> StampFormat:
     match = RATE.fullmatch(word)
     if match is None or not MIN_RATE <= float(match[1]) <= MAX_RATE:
         raise RecordingError(
-            f'{word!r} is not one of {", ".join(UNITS)}, a rate of rows like 30Hz, or none, '
-            'which means that the arm stands still in each row'
+            f'{word!r} is not accepted; give one of {", ".join(UNITS)}, a rate of rows like 30Hz, '
+            'or none if the arm stands still in each row',
+            code='unknown-unit',
         )
     return StampFormat(rate=float(match[1]))
 

@@ -68,8 +68,9 @@ class TableReader:
         numbered = wanted.columns is None or not any(map(str.isdigit, wanted.columns))
         if not self._table.named and numbered:
             raise RecordingError(
-                f'{file}: the first line has numbers, not the names of columns: --columns '
-                'stamp=1,position=2-7,pose=8-13 says what is where, counted from 1'
+                f'{file}: the first line has numbers, not the names of columns; give the columns '
+                'by number from 1 on, for instance --columns stamp=1,position=2-7,pose=8-13',
+                code='missing-header',
             )
         self.columns = arm_columns(file, self.header, wanted, accepted)
 
@@ -108,14 +109,19 @@ def table_of(file: Path, accepted: str = HOW) -> TableFile:
             lines = list(islice(lines_of(stream), HEAD_LINES))
         filled = [k for k, line in enumerate(lines) if line.strip()]
         if not filled:
-            raise RecordingError(f'{file}: is empty; {accepted}')
+            raise RecordingError(f'{file}: the file is empty; {accepted}', code='empty')
         return _table(file, opened, lines, filled)
     except UnicodeDecodeError:
-        raise RecordingError(f'{file}: {NO_TEXT}') from None
+        raise RecordingError(f'{file}: {NO_TEXT}', code='encoding') from None
+    except FileNotFoundError:
+        message = f'{file}: there is no such file; give a table of joint states (.csv)'
+        raise RecordingError(message, code='missing-file') from None
     except OSError as error:
-        raise RecordingError(f'{file}: cannot be read: {error.strerror}') from None
+        message = f'{file}: cannot be read: {error.strerror}'
+        raise RecordingError(message, code='unreadable') from None
     except csv.Error as error:
-        raise RecordingError(f'{file}: cannot be read as a table: {error}') from None
+        message = f'{file}: cannot be read as a table: {error}'
+        raise RecordingError(message, code='syntax') from None
 
 
 def _table(

@@ -21,7 +21,7 @@ from .source import Remark
 from .stamp_format import UNITS, StampFormat, unit_of
 
 MAX_LINE_LENGTH = 2**20
-NO_TEXT = 'is not UTF-8 text, so not a table'
+NO_TEXT = 'is not UTF-8 text; save the table as UTF-8'
 # Upper bound of stamps, s: the range of a ROS header.
 MAX_STAMP = Decimal(2**31)
 # DATE and NUMBER match what other programs accept. Python alone would also read `1_0` and digits
@@ -146,11 +146,13 @@ class RowReader:
                     yield self._rows(stamps, numbers, count)
                     stamps, numbers = [], []
         except UnicodeDecodeError:
-            raise RecordingError(f'{self._file}: {NO_TEXT}') from None
+            raise RecordingError(f'{self._file}: {NO_TEXT}', code='encoding') from None
         except csv.Error as error:
-            raise RecordingError(f'{self._file}: cannot be read as a table: {error}') from None
+            message = f'{self._file}: cannot be read as a table: {error}'
+            raise RecordingError(message, code='syntax') from None
         if not count:
-            raise RecordingError(f'{self._file}: has a header but no rows')
+            message = f'{self._file}: has a header but no rows; add rows of numbers'
+            raise RecordingError(message, code='empty')
         if numbers:
             yield self._rows(stamps, numbers, count)
 
@@ -171,11 +173,12 @@ class RowReader:
                     continue
                 if count > 1 and not self._whole and next(filled, None) is None:
                     text = f'line {line}, the last one, is cut off and left out'
-                    self.remarks.append(Remark(Level.OK, text))
+                    self.remarks.append(Remark(Level.OK, text, 'cut-off'))
                     return
                 raise RecordingError(
                     f'{self._file}:{line}: {len(cells)} cells, but the header has '
-                    f'{len(self._header)} columns'
+                    f'{len(self._header)} columns',
+                    code='wrong-length',
                 )
 
     def _digits_of(self, stamp: str) -> int:
@@ -200,7 +203,8 @@ class RowReader:
                 f'{cell[:40]!a} is not a time in {what} '
                 f'(0 to {MAX_STAMP.scaleb(9 - self._digits):f})'
                 f'{", nor a date such as 2024-09-24T14:05:15.1Z" if ":" in cell else ""}'
-                f'{self._hint}'
+                f'{self._hint}',
+                code='not-a-time',
             ) from None
 
     def _number(self, line: int, column: int, cell: str) -> float:
@@ -213,7 +217,8 @@ class RowReader:
             raise RecordingError(
                 f'{self._file}:{line}: column {self._header[column]!r}: '
                 f'{ascii(text[:40]) if text else "an empty cell"} is not a '
-                f'{"finite " if self._whole else ""}number'
+                f'{"finite " if self._whole else ""}number',
+                code='not-a-number' if value is None or not text else 'not-finite',
             )
         return value
 

@@ -68,7 +68,7 @@ def source_of(
                 f'{alike:,} of {count:,} rows have the stamp of the row before: --stamps 30Hz '
                 'numbers rows taken at such a rate, --stamps none those of an arm at rest'
             )
-            remarks.append(Remark(Level.WARN, text))
+            remarks.append(Remark(Level.WARN, text, 'repeated-stamps'))
 
     def track() -> PoseTrack | None:
         beginning = columns.names.pose

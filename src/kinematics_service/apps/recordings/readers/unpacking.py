@@ -52,8 +52,8 @@ def refuse_to_grow(folder: Path) -> None:
         most = max(MAX_EXPANSION_RATIO * file.stat().st_size, MIN_EXPANSION_BYTES)
         most = min(most, shutil.disk_usage(tempfile.gettempdir()).free)
         refusal = (
-            f'{file}: unpacks to more than {most >> 20} MiB: unpack it yourself (zstd -d) if that '
-            'is meant'
+            f'{file}: unpacks to more than {most >> 20} MiB; unpack it yourself with zstd -d if '
+            'you trust it'
         )
         with suppress(zstd.ZstdError, EOFError), zstd.open(file, 'rb') as stream:
             for _ in _pieces(stream, most, refusal):
@@ -124,7 +124,8 @@ def refuse_to_hold(path: Path, reader: rosbag1.Reader | rosbag2.Reader, topic: s
         if most > MAX_OVERLAP_BYTES:
             raise RecordingError(
                 f'{path}: chunks of one time have {most >> 20} MiB together, more than '
-                f'{MAX_OVERLAP_BYTES >> 20} (mcap sort may order them)'
+                f'{MAX_OVERLAP_BYTES >> 20}; order the messages by time with `mcap sort`',
+                code='too-large',
             )
 
 
@@ -139,7 +140,7 @@ def _most_together(chunks: Sequence[Any]) -> int:
 
 def _unpacked(data: bytes, open_packed: Callable[..., Any], path: Path, size: int) -> bytes:
     most = min(size, MAX_PART_BYTES)
-    refusal = f'{path}: a part of it unpacks to more than {most:,} bytes'
+    refusal = f'{path}: a part of it unpacks to more than {most:,} bytes; record it anew'
     with open_packed(BytesIO(data), 'rb') as stream:
         return b''.join(_pieces(stream, most, refusal))
 
@@ -149,5 +150,5 @@ def _pieces(stream: Any, most: int, refusal: str) -> Iterator[bytes]:
     while data := stream.read(READ_SIZE):
         size += len(data)
         if size > most:
-            raise RecordingError(refusal)
+            raise RecordingError(refusal, code='too-large')
         yield data

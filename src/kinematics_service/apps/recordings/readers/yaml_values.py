@@ -62,6 +62,6 @@ class _ValueReader(YamlReader[Values]):
         values: dict[str, Values] = {}
         for key, value in entries:
             if key.text in values:
-                raise YamlError(key.line, f'the key {key.text[:40]!a} occurs twice')
+                raise YamlError(key.line, f'the key {key.text[:40]!a} occurs twice; delete one')
             values[key.text] = value
         return values

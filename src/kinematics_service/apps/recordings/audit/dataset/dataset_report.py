@@ -13,7 +13,7 @@ from .....robot.measures import Level
 from .....typography import counted
 from .....version import __version__
 from ...datasets.arms import TAKEN
-from ..findings import seconds
+from ..findings import Finding, seconds
 from ..report.summary import STYLES
 from ..report.tables import TableColumn, table_of
 from .episode_audit import EpisodeRow
@@ -34,6 +34,7 @@ class Kind(NamedTuple):
     level: Level
     episodes: int
     example: str
+    code: str
 
 
 class DatasetReport(NamedTuple):
@@ -65,7 +66,7 @@ class DatasetReport(NamedTuple):
         """
         Return the assumptions about joint columns; they were made if no option names the columns.
         """
-        texts = dict.fromkeys(text for row in self.rows for _, text in row.findings)
+        texts = dict.fromkeys(text for row in self.rows for _, text, _ in row.findings)
         return [text for text in texts if TAKEN in text]
 
     def in_words(self) -> str:
@@ -87,25 +88,29 @@ class DatasetReport(NamedTuple):
 
 def report_of(name: str, robot: str, rows: Sequence[EpisodeRow]) -> DatasetReport:
     """Return the report of a dataset, computed from the rows of its episodes."""
-    kinds: dict[tuple[Level, str], list[str]] = {}
+    kinds: dict[tuple[Level, str], list[Finding]] = {}
     for row in rows:
-        told = {NUMBER.sub('#', text): (level, text) for level, text in row.findings}
+        told = {NUMBER.sub('#', one.text): one for one in row.findings}
         if row.error:
-            told = {NUMBER.sub('#', row.error.split(': ', 1)[-1]): (Level.ERROR, row.error)}
-        for key, (level, text) in told.items():
-            if level > Level.OK:
-                kinds.setdefault((level, key), []).append(text)
+            told = {
+                NUMBER.sub('#', row.error.split(': ', 1)[-1]): Finding(
+                    Level.ERROR, row.error, row.code
+                )
+            }
+        for key, one in told.items():
+            if one.level > Level.OK:
+                kinds.setdefault((one.level, key), []).append(one)
     ordered = sorted(kinds.items(), key=lambda one: (-one[0][0], -len(one[1])))
     return DatasetReport(
         name,
         robot,
         tuple(sorted(rows, key=_badness)),
-        tuple(Kind(level, len(texts), texts[0]) for (level, _), texts in ordered),
+        tuple(Kind(level, len(own), own[0].text, own[0].code) for (level, _), own in ordered),
     )
 
 
 def _badness(row: EpisodeRow) -> tuple[Any, ...]:
-    levels = [level for level, _ in row.findings]
+    levels = [one.level for one in row.findings]
     return -row.level, not row.error, [-levels.count(one) for one in (Level.ERROR, Level.WARN)]
 
 
@@ -174,7 +179,7 @@ def _tag(level: str) -> str:
 def _findings(row: EpisodeRow) -> str:
     if row.error:
         return escape(row.error)
-    first, *others = (escape(text) for _, text in row.findings)
+    first, *others = (escape(one.text) for one in row.findings)
     if not others:
         return first
     items = ''.join(f'<li>{text}</li>' for text in others)
@@ -187,7 +192,7 @@ def document_of_dataset(report: DatasetReport) -> dict[str, Json]:
         'dataset': report.name,
         'robot': report.robot,
         'found': [
-            {'level': kind.level.name, 'episodes': kind.episodes, 'example': kind.example}
+            {'level': kind.level.name, **attributes(kind, 'episodes', 'code', 'example')}
             for kind in report.kinds
         ],
         'episodes': [
@@ -196,8 +201,11 @@ def document_of_dataset(report: DatasetReport) -> dict[str, Json]:
                 'frames': row.rows,
                 'seconds': row.seconds,
                 'level': row.level.name,
-                **attributes(row, 'failed', 'error'),
-                'findings': [{'level': one.level.name, 'text': one.text} for one in row.findings],
+                **attributes(row, 'failed', 'error', 'code'),
+                'findings': [
+                    {'level': one.level.name, 'code': one.code, 'text': one.text}
+                    for one in row.findings
+                ],
             }
             for row in report.rows
         ],

@@ -36,7 +36,8 @@ def rows_of_dataset(
     """
     episodes = list(episodes_of(path))
     if not episodes:
-        raise RecordingError(f'{path}: has no files with episodes')
+        message = f'{path}: has no files with episodes; add .parquet, .hdf5 or .npz files'
+        raise RecordingError(message, code='empty')
     stride = math.ceil(len(episodes) / SEARCHED_EPISODES)
     sought = [(episode, k % stride == 0) for k, episode in enumerate(episodes)]
     most = SEARCHED_OF_BATCH if len(episodes) > LARGE_DATASET else MAX_BATCH_EPISODES

@@ -81,8 +81,8 @@ class EpisodeRow(NamedTuple):
         Number of frames, and time from the first to the last frame.
     failed
         Whether a finding fails the episode, or the episode cannot be read.
-    error
-        The reason why the episode cannot be judged; empty if it was judged.
+    error, code
+        The reason why the episode cannot be judged, and its code; empty if it was judged.
     disagrees
         Whether the difference to the poses of the second source exceeds the limit of WARN.
     findings
@@ -95,6 +95,7 @@ class EpisodeRow(NamedTuple):
     seconds: float
     failed: bool
     error: str
+    code: str
     disagrees: bool
     findings: tuple[Finding, ...]
 
@@ -141,7 +142,7 @@ def _rows(work: EpisodeWork, episode: Episode) -> list[EpisodeRow]:
             labels = labels_of_arms(episode.file, columns, arms, work.clearance)
             _write_labels(file, np.arange(len(columns)) + episode.first, labels)
     except KinematicsError as error:
-        return [EpisodeRow(episode.name, '', 0, 0.0, True, str(error), False, ())]
+        return [EpisodeRow(episode.name, '', 0, 0.0, True, str(error), error.code, False, ())]
     return rows
 
 
@@ -172,7 +173,7 @@ def _row(
     found = sorted([*found, *verdict_of(finished).sentences], key=lambda one: -one.level)
     failed, end = failed_by(finished, work.failures), finished.timeline.end
     return EpisodeRow(
-        episode.name, arm.label, len(columns), end, failed, '', disagrees, tuple(found)
+        episode.name, arm.label, len(columns), end, failed, '', '', disagrees, tuple(found)
     )
 
 

@@ -154,7 +154,7 @@ def judge_table(
     try:
         import pyarrow as pa
     except ImportError as error:
-        raise RecordingError(INSTALL.format(reason=error)) from None
+        raise RecordingError(INSTALL.format(reason=error), code='missing-package') from None
     robot = as_robot(robot)
     wanted = Selection(
         robot,
@@ -168,7 +168,8 @@ def judge_table(
     added = labels_of_arms('the table', found, arms, clearance)
     twice = [name for name in added if name in batch.schema.names]
     if twice:
-        raise RecordingError(f'the table has a column {twice[0]!r} already')
+        message = f'the table has a column {twice[0]!r} already; rename it'
+        raise RecordingError(message, code='duplicate-name')
     arrays = [*batch.columns, *added.values()]
     kind = pa.RecordBatch if isinstance(batch, pa.RecordBatch) else pa.Table
     return kind.from_arrays(arrays, names=[*batch.schema.names, *added])

@@ -148,8 +148,8 @@ def no_frames(finished: Audit, failures: tuple[str, ...] | None) -> str:
     if finished.frames is not None or 'frames' not in (failures or ()):
         return ''
     return (
-        f"{finished.file}: --fail-on frames: there is no second source of the tool's pose; name "
-        'its topic with --pose-topic (bags) or its columns with --columns pose=... (tables)'
+        f'{finished.file}: --fail-on frames: a second source of poses is missing; name its topic '
+        'with --pose-topic (bags) or its columns with --columns pose=... (tables)'
     )
 
 

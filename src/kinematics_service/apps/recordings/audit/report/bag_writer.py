@@ -74,7 +74,8 @@ def open_writer(file: Path, robot: Robot, joint_prefix: str) -> Iterator['BagWri
         from rosbags.rosbag2 import StoragePlugin, Writer
     except ImportError:
         raise RecordingError(
-            "--out needs rosbags: pip install '.[bag]' in its checkout, or pip install rosbags"
+            "--out needs rosbags: pip install '.[bag]' in its checkout, or pip install rosbags",
+            code='missing-package',
         ) from None
     with new_file(file) as made:
         bag = made.parent / 'bag'

@@ -59,7 +59,10 @@ def document_of(audit: Audit) -> dict[str, Json]:
         **attributes(robot, 'joint_names', 'base_frame', 'tool_frame'),
         **attributes(robot.singularity.thresholds, 'measure', 'warn', 'stop'),
         'level': verdict.level.name,
-        'verdict': [{'level': s.level.name, 'sentence': s.text} for s in verdict.sentences],
+        'verdict': [
+            {'level': one.level.name, 'code': one.code, 'sentence': one.text}
+            for one in verdict.sentences
+        ],
         'messages': {
             'total': audit.stream.messages,
             'states': len(timeline),
@@ -195,7 +198,13 @@ def _frames(audit: Audit) -> dict[str, Json] | None:
         return None
     source: dict[str, Json] = {'source': report.name, 'frame': report.frame, 'poses': report.poses}
     if isinstance(report, NotCompared):
-        return {**source, 'matched': 0, 'level': Level.WARN.name, 'sentence': report.reason}
+        return {
+            **source,
+            'matched': 0,
+            'level': Level.WARN.name,
+            'code': report.code,
+            'sentence': report.reason,
+        }
     diagnosis = report.diagnosis
     return {
         **source,
