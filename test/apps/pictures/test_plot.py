@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from arms import DISTINCT_BUNDLED, LOOPED, robot_of, without_known_poses
 from folders import GOLDEN
+from refusal import refused
 
 import kinematics_service as ks
 from kinematics_service import output_file
@@ -23,6 +24,7 @@ from kinematics_service.robot.measures import MEASURES
 
 pytest.importorskip('matplotlib', reason='needs matplotlib')
 
+from kinematics_service.apps.pictures.plots import motion as plotted_motion
 from kinematics_service.apps.pictures.plots import picture, ranges
 from kinematics_service.apps.pictures.plots.arm import arm_picture
 from kinematics_service.apps.pictures.plots.captions import nearness
@@ -46,13 +48,16 @@ from kinematics_service.apps.pictures.plots.solutions import (
 from kinematics_service.apps.pictures.plots.velocity import velocity_picture
 from kinematics_service.apps.pictures.plots.workspace import section_rows, workspace
 from kinematics_service.apps.pictures.plots.workspace_picture import workspace_picture
+from kinematics_service.apps.recordings.readers.open_file import open_source
+from kinematics_service.apps.recordings.readers.source import Selection
 from kinematics_service.errors import PlotError
 
 ROUND_OFF = 1e-12
+# What a picture says of a pose without a singular pose near it.
+BEYOND = 'none found within 1 rad (57 deg)'
 # An arm is shown at this share of the largest area it can have, or more: views along an axis of
 # the base are left out, where the labels of two axes fall together.
 SEEN = 0.85
-LOOKED_AT = ('craig_3r', 'ur5e', 'puma560', 'planar_2r', 'scara_hsr065', 'panda')
 ODD = """\
 robot: odd
 convention: standard
@@ -143,14 +148,15 @@ def test_a_standard_row_is_drawn_along_its_axis_and_then_along_its_normal(name):
 
 def test_the_slides_that_carry_a_platform_are_no_links():
     # Of the delta only its three loops are drawn, four links each.
-    name = 'flexpicker'
-    assert len(skeleton_of(robot_of(name), shown_pose(name)).segments) == 12
+    robot = robot_of('flexpicker')
+    assert len(skeleton_of(robot, robot.chain.closure.assembled()).segments) == 12
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize('name', LOOPED)
 def test_the_drawn_machine_hangs_together_from_the_base_to_the_tool(name):
-    robot, q = robot_of(name), shown_pose(name)
+    robot = robot_of(name)
+    q = robot.chain.closure.assembled()
     drawn, left = [np.zeros(3)], list(skeleton_of(robot, q).segments)
     while left:
         touching = [s for s in left if is_one_of(s.start, drawn) or is_one_of(s.end, drawn)]
@@ -172,7 +178,7 @@ def test_the_default_pose_is_inside_the_limits_and_not_singular(name):
     assert ks.singularity(robot, q).distance > 0.3
 
 
-@pytest.mark.parametrize('name', ['craig_3r', 'panda'])
+@pytest.mark.parametrize('name', ['craig_3r', 'scara_hsr065'])
 def test_the_default_pose_is_the_best_of_all_and_the_same_each_time(name, monkeypatch):
     for size in (2, ranges.CANDIDATES):
         monkeypatch.setattr(ranges, 'BATCH_SIZE', size)
@@ -192,12 +198,12 @@ def short_rods():
 
 @pytest.fixture(scope='module')
 def dead_centres(short_rods):
-    return critical_points(short_rods, plane_of(short_rods, 'xy'), 30)
+    return critical_points(short_rods, plane_of(short_rods, 'xy'), 6)
 
 
 @pytest.mark.slow
 def test_a_map_shows_where_loops_do_not_close(short_rods):
-    numbers = distance_map(short_rods, joint_pair(short_rods, None), clear_pose(short_rods), 12)
+    numbers = distance_map(short_rods, joint_pair(short_rods, None), clear_pose(short_rods), 8)
     x, y = np.meshgrid(numbers.horizontal, numbers.vertical)
     # The elbows, and whether both rods reach from one to the other.
     across = 0.3 + 0.25 * (np.cos(y) - np.cos(x))
@@ -208,17 +214,18 @@ def test_a_map_shows_where_loops_do_not_close(short_rods):
         assert np.array_equal(np.isnan(values), apart > 0.6)
     assert numbers.open_share == np.mean(apart > 0.6) > 0.1
     words = texts(drawn(map_picture(short_rods, numbers)))
-    assert f'rods does not close: {100 * numbers.open_share:.3g} %' in words
+    assert f'rods does not close: {100 * numbers.open_share:.3g}' in words
     excavator = robot_of('excavator')
-    numbers = distance_map(excavator, (1, 2), shown_pose('excavator'), 4)
+    numbers = distance_map(excavator, (1, 2), excavator.chain.closure.assembled(), 3)
     assert numbers.open_share == 0.0
     assert 'does not close' not in texts(drawn(map_picture(excavator, numbers)))
 
 
 def test_a_map_on_which_no_loop_closes_is_refused():
-    stretched, q = robot_of('excavator'), shown_pose('excavator').copy()
+    stretched = robot_of('excavator')
+    q = np.array(stretched.chain.closure.assembled())
     q[1] = 9.0
-    with pytest.raises(PlotError, match='no position of the map closes the loops boom_triangle, '):
+    with refused(PlotError, 'open-loop', 'boom_triangle', '--q'):
         distance_map(stretched, (2, 3), q, 3)
 
 
@@ -229,7 +236,7 @@ def test_a_workspace_counts_where_loops_do_not_close(short_rods, dead_centres, p
     assert 0.05 < space.open_poses / space.poses < 0.4
     assert np.isfinite(space.best).any()
     words = texts(drawn(workspace_picture(short_rods, space, dead_centres)))
-    assert f'rods does not close at {space.open_poses:,} of them' in words
+    assert f'close at {space.open_poses:,} of' in words
 
 
 @pytest.mark.slow
@@ -247,7 +254,9 @@ def test_singular_points_of_machines_with_loops_are_at_dead_centres(dead_centres
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', [*LOOKED_AT, 'parallelogram_left', 'offset_stanford_dh'])
+@pytest.mark.parametrize(
+    'name', ['craig_3r', 'ur5e', 'planar_2r', 'scara_hsr065', 'offset_stanford_dh']
+)
 def test_labels_of_an_arm_do_not_cover_each_other(name):
     robot = robot_of(name)
     figure = drawn(arm_picture(robot, clear_pose(robot)))
@@ -302,7 +311,7 @@ def test_every_solution_has_a_panel_with_its_posture_and_feasibility():
     stars = [line for axes in figure.axes for line in axes.lines if line.get_gid() == 'target']
     for star in stars:
         assert np.ravel(star.get_data_3d()) == pytest.approx(target[:3, 3])
-    assert '8 solutions; 2 solutions inside the limits' in said
+    assert '8 solutions; 2 ' in said
 
 
 def area_on_paper(corners, paper):
@@ -312,7 +321,7 @@ def area_on_paper(corners, paper):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', ['ur10e', 'puma560', 'kuka_iiwa14'])
+@pytest.mark.parametrize('name', ['puma560', 'kuka_iiwa14'])
 def test_every_panel_is_turned_to_its_arm(name):
     robot = robot_of(name)
     q = clear_pose(robot) + 0.07
@@ -326,7 +335,7 @@ def test_every_panel_is_turned_to_its_arm(name):
              for s in skeleton_of(robot, q).segments]
         )  # fmt: skip
         areas = {}
-        for azimuth in (axes.azim, *np.arange(0.0, 360.0, 3.0)):
+        for azimuth in (axes.azim, *np.arange(0.0, 360.0, 6.0)):
             a, e = np.radians([azimuth, axes.elev])
             across = [-np.sin(a), np.cos(a), 0.0]
             up = [-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)]
@@ -335,7 +344,8 @@ def test_every_panel_is_turned_to_its_arm(name):
         assert axes.get_xlabel() == 'x (m)'
 
 
-def test_axes_are_red_green_and_blue():
+def test_axes_are_red_green_and_blue(monkeypatch):
+    monkeypatch.setattr(plotted_motion, 'SAMPLES', 101)
     robot = robot_of('ur3e')
     figure = drawn(arm_picture(robot, clear_pose(robot)))
     motion = motion_of(robot, 'sine')
@@ -357,7 +367,7 @@ def test_more_solutions_than_fit_are_counted():
     many = dataclasses.replace(result, solutions=result.solutions * 10)
     figure = drawn(solutions_picture(robot, target, many))
     assert len(figure.axes) == MAX_PANELS
-    assert f'the first {MAX_PANELS} of 20 are drawn' in texts(figure)
+    assert f'{MAX_PANELS} of 20' in texts(figure)
 
 
 def test_a_target_out_of_reach_shows_the_nearest_pose():
@@ -408,8 +418,9 @@ def test_the_velocity_of_document_002_is_drawn():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', ['craig_3r', 'panda', 'planar_2r'])
-def test_measures_are_those_of_the_library(name):
+@pytest.mark.parametrize('name', ['craig_3r', 'panda'])
+def test_measures_are_those_of_the_library(name, monkeypatch):
+    monkeypatch.setattr(plotted_motion, 'SAMPLES', 101)
     robot = robot_of(name)
     motion = motion_of(robot, 'sine')
     near = ks.singularity(robot, motion.q)
@@ -428,7 +439,8 @@ def test_measures_are_those_of_the_library(name):
     assert list(thresholds['stop 0.03']) == [0.03, 0.03]
 
 
-def test_intervals_near_singular_poses_are_shaded_and_named():
+def test_intervals_near_singular_poses_are_shaded_and_named(monkeypatch):
+    monkeypatch.setattr(plotted_motion, 'SAMPLES', 501)
     robot = robot_of('ur5e')
     motion = motion_of(robot, 'sine')
     figure = drawn(measures_picture(robot, motion))
@@ -503,9 +515,8 @@ def test_a_recording_that_does_not_close_everywhere_is_drawn_where_it_does(tmp_p
     closes = np.abs(half) < 0.3
     assert 20 < np.sum(~closes) < 180
     assert len(motion.times) == np.sum(closes)
-    assert motion.described.endswith(
-        f'opening.csv; loops do not close at {np.sum(~closes)} of its 200 positions'
-    )
+    assert motion.described.startswith('opening.csv')
+    assert f'{np.sum(~closes)} of its 200 positions' in motion.described
     figure = drawn(measures_picture(robot, motion))
     times, shown = figure.axes[0].lines[0].get_data()
     assert np.sum(np.isnan(shown)) == 1  # one line ends where the branch does, another begins
@@ -514,18 +525,14 @@ def test_a_recording_that_does_not_close_everywhere_is_drawn_where_it_does(tmp_p
     assert first - 0.01 < inside < last + 0.01
     assert len(drawn(velocity_picture(robot, motion)).axes) >= 3
     file.write_text('\n'.join(['stamp,position.q1,position.q2', '0,3.1,0', '0.1,3.1,0.01']))
-    with pytest.raises(PlotError) as caught:
+    with refused(PlotError, 'open-loop', 'opening.csv: ', 'short_five_bar', '0 of its 2'):
         motion_of(robot, str(file))
-    assert str(caught.value) == (
-        'opening.csv: the loops of short_five_bar close at 0 of its 2 joint positions, so there '
-        'is nothing to draw over time'
-    )
 
 
 def test_a_map_is_the_distance_and_its_curves_are_singular_poses():
     robot = robot_of('craig_3r')
-    numbers = distance_map(robot, joint_pair(robot, ['q2', 'q3']), np.zeros(3), 121)
-    for i, k in ((0, 0), (17, 90), (120, 3)):
+    numbers = distance_map(robot, joint_pair(robot, ['q2', 'q3']), np.zeros(3), 81)
+    for i, k in ((0, 0), (17, 60), (80, 3)):
         q = [0.0, numbers.horizontal[k], numbers.vertical[i]]
         assert numbers.distance[i, k] == ks.singularity(robot, q).distance
     figure = drawn(map_picture(robot, numbers))
@@ -546,13 +553,13 @@ def test_a_map_is_the_distance_and_its_curves_are_singular_poses():
 def test_a_set_on_the_border_of_a_map_is_drawn(name, joint):
     robot = robot_of(name)
     pair = joint_pair(robot, ['q1', 'q2'] if name == 'planar_2r' else ['q2', 'q3'])
-    figure = drawn(map_picture(robot, distance_map(robot, pair, clear_pose(robot), 61)))
+    figure = drawn(map_picture(robot, distance_map(robot, pair, clear_pose(robot), 31)))
     heights = np.concatenate(
         [path.vertices[:, 1] for c in figure.axes[0].collections if list(c.levels) == [0.0]
          for path in c.get_paths()]
     )  # fmt: skip
     for border in (-math.pi, 0.0, math.pi):
-        assert np.sum(np.abs(heights - border) < 1e-6) >= 61, f'{joint} = {border}'
+        assert np.sum(np.abs(heights - border) < 1e-6) >= 31, f'{joint} = {border}'
 
 
 def test_a_set_has_the_same_colour_for_every_arm():
@@ -562,7 +569,7 @@ def test_a_set_has_the_same_colour_for_every_arm():
     for name in ('ur3e', 'anthropomorphic_3r', 'puma560'):
         robot = robot_of(name)
         q = clear_pose(robot)
-        figure = drawn(map_picture(robot, distance_map(robot, (1, 2), q, 41)))
+        figure = drawn(map_picture(robot, distance_map(robot, (1, 2), q, 15)))
         for line in figure.legends[0].findobj(Line2D):
             if line.get_label().endswith('= 0'):
                 colours.setdefault(line.get_label(), set()).add(line.get_color())
@@ -588,7 +595,7 @@ def test_a_map_on_which_everything_is_singular_says_so():
     numbers = distance_map(robot, (1, 2), np.zeros(6), 20)
     assert numbers.everywhere == ('wrist',)
     figure = drawn(map_picture(robot, numbers))
-    assert 'the whole map is singular: wrist = 0' in texts(figure)
+    assert 'singular: wrist = 0' in texts(figure)
 
 
 @pytest.mark.slow
@@ -605,14 +612,14 @@ def test_the_workspace_of_two_links_is_a_ring():
     assert radius.max() < 1.6 + space.size
     area = len(rows) * space.size**2
     assert area == pytest.approx(math.pi * (1.6**2 - 0.4**2), rel=0.03)
-    critical = critical_points(robot, plane, 200)
+    critical = critical_points(robot, plane, 40)
     rings = np.hypot(*critical.points.T)
     assert np.all((np.abs(rings - 1.6) < 1e-6) | (np.abs(rings - 0.4) < 1e-6))
     assert set(critical.names) == {'elbow'}
     figure = drawn(workspace_picture(robot, space, critical))
     assert 'x (m)' in texts(figure)
     assert 'position singular: elbow' in texts(figure)
-    assert 'largest distance to singularity found there (rad)' in texts(figure)
+    assert 'largest distance to singularity' in texts(figure)
 
 
 @pytest.mark.slow
@@ -620,8 +627,8 @@ def test_the_workspace_of_two_links_is_a_ring():
 def test_the_colours_of_a_workspace_are_those_of_its_distances(name):
     robot = robot_of(name)
     plane = plane_of(robot)
-    space = workspace(robot, plane, 1500)
-    figure = drawn(workspace_picture(robot, space, critical_points(robot, plane, 50)))
+    space = workspace(robot, plane, 500)
+    figure = drawn(workspace_picture(robot, space, critical_points(robot, plane, 10)))
     low, high = figure.axes[0].images[0].get_clim()
     cells = space.best[np.isfinite(space.best)]
     # More than half of the cells nearer than 1 rad differ in colour from those at either end.
@@ -629,7 +636,7 @@ def test_the_colours_of_a_workspace_are_those_of_its_distances(name):
     assert np.mean((nearer > low) & (nearer < high)) > 0.5
     assert low <= np.min(cells) + 1e-3
     assert high <= np.max(cells) + 1e-3
-    assert ('none found within 1 rad (57 deg)' in texts(figure)) == bool(np.any(cells == 1.0))
+    assert (BEYOND in texts(figure)) == bool(np.any(cells == 1.0))
 
 
 def test_what_is_farther_than_the_scale_has_a_colour_of_its_own():
@@ -638,7 +645,7 @@ def test_what_is_farther_than_the_scale_has_a_colour_of_its_own():
     figure = Figure()
     axes, rows = figure.subplots(), np.array([[0.0, 0.5], [math.nextafter(1.0, 0.0), 1.0]])
     (entry,) = draw_distances(figure, axes, rows, (0, 2, 0, 2), ColourScale(0.0, 1.0), 'away')
-    assert entry.get_label() == 'none found within 1 rad (57 deg)'
+    assert entry.get_label() == BEYOND
     colours = axes.images[0].to_rgba(rows)
     assert tuple(colours[1, 1]) == entry.get_facecolor()
     assert not np.allclose(colours[1, 0], colours[1, 1], atol=0.1)
@@ -649,7 +656,7 @@ def test_what_is_farther_than_the_scale_has_a_colour_of_its_own():
 @pytest.mark.parametrize(
     ('distance', 'words'),
     [
-        (1.0, 'singular pose: none found within 1 rad (57 deg)'),
+        (1.0, f'singular pose: {BEYOND}'),
         (0.9, 'distance to singularity 0.9 rad (51.6°): elbow'),
     ],
 )
@@ -667,7 +674,7 @@ def test_a_path_that_leaves_the_scale_says_where_it_ends():
         measures_picture(robot, PlottedMotion(t, q, q, 'steps', False, np.zeros(0, int)))
     )
     assert np.any(near.distance == 1.0)
-    assert 'none found within 1 rad (57 deg)' in texts(figure)
+    assert BEYOND in texts(figure)
 
 
 def test_the_singular_curves_of_craig_3r_are_circles_about_joint_2():
@@ -702,7 +709,8 @@ def test_a_section_lies_in_its_plane_and_inside_the_limits(name):
 def test_the_half_plane_is_about_the_axis_of_joint_1():
     robot = robot_of('parallelogram_left')  # its first axis is y of the base
     plane = plane_of(robot)
-    assert plane.labels == ('distance from the axis of theta1 (m)', 'y (m)')
+    assert 'theta1 (m)' in plane.labels[0]
+    assert plane.labels[1] == 'y (m)'
     assert plane.coordinates(np.array([3.0, -2.0, 4.0])) == pytest.approx([5.0, -2.0])
 
 
@@ -715,7 +723,7 @@ def simple():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('suffix', ['.png', '.svg', '.pdf', '.PNG'])
+@pytest.mark.parametrize('suffix', ['.PNG', '.svg', '.pdf'])
 def test_a_picture_is_a_valid_file_and_the_same_each_time(simple, suffix, tmp_path):
     files = [tmp_path / f'{k}{suffix}' for k in 'ab']
     for file in files:
@@ -750,7 +758,7 @@ def test_a_failure_leaves_the_old_file_whole(simple, tmp_path, monkeypatch):
         raise OSError(28, 'No space left on device')
 
     monkeypatch.setattr(output_file.os, 'replace', fail)
-    with pytest.raises(PlotError, match='cannot be written: No space left on device'):
+    with pytest.raises(PlotError, match='No space left on device'):
         save_picture(simple, file)
     assert file.read_text() == 'old'
     assert list(tmp_path.iterdir()) == [file]
@@ -760,16 +768,18 @@ def test_a_failure_leaves_the_old_file_whole(simple, tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('kind', ['arm', 'velocity', 'measures', 'workspace'])
-@pytest.mark.parametrize('dof', [1, 7])
+@pytest.mark.parametrize(
+    ('kind', 'dof'), [('arm', 1), ('arm', 7), ('velocity', 3), ('measures', 1), ('workspace', 1)]
+)
 def test_every_kind_of_random_arms(kind, dof, tmp_path, capsys, monkeypatch):
     from arms import arm_of
 
+    monkeypatch.setattr(plotted_motion, 'SAMPLES', 101)
     file = tmp_path / 'arm.yaml'
     file.write_text(arm_of(f'modified-{dof}-0').text())
     monkeypatch.chdir(tmp_path)
     options = ['--points', '1000'] if kind == 'workspace' else []
-    if kind in ('velocity', 'measures') and dof == 7:
+    if kind == 'velocity':
         # The smooth path of seven joints takes seconds to find.
         options = ['--path', 'sine']
     assert main(['plot', str(file), kind, *options]) == 0, capsys.readouterr().err
@@ -784,50 +794,67 @@ def test_ik_tells_by_its_exit_code_that_nothing_was_found(tmp_path, capsys):
     assert main([*command, '9,0,0']) == 1
     out, err = capsys.readouterr()
     assert out.count('wrote') == 2
-    assert err.startswith('planar_2r: no joint positions bring the tool there')
+    assert err.startswith('planar_2r: no joint positions')
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
-    ('arguments', 'code', 'sentence'),
+    ('arguments', 'code', 'words'),
     [
-        (
-            'ur5e arms',
-            2,
-            "no kind 'arms'; choose from arm, ik, family, velocity, measures, map, workspace",
-        ),
-        ('arm ur5e', 2, 'the robot comes first'),
-        ('ur5f arm', 2, "did you mean 'ur5e'?"),
-        ('ur5e arm --q 1,2', 2, 'ur5e has 6 joints'),
-        ('ur5e map --path sine', 2, '--path goes with plot velocity and measures; plot map takes'),
-        ('ur5e --workers dask://h:1', 2, '--workers goes with plot map and workspace'),
-        ('ur5e ik', 2, '--xyz 0.3,0.1,0.4'),
-        ('ur5e ik --xyz 1,2', 2, 'is not 3 numbers'),
-        ('ur5e ik --xyz 1,2,3 --rpy 0,0,0 --quaternion 0,0,0,1', 2, 'give one'),
-        ('craig_3r map --joints q1,q4', 2, "no joint 'q4'; choose from q1, q2, q3"),
-        ('craig_3r map --joints q1', 2, 'give two different joints'),
-        ('craig_3r map --joints q1,q1', 2, 'give two different joints'),
-        ('craig_3r map --points 1', 2, '2 to 4000, not 1'),
-        ('craig_3r workspace --plane zz', 2, "no plane 'zz'; choose from rz, xy, xz, yz"),
-        ('craig_3r workspace --plane rz --at 1', 2, '--at goes with --plane xy, xz or yz'),
-        ('craig_3r workspace --plane xy --at 9 --points 1000', 1, 'does not reach the plane z'),
-        ('craig_3r workspace --workers here', 1, 'dask://HOST:PORT'),
-        ('craig_3r velocity --path no.csv', 2, 'no file no.csv; give a CSV file'),
-        ('craig_3r --save a.jpg', 2, "the suffix '.jpg'; pictures are .png, .svg, .pdf"),
-        ('craig_3r --save a', 2, 'no suffix; pictures are'),
-        ('craig_3r --save /no/such/folder/a.png', 1, 'cannot be written: No such file'),
+        ('ur5e arms', 2, ("'arms'", 'arm, ik, family, velocity, measures, map, workspace')),
+        ('arm ur5e', 2, ('robot comes first',)),
+        ('ur5f arm', 2, ("'ur5e'",)),
+        ('ur5e arm --q 1,2', 2, ('ur5e has 6 joints',)),
+        ('ur5e map --path sine', 2, ('--path', 'velocity and measures', '--joints')),
+        ('ur5e --workers dask://h:1', 2, ('--workers', 'map and workspace')),
+        ('ur5e ik', 2, ('--xyz 0.3,0.1,0.4',)),
+        ('ur5e ik --xyz 1,2', 2, ('3 numbers',)),
+        ('ur5e ik --xyz 1,2,3 --rpy 0,0,0 --quaternion 0,0,0,1', 2, ('give one',)),
+        ('craig_3r map --joints q1,q4', 2, ("'q4'", 'q1, q2, q3')),
+        ('craig_3r map --joints q1', 2, ('two different joints', '--joints q1,q2')),
+        ('craig_3r map --joints q1,q1', 2, ('two different joints',)),
+        ('craig_3r map --points 1', 2, ('--points: 1', '2 to 4000')),
+        ('craig_3r workspace --plane zz', 2, ("'zz'", 'rz, xy, xz, yz')),
+        ('craig_3r workspace --plane rz --at 1', 2, ('--at', '--plane xy, xz or yz')),
+        ('craig_3r workspace --plane xy --at 9 --points 1000', 1, ('plane z = 9',)),
+        ('craig_3r workspace --workers here', 1, ('dask://HOST:PORT',)),
+        ('craig_3r velocity --path no.csv', 2, ('no.csv', 'CSV file')),
+        ('craig_3r --save a.jpg', 2, ("'.jpg'", '.png, .svg, .pdf')),
+        ('craig_3r --save a', 2, ('suffix', '.png, .svg, .pdf')),
+        ('craig_3r --save /no/such/folder/a.png', 1, ('No such file',)),
     ],
 )
 def test_what_cannot_be_drawn_is_refused_in_a_sentence(
-    arguments, code, sentence, capsys, tmp_path, monkeypatch
+    arguments, code, words, capsys, tmp_path, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
     assert main(['plot', *arguments.split()]) == code
     out, err = capsys.readouterr()
-    assert sentence in err
+    for word in words:
+        assert word in ' '.join(err.split())
     assert 'Traceback' not in err
     assert out == ''
     assert not list(tmp_path.iterdir())
+
+
+def test_errors_about_a_picture_have_codes(tmp_path):
+    craig, planar = robot_of('craig_3r'), robot_of('planar_2r')
+    slider = ks.robot_from_text(
+        ODD.replace('revolute', 'prismatic').replace('d: 0, theta: q1', 'd: q1, theta: 0')
+    )
+    for code, word, call in (
+        ('unknown-name', "'zz'", lambda: plane_of(craig, 'zz')),
+        ('conflict', '--at', lambda: plane_of(craig, 'rz', 1.0)),
+        ('conflict', 'odd', lambda: plane_of(slider, 'rz')),
+        ('too-few', 'odd', lambda: joint_pair(slider, None)),
+        ('unknown-name', "'q4'", lambda: joint_pair(craig, ['q1', 'q4'])),
+        ('wrong-length', 'q1, q2, q3', lambda: joint_pair(craig, ['q1'])),
+        ('missing-file', 'no.csv', lambda: motion_of(planar, 'no.csv')),
+        ('unsupported', "'.jpg'", lambda: picture.suffix_of(tmp_path / 'a.jpg')),
+        ('unsupported', 'suffix', lambda: picture.suffix_of(tmp_path / 'a')),
+        ('unreachable', 'z = 9', lambda: workspace(planar, plane_of(craig, 'xy', 9.0), 100)),
+    ):
+        with refused(PlotError, code, word):
+            call()
 
 
 def test_without_a_display_show_says_so(capsys, monkeypatch):
@@ -835,7 +862,9 @@ def test_without_a_display_show_says_so(capsys, monkeypatch):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv('MPLBACKEND', 'agg')
     assert main(['plot', 'planar_2r', '--show']) == 1
-    assert '--show: no window can be opened here' in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert said.startswith('--show: no window')
+    assert '--save FILE' in said
 
 
 def test_without_matplotlib_the_sentence_says_what_to_install(capsys, monkeypatch):
@@ -860,11 +889,12 @@ def test_the_command_line_loads_matplotlib_only_to_draw():
     ('header', 'separator'),
     [('stamp position.q1 position.q2', ';'), ('timestamp actual_q_0 actual_q_1', '\t')],
 )
-def test_a_table_that_is_audited_is_drawn(header, separator, tmp_path, capsys):
+def test_a_table_that_is_audited_is_drawn(header, separator, tmp_path):
     file, page = tmp_path / 'run.csv', tmp_path / 'velocity.svg'
     rows = [header.split(), *([f'{k / 50}', f'{k / 70}', '-0.5'] for k in range(60))]
     file.write_text('\n'.join(separator.join(row) for row in rows))
-    assert main(['audit', str(file), '--robot', 'planar_2r']) == 0
+    with open_source(file, Selection(robot_of('planar_2r'))) as source:
+        assert sum(map(len, source.blocks)) == 60
     path = ['--path', str(file), '--save', str(page)]
     assert main(['plot', 'planar_2r', 'velocity', *path]) == 0
     assert page.exists()
@@ -875,11 +905,11 @@ def test_a_recording_along_which_nothing_moves_in_time(suffix, tmp_path, capsys)
     file = tmp_path / f'r{suffix}'
     file.write_text('stamp,position.q1,position.q2\n1,0,0\n1,0,0\n')
     assert main(['plot', 'planar_2r', 'measures', '--path', str(file)]) == 2
-    assert 'all rows have the same time' in capsys.readouterr().err
+    assert f'{file}: all rows' in capsys.readouterr().err
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(('name', 'share'), [('puma560', 1), ('five_bar', 2), ('excavator', 8)])
+@pytest.mark.parametrize(('name', 'share'), [('puma560', 1), ('five_bar', 2)])
 def test_pictures_of_arms_with_loops_try_fewer_positions(name, share, monkeypatch):
     tried = []
 
@@ -911,5 +941,4 @@ def test_each_joint_over_the_arcs_of_a_redundant_arm():
 def test_an_arm_without_arcs_has_no_picture_of_them(capsys):
     command = ['plot', 'ur5e', 'family', '--xyz', '0.3,-0.2,0.4', '--rpy', '3,0,1']
     assert main(command) == 1
-    said = capsys.readouterr().err
-    assert 'ur5e has no arc of postures inside its limits at this target: ' in said
+    assert capsys.readouterr().err.startswith('ur5e has no arc of postures')

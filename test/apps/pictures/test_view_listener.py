@@ -165,9 +165,8 @@ def test_the_level_is_the_node_s(viewing):
 
 def test_another_robot_is_not_mixed_in(viewing):
     one, view = viewing('ur5e', shown='puma560')
-    assert view.status == (
-        '/kinematics runs ur5e, this is puma560: start the view with --robot ur5e'
-    )
+    for words in ('/kinematics runs ur5e', 'puma560', '--robot ur5e'):
+        assert words in view.status
     assert view.observation() is None
 
 
@@ -187,7 +186,7 @@ def test_without_a_node_joint_states_suffice(arm):
 
         together(one, view, heard, 'observation')
         assert view.observation().q == pytest.approx([0.2, 0.7])
-        assert 'the node /elsewhere does not run' in view.status
+        assert '/elsewhere does not run' in view.status
     finally:
         view.close()
 
@@ -209,7 +208,7 @@ def test_published_sliders_move_the_node_and_not_against_a_robot(viewing):
 def test_an_arm_of_other_geometry_with_the_same_joint_names_is_not_mixed_in(viewing):
     one, view = viewing('ur10e', shown='ur5e')
     assert ks.load_robot('ur10e').joint_names == ks.load_robot('ur5e').joint_names
-    assert view.status.startswith('/kinematics runs ur10e, this is ur5e')
+    assert view.status.startswith('/kinematics runs ur10e, ')
     assert view.observation() is None
 
 
@@ -274,7 +273,7 @@ def test_one_chooses_among_the_arms_that_are_there(arm, sessions):
         session.choose('/right/kinematics')
         assert session.robot.name == 'craig_3r'
         assert session.title == 'craig_3r of /right/kinematics'
-        assert 'no joint states arrive on /right/joint_states' in session.status
+        assert '/right/joint_states' in session.status
         session.choose('/left/kinematics')
         assert session.title == 'planar_2r of /left/kinematics'
 
@@ -345,10 +344,7 @@ def test_it_draws_the_tool_and_the_edited_file_of_the_node(arm, sessions, tmp_pa
 
         def told():
             one.send(q)
-            return session.status.endswith(
-                'the robot file here is not as /edited/kinematics has read it; '
-                '~/reload reads it again'
-            )
+            return session.status.endswith('~/reload reads it again')
 
         until(session, told, 'the warning')
 

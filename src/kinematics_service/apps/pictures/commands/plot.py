@@ -129,7 +129,9 @@ def plot(
     given = (f'--{name}' for name, value in context.params.items() if value is not None)
     _refuse_unknown_options(robot, kind, [name for name in given if name in ALL_OPTIONS])
     if kind in TARGETS and xyz is None:
-        raise WrongUsage(f'plot {kind}: say where the tool should be: --xyz 0.3,0.1,0.4')
+        raise WrongUsage(
+            f'plot {kind}: the target is missing; give one, such as --xyz 0.3,0.1,0.4'
+        )
     if save is not None:
         with _wrong_usage():
             suffix_of(save)
@@ -155,7 +157,7 @@ def plot(
 
 def _refuse_unknown_options(robot: str, kind: str, given: list[str]) -> None:
     if kind not in OPTIONS:
-        order = ': the robot comes first' if robot in OPTIONS else ''
+        order = ' (the robot comes first)' if robot in OPTIONS else ''
         raise WrongUsage(
             f'plot: there is no kind {kind!r}{order}; choose from {", ".join(OPTIONS)}'
         )
@@ -163,7 +165,7 @@ def _refuse_unknown_options(robot: str, kind: str, given: list[str]) -> None:
         if name not in OPTIONS[kind]:
             others = ' and '.join(other for other, names in OPTIONS.items() if name in names)
             raise WrongUsage(
-                f'{name} goes with plot {others}; plot {kind} takes {", ".join(OPTIONS[kind])}'
+                f'{name} is for plot {others}; plot {kind} takes {", ".join(OPTIONS[kind])}'
             )
 
 
@@ -181,7 +183,9 @@ def _points(robot: Robot, kind: str, given: int | None) -> int:
     low, high = POINTS[kind]
     if given is not None:
         if not low <= given <= high:
-            raise WrongUsage(f'--points of {kind}: {low} to {high}, not {given}')
+            raise WrongUsage(
+                f'--points: {given} is not accepted; plot {kind} takes {low} to {high}'
+            )
         return given
     # Use fewer points for an arm with closed loops, because closing them takes time. The number
     # does not depend on the clock: the same command gives the same picture.

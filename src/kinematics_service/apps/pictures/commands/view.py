@@ -67,7 +67,7 @@ def view(
     for a node without a robot. Without ROS there are only sliders.
     """
     if sliders and publish:
-        raise WrongUsage('--sliders needs no ROS and --publish does: give one of them')
+        raise WrongUsage('--sliders works without ROS, and --publish needs it; give one of them')
     if of is not None and robot is None:
         raise WrongUsage('--of names a point of a robot: give --robot, too')
     try:
@@ -76,7 +76,7 @@ def view(
     except ImportError as error:
         if is_ours(error):
             raise
-        raise ViewError(WITHOUT_VISER.format(reason=error)) from error
+        raise ViewError(WITHOUT_VISER.format(reason=error), code='missing-package') from error
     check_address(host, port)
     address = Address(host, port, tuple(allow_host or ()))
     arm = None if robot is None else ending_at(given_robot(robot), of)

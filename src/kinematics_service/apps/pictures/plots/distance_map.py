@@ -104,7 +104,8 @@ def distance_map(
         raise PlotError(
             f'{robot.name}: no position of the map closes the '
             f'{all_in_words(robot.loop_names)}; hold '
-            'the other joints elsewhere with --q'
+            'the other joints elsewhere with --q',
+            code='open-loop',
         )
     functions = {name: grids[..., 2 + k] for k, name in enumerate(robot.singularity.factors.names)}
     everywhere = tuple(name for name, f in functions.items() if np.nanmax(np.abs(f)) < TOLERANCE)
@@ -127,18 +128,21 @@ def joint_pair(robot: Robot, names: Sequence[str] | None) -> tuple[int, int]:
     """
     choices = ', '.join(_joint_name(robot, j) for j in range(robot.dof))
     if robot.dof < 2:
-        raise PlotError(f'{robot.name} has one joint ({choices}): a map needs two')
+        message = f'{robot.name} has one joint ({choices}), and a map needs two'
+        raise PlotError(message, code='too-few')
     if names is None:
         return _pair_with_most_change(robot)
     indices = dict(zip((*robot.variables, *robot.joint_names), 2 * [*range(robot.dof)]))
     for name in names:
         if name not in indices:
-            raise PlotError(f'--joints: {robot.name} has no joint {name!r}; choose from {choices}')
+            message = f'--joints: {robot.name} has no joint {name!r}; choose from {choices}'
+            raise PlotError(message, code='unknown-name')
     pair = [indices[name] for name in names]
     if len(pair) != 2 or pair[0] == pair[1]:
         raise PlotError(
             f'--joints: give two different joints, such as '
-            f'--joints {robot.variables[0]},{robot.variables[1]}; {robot.name} has {choices}'
+            f'--joints {robot.variables[0]},{robot.variables[1]}; {robot.name} has {choices}',
+            code='wrong-length',
         )
     return pair[0], pair[1]
 

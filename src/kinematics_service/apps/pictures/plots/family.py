@@ -30,7 +30,8 @@ def family_picture(robot: Robot, result: IkResult) -> Draw:
     if not arcs:
         raise PlotError(
             f'{robot.name} has no arc of postures inside its limits at this target: '
-            f'{result.reason}'
+            f'{result.reason}',
+            code='no-solution',
         )
 
     def draw(figure: Figure) -> None:

@@ -100,7 +100,8 @@ def motion_of(robot: Robot, path: str) -> PlottedMotion:
             names = '(the app demo, which has the built-in motions, was removed)'
         raise PlotError(
             f'--path: there is no file {path}; give a CSV file '
-            f'(stamp,position.<joint>,...) {names}'
+            f'(stamp,position.<joint>,...) {names}',
+            code='missing-file',
         )
     recording = read_recording(file, robot)
     times = recording.due
@@ -109,7 +110,8 @@ def motion_of(robot: Robot, path: str) -> PlottedMotion:
     times, q = times[first], recording.positions[first]
     if len(times) < 2:
         raise PlotError(
-            f'{path}: all rows have the same time, so there is nothing to draw over time'
+            f'{path}: all rows have the same time; give a recording with rising stamps',
+            code='wrong-order',
         )
     q[:, robot.continuous] = np.unwrap(q[:, robot.continuous], axis=0)
     if recording.velocities is not None:
@@ -125,7 +127,8 @@ def _closed(
     if np.sum(closed) < 2:
         raise PlotError(
             f'{name}: the loops of {robot.name} close at {np.sum(closed)} of its {len(q)} joint '
-            'positions, so there is nothing to draw over time'
+            'positions; give a recording with at least two of them',
+            code='open-loop',
         )
     open_rows = np.cumsum(closed, dtype=np.int64)[~closed]
     return PlottedMotion(times[closed], q[closed], qdot[closed], name, differentiated, open_rows)
@@ -139,14 +142,12 @@ def _gaps(times: Floats) -> Integers:
 
 def _differentiated(robot: Robot, times: Floats, q: Floats, name: str) -> PlottedMotion:
     # Differentiate each part between gaps; a single row between two gaps has no velocity and is
-    # left out.
+    # left out. One part has two rows at least, because half of the steps are no gaps.
     parts = [
         (t, positions)
         for t, positions in zip(np.split(times, _gaps(times)), np.split(q, _gaps(times)))
         if len(t) > 1
     ]
-    if not parts:
-        raise PlotError(f'{name}: has no velocities, and no two rows within {MIN_GAP:g} s')
     qdot = [np.gradient(positions, t, axis=0) for t, positions in parts]
     kept, positions = (np.concatenate(column) for column in zip(*parts))
     return _closed(robot, kept, positions, np.concatenate(qdot), name, True)

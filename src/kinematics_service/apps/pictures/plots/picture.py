@@ -60,8 +60,10 @@ def suffix_of(file: Path, other: str = '') -> str:
     if suffix not in METADATA and other:
         return other
     if suffix not in METADATA:
-        given = f'the suffix {suffix!r}' if suffix else 'no suffix'
-        raise PlotError(f'{file}: {given}; pictures are {", ".join(METADATA)}')
+        given = (
+            f'a picture cannot have the suffix {suffix!r}' if suffix else 'the suffix is missing'
+        )
+        raise PlotError(f'{file}: {given}; write {", ".join(METADATA)}', code='unsupported')
     return suffix
 
 
@@ -77,7 +79,8 @@ def refuse_without_matplotlib() -> None:
     try:
         import matplotlib.figure  # noqa: F401
     except ImportError as error:
-        raise PlotError(f'pictures need matplotlib ({error}): {INSTALL}') from None
+        message = f'pictures need matplotlib ({error}): {INSTALL}'
+        raise PlotError(message, code='missing-package') from None
 
 
 @contextmanager
@@ -132,7 +135,7 @@ def save_picture(draw: Draw, file: Path, other: str = '') -> None:
     try:
         write_file(file, content.getvalue())
     except KinematicsError as error:
-        raise PlotError(str(error)) from None
+        raise PlotError(str(error), code=error.code) from None
 
 
 def show_picture(draw: Draw, title: str) -> None:
@@ -148,18 +151,19 @@ def show_picture(draw: Draw, title: str) -> None:
     import matplotlib
     from matplotlib import pyplot
 
-    nowhere = '--show: no window can be opened here ({}); --save FILE writes a file instead'
+    nowhere = '--show: no window can be opened here ({}); write a file with --save FILE'
     with drawing():
         try:
             figure = pyplot.figure()
         except Exception as error:
             # Each toolkit has its own errors for a missing display.
             reason = ' '.join(str(error).split()) or type(error).__name__
-            raise PlotError(nowhere.format(reason)) from None
+            raise PlotError(nowhere.format(reason), code='no-display') from None
         backend = matplotlib.get_backend()
         if backend.lower() in ('agg', 'pdf', 'svg', 'ps', 'cairo', 'template'):
             pyplot.close(figure)
-            raise PlotError(nowhere.format(f"no display, or no toolkit; matplotlib's {backend}"))
+            reason = f"no display, or no toolkit; matplotlib's {backend}"
+            raise PlotError(nowhere.format(reason), code='no-display')
         draw(figure)
         figure.canvas.manager.set_window_title(title)
         pyplot.show()

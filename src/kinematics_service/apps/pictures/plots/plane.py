@@ -118,7 +118,8 @@ def plane_of(robot: Robot, name: str | None = None, at: float | None = None) -> 
         The plane does not exist, or this arm does not have it.
     """
     if name is not None and name not in PLANES:
-        raise PlotError(f'--plane: there is no plane {name!r}; choose from {", ".join(PLANES)}')
+        message = f'--plane: there is no plane {name!r}; choose from {", ".join(PLANES)}'
+        raise PlotError(message, code='unknown-name')
     axis = skeleton_of(robot, clear_pose(robot)).axes[0]
     turns = not axis.slides and len(axis.variables) == 1
     q = closed_poses(robot.chain, random_positions(robot, np.random.default_rng(SEED), POSES))
@@ -133,11 +134,13 @@ def plane_of(robot: Robot, name: str | None = None, at: float | None = None) -> 
     if name == 'rz':
         if not turns:
             raise PlotError(
-                f'--plane rz needs a first joint that turns; {robot.name} has none: '
-                f'choose from {", ".join(AXES)}'
+                f'--plane rz: the first joint of {robot.name} does not turn; choose from '
+                f'{", ".join(AXES)}',
+                code='conflict',
             )
         if at is not None:
-            raise PlotError('--at goes with --plane xy, xz or yz: rz is about the axis of joint 1')
+            message = '--at is for --plane xy, xz or yz; leave it out, or choose one of them'
+            raise PlotError(message, code='conflict')
         return _half_plane(axis)
     return _base_plane(name, at, points, TOLERANCE * robot.singularity.task.reach)
 

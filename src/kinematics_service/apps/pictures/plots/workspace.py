@@ -149,12 +149,15 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
     open_poses = count - len(tried)
     if not len(tried):
         raise PlotError(
-            f'{robot.name}: {not_all_closed(robot.loop_names)} at any of {count} positions'
+            f'{robot.name}: {not_all_closed(robot.loop_names)} at any of {count} positions; try '
+            'more with --points',
+            code='open-loop',
         )
     found = map_batches(function, robot, tried, workers)
     found = found[np.isfinite(found[:, 0])]
     if not len(found):
-        raise PlotError(f'{robot.name}: the tool does not reach the {plane.title}')
+        message = f'{robot.name}: the tool does not reach the {plane.title}; choose another plane'
+        raise PlotError(message, code='unreachable')
     widest = max(
         float(np.max(np.ptp(found[:, :2], axis=0))), MIN_WIDTH_RATIO * robot.singularity.task.reach
     )

@@ -38,7 +38,10 @@ def check_address(host: str, port: int) -> None:
             host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
         )[0]
     except OSError:
-        raise ViewError(f'--host {host}: no such host') from None
+        message = (
+            f'--host {host}: no such host; give an address of this computer, such as 127.0.0.1'
+        )
+        raise ViewError(message, code='unknown-name') from None
     try:
         with socket.socket(family, kind, protocol) as probe:
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -46,15 +49,18 @@ def check_address(host: str, port: int) -> None:
             probe.listen()
     except PermissionError:
         raise ViewError(
-            f'--port {port}: ports below 1024 need privileges; choose another with --port'
+            f'--port {port}: ports below 1024 need privileges; choose another with --port',
+            code='not-permitted',
         ) from None
     except OSError as error:
         if error.errno == errno.EADDRNOTAVAIL:
             raise ViewError(
-                f'--host {host}: not an address of this computer; '
-                '127.0.0.1 is for this computer only, 0.0.0.0 for all of the network'
+                f'--host {host}: not an address of this computer; give 127.0.0.1 for this '
+                'computer only, or 0.0.0.0 for all of the network',
+                code='wrong-address',
             ) from None
         raise ViewError(
             f'--port {port}: another program uses it on {host}; '
-            f'choose another, such as --port {port + 1}, or 0 for any that is free'
+            f'choose another, such as --port {port + 1}, or 0 for any free port',
+            code='port-in-use',
         ) from None

@@ -157,6 +157,7 @@ def _try_out(host: str, port: int, origin_check: OriginCheck) -> None:
             pass
     if not (refused and closed):
         raise ViewError(
-            f'viser {viser.__version__} does not let the page refuse pages of others: '
-            'nothing is served; install viser 1.1'
+            f'viser {viser.__version__} does not let the page refuse pages of others, so nothing '
+            'is served; install viser 1.1',
+            code='unsupported',
         )

@@ -192,6 +192,7 @@ def serve(address: Address, label: str) -> Iterator[tuple[viser.ViserServer, str
         if port not in (
             0,
             server.get_port(),
-        ):  # viser takes the next port if another program has taken this one
-            raise ViewError(f'--port {port}: another program uses it on {host}')
+        ):  # viser takes the next port if another program was faster
+            message = f'--port {port}: another program uses it on {host}; choose another'
+            raise ViewError(message, code='port-in-use')
         yield server, origin_check.address(host, server.get_port())
