@@ -18,8 +18,14 @@ from refusal import refused
 from refused_files import refuse
 
 import kinematics_service as ks
+from kinematics_service.apps.recordings.audit import frames
 from kinematics_service.apps.recordings.audit.auditing import audit
-from kinematics_service.apps.recordings.readers import columns, table_rows, unpacking
+from kinematics_service.apps.recordings.readers import (
+    columns,
+    table_rows,
+    table_source,
+    unpacking,
+)
 from kinematics_service.apps.recordings.readers.open_file import open_source
 from kinematics_service.apps.recordings.readers.source import Selection
 from kinematics_service.errors import RecordingError
@@ -139,11 +145,13 @@ def poses_of(robot, q, random):
 @pytest.mark.slow
 @pytest.mark.parametrize(('missing', 'back'), [(False, True), (True, False)])
 def test_pieces_of_a_table_give_the_same_document(tmp_path, capsys, monkeypatch, missing, back):
-    robot = robot_of('ur5e')
+    robot = robot_of('craig_3r')
     random = np.random.default_rng(8)
-    t, q, qdot = motion(robot, 1400, 100.0, 5)
+    for module in (table_source, frames):
+        monkeypatch.setattr(module, 'MAX_POSES', 150)
+    t, q, qdot = motion(robot, 350, 100.0, 5)
     if back:
-        t[500:] -= 2.0
+        t[150:] -= 2.0
     poses = poses_of(robot, q, random)
     names = [*(f'position.{j}' for j in robot.joint_names)]
     names += [f'velocity.{j}' for j in robot.joint_names]
@@ -154,14 +162,14 @@ def test_pieces_of_a_table_give_the_same_document(tmp_path, capsys, monkeypatch,
             numbers = [repr(float(x)) for x in (*q[k], *qdot[k])]
             rows.append(','.join([f'{1.7e9 + t[k]:.4f}', *numbers, *poses[k]]))
     file = written(tmp_path / 'run.csv', rows, ','.join(['stamp', *names]))
-    whole = document(capsys, file, '--robot', 'ur5e')
-    assert whole['frames']['poses'] == 1400 - 200 - sum(bool(poses[k][0]) for k in (3, 90))
-    assert whole['frames']['considered'] == 600
+    whole = document(capsys, file, '--robot', 'craig_3r')
+    assert whole['frames']['poses'] == 350 - 50 - sum(bool(poses[k][0]) for k in (3, 90))
+    assert whole['frames']['considered'] == 150
     assert whole['frames']['as_given']['position_max'] < 1e-12
     assert whole['stream']['backwards'] == back
     monkeypatch.setattr(table_rows, 'LARGEST_BLOCK', 77)
     monkeypatch.setattr(columns, 'MAX_HELD_NUMBERS', 100)
-    assert document(capsys, file, '--robot', 'ur5e') == whole
+    assert document(capsys, file, '--robot', 'craig_3r') == whole
 
 
 # ROS 1 bags
@@ -224,12 +232,12 @@ def test_a_chunk_of_a_ros_1_bag_that_grows_is_not_unpacked(tmp_path, monkeypatch
 def test_a_ros_1_bag_says_what_the_same_messages_say_in_mcap(
     tmp_path, capsys, monkeypatch, stores, connections
 ):
-    robot = robot_of('ur5e')
+    robot = robot_of('planar_2r')
     samples = sorted(awkward(robot, 5), key=lambda one: one.received)
     mcap = write_bag(tmp_path / 'mcap', stores[0], joint_states(stores[0], samples))
-    expected = heard(document(capsys, mcap, '--robot', 'ur5e'))
+    expected = heard(document(capsys, mcap, '--robot', 'planar_2r'))
     bag = write_ros1(tmp_path / 'run.bag', stores[1], samples, connections)
-    found = document(capsys, bag, '--robot', 'ur5e')
+    found = document(capsys, bag, '--robot', 'planar_2r')
     told = found['verdict'].pop()['sentence'], expected['verdict'].pop()['sentence']
     assert 'no checksums' in told[0]
     assert found['messages']['total'] == len(samples)
@@ -237,7 +245,7 @@ def test_a_ros_1_bag_says_what_the_same_messages_say_in_mcap(
         k: v for k, v in expected.items() if k != 'verdict'
     }
     monkeypatch.setattr(columns, 'MAX_HELD_NUMBERS', 100)
-    again = document(capsys, bag, '--robot', 'ur5e')
+    again = document(capsys, bag, '--robot', 'planar_2r')
     assert heard(again)['series'] == expected['series']
 
 
@@ -254,13 +262,13 @@ def test_a_ros_1_bag_not_in_the_order_of_its_times_is_read_in_it(tmp_path, capsy
 
 def test_messages_of_equal_length_that_all_differ_are_read(tmp_path, capsys, stores):
     # A frame of its own in each header: no message looks like another one.
-    samples = samples_of(robot_of('planar_2r'), *motion(robot_of('planar_2r'), 2000))
+    samples = samples_of(robot_of('planar_2r'), *motion(robot_of('planar_2r'), 500))
     messages = [
         (topic, kind, time, replace(message, header=replace(message.header, frame_id=f'{k:06}')))
         for k, (topic, kind, time, message) in enumerate(joint_states(stores[0], samples))
     ]
     found = document(capsys, write_bag(tmp_path / 'bag', stores[0], messages), *ROBOT)
-    assert found['messages']['states'] == 2000
+    assert found['messages']['states'] == 500
     assert found['series']['q'] == [sample.positions for sample in samples]
 
 

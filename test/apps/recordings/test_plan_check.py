@@ -25,7 +25,7 @@ THRESHOLD = 0.03
 ARMS = ('ur5e', 'calibrated UR5', 'panda', 'scara_hsr065', 'offset_stanford_dh', 'spherical_rrp')
 # A singular value is zero below this share of the largest.
 SINGULAR = 1e-6
-DENSE = 150
+DENSE = 80
 # Brackets of speed are this narrow; differences over a dense sampling fall short by less.
 BRACKET, DIFFERENCES = 1.0101, 0.999
 
@@ -63,7 +63,7 @@ def near(robot, distance):
 def test_what_is_proved_no_sampling_and_no_search_refutes(name):
     robot, random = named(name), np.random.default_rng(5)
     proved = 0
-    for _ in range(6):
+    for _ in range(4):
         # Short ways, so that many keep away from singular poses.
         times, q, qdot, still = random_plan(robot, random, 2)
         plan = times, q[:1] + 0.2 * (q - q[:1]), 0.2 * qdot, still
@@ -77,8 +77,8 @@ def test_what_is_proved_no_sampling_and_no_search_refutes(name):
             (there.nearest_singular - q) / robot.singularity.task.column_scales, axis=1
         )
         assert np.nanmin(away, initial=math.inf) > found.lower > THRESHOLD
-        if proved < 3:
-            nearest = np.argsort(there.distance)[:2]
+        if proved == 1:
+            nearest = np.argsort(there.distance)[:1]
             by_force, _ = brute_force.nearest_singular(robot, q[nearest], starts=3)
             assert np.min(by_force) > found.lower
     assert proved > 1
@@ -87,14 +87,14 @@ def test_what_is_proved_no_sampling_and_no_search_refutes(name):
 def singular_poses(robot, random, count):
     """Return singular poses (count, n), as they are found near random ones."""
     low, high = np.clip(robot.limits, -2.0, 2.0).T
-    poses = ks.singularity(robot, random.uniform(low, high, (400, robot.dof))).nearest_singular
+    poses = ks.singularity(robot, random.uniform(low, high, (100, robot.dof))).nearest_singular
     return poses[np.isfinite(poses[:, 0])][:count]
 
 
 @pytest.mark.parametrize('name', ARMS)
 def test_a_plan_past_a_singular_pose_is_refuted_by_one(name):
     robot, random = named(name), np.random.default_rng(6)
-    for pose in singular_poses(robot, random, 5):
+    for pose in singular_poses(robot, random, 2):
         # Within 0.02 of it, at none of the points.
         beside = random.normal(size=robot.dof)
         beside *= 0.02 * robot.singularity.task.column_scales / np.linalg.norm(beside)
@@ -148,11 +148,11 @@ def test_past_a_straight_elbow_most_plans_of_seven_joints_are_proved():
     # The least singular value falls to 1e-4 there, and singular poses are tenths of a rad away.
     robot, random = robot_of('kinova_gen3'), np.random.default_rng(2)
     verdicts = []
-    for _ in range(20):
+    for _ in range(9):
         q = random.uniform(-1.5, 1.5, (2, 7))
         q[:, 3] = -0.5, 0.6
         verdicts.append(ks.check_plan(robot, [0.0, 2.0], q, distance=THRESHOLD).verdict)
-    assert verdicts.count('proved') > 13
+    assert verdicts.count('proved') > 5
 
 
 def test_joints_move_no_farther_than_the_span_of_a_piece():
@@ -202,7 +202,7 @@ def test_when_the_clearances_allowed_are_spent_the_rest_is_not_decided(monkeypat
 @pytest.mark.parametrize('name', [*ARMS, 'parallelogram_left'])
 def test_speeds_are_bracketed(name):
     robot, random = named(name), np.random.default_rng(8)
-    for _ in range(2):
+    for _ in range(1):
         plan = random_plan(robot, random)
         points = [str(robot.rows // 2), robot.joint_names[-1]]
         check = ks.check_plan(robot, *plan, speed_of=points)
@@ -284,7 +284,7 @@ def test_a_speed_limit_is_proved_or_refuted():
 def test_extremes_of_polynomials_are_those_of_their_roots():
     random = np.random.default_rng(2)
     for degree in (0, 1, 2, 3, 5):
-        for _ in range(40):
+        for _ in range(12):
             c = random.normal(size=(3, degree + 1))
             values = []
             for one in c:
