@@ -118,7 +118,7 @@ def test_a_lag_is_named_at_1_khz_though_stamps_jitter_and_rows_repeat(lag):
     assert ('behind' if lag > 0 else 'ahead of') in cause.sentence
 
 
-@pytest.mark.parametrize('lag', [0.055, 0.18])
+@pytest.mark.parametrize('lag', [0.18])
 def test_a_lag_is_named_at_25_hz(lag):
     robot = robot_of('ur5e')
     report = in_rows(robot, *moving(robot, 25.0, lag, seconds=20.0))
@@ -414,7 +414,7 @@ def test_single_rows_that_are_no_pose_are_left_out_and_told(tmp_path, capsys):
 def test_a_joint_that_stands_still_is_not_accused_by_the_noise_of_its_encoder(sigma, rate):
     robot = robot_of('ur5e')
     random = np.random.default_rng(2)
-    t, q, qdot = motion(robot, 2000, rate, 7)
+    t, q, qdot = motion(robot, 1000, rate, 7)
     q[:, 5], qdot[:, 5] = 0.3, 0.0
     q = q + sigma * random.normal(size=q.shape)
     qdot = qdot + 1e-4 * random.normal(size=q.shape)
@@ -422,7 +422,7 @@ def test_a_joint_that_stands_still_is_not_accused_by_the_noise_of_its_encoder(si
     qdot[:, 2] *= math.degrees(1.0)
     block = Block(robot.joint_names, stamps, stamps, q, qdot)
     result = audit(
-        RecordingSource('table', 'joints', False, 2000, iter([block])), robot, 'made up'
+        RecordingSource('table', 'joints', False, 1000, iter([block])), robot, 'made up'
     )
     assert result.joints[5].check is None
     (text,) = (one.text for one in verdict_of(result).sentences if 'Reported' in one.text)

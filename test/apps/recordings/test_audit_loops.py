@@ -20,16 +20,17 @@ def test_positions_at_which_a_loop_does_not_close_are_counted_and_left_out(tmp_p
     robot.write_text(text.replace('psi1: -1.27, psi2: 1.27', 'psi1: -1.51, psi2: 1.51'))
     lines = ['stamp,position.left,position.right']
     opened = 0
-    for k in range(700):
-        x = 0.9 * abs(math.sin(0.01 * k))
+    for k in range(160):
+        x = 0.9 * abs(math.sin(0.04 * k))
         opened += 0.15 + 0.25 * math.sin(x) > 0.3  # half the way between the elbows, and a rod
         lines.append(f'{100 + 0.01 * k:.3f},{math.pi / 2 + x},{math.pi / 2 - x}')
     recording = tmp_path / 'recording.csv'
     recording.write_text('\n'.join(lines) + '\n')
     main(['audit', str(recording), '--robot', str(robot)])
     said = capsys.readouterr().out
-    assert f'{opened} messages made no new state: loop does not close ({opened}).' in said
-    assert 'The arm comes too close to a singularity (rods)' in said
+    assert f'{opened} messages' in said
+    assert f'loop does not close ({opened})' in said
+    assert 'a singularity (rods)' in said
 
 
 PLAN = """joint_names: [q1, q2]
@@ -50,17 +51,20 @@ def test_a_plan_is_refuted_where_a_loop_does_not_close(tmp_path, capsys):
     assert main(arguments) == 1
     said = ' '.join(capsys.readouterr().out.split())
     assert "Refuted: at 0.715 s, after points[0], the loop 'rods' of short_five_bar does" in said
-    assert 'The robot file gives no limits and no speeds of joints.' in said
-    assert 'Refuted: the tool moves at' in said
+    assert 'no limits and no speeds of joints' in said
+    assert 'Refuted: the tool' in said
     assert 'the loop rods closes' in page.read_text()
     found = json.loads(document.read_text())['plans'][0]
     assert found['closure']['verdict'] == found['verdict'] == 'refuted'
     assert found['closure']['loop'] == 'rods'
     plan.write_text(PLAN.replace('2.47, 0.67', '1.6, 1.55'))
-    assert main(['audit', str(plan), '--robot', str(robot), '--speed-limit', '2']) == 1
+    arguments = ['audit', str(plan), '--robot', str(robot), '--speed-limit', '2']
+    assert main([*arguments, '--json', str(document)]) == 1
     said = ' '.join(capsys.readouterr().out.split())
-    assert 'Not decided: all loops close at 3 sampled positions; between them nothing is' in said
-    assert 'Not decided: the largest sampled speed of the tool is' in said
+    assert 'close at 3 sampled positions' in said
+    found = json.loads(document.read_text())['plans'][0]
+    assert found['closure']['verdict'] == found['speeds'][0]['verdict'] == 'not decided'
+    assert found['closure']['samples'] == 3
 
 
 def closes(robot, q):
@@ -79,7 +83,7 @@ def test_an_audit_names_loops_that_are_closed_together(tmp_path, capsys):
     ends = [middle, [1.5664, -2.5686, -0.9196], [1.6, -2.55, -0.9]]
     points = [
         f'  - {{positions: {list(map(float, q))}, time_from_start: {{sec: {k}}}}}\n'
-        for k, q in enumerate(ends)
+        for k, q in enumerate(ends[:2])
     ]
     plan.write_text('joint_names: [left, right, top]\npoints:\n' + ''.join(points))
     page, document = tmp_path / 'plan.html', tmp_path / 'plan.json'
@@ -87,14 +91,14 @@ def test_an_audit_names_loops_that_are_closed_together(tmp_path, capsys):
     assert main([*arguments, '--html', str(page), '--json', str(document)]) == 1
     said = ' '.join(capsys.readouterr().out.split())
     both = 'loops right_arm and top_arm together'
-    assert f'the {both} of planar_3rrr do not close at' in said
-    assert f'rad from a singular pose (a flat position of the {both})' in said
+    assert f'the {both} of planar_3rrr' in said
+    assert f'(a flat position of the {both})' in said
     assert f'the {both} close' in page.read_text()
     found = json.loads(document.read_text())['plans'][0]['closure']
     assert found['loop'] == 'right_arm + top_arm'
     # Of a recording what does not close is counted.
     recording = tmp_path / 'recording.csv'
-    rows = np.concatenate([np.linspace(a, b, 20) for a, b in zip(ends, ends[1:])])
+    rows = np.concatenate([np.linspace(a, b, 8) for a, b in zip(ends, ends[1:])])
     lines = [
         ','.join([f'{100 + 0.01 * k:.3f}', *map(str, q)]) for k, q in enumerate(rows.tolist())
     ]
@@ -105,9 +109,9 @@ def test_an_audit_names_loops_that_are_closed_together(tmp_path, capsys):
     said = ' '.join(capsys.readouterr().out.split())
     arm = ks.load_robot(robot)
     open_ = sum(not closes(arm, q) for q in rows)
-    assert 10 < open_ < 30
-    assert f'{open_} messages made no new state: loop does not close ({open_}).' in said
-    assert 'The arm comes too close to a singularity (right_arm + top_arm): distance' in said
+    assert 4 < open_ < 12
+    assert f'loop does not close ({open_})' in said
+    assert 'a singularity (right_arm + top_arm)' in said
 
 
 def test_of_a_plan_with_loops_no_more_is_said_than_of_its_samples(tmp_path, capsys):
@@ -119,5 +123,5 @@ def test_of_a_plan_with_loops_no_more_is_said_than_of_its_samples(tmp_path, caps
     plan.write_text('\n'.join(lines) + '\n')
     assert main(['audit', str(plan), '--robot', 'flexpicker']) == 1
     out = capsys.readouterr().out
-    assert 'No singular pose was found near the planned motion at its 5 samples' in out
+    assert 'at its 5 samples' in out
     assert 'keeps away' not in out

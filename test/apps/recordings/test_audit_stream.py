@@ -82,8 +82,8 @@ def in_one_piece(name, first, last):
     ('name', 'size', 'first', 'last'),
     # Each piece takes its time: of the small ones those around a repeated message, a jump, a lag.
     [
-        *(('ur5e', 1, 0, 60), ('ur5e', 31, 500, 1250)),
-        *(('kinova_gen3', 1, 680, 720), ('kinova_gen3', 100, 1480, 2050)),
+        *(('ur5e', 1, 0, 40), ('ur5e', 31, 500, 1250)),
+        *(('kinova_gen3', 1, 690, 710), ('kinova_gen3', 100, 1480, 2030)),
     ],
 )
 def test_pieces_of_any_size_give_the_same_verdict(name, size, first, last, monkeypatch):

@@ -12,7 +12,7 @@ from recordings import BEGIN, SECOND, motion, samples_of
 from refused_files import refuse
 
 pytest.importorskip('rosbags', reason='needs rosbags')
-BITS = 40
+BITS = 24
 
 
 def mcap(path, count=150, checksums=True, chunk=25, more=0):

@@ -73,7 +73,7 @@ def test_of_many_that_disagree_some_are_asked_for_the_cause(tmp_path, capsys, mo
         monkeypatch.setattr(f'{run_of}.{name}', value)
     _, out, _ = run(capsys, folder, '--robot', 'so101', '--json', '-')
     found = [str(one['findings']) for one in json.loads(out)['episodes']]
-    assert sum('base in the tool' in text for text in found) == 1
+    assert sum('base in the tool frame' in text for text in found) == 1
     assert all('apart (rms)' in text or 'base in the tool' in text for text in found)
 
 
@@ -86,12 +86,6 @@ def test_a_damaged_file_costs_that_file(dataset, tmp_path, capsys):
     assert [one['code'] for one in found] == ['unreadable', '', '']
     assert found[0]['error'].startswith(f'{file}: ')
     assert [one['frames'] for one in found] == [0, 45, 50]
-
-
-def test_processes_say_the_same(dataset, capsys):
-    words = [dataset, '--robot', 'so101', '--json', '-']
-    one, two = run(capsys, *words), run(capsys, *words, '--jobs', '2')
-    assert one[1] == two[1]
 
 
 @pytest.mark.parametrize(
@@ -248,7 +242,7 @@ def test_a_cluster_says_the_same(dataset, cluster, capsys):
     words = [dataset, '--robot', 'so101', '--json', '-']
     workers = cluster.replace('tcp://', 'dask://')
     assert run(capsys, *words, '--workers', workers)[1] == run(capsys, *words)[1]
-    batches = [batch_of(Q[k : k + 40]) for k in range(0, 120, 40)]
+    batches = [batch_of(Q[k : k + 30]) for k in range(0, 90, 30)]
     with Client(cluster, set_as_default=False) as client:
         found = client.gather(client.map(ks.judge_table, batches, robot=ROBOT))
     assert found == [ks.judge_table(one, ROBOT) for one in batches]
@@ -256,7 +250,7 @@ def test_a_cluster_says_the_same(dataset, cluster, capsys):
 
 def test_ray_calls_it_on_batches():
     ray = pytest.importorskip('ray', reason='needs ray')
-    batches = [batch_of(Q[k : k + 40]) for k in range(0, 120, 40)]
+    batches = [batch_of(Q[k : k + 30]) for k in range(0, 90, 30)]
     ray.init(num_cpus=2, include_dashboard=False, _node_ip_address='127.0.0.1')
     try:
         judge = ray.remote(ks.judge_table)

@@ -39,7 +39,7 @@ class Recording(NamedTuple):
 
 
 def real_ur3e():
-    rows = list(csv.DictReader(recorded('ur3e_rad/rad_ur3e_25hz.csv').open()))
+    rows = list(csv.DictReader(recorded('ur3e_rad/rad_ur3e_25hz.csv').open()))[:COUNT]
 
     def column(name):
         return np.array([[float(row[f'{name}_{k}']) for k in range(6)] for row in rows])
@@ -65,8 +65,8 @@ def made_so101():
 
 def made_pair():
     robot = robot_of('ur5e')
-    q, read = swinging(robot, COUNT, seed=3, noise=1e-4)
-    other, _ = swinging(robot, COUNT, seed=4)
+    q, read = swinging(robot, COUNT // 2, seed=3, noise=1e-4)
+    other, _ = swinging(robot, COUNT // 2, seed=4)
     return Recording(robot, read, poses_of(robot, q), 50, other)
 
 
