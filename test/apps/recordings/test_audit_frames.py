@@ -107,25 +107,26 @@ def in_rows(robot, t, q, poses):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('lag', [0.006, -0.045])
-def test_a_lag_is_named_at_1_khz_though_stamps_jitter_and_rows_repeat(lag):
+def test_a_lag_is_named_at_1_khz_though_stamps_jitter_and_rows_repeat():
+    lag = -0.045
     robot = robot_of('panda')
     report = in_rows(robot, *moving(robot, 1000.0, lag, seconds=4.0))
     cause = report.diagnosis.cause
     assert cause is not None, report.sentence
     assert cause.key == 'time_lag'
     assert -cause.value == pytest.approx(lag, abs=AT_1_KHZ + 0.02 * abs(lag))
-    assert ('behind' if lag > 0 else 'ahead of') in cause.sentence
+    assert 'ahead of' in cause.sentence
 
 
-@pytest.mark.parametrize('lag', [0.18])
-def test_a_lag_is_named_at_25_hz(lag):
+def test_a_lag_is_named_at_25_hz():
+    lag = 0.18
     robot = robot_of('ur5e')
     report = in_rows(robot, *moving(robot, 25.0, lag, seconds=20.0))
     cause = report.diagnosis.cause
     assert cause is not None, report.sentence
     assert cause.key == 'time_lag'
     assert -cause.value == pytest.approx(lag, abs=AT_25_HZ)
+    assert 'behind' in cause.sentence
 
 
 @pytest.mark.slow
@@ -177,7 +178,7 @@ def test_only_states_around_some_hundred_poses_are_kept(monkeypatch):
 # Which poses belong to which joints
 
 
-@pytest.mark.parametrize('step', [0.7, 12.0, 45.0])
+@pytest.mark.parametrize('step', [0.7, 45.0])
 def test_poses_in_the_row_of_the_joints_belong_to_them_whatever_the_step(tmp_path, capsys, step):
     robot = robot_of('ur5e')
     random = np.random.default_rng(4)
@@ -262,7 +263,7 @@ def test_the_gate_of_frames_fails_where_they_cannot_be_compared(tmp_path, capsys
 def rough(tmp_path, amount):
     # What no constant offset and no single cause explains: the tool's place by its orientation.
     robot = robot_of('ur5e')
-    t, q, _ = motion(robot, 120, 15.0, 6)
+    t, q, _ = motion(robot, 80, 10.0, 6)
     poses = ks.forward_kinematics(robot, q)
     poses[:, :3, 3] += amount * np.sqrt(2.0 / 3.0) * np.sin(7.0 * q[:, :3] + q[:, 3:] * [2, 3, 5])
     return table(tmp_path / f'{amount}.csv', t, q, quaternions(poses), QUATERNION)

@@ -10,6 +10,10 @@ import pytest
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.apps.recordings.audit.auditing import audit
+from kinematics_service.apps.recordings.audit.verdict import verdict_of
+from kinematics_service.apps.recordings.readers.open_file import open_source
+from kinematics_service.apps.recordings.readers.source import Selection
 
 
 def test_positions_at_which_a_loop_does_not_close_are_counted_and_left_out(tmp_path, capsys):
@@ -105,9 +109,10 @@ def test_an_audit_names_loops_that_are_closed_together(tmp_path, capsys):
     recording.write_text(
         'stamp,position.left,position.right,position.top\n' + '\n'.join(lines) + '\n'
     )
-    main(['audit', str(recording), '--robot', str(robot)])
-    said = ' '.join(capsys.readouterr().out.split())
     arm = ks.load_robot(robot)
+    with open_source(recording, Selection(arm)) as source:
+        judged = verdict_of(audit(source, arm, 'recording.csv'))
+    said = ' '.join(one.text for one in judged.sentences)
     open_ = sum(not closes(arm, q) for q in rows)
     assert 4 < open_ < 12
     assert f'loop does not close ({open_})' in said

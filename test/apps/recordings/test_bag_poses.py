@@ -1,5 +1,6 @@
 """Poses of a bag as a second source: stamped poses, points, transforms, and one frame of /tf."""
 
+import functools
 import json
 
 import numpy as np
@@ -45,6 +46,20 @@ def poses(store, kind, children=('tool0_controller',)):
             yield '/pose', MESSAGES + kind, one.stamp, types[MESSAGES + kind](head, content)
 
 
+@pytest.fixture(scope='module')
+def bag_of(tmp_path_factory):
+    """Return a function that returns a bag with poses of a type, written once."""
+    typesys = pytest.importorskip('rosbags.typesys', reason='needs rosbags')
+    store = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
+
+    @functools.cache
+    def bag_of(kind, children):
+        messages = [*joint_states(store, SAMPLES), *poses(store, kind, children or ('tcp',))]
+        return write_bag(tmp_path_factory.mktemp(kind) / 'bag', store, messages)
+
+    return bag_of
+
+
 @pytest.mark.parametrize(
     ('kind', 'children', 'topic', 'code', 'words'),
     [
@@ -60,9 +75,8 @@ def poses(store, kind, children=('tool0_controller',)):
         ('PoseStamped', (), '/nothing', 'unknown-name', ('/nothing', 'on /pose')),
     ],
 )
-def test_each_type_of_pose(tmp_path, store, kind, children, topic, code, words):
-    messages = [*joint_states(store, SAMPLES), *poses(store, kind, children or ('tcp',))]
-    bag = write_bag(tmp_path / 'bag', store, messages)
+def test_each_type_of_pose(bag_of, kind, children, topic, code, words):
+    bag = bag_of(kind, children)
     if code:
         refuse(bag, code, *words, robot='ur5e', pose_topic=topic)
         return
@@ -77,9 +91,8 @@ def test_each_type_of_pose(tmp_path, store, kind, children, topic, code, words):
     assert np.max(np.abs(track.poses[:, :3, :3] - turned)) < ROUND_OFF
 
 
-def test_points_of_a_bag_calibrate_an_arm(tmp_path, store, capsys):
-    messages = [*joint_states(store, SAMPLES), *poses(store, 'PointStamped')]
-    bag = write_bag(tmp_path / 'bag', store, messages)
+def test_points_of_a_bag_calibrate_an_arm(bag_of, capsys):
+    bag = bag_of('PointStamped', ())
     options = ('--robot', 'ur5e', '--fit', 'offsets,base,tool', '--json', '-')
     command = ['calibrate', str(bag), *options]
     assert main([*command, '--pose-topic', '/pose']) == 0
