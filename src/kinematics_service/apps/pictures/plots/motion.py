@@ -142,7 +142,7 @@ def _gaps(times: Floats) -> Integers:
 
 def _differentiated(robot: Robot, times: Floats, q: Floats, name: str) -> PlottedMotion:
     # Differentiate each part between gaps; a single row between two gaps has no velocity and is
-    # left out. One part has two rows at least, because half of the steps are no gaps.
+    # left out. At least half of the steps are shorter than a gap, so one part has two rows.
     parts = [
         (t, positions)
         for t, positions in zip(np.split(times, _gaps(times)), np.split(q, _gaps(times)))
