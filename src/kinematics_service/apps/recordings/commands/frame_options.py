@@ -48,8 +48,8 @@ def given_limit(option: str, text: str) -> PoseLimit:
         match = LIMIT.fullmatch(part.strip())
         if match is None or not 0.0 < float(match[1]) < math.inf:
             raise WrongUsage(
-                f'{option}: {part.strip()!r} is not a length or angle above 0 with its unit; '
-                'write for instance 4mm,0.5deg'
+                f'{option}: {part.strip()!r} is no length or angle with its unit, above 0; write '
+                'for instance 4mm,0.5deg'
             )
         found['m' if match[2] in ('m', 'mm') else 'rad'] = float(match[1]) * FACTORS[match[2]]
     return PoseLimit(found['m'], found['rad'])
