@@ -2,7 +2,6 @@
 
 import dataclasses
 import functools
-import re
 from xml.etree import ElementTree
 
 import numpy as np
@@ -83,7 +82,7 @@ def test_a_singularity_says_its_level_and_distance():
     assert repr(ks.singularity(robot, [0, 0.5])) == (
         'Singularity(OK, distance 0.5 rad, determinant 0.4794, rank 2 of 2)'
     )
-    assert 'distance none found within 1 rad (57 deg)' in repr(ks.singularity(robot, [0, 1.5]))
+    assert 'distance none found' in repr(ks.singularity(robot, [0, 1.5]))
     assert repr(ks.singularity(robot, [0, 0.0])).startswith('Singularity(ERROR, distance 0 rad')
     assert 'manipulability' in repr(ks.singularity('panda', [0, -1, 0, -2, 0, 1, 0]))
     levels = [[0, 0.0], [0, 1.0], [0, -1.0]]
@@ -95,9 +94,8 @@ def test_solutions_are_listed_with_what_they_are():
     robot = ks.load_robot('ur5e')
     q = poses(robot)[3]
     found = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q))
-    assert re.match(
-        r'IkResult\(solved, \d solutions, closed form, there are no others\)', repr(found)
-    )
+    assert repr(found).startswith(f'IkResult(solved, {len(found)} solutions, closed form')
+    assert repr(found).endswith('no others)')
     rows = list(well_formed(found._repr_html_()).iter('tr'))
     assert len([row for row in rows if len(row) == 9]) == 1 + len(found)
     far = ks.inverse_kinematics(robot, [9.0, 0.0, 0.0])

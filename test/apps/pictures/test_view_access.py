@@ -426,7 +426,7 @@ def test_the_list_of_arms_changes_the_arm_the_page_shows(capfd):
         assert source.title == 'craig_3r of /right/kinematics'
         # Whoever opens the page now finds the other arm chosen; the sliders of the first are gone.
         while not any(thing.value == '/right/kinematics' for thing in panel_of(view)):
-            assert time.monotonic() < deadline, 'the list shows the other arm'
+            assert time.monotonic() < deadline, 'the other arm is listed'
     finally:
         ended.set()
         page.join()
