@@ -13,7 +13,7 @@ from refusal import refused
 
 from kinematics_service.apps.recordings.audit.auditing import AuditProgress, AuditSettings, audit
 from kinematics_service.apps.recordings.audit.curves import curve_of
-from kinematics_service.apps.recordings.audit.ingest import Ingest
+from kinematics_service.apps.recordings.audit.ingest import Ingest, JointTimeout
 from kinematics_service.apps.recordings.audit.report.document import document_of
 from kinematics_service.apps.recordings.audit.verdict import verdict_of
 from kinematics_service.apps.recordings.readers.open_file import open_source
@@ -378,6 +378,16 @@ def test_no_state_is_a_sentence_that_names_both_sides():
         audited(half, robot)
     with refused(RecordingError, 'empty', '/joint_states'):
         audited([], robot)
+
+
+def test_a_joint_times_out_after_its_last_message():
+    robot = robot_of('planar_2r')
+    samples = samples_of(robot, np.array([0.0, 0.01, 0.02, 3.0, 3.01]), *np.ones((2, 5, 2)))
+    ingest = Ingest(robot, Estimator(robot, SETTINGS))
+    (known,) = map(ingest.take, blocks_of(samples))
+    (timeout,) = known.timeouts.items()
+    moment = samples[2].arrival + SETTINGS.timeout
+    assert timeout == (3, JointTimeout(moment, robot.joint_names))
 
 
 def test_the_estimator_is_left_as_the_messages_alone_would_leave_it():

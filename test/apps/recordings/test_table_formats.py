@@ -259,8 +259,9 @@ def test_a_pose_with_two_beginnings(read, ends, numbers):
     rows = np.column_stack([Q, T[:, :3, 3], numbers])
     text = table([*JOINTS, *ends], rows)
     columns = 'position=position.,pose=pos_+quat_'
-    _, _, track, _ = read(text, UR, columns=columns, stamps=stamp_format('none'))
+    _, _, track, remarks = read(text, UR, columns=columns, stamps=stamp_format('none'))
     assert track.poses == pytest.approx(T, abs=PRINTED)
+    assert not remarks
 
 
 def xyz(unit):
