@@ -76,13 +76,10 @@ def test_derive_and_compare_work_on_letters(file, capsys, tmp_path):
     'command',
     [
         ['fk', '--q', '0,0'],
-        ['plot', 'arm', '--q', '0,0'],
         ['export', '--urdf', '-'],
     ],
 )
 def test_what_needs_numbers_names_the_letters(file, command, capsys):
-    if command[0] == 'plot':
-        pytest.importorskip('matplotlib')
     assert main([*command, '--robot', str(file)]) != 0
     assert 'L1, L2: no value;' in capsys.readouterr().err
 

@@ -688,7 +688,7 @@ def test_a_bomb_is_refused_in_time(name: str) -> None:
     assert len(str(caught.value)) < 50_000
 
 
-@pytest.mark.parametrize('brackets', ['[' * 17, '[' * 1_000, '[' * 200_000, '{a: ' * 40_000])
+@pytest.mark.parametrize('brackets', ['[' * 17, '[' * 1_001, '{a: ' * 40_000])
 def test_brackets_of_any_depth_are_refused_alike(brackets: str) -> None:
     # libyaml refuses more than a thousand by itself, before it tells any.
     assert faults(f'{HEAD}{brackets}') == [(4, '', 'too-deep')]
@@ -776,8 +776,8 @@ def plain(node: Any) -> Any:
 def test_the_reader_agrees_with_another_one() -> None:
     yaml = pytest.importorskip('ruamel.yaml').YAML(typ='base', pure=True)
     paths = [
-        *sorted(BROKEN.glob('*.yaml'))[::4],
-        *map(find_robot_file, sorted(bundled_robots())[::4]),
+        *sorted(BROKEN.glob('*.yaml'))[::8],
+        *map(find_robot_file, sorted(bundled_robots())[::8]),
     ]
     compared = 0
     for text in (path.read_bytes().decode('latin-1') for path in paths):
@@ -788,11 +788,11 @@ def test_the_reader_agrees_with_another_one() -> None:
         if not document.faults:
             assert plain(document.data) == yaml.load(text)
             compared += 1
-    assert compared > 30
+    assert compared > 15
 
 
 @pytest.mark.slow
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(
     st.sampled_from(['craig', *sorted(expected_faults())]),
     st.lists(st.tuples(st.floats(0, 1), st.integers(0, 8), FRAGMENTS), max_size=5),

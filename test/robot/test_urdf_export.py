@@ -100,7 +100,7 @@ def test_bundled_robots_are_the_same_to_another_reader(name):
 
 @pytest.mark.slow
 @pytest.mark.peers
-@pytest.mark.parametrize('name', ['rrp_elementary', 'parallelogram_left'])
+@pytest.mark.parametrize('name', ['parallelogram_left'])
 def test_bundled_robots_are_the_same_to_a_third_reader(name):
     compare(robot_of(name), 'yourdfpy', count=1)
 

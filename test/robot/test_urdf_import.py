@@ -37,8 +37,7 @@ def same_motion(robot, other, q, tolerance=ROUND_OFF):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('convention', CONVENTIONS)
-@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
+@pytest.mark.parametrize(('name', 'convention'), [*zip(DISTINCT_BUNDLED, 5 * CONVENTIONS)])
 def test_a_bundled_robot_comes_back_the_same(name, convention):
     robot = robot_of(name)
     other = again(robot, convention)
