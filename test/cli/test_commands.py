@@ -23,7 +23,7 @@ from kinematics_service.__main__ import main
 from kinematics_service.cli import commands
 from kinematics_service.cli.arguments import join_numbers, split_ros_arguments
 from kinematics_service.cli.commands import TYPER_WORDS
-from kinematics_service.robot.bundled import GROUPS
+from kinematics_service.robot.bundled import GROUPS, grouped_robots
 
 COMMANDS = ('check', 'fk', 'jacobian', 'robots', 'demo', 'echo', 'set', 'reload')
 EVERY_COMMAND = ', '.join(commands.COMMANDS)
@@ -194,9 +194,9 @@ def test_robots_are_listed_a_line_each_in_groups_that_fit_a_terminal(capsys, mon
     # A robot that is added is listed, whether or not somebody thought of a group for it.
     fewer = {title: names[1:] for title, names in GROUPS.items()}
     monkeypatch.setattr('kinematics_service.robot.bundled.GROUPS', fewer)
-    last = answer(capsys, 'robots').split('\n\n')[-1].splitlines()
-    assert last[0] == 'Others'
-    assert [row.split()[0] for row in last[1:]] == sorted(names[0] for names in GROUPS.values())
+    *_, (title, others) = grouped_robots().items()
+    assert title == 'Others'
+    assert list(others) == sorted(names[0] for names in GROUPS.values())
 
 
 def test_robots_for_a_program(capsys):
@@ -284,8 +284,9 @@ def test_check_warns_of_other_units_and_strict_fails_for_it(capsys, tmp_path):
 
 
 @pytest.mark.slow
-def test_strict_has_nothing_against_the_bundled_robots(capsys):
-    assert main(['check', '--strict', *ROBOTS]) == 0
+def test_strict_has_nothing_against_bundled_robots(capsys):
+    # That no file has a warning, and that known poses hold, `test_bundled` shows of each.
+    assert main(['check', '--strict', *ROBOTS[::5], 'excavator']) == 0
     assert capsys.readouterr().err == ''
 
 
@@ -840,6 +841,14 @@ def test_a_command_loads_nothing_that_only_others_need():
     assert ['kinematics_service', 'cli', 'ik'] not in ours
     assert not {'rclpy', 'sympy', 'matplotlib'} & set(printed[-1])
     assert done.stderr == ''
+
+
+def test_a_locked_joint_is_typed_with_a_degree_sign(capsys):
+    typed, plain = (
+        answer(capsys, 'derive', '--robot', 'planar_2r', '--lock', f'q2={value}')
+        for value in ('−90°', '-pi/2')
+    )
+    assert typed == plain
 
 
 @pytest.mark.slow

@@ -60,14 +60,6 @@ def test_a_target_is_typed_in_many_ways(capsys):
     assert pasted == solution('--xyz', '0.4,-0.1,0.2', '--rpy', '180,0,-90', '--deg')
 
 
-def test_a_locked_joint_is_typed_with_a_degree_sign(capsys):
-    def told(value):
-        assert main(['derive', '--robot', 'planar_2r', '--lock', f'q2={value}']) == 0
-        return capsys.readouterr().out
-
-    assert told('−90°') == told('-pi/2')
-
-
 def test_cells_of_a_table_hold_a_typographic_minus():
     assert number_of('−0.25') == -0.25
     assert number_of('\u00a0–1e−3 ') == -1e-3

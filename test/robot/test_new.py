@@ -80,7 +80,7 @@ def test_the_comments_say_what_each_key_means(convention):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('source', ['ur5e', 'rrp_elementary', 'flexpicker'])
+@pytest.mark.parametrize('source', ['ur5e', 'rrp_elementary'])
 def test_a_copy_of_a_bundled_robot_is_that_arm(capsys, source):
     assert main(['new', 'mine', '--from', source, '--out', 'copy.yaml']) == 0
     assert capsys.readouterr().out.startswith('wrote copy.yaml; next: ')
