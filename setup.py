@@ -40,7 +40,7 @@ SHARED = [
         sorted(file for ending in CONFIG_ROS for file in glob(f'config/ros/{ending}')),
     )
 ]
-PEERS = ['pin', 'roboticstoolbox-python', 'yourdfpy']
+PEERS = ['pin', 'roboticstoolbox-python', 'ruamel.yaml', 'yourdfpy']
 # What tests of a wheel need, without ROS and without a compiler.
 TEST_WHEEL = ['pytest>=7.4', 'pytest-timeout', 'pytest-xdist', 'hypothesis']
 TEST = [
@@ -53,7 +53,6 @@ TEST = [
     'rosbags',
     'pyarrow>=16',
     'h5py>=3',
-    'ruamel.yaml',
 ]
 
 # What `all` brings: everything but what tests, pages and releases need.
