@@ -21,8 +21,8 @@ A, B, C = (0.4, 0.2, 0.1), (-0.3, 0.4, 0.3), (0.2, -0.4, 0.25)
 ONE, TWO = (('A', A),), (('A', A), ('B', B))
 APART = {('A', 'B'): float(np.linalg.norm(np.subtract(A, B)))}
 NO_SCALE = 'The scale of the lengths is not'
-# Six and seven joints, parallel axes, modified, a sliding joint.
-ARMS = ('ur5e', 'panda', 'offset_stanford_shape')
+# Parallel axes, and a sliding joint.
+ARMS = ('ur5e', 'offset_stanford_shape')
 
 
 def tips(found, q):
@@ -51,7 +51,7 @@ def test_without_noise_another_point_is_touched_exactly(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(('name', 'points'), [('ur5e', ONE), ('puma560', TWO), ('panda', ONE)])
+@pytest.mark.parametrize(('name', 'points'), [('ur5e', ONE), ('puma560', TWO)])
 def test_with_noise_errors_are_within_their_deviations(name, points):
     arm = touching_arm(name, points, 40, NOISE, seed=1)
     found = ks.calibrate(arm.robot, arm.q, same_point=arm.marks, check=False)
