@@ -12,9 +12,12 @@ from refusal import refused
 import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.apps.formulas.arm.numbers import Evaluation
+from kinematics_service.apps.formulas.derive.closed_loops import loops_of
+from kinematics_service.apps.formulas.derive.derivation import exact_of
 from kinematics_service.apps.formulas.derive.output.documents import document_of
 from kinematics_service.apps.formulas.derive.output.report import report_of
 from kinematics_service.apps.formulas.derive.output.text import text_of
+from kinematics_service.robot.loops import opened
 
 # Products of a dozen rounded sines.
 EVALUATED = 1e-11
@@ -156,3 +159,36 @@ def test_the_jacobian_in_tool_axes_is_by_the_joints():
     expected = ks.jacobian(robot, pose.q, axes='tool')
     np.testing.assert_allclose(J, expected, rtol=0, atol=EVALUATED)
     assert [str(v) for v in derivation.variables] == ['q1', 'q2']
+
+
+ROTATED = """
+robot: rotated
+convention: standard
+constants: {D: 0.3, rod: 0.3}
+joints:
+  - {name: q1, type: revolute}
+links:
+  - {alpha: 0, a: rod, d: 0, theta: q1}
+  - {alpha: 0, a: D, d: 0, theta: psi1}
+loops:
+  - name: rods
+    passive: [psi1, psi2, psi3]
+    from: {row: 0, xyz: [D, 0, 0]}
+    links:
+      - {alpha: 0, a: rod, d: 0, theta: psi2}
+      - {alpha: 0, a: 0, d: 0, theta: psi3}
+    meets: {row: 2}
+    rows: [x, y, rz]
+    assembled: {q: [1.2], psi1: -1.2, psi2: 1.2, psi3: -1.2}
+"""
+
+
+def test_a_loop_that_holds_a_rotation_has_the_kernels_determinant():
+    robot = ks.robot_from_text(ROTATED)
+    arithmetic = exact_of(robot).arithmetic
+    (loop,) = loops_of(robot, opened(robot.description), arithmetic, lambda _: None)
+    state = ks.evaluate(robot, [0.8])
+    values = dict(zip(arithmetic.names.variables, [0.8, *state.closure.passive]))
+    values |= arithmetic.names.values
+    found = loop.determinant.subs(values)
+    assert float(found) == pytest.approx(state.closure.determinants[0], abs=EVALUATED)

@@ -3,8 +3,10 @@
 import functools
 
 import pytest
+import sympy
 
 import kinematics_service as ks
+from kinematics_service.apps.formulas.compare.causes.edits import arguments
 from kinematics_service.apps.formulas.compare.comparison import compare
 
 ARMS = {
@@ -201,3 +203,9 @@ def test_a_branch_outside_the_limits_of_a_length_is_wrong():
 def test_a_cause_is_named_once(name, formula, cause):
     (found,) = verdict_of(name, formula).causes
     assert (found.sentence, found.also) == (cause, ())
+
+
+def test_each_quotient_in_a_formula_is_tried_upside_down():
+    x, y, z = sympy.symbols('x y z')
+    turned = [edit for edit in arguments(x + y / z, ()) if 'upside down' in edit.sentence]
+    assert [(edit.part, (x + y / z).args[edit.path[0]]) for edit in turned] == [(z / y, y / z)]

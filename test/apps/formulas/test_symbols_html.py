@@ -118,3 +118,9 @@ def test_every_bracket_is_written_out():
     assert 'mfenced' not in markup
     assert markup.count('(</mo>') == markup.count(')</mo>') >= 2
     assert '<mo>,</mo>' in markup
+
+
+def test_the_left_side_of_the_determinant_is_upright():
+    page = html_of(report_of(derived('craig_3r')))
+    assert page.count('<mo>det</mo><mi class="letter">J</mi>') == 1
+    assert page.count('<mo>det</mo>') == 1

@@ -34,7 +34,7 @@ ARMS = ['craig_3r', 'rrp_elementary', 'six_joint_dh_unit', 'offset_stanford_prin
 SQUARE = ['craig_3r', 'rrp_elementary', 'puma560', 'offset_stanford_printed']
 ROUND_OFF = 1e-12
 # The panda takes three seconds; what is loaded before, less than one (s of the processor).
-AMID_DERIVATION = 1.5
+AMID_DERIVATION = 1.2
 
 
 @functools.cache
