@@ -491,15 +491,6 @@ links:
 """
 
 
-@pytest.mark.slow
-def test_angles_that_are_no_quarter_turns_are_exact_too():
-    d = ks.derive(ks.robot_from_text(ODD))
-    assert set(d.methods.values()) == {0}
-    q = d.exact.sampler.random(5)
-    found = Evaluation(dict(zip(d.variables, q.T)), 5).of_matrix(d.jacobian)
-    np.testing.assert_allclose(found, ks.jacobian(d.robot, q), rtol=0, atol=ROUND_OFF)
-
-
 def test_a_pose_too_long_to_write_is_refused():
     long = ODD.replace(
         'q3, type: revolute}]',

@@ -18,6 +18,7 @@ from sympy.polys.rings import ring as polynomial_ring
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.apps.formulas.arm.numbers import Evaluation
 from kinematics_service.apps.formulas.derive import trigonometry
 from kinematics_service.apps.formulas.derive.algebra import factors
 from kinematics_service.apps.formulas.derive.algebra.arithmetic import arithmetic_of
@@ -201,17 +202,6 @@ singularity: {task: [x, y]}
 """
 
 
-def test_no_factor_that_all_minors_share():
-    text = PLANAR.replace('\nlinks:', '\n  - {name: j3, variable: q3, type: revolute}\nlinks:')
-    text = text.replace('\nsing', '\n  - {a: 0.1, alpha: 0, d: 0, theta: q3}\nsing')
-    robot = ks.robot_from_text(text)
-    assert not ks.derive(robot).factors
-    # With one joint locked it has a determinant.
-    locked = ks.derive(robot, {'q1': '0'})
-    assert locked.singular_set.determinant.square
-    assert list(map(str, locked.factors.values())) == ['sin(q3)']
-
-
 def test_a_factor_that_splits_into_sums_of_sine_and_cosine_is_not_called_irreducible():
     # cos 2q = (cos q + sin q)(cos q - sin q), whose factors have complex numbers in exp(i q).
     text = PLANAR.replace('theta: q2', 'theta: 2*q2 + pi/2')
@@ -264,6 +254,16 @@ def test_a_length_that_divides_a_long_determinant_is_a_factor_of_it():
     assert length.irreducible
     assert whole.irreducible
     assert not whole.expression.subs(length.expression, 0).free_symbols & set(sliding().variables)
+
+
+def test_angles_that_are_no_quarter_turns_are_exact_too():
+    derivation = sliding()
+    assert set(derivation.methods.values()) == {0}
+    q = derivation.exact.sampler.random(5)
+    values = dict(zip(derivation.variables, q.T))
+    values |= {s: np.full(5, value) for s, value in derivation.names.values.items()}
+    found = Evaluation(values, 5).of_matrix(derivation.jacobian)
+    np.testing.assert_allclose(found, ks.jacobian(derivation.robot, q), rtol=0, atol=PRODUCT)
 
 
 def test_a_length_that_vanishes_divides_no_polynomial_without_it():

@@ -306,3 +306,12 @@ def test_minors_of_a_redundant_arm_are_written_as_products():
     # Each minor is a product, as L1^2 (L2 sin q2 + L3 sin(q2 + q3))^2.
     (total,) = written.args[:1]
     assert all(minor.is_Mul for minor in total.args)
+
+
+def test_a_redundant_arm_has_factors_if_a_joint_is_locked():
+    # The minors share none; with one joint locked there is a determinant.
+    robot = derived_from(PLANE).robot
+    assert not derived_from(PLANE).factors
+    locked = ks.derive(robot, {'q1': '0'})
+    assert locked.singular_set.determinant.square
+    assert list(map(str, locked.factors.values())) == ['sin(q3)']
