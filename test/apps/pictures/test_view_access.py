@@ -41,7 +41,7 @@ from kinematics_service.apps.pictures.view.origin_check import OriginCheck, orig
 from kinematics_service.apps.pictures.view.run import run_page
 from kinematics_service.errors import ViewError
 
-ROUNDS = 12
+ROUNDS = 6
 OK, SWITCHED, BAD_REQUEST, FORBIDDEN = 200, 101, 400, 403
 POLICY = 1008
 RANDOM = np.random.default_rng(29)
