@@ -27,7 +27,8 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     }.items()
 }
 OTHERS = 'Others'
-# Prefix of a robot argument that names a ROS topic: the node can read a URDF from a topic.
+# The node can read the URDF of a robot from a ROS topic. The robot argument for such a topic
+# begins with this prefix.
 TOPIC = 'topic:'
 YAML = ('.yaml', '.yml')
 
@@ -136,9 +137,9 @@ def find_robot(name: str | os.PathLike[str]) -> RobotSource:
 
 
 def _other_model(text: str, name: str) -> bool:
-    # Return whether two names look like two models of one maker. Either their digits differ, apart
-    # from the order (exchanged digits are a typing mistake). Or one name has more letters after
-    # its number, as ur5e has more than ur5.
+    # Return whether two names look like two models of one maker. This is true if the names have
+    # different digits, such as ur5 and ur10, or if one name has more letters after its number,
+    # such as ur5 and ur5e. Equal digits in another order are a typing mistake.
     (digits, behind), (others, other_behind) = (
         (sorted(re.findall(r'\d', one)), re.sub(r'^.*\d|[\W_]', '', one.lower()))
         for one in (text, name)

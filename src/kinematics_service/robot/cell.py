@@ -28,7 +28,7 @@ from .points import ending_at, moved_base
 from .relative_motion import relative_motion
 
 FLOOR = 'cell'
-MAX_ARMS = 128  # bounds the reading time: 128 arms take half a second
+MAX_ARMS = 128  # limits the time to read a cell: half a second for 128 arms
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ def cell_of(name: str) -> Cell | None:
         source = find_robot(name)
         whole = is_cell(source) and not (source.base or source.tip)
     except (RobotNotFoundError, RobotFileError):
-        return None  # the caller reads the name as one arm next, which raises the error
+        return None  # the caller then reads the name as an arm, which raises the error
     return read_cell(source.file) if whole else None
 
 

@@ -26,8 +26,8 @@ class FrozenArrays:
     """
     Base of frozen dataclasses whose arrays are read-only.
 
-    Copying and unpickling call the constructor, which makes the arrays read-only again: numpy
-    makes copied arrays writable.
+    Copying and unpickling call the constructor, because numpy makes copied arrays writable. The
+    constructor makes these arrays read-only.
     """
 
     READ_ONLY: ClassVar[tuple[str, ...]] = ()
@@ -84,7 +84,7 @@ def fold(
     elements: list[Row] = []
     entries: list[list[tuple[int, float, float]]] = []
     frame_parents, frame_offsets = [-1], [base]
-    still = base  # product of the constant motions after the last screw
+    still = base  # product of the constant motions since the previous screw
     for row in rows:
         if moved := _entries(row, variables):
             constants.append(still @ row.before)

@@ -10,8 +10,9 @@ from .. import kernel
 from ..kernel import Chain, ChainTable, Floats, Integers
 from .task import Task
 
-# If a chain has more entries (a joint that moves a screw), bound only the second derivative: the
-# fourth derivative has entries^5 components.
+# Largest number of entries of a chain for which the fourth derivative is bounded; an entry is a
+# joint that moves a screw. The fourth derivative has entries^5 components, so longer chains get
+# only a bound of the second derivative.
 MAX_BOUNDED_ENTRIES = 12
 # Two axes count as parallel if the sine of the angle between them is below this. Parallel axes
 # have no unique nearest points.
@@ -29,7 +30,7 @@ class ClearanceBounds(NamedTuple):
     moving : shape (d,)
         The joints that can change the rank of J_t.
     point : shape (3,), m
-        The reference point of J, in the axes of the tool, from its origin.
+        The reference point of J, in the axes of the tool, from the origin of the tool.
     bend, twist, fourth
         Upper bounds of the second, third and fourth derivative of J_t; infinite if not computed.
     """
@@ -97,7 +98,7 @@ def _point(elements: _Elements, six_rows: bool, farthest: float) -> Floats:
 
 class _Feet(NamedTuple):
     """
-    Upper bounds of the distances from each element's axis to one point, m, shape (elements,).
+    Upper bounds of the distances from each element's axis to a given point, m, shape (elements,).
 
     `first` is the foot of the perpendicular on the first axis that turns, shape (3,), m.
     """
@@ -108,7 +109,7 @@ class _Feet(NamedTuple):
 
 def _feet(chain: Chain, elements: _Elements, point: Floats, strokes: Floats) -> _Feet:
     # Drop a perpendicular from the point to the last axis, then from the foot of this
-    # perpendicular to the axis before, and so on. The perpendiculars have constant lengths. The
+    # perpendicular to the previous axis, and so on. The perpendiculars have constant lengths. The
     # sum of their lengths and of the strokes of sliding elements bounds the distance to each axis.
     count = len(elements.turns)
     first = chain.table.first_entry
@@ -153,10 +154,11 @@ def moving_joints(chain: Chain, task: Task) -> Integers:
     """
     Return the indices of the joints that can change the rank of J_t, shape (d,).
 
-    The first joint moves all columns of J_t as one rigid body. It is left out, unless it turns and
-    J_t has only some of the linear or angular rows. The last joint is left out if J_t has six
-    rows, because it changes no column. Neighbours on the axis of such a joint are left out. A
-    joint is kept if it moves two rows of the table, or is part of a closed loop.
+    The first joint moves all columns of J_t as one rigid body. The first joint is left out, unless
+    it turns and J_t has only some of the linear or angular rows. The last joint is left out if J_t
+    has six rows, because the last joint changes no column. The next joints on the axis of a joint
+    that is left out are left out as well. A joint is kept if it moves two rows of the table, or is
+    part of a closed loop.
     """
     six_rows = len(task.rows) == 6
     table = chain.table
@@ -208,7 +210,7 @@ def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Fl
     has_linear = any(axis < 3 for axis in task.axes)
     has_angular = any(axis >= 3 for axis in task.axes)
     parts = np.hypot(linear * has_linear, angular * task.length * has_angular)
-    # Sum the bounds over the entries of each joint, and multiply those of sliding joints by the
+    # Sum the bounds over the entries of each joint. Multiply the bounds of sliding joints by the
     # characteristic length.
     scales = np.zeros((chain.dof, E))
     scales[table.joint, np.arange(E)] = task.column_scales[table.joint]

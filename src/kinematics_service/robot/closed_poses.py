@@ -7,11 +7,12 @@ from .. import kernel
 from ..kernel import Chain, Floats
 
 BATCH_SIZE = 20  # joint positions that the kernel tries in one call
-# Stop if fewer than one in this many samples closes the loops. A sample that fails takes as long
-# as many samples that succeed.
+# Stop the sampling if the number of samples exceeds this number times the number of samples that
+# close the loops. A sample that does not close the loops takes much longer than a sample that
+# closes them.
 MAX_TRIES_PER_POSE = 5
-# If fewer samples close the loops, sample again around the position `assembled` of the robot file,
-# within smaller and smaller radii (rad or m).
+# If fewer samples than this number close the loops, sample again around the position `assembled`
+# of the robot file, within smaller and smaller radii (rad or m).
 MIN_CLOSED_POSES = 100
 SEARCH_RADII = (1.0, 0.3, 0.1, 0.03, 0.01)
 SEED = 20240523
@@ -32,8 +33,8 @@ def close_at(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
     Returns
     -------
     The results that `kernel.Closure` documents, shape (N, width), and for each row of q the failed
-    group, shape (N,). The second number is 0 if all loops close, else the number of the group,
-    counted from 1 for the last group.
+    group, shape (N,). The failed group is 0 if all loops close, else the number of the group,
+    where the last group has the number 1.
     """
     sections = np.empty((len(q), chain.closure.width))
     failed = np.empty(len(q))

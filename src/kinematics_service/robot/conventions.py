@@ -42,8 +42,8 @@ def row_of(link: Link, convention: str) -> Row:
             _constants(product.after_joint, link),
         )
     if isinstance(link, ElementaryMotion):
-        # Write the motion as one along z: Rx(a) = turn @ Rz(a) @ turn.T, where `turn` rotates z
-        # into x. Ry, Tx and Ty are written in the same way.
+        # Write the motion as a motion about or along z: Rx(a) = turn @ Rz(a) @ turn.T, where
+        # `turn` rotates z into x. Ry, Tx and Ty are written in the same way.
         turn = Z_INTO[link.axis[1]]
         argument = link.argument.affine
         theta, d = (argument, ZERO) if link.turns else (ZERO, argument)

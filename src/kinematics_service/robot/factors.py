@@ -22,8 +22,8 @@ from .file.text.expression_syntax import ARGUMENTS_OF, evaluated, syntax_tree
 from .task import Task
 
 # If log|det| - sum(k log|f|) varies by less than this over the sampled joint positions, the
-# product of the f^k is the determinant up to a constant. Away from its zeros, a determinant has
-# relative round-off below 1e-12.
+# product of the f^k is taken as the determinant up to a constant. The tolerance is above the
+# round-off: away from its zeros, a determinant has a relative error below 1e-12.
 LOG_DIFFERENCE_TOLERANCE = 1e-9
 # Compare the product of the factors with the determinant only where |det| is at least this
 # fraction of the median |det|. Near a zero of the determinant, the relative round-off is large.
@@ -31,10 +31,10 @@ MIN_DETERMINANT_RATIO = 1e-3
 # A zero of a factor counts as a singular pose if the smallest singular value of J_t is at most
 # this fraction of the largest singular value.
 SINGULAR_VALUE_RATIO = 1e-6
-# Largest ratio of singular values at a zero of an approximate factor. Such a factor was derived
-# from the table before its calibration.
+# Largest ratio of the smallest to the largest singular value at a zero of an approximate factor.
+# An approximate factor was derived from the table before the table was calibrated.
 APPROXIMATE_SINGULAR_VALUE_RATIO = 0.03
-# The zero of an approximate factor may be this far from the singular pose, rad.
+# Largest distance from a zero of an approximate factor to the nearest singular pose, rad.
 APPROXIMATE_ZERO_DISTANCE = 0.02
 CHECKED_ZEROS = 30  # number of starts, for each factor, of the search for zeros
 NEWTON_STEPS = 40  # Newton iterations from each start

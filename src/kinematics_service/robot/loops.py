@@ -88,7 +88,8 @@ def closure_of(description: RobotDescription) -> Closure | None:
     Raises
     ------
     RobotFileError
-        A loop does not close near the position `assembled`, or its equations are singular there.
+        A loop does not close near the position `assembled`, or the loop equations are singular at
+        this position.
     """
     if not description.loops:
         return None
@@ -119,7 +120,7 @@ def _grouped(
     size: float,
     units: Floats,
 ) -> LoopGroup:
-    # Return the groups of loops as the kernel reads them: the first group of a linked list.
+    # Return the first group of loops, which refers to the next group, as the kernel needs it.
     before = list(chains)
     first, following = dof + sum(len(passive_of(group)) for group in groups), None
     for group in reversed(groups):
@@ -158,8 +159,8 @@ def _size(chain: Chain) -> float:
 def _units(
     description: RobotDescription, chains: Sequence[tuple[Chain, Chain]], size: float
 ) -> Floats:
-    # Return for each variable its unit, rad or m: the motion that corresponds to 1 rad. The unit
-    # is infinite for a variable that moves no loop.
+    # Return the unit of each variable: 1 rad for a joint that turns, `size` (m) for a joint that
+    # slides. The unit is infinite for a variable that moves no loop.
     kinds = [joint.type for joint in description.joints]
     kinds += [joint.type for joint in passive_of(description.loops)]
     inside = {int(j) for pair in chains for chain in pair for j in chain.table.joint}
@@ -254,9 +255,9 @@ def _gap_in_words(loop: LoopDescription, pair: tuple[Chain, Chain], x: Floats) -
 def _idle_rows(
     loop: LoopDescription, pair: tuple[Chain, Chain], passive: kernel.Integers, x: Floats
 ) -> list[str]:
-    # Return the rows of the loop that no passive joint of its group moves; `passive` has the
-    # indices of these joints. Test at a position away from x, because at x the loop equations may
-    # be singular.
+    # Return the rows (components of the pose, such as x) of the loop that no passive joint moves.
+    # `passive` has the indices of the passive joints in the loop's group. Test at a position away
+    # from x, because at x the loop equations may be singular.
     away = np.array(x)
     away[passive] += JOINT_STEP * (1.0 + np.arange(len(passive)))
     moved = np.zeros(len(ROWS))
@@ -271,7 +272,7 @@ def _check_rest(
     description: RobotDescription, loop: LoopDescription, pair: tuple[Chain, Chain], x: Floats
 ) -> None:
     # If the loop has one or two of the rows rx, ry, rz, require that the rotations about the other
-    # axes are zero. With other rotations, first-order steps do not close the loop.
+    # axes are zero, because else the first-order steps of the solver do not close the loop.
     named = [row for row in loop.rows if row in ROWS[3:]]
     if len(named) in (0, 3):
         return

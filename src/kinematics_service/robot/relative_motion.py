@@ -30,8 +30,9 @@ from .file.parts.links import names_in_rows
 from .file.reader import refuse
 from .file.text.expressions import Affine, Expression
 
-# Two axes count as one axis up to this distance, relative to the sum of the chain's lengths. A
-# joint that both arms have is in the chain twice, with different round-off.
+# Two axes count as one axis up to this distance, relative to the sum of the chain's lengths. The
+# tolerance is above 0, because a joint that both arms have is in the chain twice, with different
+# round-off.
 AXIS_TOLERANCE = 1e-12
 # Entries of a matrix below this (rotation, or m) are round-off and are set to zero.
 ZERO_TOLERANCE = 1e-15
@@ -160,8 +161,8 @@ def _joined(first: _JointChain, second: _JointChain) -> _JointChain:
     k = len(first.screws)
     while 0 < k < len(screws):
         here, there, between = screws[k - 1], screws[k], motions[k]
-        # If the constant motion between two screws maps their axis onto itself (or reverses it),
-        # the motion commutes with a screw. Then two opposite screws cancel.
+        # If the constant motion between two screws about z maps the z axis onto itself (or
+        # reverses it), this motion commutes with each screw. Then two opposite screws cancel.
         round_z = between[2, 2] < 0.0
         undone = there == (here if round_z else tuple(map(_negative, here)))
         parallel = np.abs(between[:2, 2]).max() <= AXIS_TOLERANCE

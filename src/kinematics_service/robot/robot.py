@@ -390,7 +390,7 @@ def as_robot(robot: AnyRobot) -> Robot:
         parts = _robot_of(source, *state).description.parts
         return _robot_of(source, *state, *(k for part in parts for k in file_state(part)))
     except OSError:
-        return load_robot(robot)  # raises the error with the reason
+        return load_robot(robot)  # `load_robot` raises an error with the reason
 
 
 def robot_in_letters(robot: AnyRobot) -> Robot:

@@ -16,7 +16,7 @@ from .measure_places import MeasurePlaces, measure_places
 from .measures import MEASURES, Thresholds, thresholds_for
 from .task import Task, find_task, generic_poses
 
-if TYPE_CHECKING:  # at run time, `kernel.Arm` would load the search for singular poses
+if TYPE_CHECKING:  # an import at run time would load the search for singular poses
     from ..kernel import Arm
 
 

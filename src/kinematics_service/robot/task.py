@@ -162,7 +162,7 @@ def _rank(J: Floats) -> int:
 def least_motion(chain: Chain) -> float:
     """Return the length, m, below which a linear entry of J counts as zero."""
     # The limit has two parts: a fraction of the lengths after the first joint, and the round-off
-    # of the constant lengths before it.
+    # of the constant lengths before the first joint.
     table = chain.table
     steps = np.linalg.norm(table.before[:, :, 3], axis=1)
     moved = float(np.sum(steps[1:]) + np.sum(np.abs(table.d_0[1:])))
@@ -182,8 +182,7 @@ def _moved(J: Floats, least: float, share: float = MOVED_ROW_RATIO) -> list[bool
 def _default_rows(J: Floats, moved: Sequence[bool]) -> tuple[str, ...]:
     n = J.shape[2]
     names = tuple(name for name, moves in zip(ROW_NAMES, moved) if moves)
-    # Use only rows that a joint moves: the other rows have only round-off, whose rank means
-    # nothing.
+    # Use only rows that a joint moves, because the other rows contain only round-off.
     for half in (ROW_NAMES[:3], ROW_NAMES[3:]) if n < 6 else ():
         kind = tuple(name for name in names if name in half)
         if kind and _rank(J[:, [ROW_NAMES.index(name) for name in kind]]) >= n:
