@@ -90,7 +90,7 @@ def read_robot_file(
 
 def robot_file_text(path: str | os.PathLike[str], base: str = '', tip: str = '') -> str:
     """
-    Return the text of a robot file; if the file is a URDF, return the robot file it translates to.
+    Return the text of a robot file. If the file is a URDF, translate it to a robot file first.
     """
     file = os.fspath(path)
     if translate := translator_of(file):
@@ -115,8 +115,8 @@ def text_of(file: str) -> str:
 
 def described(translated: RobotText, file: str, content: bytes) -> RobotDescription:
     """Return the description of a robot whose file was translated, given the translated text."""
-    # Replace the reader's warnings, because these name lines and keys of the translated text,
-    # which the user never sees.
+    # Replace the reader's warnings, which name lines and keys of the translated text. The user
+    # never sees the translated text.
     return replace(
         parse_robot(translated.text, file),
         warnings=translated.doubts,
@@ -206,7 +206,8 @@ def parse_robot(text: str, file: str) -> RobotDescription:
 
     top.report.raise_faults()
     if not (entry.robot and entry.convention and links and base and tool and singularity):
-        # This never runs: a missing part has a fault, which is raised above. mypy needs the check.
+        # This line never runs, because a missing part has a fault, which is raised above. mypy
+        # needs this check.
         refuse(file, 'is incomplete', 'missing-key')
     _remark(entry, names, links)
     return RobotDescription(

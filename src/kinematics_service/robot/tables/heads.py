@@ -9,7 +9,7 @@ from .report import TableReport
 
 WORDS = {
     'a': 'a linklength length',
-    'r': 'r',  # means a (along x) or d (along z), depending on the book
+    'r': 'r',  # `r` means a (along x) or d (along z), depending on the book
     'alpha': 'alpha alph twist linktwist twistangle',
     'd': 'd linkoffset',
     'theta': 'theta th thet q jointangle',

@@ -109,7 +109,7 @@ def moving_rows(
         own = _moving(row, place, constants) if place else frozenset()
         new = sorted(name for name in own - {MARK} if bare(name) not in map(bare, known))
         if len(new) > 1 and len(angles := list(filter(ANGLE.fullmatch, new))) == 1:
-            new = angles  # the other names are constants without a value
+            new = angles  # names that do not look like an angle are constants without a value
         free = f'joint_{free}' if free in taken else free
         variable = free if place and (MARK in own or not own) else new[0] if new else ''
         moved = _moved(row, place, variable, constants)

@@ -13,7 +13,8 @@ from .heads import MEANINGS, find_heads
 from .report import TableReport
 
 BARS = str.maketrans(dict.fromkeys('│┃║┆┊╎', '|'))
-RULE = re.compile(r'[-+=:|_\s\u2500-\u257f]*')  # a line drawn with signs between two rows
+# Matches a line between two rows that is drawn with signs.
+RULE = re.compile(r'[-+=:|_\s\u2500-\u257f]*')
 # The lines of base and tool, if the table is the print of a robot by Corke's toolbox.
 ENDS = re.compile(r'(?m)^\W*(?:base|tool)\s*\|(?:\s*t\s*=[^|\n]*)?\s*\|?\s*$')
 LATEX_ONLY = re.compile(

@@ -31,7 +31,8 @@ DECIMAL_COMMA = re.compile(r'(?<=\d),(?=\d)')
 IN_THOUSANDS = re.compile(r'-?[1-9]\d{0,2},\d{3}')
 BETWEEN = re.compile(r'\s*(?:,|;|\.\.\.?|…|\bto\b|~)\s*|\s+')
 SCALED = re.compile(r'(?:(.*\*))?\s*(?:array\()?\[(.*)\]\)?\s*([*/].*)?')
-KEPT = {'base', 'tool', 'xyz', 'rpy', 'pi'}  # keys and `pi`: not names of constants
+# Keys of a robot file, and `pi`; these are not names of constants.
+KEPT = {'base', 'tool', 'xyz', 'rpy', 'pi'}
 PLACE = re.compile(r'(links|joints)\[(\d+)\](?:\.(\w+))?.*')
 # Words in the pasted text that show the convention of the table.
 TITLES = {
@@ -157,7 +158,7 @@ def _headed(
     # Return the heads of the columns, and the table rows below the heads.
     at = find_heads(rows)
     if at is None and columns and rows and not re.search(r'\d', ''.join(rows[0].cells)):
-        at = 0  # a first row without digits has heads: `columns` replaces them
+        at = 0  # a first row without digits contains heads, which `columns` replaces
     if at is None and columns is None:
         report.refuse(f'no row has the names of the columns; give them, {HOW}', 'missing-heads')
     words: Sequence[str] = rows[at].cells if at is not None else ()

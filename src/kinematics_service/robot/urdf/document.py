@@ -23,8 +23,9 @@ MAX_LISTED_NAMES = 30  # largest number of names in a message
 MISPLACED = expat.errors.codes[expat.errors.XML_ERROR_MISPLACED_XML_PI]
 BLANK_BEGINNING = re.compile(rb'\A(\s+)(<\?xml\b[^>]*\?>)')
 DECLARED = re.compile(rb'\A<\?xml\b[^>]*?\bencoding\s*=\s*["\']([\w.-]+)["\']')
-# Python codecs for encodings with several bytes for a character, which expat cannot read. The
-# codec of each encoding has the larger character set that files with this encoding's name use.
+# Python codecs for encodings with several bytes for a character, which expat cannot read. Some
+# codecs have a larger character set than the encoding, because files with the encoding's name use
+# the larger set.
 CODECS = dict.fromkeys(('gb2312', 'gbk', 'gb18030'), 'gb18030')
 CODECS |= dict.fromkeys(('shift_jis', 'x_sjis', 'windows_31j', 'cp932'), 'cp932')
 CODECS |= {name: name for name in ('utf_8', 'big5', 'euc_kr', 'euc_jp')}

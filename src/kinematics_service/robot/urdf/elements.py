@@ -8,7 +8,7 @@ from ..file.parts.quantities import LARGEST
 # The number that means no limit where URDF requires a number: the largest number that a robot file
 # accepts.
 UNLIMITED = LARGEST
-# The versions of URDF that urdfdom 6.0 reads. A file without a version counts as the first one.
+# The versions of URDF that urdfdom 6.0 reads. A file without a version counts as version 1.0.
 VERSIONS = ('1.0', '1.1', '1.2')
 # Name of the element that has the attribute `joint_order`. The program writes this element if the
 # robot file has the joints in another order than the chain. Other readers skip unknown elements.
@@ -18,7 +18,8 @@ EXTENSION = 'kinematics_service'
 @dataclass(frozen=True)
 class Limit:
     """
-    The limits of a joint, which URDF requires unless the joint is continuous; UNLIMITED for none.
+    The limits of a joint, which URDF requires unless the joint is continuous; UNLIMITED means no
+    limit.
 
     Parameters
     ----------

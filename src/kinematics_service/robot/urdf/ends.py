@@ -16,8 +16,8 @@ from .tree import UrdfTree, end_of
 MAX_NAMED_TIPS = 8
 # Words in names that show whether a joint belongs to a hand. FINGER and GRIPPER match a joint of a
 # hand, or the link that it moves; GRIPPER is used only for the last joints. ARM matches joints
-# that move the whole hand, and STILL matches links that are fixed in the hand. Such joints are not
-# part of the hand.
+# that move the whole hand, and STILL matches links that are fixed in the hand. Joints that match
+# ARM or STILL are not part of the hand.
 FINGER = re.compile(r'finger|thumb|jaw|claw|knuckle', re.IGNORECASE)
 GRIPPER = re.compile(r'gripper', re.IGNORECASE)
 ARM = re.compile(
@@ -182,8 +182,8 @@ def _of_hand(joint: XmlElement, word: re.Pattern[str]) -> bool:
 def _before_branches(
     tree: UrdfTree, ways: Mapping[str, _LinkWay], leaf: str, arm: tuple[str, ...]
 ) -> int:
-    # Return the number of joints before a hand that is not named after a hand, but has branches or
-    # follows a tool link. Without such a hand, return the number of all joints.
+    # Return the number of joints before a hand that is found by its branches or by a tool link,
+    # not by a name. If no hand is found, return the number of all joints.
     of_fingers = arm and _of_hand(tree.joints[arm[0]], GRIPPER)
     for k in range(1, 0 if of_fingers else min(len(arm), MAX_JOINTS)):
         paths = {link: way.moving for link, way in ways.items() if way.moving[:k] == arm[:k]}

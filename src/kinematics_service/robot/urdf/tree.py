@@ -144,7 +144,7 @@ def _refuse_circle(tree: UrdfTree) -> None:
     try:
         TopologicalSorter(parents).prepare()
     except CycleError as error:
-        upwards = error.args[1][:0:-1]  # the links of the circle, each followed by its parent
+        upwards = error.args[1][:0:-1]  # the links of the cycle, each followed by its parent
         first = upwards.index(next(link for link in tree.links if link in upwards))
         circle = [*upwards[first:], *upwards[: first + 1]]
         joint = next(

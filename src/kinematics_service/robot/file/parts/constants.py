@@ -1,4 +1,4 @@
-"""Read the constants of a robot file: named numbers, or expressions of constants above."""
+"""Read the constants of a robot file: numbers, or expressions of constants defined above them."""
 
 import zlib
 from collections.abc import Iterable
@@ -15,13 +15,13 @@ from ..text.yaml_document import Yaml
 from .description import Constant
 from .quantities import Units, check_finite
 
-MAX_CONSTANTS = 256  # ample: a datasheet has about ten constants
+MAX_CONSTANTS = 256  # a datasheet has about ten constants
 
 
 class Constants(NamedTuple):
     """
-    The constants of a file without faults, the names of constants with faults (`unreadable`), and
-    all names that occur in expressions of constants (`used`).
+    The constants of a robot file. `constants` has the constants without faults, `unreadable` the
+    names of those with faults, `used` all names in expressions of constants.
     """
 
     constants: tuple[Constant, ...]

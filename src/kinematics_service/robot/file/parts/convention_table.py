@@ -63,7 +63,9 @@ class Convention:
 
     @property
     def words(self) -> str:
-        """Return the name of the convention, with its author in brackets if there is one."""
+        """
+        Return the name of the convention, followed by the author in brackets if `author` is given.
+        """
         return f'{self.name} ({self.author})' if self.author else self.name
 
     @property
@@ -103,10 +105,7 @@ class Convention:
 
     @property
     def others(self) -> 'tuple[Convention, ...]':
-        """
-        Return the other conventions whose rows have equal quantities, but multiply them
-        differently.
-        """
+        """Return the conventions whose rows have equal quantities, multiplied in another order."""
         return tuple(
             other
             for other in CONVENTIONS.values()

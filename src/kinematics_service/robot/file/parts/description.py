@@ -21,9 +21,9 @@ class Constant:
     """
     A named number of the robot file, in the file's units.
 
-    All other numbers are in SI units. A constant is not converted, because only its use shows
-    whether it is a length, an angle, or a ratio. If `letter` is true, the file gives no value for
-    the constant, and `value` is a generic number.
+    Other numbers in this module are in SI units. A constant is not converted to SI units, because
+    only its use shows whether it is a length, an angle, or a ratio. If `letter` is true, the file
+    gives no value for the constant, and `value` is an arbitrary substitute number.
     """
 
     name: str
@@ -120,8 +120,8 @@ class DhRow:
     names
         The names of the quantities.
     motions
-        The elementary motion of each quantity, in the order of `names`. The order of the product
-        T is defined by the convention.
+        The elementary motion of each quantity, in the order of `names`. The convention defines the
+        order of the factors in the product T.
     """
 
     names: tuple[str, ...]
@@ -214,8 +214,8 @@ class LoopDescription:
     links
         The rows of the second chain.
     rows
-        The components of the pose that are equal for the ends of both chains, in the axes of
-        `start`, in the order x y z rx ry rz.
+        The components of the pose in which the ends of both chains agree, in the axes of `start`,
+        in the order x y z rx ry rz.
     q : n values, assembled : one value for each passive joint, rad or m
         Positions of the joints and of the passive joints at which the loop is approximately
         closed.

@@ -12,7 +12,7 @@ from .description import JointDescription, JointType
 from .quantities import DEGREES, INFINITE, KIND_OF, METRES, MILLIMETRES, RADIANS, Quantities, Units
 from .schema import JointEntry
 
-MAX_JOINTS = 128  # bounds the size of messages, which have a Jacobian with a column for each joint
+MAX_JOINTS = 128  # limits the size of messages: a Jacobian has a column for each joint
 # Warn of a joint velocity above this, rad/s or m/s: it is probably in another unit.
 FASTEST_JOINT = 100.0
 NOUN = 'a list of joints, {name, type, limits}'
@@ -172,8 +172,8 @@ def _warn_of_limits(
             at.warn(f'a stroke to {number(largest * 1e3)} mm: {METRES}', 'wrong-unit')
     elif joint_type == 'revolute':
         turns = largest / (2.0 * math.pi)
-        # Limits in rad up to 4 turns are plausible for a wrist, but an integer is probably in
-        # degrees.
+        # Accept limits up to 4 turns in rad, because a wrist may have such limits. A limit between
+        # 1 and 4 turns that is an integer, such as 10, is probably in degrees.
         if units.angle == 'rad' and (turns > 4.0 or (turns > 1.0 and largest.is_integer())):
             at.warn(f'limits of {number(turns)} turns: {DEGREES}', 'wrong-unit')
         if units.angle == 'deg' and largest <= math.radians(2.0 * math.pi + 0.01):

@@ -12,7 +12,7 @@ from .motions import pose_motion
 from .quantities import KIND_OF, Kind, Quantities, Units, unit_doubt
 from .schema import KnownPoseEntry, ToleranceEntry
 
-# Default tolerance of a known pose, m and rad: the last digit of a number with six decimals.
+# Default tolerance of a known pose, m and rad. The value is one unit of the sixth decimal.
 DEFAULT_TOLERANCE = 1e-6
 # Joint positions that exceed a limit by less than this (rad or m) count as inside the limits.
 LIMIT_TOLERANCE = 1e-9
@@ -88,7 +88,7 @@ def _half_digit(texts: Sequence[str | None], kind: Kind, units: Units) -> float:
     decimals = [found for text in texts if (found := DECIMALS.fullmatch(text or ''))]
     most = max((len(found[1]) for found in decimals), default=0)
     if any(unit_doubt(float(found[0]), kind) for found in decimals):
-        units = Units('deg', 'mm')  # implausible in rad and m, so assume deg and mm
+        units = Units('deg', 'mm')  # the number is implausible in rad or m, so assume deg and mm
     half = units.to_si(0.5 * 10.0**-most, kind)
     return half if most and half <= MAX_ROUNDING else 0.0
 

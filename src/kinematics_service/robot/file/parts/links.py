@@ -16,7 +16,7 @@ from .quantities import LARGEST_USUAL_LENGTH, METRES, MILLIMETRES, Kind, Quantit
 from .schema import ShapeRowEntry, dh_row_entry
 
 MAX_ROWS = 512
-MIN_USUAL_LENGTH = 0.01  # m; a table in mm whose lengths add up to less is probably in m
+MIN_USUAL_LENGTH = 0.01  # m; a table in mm is probably in m if its lengths add up to less
 ELEMENTARY = re.compile(r'\s*([RT][xyz])\s*\((.*)\)\s*', re.DOTALL)
 AXES: tuple[Axis, ...] = get_args(Axis)
 
@@ -24,9 +24,7 @@ AXES: tuple[Axis, ...] = get_args(Axis)
 def read_links(
     data: Yaml, convention: Convention, at: Place, quantities: Quantities
 ) -> tuple[Link, ...] | None:
-    """
-    Read the rows of a chain, from base to tip; report faults, and return None if a row has one.
-    """
+    """Read the rows of a chain, from base to tip. Report faults; after a fault return None."""
     items = checked_list(data, at, 'a list of the rows of the table')
     if data == []:
         at.fault('at least one row is needed', 'empty')

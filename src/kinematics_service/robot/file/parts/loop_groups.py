@@ -1,11 +1,11 @@
-"""Group the closed loops that must be solved together, because each moves the other."""
+"""Group the closed loops that must be solved together, because each loop moves the other loops."""
 
 from collections.abc import Sequence
 
 from .description import LoopDescription, PassiveJoint
 from .links import names_in_rows
 
-BETWEEN = ' + '  # between the names of loops in the name of a group
+BETWEEN = ' + '  # separates the names of the loops in the name of a group
 
 
 def names_in_loop(loop: LoopDescription) -> frozenset[str]:

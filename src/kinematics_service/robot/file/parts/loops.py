@@ -92,7 +92,7 @@ def _passive_joint(item: Yaml, at: Place) -> PassiveJoint | None:
 
 
 def names_in_loops(data: Yaml, known: Collection[str]) -> frozenset[str]:
-    """Return the names in `known` that occur in the rows (key `links`) of all loops."""
+    """Return the names in `known` that occur in the rows (key `links`) of at least one loop."""
     loops = data if isinstance(data, list) else ()
     rows = [loop['links'] for loop in loops if isinstance(loop, dict) and 'links' in loop]
     return frozenset().union(*(known_names_in(text, known) for text in texts_in(rows)))
@@ -107,7 +107,7 @@ def read_loops(
     quantities: Quantities,
 ) -> tuple[LoopDescription, ...]:
     """
-    Read the loops in the order of the file; report faults, and return no loops if one has a fault.
+    Read the loops in the order of the file. Report faults; after a fault return no loops.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ def read_loops(
     if table is None or len(found) < len(loops) or not at.intact:
         return ()
     if len(quantities.joint_types) - len(quantities.types) < sum(map(len, passive)):
-        return ()  # two joints have one name: reported before
+        return ()  # two joints have the same name; this fault is reported elsewhere
     called = [loop.name for loop in found]
     _check_effect(found, table, at)
     for k, loop in enumerate(found):
@@ -148,9 +148,9 @@ def read_loops(
 
 
 def _check_effect(loops: Sequence[LoopDescription], table: Sequence[Link], at: Place) -> None:
-    # Report passive joints that move no row of their loop. Report loops that move with a passive
-    # joint of a later loop in another group. Report groups of loops that move neither the table
-    # nor a later loop.
+    # Report a passive joint that moves no row of its loop. Report a loop that a passive joint of a
+    # later loop moves, unless both loops are in one group. Report a group of loops that moves
+    # neither the table nor a later loop.
     places = {loop.name: k for k, loop in enumerate(loops)}
     used = names_in_rows(table)
     for group in reversed(loop_groups(loops)):
@@ -219,7 +219,7 @@ class _LoopReader:
     def read(
         self, data: Yaml, passive: tuple[PassiveJoint, ...], at: Place
     ) -> LoopDescription | None:
-        """Read the entry of a loop; report faults, and return None if the entry has one."""
+        """Read the entry of a loop. Report faults; after a fault return None."""
         entry = checked(LoopEntry, data, at)
         rows: tuple[str, ...] = ()
         if entry.rows is not None:

@@ -15,8 +15,8 @@ ZEROS = ('0', '0', '0')
 # A rotation matrix is used unchanged if no entry of |R^T R - 1| exceeds this. Matrices of exact
 # expressions such as sqrt(2)/2 are accurate enough.
 EXACT_ROTATION_TOLERANCE = 1e-12
-# If no entry of |R^T R - 1| exceeds this, R has six printed digits and is replaced by the nearest
-# rotation; otherwise R is refused.
+# If no entry of |R^T R - 1| exceeds this, R may have been printed with six digits, and the nearest
+# rotation replaces R. Otherwise R is refused.
 PRINTED_ROTATION_TOLERANCE = 1e-6
 
 
@@ -57,7 +57,7 @@ def pose_motion(entry: PoseEntry, at: Place, quantities: Quantities) -> RigidMot
 
 def read_motion(data: Yaml, at: Place, quantities: Quantities) -> RigidMotion | None:
     """
-    Read a pose given by a matrix of 3 or 4 rows, or by {xyz, rpy}; a missing key is the identity.
+    Read a pose given by a matrix of 3 or 4 rows, or by {xyz, rpy}. A missing pose is the identity.
     """
     if data is None:
         return IDENTITY

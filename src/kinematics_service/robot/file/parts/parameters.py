@@ -1,5 +1,5 @@
 """
-List the parameters of an arm that a calibration can correct: numbers of table, base and tool.
+List the parameters that a calibration can correct: the numbers of table, base and tool.
 
 The numbers of a Denavit-Hartenberg table cannot describe every small error. If two axes are
 nominally parallel, a small turn of one axis out of the common plane needs a d of kilometres. An
@@ -22,8 +22,8 @@ LENGTH = 1e-3  # m
 ANGLE = np.radians(0.2)  # rad
 RATIO = 1e-3  # relative error of a gear ratio
 AXES = 'xyz'
-# Conventions in which an additional row can hold the extra corrections `beta` (angle) and `b`
-# (length).
+# Conventions in which an additional row of the table can hold the extra corrections `beta` (angle)
+# and `b` (length).
 WITH_EXTRA = ('standard', 'modified')
 ENDS = ('base', 'tool')
 GEARS = 'gears'

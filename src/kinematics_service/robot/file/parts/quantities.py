@@ -123,7 +123,7 @@ class Quantities:
         self, text: str | None, kind: Kind, at: Place, *, usual: bool = True
     ) -> float | None:
         """
-        Return the value of a constant expression in SI units; report a fault, and then return
+        Return the value of a constant expression in SI units. Report faults; after a fault return
         None.
 
         If `usual` is true, warn of an implausible length, or of an angle of more than a turn.
@@ -161,7 +161,7 @@ class Quantities:
         self, text: str | None, kind: Kind, at: Place, advice: str = ''
     ) -> Expression | None:
         """
-        Return a constant expression as text and value; report a fault, and then return None.
+        Return a constant expression as text and value. Report faults; after a fault return None.
 
         `advice` is added to the message about a joint variable in a constant expression.
         """
@@ -169,8 +169,8 @@ class Quantities:
 
     def moving(self, text: str | None, kind: Kind, at: Place, quantity: str) -> Expression | None:
         """
-        Return an expression that is linear in the joint variables; report a fault, then return
-        None.
+        Return an expression that is linear in the joint variables. Report faults; after a fault
+        return None.
 
         `quantity` is the name of the expression in messages, such as `theta` or `Tx`.
         """
@@ -296,7 +296,7 @@ def unit_doubt(
     millimetres: str = MILLIMETRES,
 ) -> str:
     """
-    Return a warning about the unit of an implausible number (m or rad); '' for a plausible one.
+    Return a warning about the unit of an implausible number (m or rad); '' for a plausible number.
 
     `longest` is the largest plausible length, m. The warning ends with the question `degrees` or
     `millimetres`.
@@ -310,7 +310,7 @@ def unit_doubt(
 
 def rounded_quarters(text: str) -> Iterator[tuple[str, int]]:
     """
-    Yield numbers such as 1.57 in a text that are k pi/2, rounded or cut, for k from 1 to 4.
+    Yield numbers such as 1.57 in a text that are k pi/2, rounded or cut off, for k from 1 to 4.
 
     The function yields each number as text, followed by k.
     """

@@ -27,7 +27,7 @@ from ..text.yaml_document import Yaml
 from .convention_table import CONVENTIONS, QUANTITIES
 from .measure_table import MEASURES
 
-# Map words of textbooks, URDF and other programs to the accepted word that an error suggests.
+# Words of textbooks, URDF and other programs, each with the accepted word that an error suggests.
 CONVENTION_WORDS = {
     word: convention.name for convention in CONVENTIONS.values() for word in convention.also
 }

@@ -15,7 +15,10 @@ ROWS = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 
 
 def read_singularity(data: Yaml, quantities: Quantities) -> SingularityDescription | None:
-    """Read the section `singularity` with default values; report faults, and then return None."""
+    """
+    Read the section `singularity`; missing keys get defaults. Report faults; after a fault return
+    None.
+    """
     usual = default_measure(len(quantities.joint_types))
     if data is None:
         return SingularityDescription(measure=usual.name, warn=usual.warn, stop=usual.stop)
@@ -28,7 +31,7 @@ def read_singularity(data: Yaml, quantities: Quantities) -> SingularityDescripti
     length = quantities.above_zero(entry.length, 'length', at['length'], usual=True)
     factors = () if entry.factors is None else _factors(entry.factors, at['factors'], quantities)
     if not intact:
-        return None  # here, None for a value with a fault would mean the default
+        return None  # do not use defaults in place of values with faults
     measure = MEASURES[entry.measure or usual.name]
     thresholds = _thresholds(entry, measure, at, quantities)
     if thresholds is None or not at.intact:

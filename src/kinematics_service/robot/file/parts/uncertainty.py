@@ -51,7 +51,7 @@ def read_uncertainty(
     at = quantities.top['uncertainty']
     entry = checked(UncertaintyEntry, data, at)
     if links is None or len(joints) < len(quantities.types):
-        return None  # the section names joints and rows, some of which have faults
+        return None  # do not check names of joints and rows if some of these have faults
     kinds = [KIND_OF[joint.type] for joint in joints]
     noise, resolution, backlash = (
         _of_joints(getattr(entry, key), kinds, at[key], quantities) for key in OF_POSITIONS

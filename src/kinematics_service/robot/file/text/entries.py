@@ -27,7 +27,7 @@ Check = Callable[[Yaml], Any]
 
 
 class WrongValue(Exception):
-    """A value has a fault, with a reason and a code; `meant` is the word probably meant."""
+    """A value has a fault; `meant` is the accepted word that the user probably meant."""
 
     def __init__(self, message: str, code: str, meant: str | None = None) -> None:
         super().__init__(message)
@@ -142,7 +142,7 @@ def meant_by(
     if also and folded in also:
         return also[folded]
     if len(text) < 3:
-        return None  # so short a text is similar to many words
+        return None  # a text of two letters is similar to many words
     near = difflib.get_close_matches(text[:60], accepted, n=1)
     return near[0] if near else None
 
@@ -285,24 +285,22 @@ def _named(keys: tuple[str, ...], values: list[Yaml]) -> str:
 
 
 def checked_number(data: Yaml, at: Place) -> str | None:
-    """Return the text of a number or an expression; report a fault, and then return None."""
+    """Return the text of a number or an expression. Report faults; after a fault return None."""
     return _reported(_number, data, at)
 
 
 def checked_word(data: Yaml, at: Place) -> str | None:
-    """Return the printable text of a value; report a fault, and then return None."""
+    """Return the printable text of a value. Report faults; after a fault return None."""
     return _reported(_word, data, at)
 
 
 def checked_formula(data: Yaml, at: Place) -> str | None:
-    """
-    Return a printable text with Unicode signs replaced; report a fault, and then return None.
-    """
+    """Return the text of a formula with plain signs. Report faults; after a fault return None."""
     return _reported(_formula, data, at)
 
 
 def checked_list(data: Yaml, at: Place, noun: str, length: int | None = None) -> list[Yaml]:
-    """Return the items of a list; report a fault, and then return no items."""
+    """Return the items of a list. Report faults; after a fault return no items."""
     return _reported(_listed(length, noun), data, at) or []
 
 
@@ -310,7 +308,8 @@ def checked_mapping(data: Yaml, at: Place, noun: str) -> dict[str, Yaml]:
     """
     Return a mapping whose keys are names that the user chooses.
 
-    The result is empty if the mapping is missing, or has a fault, which the function reports.
+    If the mapping is missing, the result is empty. If the value is not a mapping, the function
+    reports a fault, and the result is empty.
     """
     if data is not None and not isinstance(data, dict):
         at.fault(f'expected a mapping of {noun}, not {shown(data)}', 'wrong-type')

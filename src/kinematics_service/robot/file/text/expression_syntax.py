@@ -16,7 +16,7 @@ from ....errors import ExpressionError
 from ....typography import DEGREE, counted, plain_names
 
 ARGUMENTS_OF = {'sqrt': 1, 'sin': 1, 'cos': 1, 'atan2': 2}
-MAX_CHARACTERS = 400  # formulas of datasheets are shorter
+MAX_CHARACTERS = 400  # formulas in datasheets are shorter
 MAX_DEPTH = 32
 
 TOKEN = re.compile(
@@ -34,7 +34,7 @@ UNITS = ('deg', 'degrees', 'rad', 'mm', 'cm', 'm')
 
 
 class NameRefusal(NamedTuple):
-    """Why a name is not accepted, as text, and the code of the fault."""
+    """The reason why a name is not accepted, as text, and the code of the fault."""
 
     message: str
     code: str
@@ -57,7 +57,9 @@ class Token(NamedTuple):
 
 
 def why_no_name(name: str) -> NameRefusal | None:
-    """Return why a text cannot be the name of a constant or joint variable; None if it can."""
+    """
+    Return why a text cannot name a constant or joint variable; None if the text is a valid name.
+    """
     if not IDENTIFIER.fullmatch(name):
         plain = plain_names(name)
         advice = f': write {plain}' if IDENTIFIER.fullmatch(plain) else ''

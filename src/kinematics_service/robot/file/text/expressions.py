@@ -20,7 +20,7 @@ END = re.compile('[0-9]+$')
 PART_OF_PI = re.compile('pi([1-9])')
 
 MAX_LISTED = 20  # largest number of names in a message
-MAX_ADVISED_LENGTH = 80  # characters; a message corrects only shorter expressions
+MAX_ADVISED_LENGTH = 80  # characters; messages propose corrections only of shorter expressions
 
 
 @dataclass(frozen=True)
@@ -83,9 +83,9 @@ class Scope:
         return (*pi, *self.constants, *self.variables)
 
     def why_not(self, name: str) -> NameRefusal | None:
-        """Return why an expression may not use a name; None if it may."""
+        """Return why an expression may not use a name; None if the name is allowed."""
         if name in self.known or name == 'pi':
-            return None  # `parse_affine` refuses pi in degrees, with a correction
+            return None  # in a file with degrees, `parse_affine` refuses pi
         hint = did_you_mean(self._meant(name))
         if not hint and self.variables and JOINT.fullmatch(name):
             hint = '; add a joint of that name to joints, or take a known one'
@@ -132,7 +132,7 @@ def parse_affine(text: str, scope: Scope) -> Affine:
         or is not finite. The message has the reason.
     """
     value = _value(text, scope, must_be_linear=True)
-    assert value is not None  # only nonlinear expressions have the value None
+    assert value is not None  # None would mean a nonlinear expression
     return value
 
 

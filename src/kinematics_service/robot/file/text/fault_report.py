@@ -6,7 +6,7 @@ from ....errors import Fault, RobotFileError
 from .expression_syntax import IDENTIFIER
 from .yaml_document import Document, Path, ScalarNode, Yaml
 
-MAX_FAULTS = 100  # bounds the reading time and the message for hostile files
+MAX_FAULTS = 100  # limits the reading time and the length of the message for a hostile file
 
 
 def dotted(path: Path) -> str:

@@ -178,7 +178,7 @@ def _elementary(links: Sequence[_Link], _: Convention, units: Units) -> Iterator
 
 def _shape(links: Sequence[_Link], _: Convention, units: Units) -> Iterator[str]:
     # Yield rows in the convention of Sheth and Uicker. The key `in` is the fixed motion before a
-    # joint: it has d, a and alpha of the standard row before.
+    # joint: this motion has d, a and alpha of the previous row in the standard table.
     way = ''
     for i, link in enumerate(links, 1):
         yield f'{{{way}joint: Rz(q{i})}}'
@@ -195,7 +195,7 @@ WRITERS: dict[RowKind, Callable[[Sequence[_Link], Convention, Units], Iterator[s
 
 
 def _known_pose(links: Sequence[_Link], units: Units) -> str:
-    # Return the known pose for q = 0, where each frame is rotated about x by a multiple of 90
+    # Return the known pose for q = 0. At q = 0 each frame is rotated about x by a multiple of 90
     # degrees.
     x = y = z = 0.0
     quarters = 0

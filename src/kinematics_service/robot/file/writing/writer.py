@@ -82,8 +82,8 @@ def written_entries(text: str, value: Node, without: Sequence[str]) -> dict[str,
 
 
 def _comments(lines: list[str]) -> dict[str, str]:
-    # Return the comments at the ends of lines, each by the name of the factor in its line. The
-    # comment in the line of the key `factors` has the name ''.
+    # Return the comments at the ends of lines, by the name of the factor in the line. The comment
+    # in the line of the key `factors` has the name ''.
     found = {}
     for line in lines:
         comment = re.search(r'\s+#.*$', line.rstrip('\n'))
