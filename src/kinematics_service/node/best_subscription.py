@@ -2,7 +2,8 @@
 Subscribe to a topic with the reliability of its publishers and a queue of limited size.
 
 rclpy fixes `ReliabilityPolicy.BEST_AVAILABLE` when a subscription is created, by the publishers at
-that time. The messages of a best-effort publisher that starts later would never be received.
+that time. So a reliable subscription would never receive messages of a best-effort publisher that
+starts later.
 """
 
 import contextlib
@@ -31,8 +32,8 @@ from .losses import Losses
 from .waiting_messages import take_waiting
 
 RELIABLE, BEST_EFFORT = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT
-# Number of messages that are remembered while two subscriptions receive every message. If a
-# message was taken from one subscription, its copy from the other subscription is ignored.
+# Largest number of remembered messages. Messages are remembered while two subscriptions receive
+# every message, so that the copy from the second subscription is ignored.
 MAX_REMEMBERED = 4096
 # Time (s) for which the former subscription is kept after the new subscription is connected to
 # every publisher.
@@ -58,12 +59,14 @@ class BestSubscription:
 
     The first subscription has best effort, which every publisher matches. A reliable subscription
     would make the middleware of a best-effort publisher log an error. If all publishers offer
-    reliability, and were the same at two calls of `settle`, a reliable subscription replaces it.
-    If a best-effort publisher starts, or the last publisher ends, a best-effort subscription
-    replaces the reliable one. While there are two subscriptions, each message is taken once.
+    reliability, and no publisher started or ended between two calls of `settle`, a reliable
+    subscription replaces the first one. If a best-effort publisher starts, or the last publisher
+    ends, a best-effort subscription replaces the reliable subscription. While two subscriptions
+    exist, each message is taken once.
 
-    The middleware bounds a queue by the number of its messages, and keeps the memory of the
-    messages. If messages are large, a subscription with a shorter queue replaces the present one.
+    The middleware limits a queue by the number of messages, not by their size, and keeps the
+    memory of old messages. If messages are large, a subscription with a shorter queue replaces the
+    present subscription.
 
     Parameters
     ----------
@@ -75,8 +78,8 @@ class BestSubscription:
     take
         A function that is called with each message.
     size
-        A function that returns the size (bytes) of messages for which the caller does not call
-        `fit`, because their form is known.
+        A function that returns the size (bytes) of messages whose form is known. For such messages
+        the caller does not call `fit`.
     """
 
     def __init__(
@@ -99,7 +102,7 @@ class BestSubscription:
         self._recent: Recent | None = None
         self._former: _CountedSubscription | None = None
         self._all_connected_since = 0.0  # time since which all publishers are connected, s
-        # Time of arrival of the last message too large for a queue of full depth, s.
+        # Time of arrival (s) of the last message that was too large for a queue of full depth.
         self._large_message_time = 0.0
         self._qos = copy.copy(qos)  # rclpy writes overrides into this profile
         self._open = partial(_CountedSubscription, node, kind, topic, self._on_message)
@@ -195,7 +198,7 @@ class BestSubscription:
             # take the older messages of the former subscription first
             self._take_waiting(former)
             if former is not self._former or former.qos != self._wanted:
-                self._end(former)  # a later call replaces the present subscription
+                self._end(former)  # a later call of `_replace` replaces the present subscription
                 return
             self._current, self._former = former, self._current
         elif self._is_ending:
@@ -208,7 +211,7 @@ class BestSubscription:
 
     def _end(self, former: '_CountedSubscription') -> None:
         if former is not self._former or former.subscription not in self._node.subscriptions:
-            return  # `former` has ended, or an executor has released it
+            return  # `former` has ended, or an executor has released the subscription
         self._former = None
         if self._counting is former:
             lost, now = self.lost, self._current.losses.count
@@ -236,8 +239,8 @@ class BestSubscription:
                 self._take_waiting(former)
             self._take_once(self._recent, data, info)
             if former is not None and former.qos.depth > self._qos.depth:
-                # Empty the queue of the former subscription, because it is too long for messages
-                # of this size.
+                # Empty the queue of the former subscription, because this queue is too long for
+                # messages of this size.
                 self._take_waiting(former)
                 if subscription is self._current:
                     self._end(former)
@@ -268,8 +271,9 @@ class BestSubscription:
             self._end(former)
 
     def _follow_publishers(self, publishers: Sequence[TopicEndpointInfo]) -> None:
-        # Compare the publishers at each call, without events of the middleware. `EventsExecutor`
-        # would end the process if its queue contained an event of a destroyed subscription.
+        # Compare the publishers at each call, and do not use events of the middleware.
+        # `EventsExecutor` would end the process if its queue contained an event of a destroyed
+        # subscription.
         offered = {tuple(info.endpoint_gid): info.qos_profile for info in publishers}
         before, self._known_publishers = self._known_publishers, set(offered)
         has_changed = before != self._known_publishers
@@ -336,7 +340,7 @@ class _CountedSubscription:
 
         Events in the queue of the executor refer to a subscription by its address, and a new
         subscription may get the same address. So make a new subscription only after `then` is
-        called, because the old events have left the queue then.
+        called: at that time the old events have left the queue.
         """
         node, subscription = self._node, self.subscription
         node._subscriptions.remove(subscription)

@@ -25,8 +25,8 @@ REJECTED = (
     estimator.NOT_CLOSED,
     estimator.TOO_FAST,
 )
-# Reasons for refusing a message that only few arms or settings can cause. The status shows such a
-# reason only if it occurred.
+# Reasons for refusing a message that few arms or settings can cause. The status shows these
+# reasons only if they occurred.
 RARE = (estimator.NOT_CLOSED, estimator.TOO_FAST)
 INTERNAL_ERROR = 'internal error'
 # Time (s) for which the status reports lost messages and resets after they occurred.
@@ -154,7 +154,10 @@ def _verdict(
 def incomplete_in_words(
     arm: estimator.Estimator, topic: str, state: InputState, warnings: Sequence[str]
 ) -> str:
-    """Return a text with the joints that have no position and the reason; '' if there are none."""
+    """
+    Return a text with the joints without a position, and the reason; '' if no joint lacks a
+    position.
+    """
     missing = ', '.join(arm.missing(state.arrival))
     if not missing:
         return ''
@@ -180,7 +183,7 @@ def incomplete_in_words(
 
 def unstamped_in_words(arm: estimator.Estimator, state: InputState) -> str:
     """
-    Return a text about noisy velocities if messages have neither stamps nor velocities; else ''.
+    Return a warning of noisy velocities if messages have neither stamps nor velocities; else ''.
     """
     if not state.news[estimator.NOT_STAMPED] or state.velocity_source == 'message':
         return ''
@@ -233,10 +236,7 @@ def input_warnings(arm: estimator.Estimator, state: InputState) -> Iterator[str]
 
 
 def message_warnings(state: InputState) -> Iterator[str]:
-    """
-    Yield a sentence for each cause of unanswered messages. The node has logged these causes
-    already.
-    """
+    """Yield a sentence for each cause of unanswered messages that the node has logged already."""
     if rejected := [reason for reason in REJECTED if state.news[reason]]:
         yield f'messages rejected: {", ".join(rejected)}'
     if left_out := state.news[LEFT_OUT]:

@@ -31,8 +31,8 @@ from .steady_time import Throttle, steady_timer
 
 # Period of the diagnostics, s.
 DIAGNOSTICS_PERIOD = 1.0
-# Shortest time over which a rate of messages is computed, s. After a stall of the process the
-# timer makes several missed calls at once.
+# Shortest time over which a rate of messages is computed, s. Calls of the timer after a shorter
+# time are skipped, because the timer makes several calls at once after a stall of the process.
 MIN_INTERVAL = 0.5 * DIAGNOSTICS_PERIOD
 # If the time between two calls is above this, s, the process was stalled and cannot have received
 # messages.

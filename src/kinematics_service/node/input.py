@@ -30,9 +30,9 @@ class Input:
     transport
         `bytes` or `messages`.
     take
-        A function that is called with each message, and returns whether it accepts the argument.
-        The argument is the bytes of the message if its form is remembered. If the function does
-        not accept the bytes, it is called with the decoded message.
+        A function that is called with each message, and returns whether it accepts the message. If
+        the form of the message is remembered, the argument is the bytes of the message. If the
+        function does not accept the bytes, it is called with the decoded message.
     refuse
         A function that is called with a sentence if bytes are not a JointState.
 

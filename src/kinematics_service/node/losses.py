@@ -3,9 +3,9 @@
 from collections.abc import Callable
 
 NANOSECOND = 1e-9  # s
-# Smallest number of messages from which a rate is computed. After four times as many messages, the
-# rate starts at a later message, because an earlier message may belong to another publisher with
-# similar numbers.
+# Smallest number of messages from which a rate is computed. After four times this number of
+# messages, the rate is computed from a later first message, because the first message may belong
+# to another publisher with similar numbers.
 MIN_RATE_MESSAGES = 20
 # Time (s) by which a message may be sent early or late, compared with the publisher's rate.
 SEND_TIME_TOLERANCE = 0.02
@@ -31,7 +31,8 @@ class _Publisher:
 
     def look_back(self) -> None:
         """
-        Compute the rate from a later message on, if enough messages have come since that message.
+        Use a later message as the begin of the rate, if enough messages have come since that
+        message.
         """
         if self.number - self._between[0] >= 4 * MIN_RATE_MESSAGES:
             self._from, self._between = self._between, (self.number, self.stamp)
@@ -43,7 +44,7 @@ class _Publisher:
         return count / time if count >= MIN_RATE_MESSAGES and time > 0.0 else 0.0
 
     def time_since(self, stamp: int) -> float:
-        """Return the time from the last message to `stamp` (s)."""
+        """Return the time (s) from the publisher's last message to `stamp` (ns)."""
         return max(NANOSECOND * (stamp - self.stamp), 0.0)
 
     def is_due(self, number: int, stamp: int) -> bool:
@@ -117,8 +118,8 @@ class Losses:
             known_publisher.look_back()
         publisher = self._publisher_of(number, stamp, count)
         if publisher is None:
-            # Add a new publisher. The new publisher replaces one that has ended, or one whose gap
-            # is too long for its rate. Such a gap is not counted.
+            # Add a new publisher. The new publisher replaces a publisher that has ended, or a
+            # publisher whose gap is too long for its rate. This gap is not counted.
             self.is_lower_bound |= len(known) >= count > 1 and not self._have_changed
             del known[: max(len(known) + 1 - count, 0)]
             publisher = _Publisher(number, stamp)

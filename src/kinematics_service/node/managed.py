@@ -1,4 +1,7 @@
-"""Run the node with a life cycle: configuring reads the arm, and the active node answers."""
+"""
+Run the node with a life cycle: the transition `configure` reads the arm, and only an active node
+answers.
+"""
 
 from collections.abc import Callable
 from typing import Any

@@ -97,7 +97,8 @@ class KinematicsNode(Node):
         topic: str = JOINT_STATES,
         **options: Any,
     ) -> None:
-        self._throttle = Throttle(5.0)  # set first: rclpy subscribes to /clock at once
+        # The next line subscribes to /clock, whose callback needs this.
+        self._throttle = Throttle(5.0)
         super().__init__(node_name, **options)
         self.is_started = self._in_order = False
         self.silent = ''
@@ -349,7 +350,7 @@ class KinematicsNode(Node):
         if self._estimator.go_stale(now):
             sentence = '; '.join([self._missing_text(missing), *self._health.warnings])
             self._publish_warning(stale_status(self.settings.robot, sentence))
-        self._watchdog.cancel()  # the next joint state starts this timer again
+        self._watchdog.cancel()  # the next joint state starts the watchdog again
 
     def _on_clock_jump(self, jump: TimeJump) -> None:
         back = -jump.delta.nanoseconds
@@ -398,7 +399,7 @@ class KinematicsNode(Node):
         if not moves_alike:
             self._reference.forget()
             self._latest = self._latest and self._estimator.anew(self._latest)
-            self._watchdog.reset()  # joints of the new arm may be stale now
+            self._watchdog.reset()  # check again, because joints of the new arm may be stale
             if settings.robot.description.tool.motion != before.description.tool.motion:
                 self.get_logger().info(tool_in_words(settings.robot))
 

@@ -132,7 +132,7 @@ def filled_by_the_kernel(
 
 class Outputs:
     """
-    Publishes state reports on all topics with subscribers; other topics cost only one check.
+    Publishes state reports on all topics with subscribers; for other topics it computes nothing.
 
     Attributes
     ----------
@@ -230,7 +230,8 @@ class Outputs:
             return channel._replace(content=content)
         layout = MessageLayout(topic.blank(settings))
         if channel.layout is not None and channel.layout.data == layout.data:
-            return channel._replace(content=content)  # this layout was checked before
+            # A layout with these bytes was checked before.
+            return channel._replace(content=content)
         as_bytes = self._transport == 'bytes' and layout.is_official()
         if self._transport == 'bytes' and not as_bytes and channel.layout is None:
             self._node.get_logger().warning(
@@ -256,7 +257,8 @@ class Outputs:
 
         try:
             publisher = publisher_with(PublisherEventCallbacks(matched=self._on_listener))
-        # this middleware has no events of new subscribers: count subscribers at every message
+        # This middleware has no events of new subscribers, so count the subscribers at every
+        # message.
         except UnsupportedEventTypeError:
             self._has_matched_events = False
             publisher = publisher_with(None)
@@ -268,5 +270,5 @@ class Outputs:
         )
 
     def _on_listener(self, event: Any) -> None:
-        # Set None, so that the next message counts the subscribers again.
+        # Set `_active` to None, so that the next message counts the subscribers again.
         self._active = None

@@ -104,7 +104,8 @@ class Targets:
         self._throttle, self._first_time = Throttle(5.0), Throttle(math.inf)
         self._settings = self._prepared(settings)
         self._present = present
-        # time of the last valid twist that moves the joints
+        # time (s) of the last valid twist that moves the joints; None while no twist moves the
+        # joints
         self._moving_since: float | None = None
 
         def publisher(kind: Any, name: str) -> Any:

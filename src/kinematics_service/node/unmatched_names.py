@@ -12,12 +12,13 @@ from ..typography import listed
 
 # Largest number of names listed in a sentence.
 MAX_NAMES = 8
-# Largest number of joints for which an order is guessed: a guess for 128 joints would take 1 s.
+# Largest number of joints for which an order is guessed. The number is limited, because a guess
+# for 128 joints would take 1 s.
 MAX_GUESSED_JOINTS = 16
 # Matches a name that needs no quotes in a sentence and in a command line.
 PLAIN = re.compile(r'[\w/.:#+-]{1,60}')
-# Matches the name of a joint in a bundled robot file. The search in all files takes 2 ms; a YAML
-# parser takes 0.6 s.
+# Matches the name of a joint in a bundled robot file. The search in all files takes 2 ms, but a
+# YAML parser would take 0.6 s.
 JOINT = re.compile(r'^ +- \{name: ([^ ,}]+),.*\btype: ', re.MULTILINE)
 
 

@@ -22,7 +22,8 @@ EXTERNAL = 'external, near the pose at which the bias was taken'
 
 class WrenchBias:
     """
-    Takes the bias of the joint efforts when the service is called; returns the wrench's status.
+    Takes the bias of the joint efforts when the service is called, and makes the status of the
+    wrench.
 
     Parameters
     ----------
@@ -31,7 +32,8 @@ class WrenchBias:
     estimator
         The estimator, which keeps the joint efforts.
     has_subscriber
-        A function that returns whether a wrench has a subscriber; efforts are read only then.
+        A function that returns whether a wrench topic has a subscriber. Joint efforts are read
+        only if it returns True.
     """
 
     def __init__(

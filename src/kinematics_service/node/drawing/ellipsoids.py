@@ -61,8 +61,8 @@ def ellipsoid_of(block: Floats) -> Ellipsoid:
 @lru_cache(maxsize=8)
 def ellipsoid_scales(robot: Robot, size: float) -> EllipsoidScales:
     """
-    Return the drawing scales of the ellipsoids for an arm of a given size (m). They are constant
-    for the arm, so that a drawing shows how the radii change.
+    Return the drawing scales of the ellipsoids for an arm of a given size (m). The scales are
+    constant for an arm, so that a drawing shows how the radii change.
     """
     q = closed_poses(robot.chain, seeded_poses(robot.limits, robot.prismatic)[:MEDIAN_POSES])
     J = evaluate(robot, q).jacobian

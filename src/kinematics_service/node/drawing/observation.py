@@ -15,7 +15,7 @@ from .axes import RowAxis, axes_of, motor_axes
 
 
 class CommandScale(NamedTuple):
-    """The scale of the last commanded velocity, the cause of a smaller scale, and the level."""
+    """The scale of the last commanded velocity, the cause of a scale below 1, and the level."""
 
     value: float
     cause: str
@@ -69,7 +69,10 @@ class Observation:
 def observation_of(
     state: ToolState, singularity: Singularity, level: Level | None = None
 ) -> Observation:
-    """Return the observation of a state with all frames; `level`, if given, replaces the level."""
+    """
+    Return the observation of a state with all frames; `level`, if given, replaces the computed
+    level.
+    """
     loops = loop_links(state)
     corners = [np.stack([loop.corners[:-1], loop.corners[1:]], axis=1) for loop in loops]
     return Observation(

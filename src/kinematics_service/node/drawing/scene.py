@@ -189,8 +189,8 @@ def _lost(seen: Observation, size: float) -> LostDirection:
         share = float(np.linalg.norm(part))
         if share < NEGLIGIBLE_RATIO * float(np.linalg.norm(direction)):
             return None
-        # Divide by the square root of the component's share, so that a small component stays
-        # visible.
+        # Divide by the square root of the norm of `part`, so that a small component of the
+        # direction stays visible.
         half = LOST_LENGTH * size * part / share**0.5
         return np.stack([tool - half, tool + half])
 
@@ -219,8 +219,8 @@ def quaternion_along(direction: Floats) -> tuple[float, float, float, float]:
 
 def ring(ends: Floats, size: float) -> Floats:
     """
-    Return segments of a circle about the middle of a line, in the plane normal to the line, shape
-    (RING_SIDES, 2, 3), m.
+    Return segments of a circle about the middle of a line segment, in the plane normal to the
+    segment, shape (RING_SIDES, 2, 3), m.
     """
     line = ends[1] - ends[0]
     x, y = across(line / np.linalg.norm(line))

@@ -20,14 +20,15 @@ from .messages import StateReport
 @dataclass(frozen=True, eq=False)  # eq=False, because arrays have no single truth value
 class Copied:
     """
-    Numbers that are copied from the kernel's row for a state, or from the measures of the state.
+    Numbers that are copied from the kernel's results for a state (one row of an array), or from
+    the singularity measures of the state.
 
     Attributes
     ----------
     columns
         The columns to copy; negative columns count from the end.
     of_measures
-        Whether `columns` are columns of the measures; otherwise of the kernel's row.
+        Whether `columns` are columns of the measures; otherwise `columns` are columns of the row.
     of_motion
         Whether the numbers exist only if the joint velocities are known.
     """
@@ -41,7 +42,7 @@ class Copied:
 
     def of(self, report: StateReport) -> Floats | None:
         """
-        Return the topic's numbers for a state report; None if they need unknown joint velocities.
+        Return the topic's numbers for a state report; None if the numbers need unknown velocities.
         """
         state = report.answer.state
         if self.of_motion and not state.moving:
@@ -52,7 +53,7 @@ class Copied:
 
     def sources(self, row: int, measures: int) -> Integers:
         """
-        Return the column indices in an array that has the row (`row` numbers) and the measures.
+        Return the indices of the numbers in an array of the row (`row` numbers) and the measures.
         """
         return self.columns + row if self.of_measures else self.columns % row
 
@@ -63,7 +64,7 @@ NO_NUMBERS = Copied(np.empty(0, dtype=np.int64))  # content of messages that hav
 @dataclass(frozen=True, eq=False)
 class WithCovariance:
     """
-    Numbers that are copied from the kernel's row for a state, and their covariance (36,).
+    Numbers copied from the kernel's results for a state (one row), and their covariance (36,).
 
     Attributes
     ----------
@@ -97,7 +98,7 @@ class WithCovariance:
 
     def sources(self, row: int, measures: int) -> Integers:
         """
-        Return the column indices in an array that has the row, the measures and two covariances.
+        Return the indices of the numbers in an array of the row, the measures and two covariances.
         """
         begin = row + measures + (36 if self.of_motion else 0)
         return np.concatenate([self.copied.sources(row, measures), begin + np.arange(36)])

@@ -2,8 +2,8 @@
 Check the encapsulation and the lengths of serialized messages.
 
 ROS's deserializer writes to standard error if it refuses bytes, and no option disables this. So
-this check rejects bytes that the deserializer would refuse; the deserializer reads all other
-bytes.
+this check rejects bytes that the deserializer would refuse, and passes only other bytes to the
+deserializer.
 """
 
 from collections.abc import Callable

@@ -1,7 +1,7 @@
 """
-Fill a message, whose texts are constant, with a stamp and numbers: as object or CDR bytes.
+Fill a message of constant texts with a stamp and numbers, as Python object or as CDR bytes.
 
-Both forms take one array of numbers, in the order of the fields in the message type.
+Both forms are filled from one array of numbers, in the order of the fields in the message type.
 """
 
 import struct
@@ -38,7 +38,7 @@ _NONE = np.empty(0)
 
 class MessageLayout:
     """
-    The places of stamp and numbers in a message: in the Python object, and in its CDR bytes.
+    The positions of stamp and numbers in a message: in the Python object, and in the CDR bytes.
 
     A layout fills its only object and its only buffer, so only one thread may use it.
 

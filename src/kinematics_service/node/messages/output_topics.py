@@ -188,7 +188,8 @@ def _self_motions(settings: NodeSettings) -> int:
 
 def of_null_space(part: Callable[[ToolState, Floats], Floats]) -> ContentOf:
     """
-    Return content that `part` computes from a basis of the self-motions; None for other arms.
+    Return content that `part` computes from a basis of the self-motions; None for arms without
+    them.
     """
 
     def numbers(report: StateReport) -> Floats | None:
@@ -203,7 +204,7 @@ def pose_with_covariance_numbers(settings: NodeSettings) -> Content | None:
     """
     Return the content with position, quaternion x y z w and covariance (36,) of the tool.
 
-    None if the robot file has no uncertainty.
+    The result is None if the robot file has no uncertainty.
     """
     uncertainty, errors = settings.robot.description.uncertainty, errors_of_file(settings.robot)
     if uncertainty is None or errors is None or not uncertainty.of_pose:
@@ -215,7 +216,7 @@ def twist_with_covariance_numbers(settings: NodeSettings) -> Content | None:
     """
     Return the content with J qdot and its covariance (36,) in the axes of the settings.
 
-    None if the robot file has no `velocity_noise`.
+    The result is None if the robot file has no `velocity_noise`.
     """
     uncertainty, errors = settings.robot.description.uncertainty, errors_of_file(settings.robot)
     if uncertainty is None or errors is None or uncertainty.velocity_noise is None:
@@ -345,8 +346,8 @@ TOPICS = (
         of_null_space(self_motion_of),
         lambda settings: matrix_message(_joints(settings)),
     ),
-    # Computed only for subscribers, because these numbers take ten times as long as all others of
-    # a state.
+    # The node computes the clearance only for subscribers, because it takes ten times as long as
+    # all other numbers of a state.
     OutputTopic(
         '~/singularity/clearance', Float64, computed(lambda report: report.singularity.clearance)
     ),
@@ -356,7 +357,7 @@ TOPICS = (
         computed(link_frames, depth=kernel.ALL_FRAMES),
         link_frames_template,
     ),
-    # The rate of this topic is limited, because 50 markers take a hundred times as long as a pose.
+    # Limit the rate of the markers, because 50 markers take a hundred times as long as a pose.
     # Viewers need at most 30 messages a second.
     OutputTopic(
         '~/markers',

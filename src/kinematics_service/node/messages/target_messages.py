@@ -52,7 +52,7 @@ class Choice(NamedTuple):
 
 def choice_of(result: IkResult, robot: Robot, near: Floats) -> Choice:
     """
-    Return the feasible solutions and family representatives in a result, nearest to `near` first.
+    Return the feasible solutions, and a representative of each family, nearest to `near` first.
     """
     scales = robot.singularity.task.column_scales
 

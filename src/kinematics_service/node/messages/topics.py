@@ -10,7 +10,7 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.subscription import Subscription
 
 # The subscription is reliable if every publisher offers reliability. The queue holds the messages
-# of 1 s at 1 kHz, in case the system does not run the process for a moment.
+# of 1 s at 1 kHz, so that no message is lost if the system does not run the process for a moment.
 JOINT_STATES_QOS = QoSProfile(
     depth=1000,
     reliability=ReliabilityPolicy.BEST_AVAILABLE,
@@ -70,7 +70,7 @@ SCALE_REASON, SERVO_STATUS = '~/scale_reason', '~/servo_status'
 ROBOT_DESCRIPTION = 'robot_description'
 IK_JOINT_STATES, IK_SOLUTIONS = '~/ik/joint_states', '~/ik/solutions'
 IK_JOINT_VELOCITY, IK_STATUS = '~/ik/joint_velocity', '~/ik/status'
-# Topics of requests to the node; the answers follow on other topics.
+# Topics on which the node receives targets and commands; the node answers on other topics.
 TARGETS = TARGET_POSE, TARGET_TWIST, COMMAND
 ANSWERS = (
     *(IK_JOINT_STATES, IK_SOLUTIONS, IK_JOINT_VELOCITY, IK_STATUS),

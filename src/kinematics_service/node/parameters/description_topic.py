@@ -115,7 +115,7 @@ class DescriptionTopic:
         stopped
             A function that returns whether to end the wait.
         report
-            Called once a second with the reason for the wait.
+            A function that is called once a second with the reason for the wait.
 
         Raises
         ------

@@ -82,7 +82,7 @@ class NodeParameters:
     ) -> None:
         self._node = node
         self._checked: CheckedArm | None = None
-        self._follows = False  # whether the method `take` is setting a parameter
+        self._follows = False  # true while the method `take` sets a parameter
         name = self._declare(ROBOT, robot or ROBOT.default)
         if robot is not None and name != robot:
             raise RobotConflictError(
@@ -159,7 +159,7 @@ class NodeParameters:
         Raises
         ------
         KinematicsError
-            Parameters that changed during the reading contradict the new arm.
+            Parameters that changed while the robot was read contradict the new arm.
         """
         values = _fitting(self._values(), self._force.robot, read.robot)
         self._checked = read

@@ -172,7 +172,8 @@ def _joint_names(values: Mapping[str, Any], robot: Robot) -> tuple[str, ...]:
 
 
 def _renamed(robot: Robot, names: tuple[str, ...], prefix: str) -> Robot:
-    # Return the arm with the joint names that the topic has. Names of mimic joints get the prefix.
+    # Return the arm with the joint names `names`, which messages have. Names of mimic joints get
+    # the prefix.
     name_of = dict(zip(robot.joint_names, names))
     mimics = tuple(
         mimic._replace(name=prefix + mimic.name, leader=name_of.get(mimic.leader, mimic.leader))

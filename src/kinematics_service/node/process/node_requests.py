@@ -47,7 +47,8 @@ def run_set(node: str, name: str, text: str, ros_args: Sequence[str]) -> int:
 
     Returns
     -------
-    0 if it is set; 1 if it is refused or no node answers; 2 for wrong usage.
+    0 if the parameter is set; 1 if the node refuses the value or does not answer; 2 for wrong
+    usage.
     """
 
     def request(ask: Ask) -> str:

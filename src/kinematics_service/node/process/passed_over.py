@@ -67,11 +67,12 @@ class PassedOver:
     Removes the messages, and no other events, from the queue of an events executor.
 
     The queue has an event for every message. First the executor handles the events in the queue,
-    while the subscriptions keep or throw away the messages. New messages may arrive as fast. So
-    the executor then releases the subscriptions, after which their remaining events take nearly no
-    time. After these events the executor gets the subscriptions back, and all messages that wait
-    in the middleware are taken. If a message without an event stayed in the middleware, every
-    later message would wait for the event of its successor.
+    while the subscriptions keep or throw away the messages. New messages may arrive as fast as the
+    executor handles events. So the executor then releases the subscriptions, after which the
+    remaining events of their messages take nearly no time. After these events the executor gets
+    the subscriptions back, and all messages that wait in the middleware are taken. If a message
+    without an event stayed in the middleware, every later message would wait for the event of its
+    successor.
 
     Parameters
     ----------
@@ -92,8 +93,8 @@ class PassedOver:
             for node in nodes
             for subscription in node.subscriptions
         ]
-        # release the subscriptions at the end of the queue, or earlier: `_Passed.keep` does so at
-        # the first message
+        # Release the subscriptions when the present events are handled. `_Passed.keep` releases
+        # them earlier, at the first message.
         executor.create_task(self._let_go)
 
     def _let_go(self) -> None:
@@ -115,7 +116,8 @@ class PassedOver:
             passed.node._subscriptions.append(passed.subscription)
         self._executor.wake()
         # Messages that arrive before the executor has woken share one event. Keep these messages
-        # and answer them later: otherwise the event would last until the last of them is answered.
+        # and answer them later, because else the executor could handle no other event until all of
+        # them are answered.
         self._executor.create_task(lambda: self._executor.create_task(self._end))
 
     def _end(self) -> None:

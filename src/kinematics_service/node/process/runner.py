@@ -31,7 +31,7 @@ STOP_CHECK_PERIOD = 60.0
 # threads read robots and answer target poses. With this value the 90th percentile of the
 # executor's wait is 0.35 ms; with Python's default, 5 ms, it is 5.2 ms.
 SWITCH_INTERVAL = 1e-4
-# Name of the node that publishes the motion of one arm of a cell relative to another.
+# Name of the node that publishes the motion of the second arm of a cell relative to the first arm.
 RELATIVE = 'relative'
 # Matches a namespace that ROS accepts, with or without the leading slash.
 NAMESPACE = re.compile(r'/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*')
@@ -91,7 +91,7 @@ def _of_cell(arm: ArmChoice) -> list[ArmChoice]:
     if cell is None:
         return [arm]
     space = arm.namespace or ''
-    # one topic: the relative motion needs the joints of both arms
+    # use one topic, because the relative motion needs the joints of both arms
     topic = f'{space}/{JOINT_STATES}'
     nodes = [
         ArmChoice(f'{arm.robot}:{cell.frame}:{name}', f'{space}/{name}', topic=topic)
@@ -158,7 +158,7 @@ def run_node(
         nodes: list[KinematicsNode] = []
         kind = KinematicsNode
         if managed:
-            # import only if needed: its messages load slowly
+            # import only if needed, because messages of life cycles load slowly
             from ..managed import ManagedNode
 
             kind = ManagedNode
@@ -243,8 +243,8 @@ def _node(
     node = kind(arm.robot, lambda: stop.came, arm.name, arm.topic, context=context, **options)
     name = full_name(node)
     if name in [full_name(other) for other in others]:
-        # Destroy the node, because a remapping of names gives every node of the process the same
-        # name.
+        # Destroy the second node of the same name. The cause is a remapping, which gives every
+        # node of the process the same name.
         node.destroy_node()
         raise ArmsError(
             f'--robot: two nodes have the name /{name}; give namespaces as '

@@ -93,7 +93,7 @@ def open_context(ros_args: Sequence[str]) -> Context | None:
             'folder'
         )
         ros_args = [*ros_args, '--ros-args', '--disable-external-lib-logs', '--']
-    # the message is printed below: rcl must not repeat it
+    # rcl must not print the message, because it is printed below
     set_logger_level('rcl', LoggingSeverity.FATAL)
     try:
         rclpy.init(
@@ -117,7 +117,8 @@ def first_clause(error: Exception) -> str:
 
 def leave(code: int, stop: StopSignal) -> int:
     """
-    End the process with the code if a signal requested the end; otherwise return the code.
+    End the process with the exit code `code` if a signal requested the end; otherwise return
+    `code`.
 
     Nodes and contexts must be closed before. The regular end of the interpreter takes seconds on a
     busy machine and ignores signals.

@@ -26,7 +26,8 @@ STOP_CHECK_PERIOD = 0.1
 # Longest duration (s) of a self-test. If the events executor fires no timer within this time, the
 # default executor is used.
 SELF_TEST_TIMEOUT = 1.0
-# After this number of successive failures, the cause is taken to be the executor, not a message.
+# After this number of successive failures, the spinner assumes that the executor is the cause, not
+# a message, and stops.
 MAX_FAILURES = 100
 # Messages are skipped if an event waits longer than this, s. A subscription keeps the messages of
 # one second, so a process that stalled for a moment catches up without a loss.
