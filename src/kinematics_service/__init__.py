@@ -8,8 +8,8 @@ Each name is imported at its first use, so that the command line prints `--help`
 Ctrl-C, before the kernel is loaded.
 """
 
-# Import the C module `_signal`, which loads at once. The module `signal` first creates
-# enumerations, and Ctrl-C during that time would print a traceback.
+# Import the C module `_signal`, because it loads at once. The module `signal` first creates
+# enumerations, and Ctrl-C during this time would print a traceback.
 import _signal
 import sys
 
@@ -23,7 +23,7 @@ if _is_command and _signal.getsignal(_signal.SIGINT) is _signal.default_int_hand
 from importlib import import_module  # noqa: E402
 
 # The public names and their modules are listed only in the stub, which type checkers read as well.
-# Each line is `from .module import name as name`.
+# Each line of the stub is `from .module import name as name`.
 with open(f'{__path__[0]}/__init__.pyi', encoding='utf-8') as _stub:
     _HOME = {_line.split()[-1]: _line.split()[1] for _line in _stub}
 

@@ -23,13 +23,13 @@ APP_MODULES = {
 
 
 def has_app(name: str) -> bool:
-    """Return whether an app is installed; deleting its folder removes it."""
-    # Look for the file, because find_spec would import the package `apps`.
+    """Return whether an app is installed, which means that the folder of the app exists."""
+    # Look for the file instead of find_spec, which would import the package `apps`.
     return os.path.isfile(f'{os.path.dirname(__file__)}/apps/{name}/__init__.py')
 
 
 def app_module(task: str) -> Any:
-    """Return the module for a task, or None if its app was removed."""
+    """Return the module that does a task, or None if the app of the task was removed."""
     name = APP_MODULES[task]
     if not has_app(name.partition('.')[0]):
         return None

@@ -1,5 +1,5 @@
 """
-Define the errors of the package: each is a KinematicsError, and its text is a sentence.
+Define the errors of the package: each error is a KinematicsError, and its text is a sentence.
 
 Errors with (V) are also ValueErrors. The words after a colon are the attributes of an error. Each
 error has a `code` that names its cause in one to three words and stays the same when the sentence
@@ -57,7 +57,7 @@ class Fault:
     where
         The key in the file, for example `links[2].alpha`; empty for the whole file.
     message
-        The fault, and the accepted values.
+        The fault as text, and the accepted values.
     code
         Stable name of the fault, for example `unknown-key`; it is not printed.
     """
@@ -82,7 +82,7 @@ class KinematicsError(Exception):
     ----------
     code
         Stable name of the cause, for example `unknown-name`; it is not printed. Each class has a
-        general one, for errors that are raised without a code of their own.
+        general code, for errors that are raised without a code of their own.
     """
 
     code = 'error'
@@ -138,7 +138,7 @@ class ExpressionError(KinematicsError, ValueError):
     code = 'syntax'
 
 
-# A shape as text, or as dimensions, which may be letters: (6, 4), ('N', 6).
+# A shape of an array: a text, or a tuple of dimensions, which may be letters: (6, 4), ('N', 6).
 Shape = str | tuple[int | str, ...]
 
 
@@ -201,7 +201,9 @@ class LoopError(JointVectorError):
 
 
 class PointError(ArgumentError):
-    """The arm has no such point, table row or axes, or the coordinates are not three numbers."""
+    """
+    The arm has no point, table row or axes of this name, or the coordinates are not three numbers.
+    """
 
     code = 'point'
 
@@ -351,7 +353,7 @@ class SettingsError(KinematicsError, ValueError):
 
 
 class RefusedTargetError(KinematicsError, ValueError):
-    """The node cannot use a target, or cannot use it now; the message has the reason."""
+    """The node cannot use a target, or cannot use the target now; the message has the reason."""
 
     code = 'refused-target'
 

@@ -1,17 +1,20 @@
-"""
-Show results of the library in a notebook; the modules for it are in apps that may be missing.
-"""
+"""Show results of the library in a notebook, by modules of apps, which may be missing."""
 
 from .app_modules import app_module
 
 
 def as_html(result: object) -> str | None:
-    """Return a result as HTML, for its method `_repr_html_`; None if the app was removed."""
+    """
+    Return a result as HTML, for its method `_repr_html_`; None if the app `pictures` was removed.
+    """
     pictures = app_module('html')
     return pictures.html_of(result) if pictures else None
 
 
 def as_latex(result: object) -> str | None:
-    """Return a result as LaTeX, for its method `_repr_latex_`; None if the app was removed."""
+    """
+    Return a result as LaTeX, for its method `_repr_latex_`; None if the app `formulas` was
+    removed.
+    """
     formulas = app_module('latex')
     return formulas.latex_of(result) if formulas else None

@@ -20,19 +20,19 @@ from typing import BinaryIO, TextIO
 from .errors import KinematicsError
 
 # Errors of the operating system after which an existing file is overwritten instead of replaced.
-# The file has another owner, or is a mount, as single files in containers are, or the new file is
-# on another disk (EXDEV).
+# The causes: the file has another owner, the file is a mount (as single files in containers are),
+# or the new file is on another disk (EXDEV).
 OVERWRITE_ERRORS = (errno.EPERM, errno.EACCES, errno.EBUSY, errno.EXDEV, errno.EROFS)
 # File descriptors of standard output and standard error.
 STREAMS = (1, 2)
-# POSIX: a terminal that is opened does not become the terminal of this process. Windows: bytes are
-# written as they are.
+# On POSIX, a terminal that is opened with these flags does not become the terminal of this
+# process. On Windows, bytes are written unchanged.
 OPEN_FLAGS = os.O_WRONLY | getattr(os, 'O_NOCTTY', 0) | getattr(os, 'O_BINARY', 0)
 
 
 def write_file(path: Path, content: str | bytes) -> None:
     """
-    Write a file completely or not at all; text as UTF-8.
+    Write a file completely or not at all; a text is written in UTF-8.
 
     Raises
     ------
@@ -65,7 +65,9 @@ def new_file(path: Path) -> Iterator[Path]:
 
 
 def unwritable(path: Path) -> str | None:
-    """Return the reason if a file probably cannot be written, else None; nothing is written."""
+    """
+    Return why a file probably cannot be written, or None if it can; the function writes nothing.
+    """
     try:
         found = _found(path)
         folder = _target(path).parent
@@ -92,8 +94,9 @@ def _target(path: Path) -> Path:
 
 
 def _folder(path: Path) -> Path | None:
-    # Return the folder for the new file. It is the folder of `path` if a rename can replace the
-    # old file. Otherwise return None, which means the system's folder for temporary files.
+    # Return the folder in which the new file is made. If a rename can replace the old file, return
+    # the folder of `path`. Otherwise return None, which means the system's folder for temporary
+    # files.
     found, folder = _found(path), _target(path).parent
     beside = found is None or (_may_be_replaced(path, found) and os.access(folder, os.W_OK))
     return folder if beside else None
@@ -125,7 +128,7 @@ def _put(made: Path, path: Path) -> None:
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     else:
         try:
-            if hasattr(os, 'chown'):  # not on Windows
+            if hasattr(os, 'chown'):  # Windows has no chown
                 os.chown(made, found.st_uid, found.st_gid)
             made.chmod(stat.S_IMODE(found.st_mode) & 0o777)
             os.replace(made, _target(path))
@@ -138,7 +141,7 @@ def _put(made: Path, path: Path) -> None:
 def _pour(made: Path, path: Path, found: os.stat_result) -> None:
     number = _stream(found)
     if number is not None:
-        sys.stdout.flush()  # write earlier output before the content
+        sys.stdout.flush()  # write buffered output before the content of the file
     # Open without O_TRUNC, which would lose the old content if the disk is full, and without
     # O_CREAT, which systems refuse for pipes of other users.
     handle = os.open(path, OPEN_FLAGS) if number is None else os.dup(number)

@@ -1,5 +1,6 @@
 """
-Write an HTML page that needs no other files: light, dark and printed, at any width.
+Write an HTML page that needs no other files, for light and dark screens and for print, at any
+width.
 
 The style is page.css. The colours are those of Okabe and Ito (2008), which people with any colour
 vision can distinguish; the dark page has lighter colours.
@@ -21,7 +22,7 @@ def document(title: str, body: Iterable[str], style: str = '', script: str = '')
     body
         Pieces of HTML in their order.
     style, script
-        CSS and JavaScript of this page; the shared style is added.
+        CSS and JavaScript of this page; the function adds the style of page.css.
     """
     shared = resource('kinematics_service', 'page.css')
     parts = [

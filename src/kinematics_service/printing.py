@@ -17,12 +17,13 @@ from rich.text import Text
 
 from .kernel import Floats
 
-# Values for `json_text`: arrays become lists, and named tuples become objects.
+# Values that `json_text` accepts: arrays become lists, and named tuples become objects.
 Json: TypeAlias = (
     None | bool | int | float | str | npt.NDArray[Any] | Sequence['Json'] | Mapping[str, 'Json']
 )
 
-# Characters of a line without a terminal: a program reads the output, so lines are not broken.
+# Width of a line (characters) if the output is not a terminal. The width is large, because a
+# program reads the output, so lines must not be broken.
 UNBROKEN = 10_000
 TRAILING_BLANKS = re.compile(r' +$', re.MULTILINE)
 GAP = (0, 2, 0, 0)
@@ -142,7 +143,9 @@ def attributes(thing: object, *names: str) -> dict[str, Any]:
 
 @contextmanager
 def working(what: str) -> Iterator[Callable[[str], None]]:
-    """Show a status line on a terminal during the block; yield a function that changes it."""
+    """
+    Show a status line on a terminal during the block; yield a function that changes the line.
+    """
     console = Console(stderr=True)
     if not console.is_terminal:
         yield lambda _: None

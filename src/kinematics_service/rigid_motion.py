@@ -1,4 +1,4 @@
-"""Convert between forms of rotations and rigid motions, with numpy and without the kernel."""
+"""Convert between representations of rotations and rigid motions, with numpy, not the kernel."""
 
 import math
 
@@ -10,14 +10,15 @@ Floats = npt.NDArray[np.float64]
 
 # If pitch is this near to +-pi/2, rad, `roll_pitch_yaw` sets yaw to 0, because yaw is not unique.
 ANGLE_TOLERANCE = 1e-9
-# If pitch is this near to +-pi/2, rad, `exact_rpy` sets yaw to 0. The value is about round-off.
+# If pitch is this near to +-pi/2, rad, `exact_rpy` sets yaw to 0. The value is about the round-off
+# of an angle.
 ANGLE_ROUND_OFF = 1e-15
 # Value of 2 cos(angle) below which R + R^T gives the axis: within 18 degrees of half a turn, where
 # R - R^T is small.
 HALF_TURN_COSINE = -1.9
 
-# Rotation matrices that turn the z axis into the named axis. They are permutations, so they have
-# no round-off.
+# Rotation matrices that turn the z axis into the named axis. The matrices are permutations, so
+# they have no round-off.
 Z_INTO = {
     'x': np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]]),
     'y': np.array([[0.0, 1, 0, 0], [0, 0, 1, 0], [1, 0, 0, 0], [0, 0, 0, 1]]),
@@ -141,10 +142,10 @@ def roll_pitch_yaw(R: Floats, tolerance: float = ANGLE_TOLERANCE) -> Floats:
     """
     Return (roll, pitch, yaw) of a rotation matrix, R = Rz(yaw) Ry(pitch) Rx(roll), in rad.
 
-    If cos(pitch) is below `tolerance`, only roll -+ yaw is determined, and yaw is 0. Otherwise
-    the product of the angles' rotations is R within round-off, even near pitch = +-pi/2. The
-    reason is that roll comes from Rz(-yaw) R, whose second row is (0, cos roll, -sin roll). So
-    roll compensates the error of an ill-conditioned yaw.
+    If cos(pitch) is below `tolerance`, only roll -+ yaw is determined, and yaw is 0. Otherwise the
+    product of the angles' rotations is R within round-off, even near pitch = +-pi/2. Roll is
+    computed from Rz(-yaw) R, whose second row is (0, cos roll, -sin roll). So roll compensates the
+    error of an ill-conditioned yaw.
     """
     yaw = math.atan2(R[1, 0], R[0, 0])
     if math.hypot(R[0, 0], R[1, 0]) < tolerance:

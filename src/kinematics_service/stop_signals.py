@@ -1,6 +1,6 @@
 """
 Handle SIGINT and SIGTERM: the first signal requests the end of the process, a second signal or a
-time-out forces it.
+time-out forces the end.
 """
 
 import math
@@ -26,7 +26,8 @@ INTERRUPTED = 130  # exit code after SIGINT, as in shells
 # If Python has not run for this time after a signal, s, C code ends the process.
 PYTHON_TIMEOUT = 3
 SHOW_CURSOR = b'\x1b[?25h'
-# Whether the system has alarms, and pipes that `select` waits for; Windows has neither.
+# Whether the system has alarms, and pipes on which `select` can wait. Windows has neither alarms
+# nor such pipes.
 HAS_ALARM = hasattr(signal, 'alarm')
 
 
@@ -94,9 +95,10 @@ def stop_signals() -> Iterator[StopSignal]:
     Handle SIGINT and SIGTERM inside the block, and ignore both signals after the block.
 
     rclpy's own handlers often end a busy node with a traceback. Here a thread follows the signals,
-    so that they also work while the main thread is inside a library. After the block the
-    interpreter ends, so the process ignores both signals. On Windows the Python handlers do the
-    work: they run only when the main thread returns to Python, and `meanwhile` is not called.
+    so that the signals work while the main thread is inside a library. The interpreter ends after
+    the block, so the process ignores both signals from then on. On Windows Python handlers handle
+    the signals. They run only when the main thread returns to Python, and `meanwhile` is not
+    called.
     """
     stop = StopSignal()
     if not HAS_ALARM:
@@ -111,7 +113,7 @@ def stop_signals() -> Iterator[StopSignal]:
             signal.signal(number, signal.SIG_IGN)
         signal.set_wakeup_fd(-1)
         signal.alarm(0)
-        os.close(descriptor)  # ends the thread of `follow`
+        os.close(descriptor)  # closing the pipe ends the thread of `follow`
 
 
 def _by_handlers(stop: StopSignal) -> Iterator[StopSignal]:
@@ -156,7 +158,7 @@ def _watched(
     follow: Callable[[int], None],
 ) -> int:
     # Install the handler for the signals, and start a thread with `follow` on a pipe. Return the
-    # end of the pipe to which Python writes the signals.
+    # file descriptor of the end of the pipe to which Python writes the signals.
     from .kernel import end_in_time
 
     signals, descriptor = os.pipe()

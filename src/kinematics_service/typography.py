@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 DEGREE = '°'
 _MINUS = '−‐‑‒–﹣－'
-_TIMES = '×·⋅∙∗\u2062'  # the last sign, used in web formulas, is invisible
+_TIMES = '×·⋅∙∗\u2062'  # the last sign is invisible; formulas on web pages use it
 _DIVIDED = '⁄∕÷'
 _SPACES = ('\u00a0', '\u202f', '\u205f', '\u3000', *map(chr, range(0x2000, 0x200B)))
 _NO_WIDTH = '\u200b\u200c\u200d\u2060\ufeff'

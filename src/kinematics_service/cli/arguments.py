@@ -14,7 +14,7 @@ TAKES_NUMBERS = ('--q', '--qdot', '--near', '--xyz', '--rpy', '--quaternion')
 
 
 class Arguments(NamedTuple):
-    """The arguments of a command line in two parts: those of the command, and those of ROS."""
+    """The arguments of a command line in two parts: the arguments of the command, and of ROS."""
 
     ours: list[str]
     ros: list[str]
@@ -28,7 +28,8 @@ class WrongArguments(Exception):
 
 def split_ros_arguments(argv: Sequence[str]) -> Arguments:
     """
-    Return the arguments for typer, and those for rclpy, from `--ros-args` to `--` or the end.
+    Split arguments into those for typer, and those for rclpy (from `--ros-args` to `--` or the
+    end).
     """
     ours: list[str] = []
     ros: list[str] = []

@@ -58,7 +58,7 @@ def run(argv: Sequence[str] | None = None) -> int:
 def _code_of(argv: Sequence[str] | None) -> int:
     ours, ros = split_ros_arguments(sys.argv[1:] if argv is None else argv)
     try:
-        if ours[:1] != ['import']:  # `import` has its own --base and --tip
+        if ours[:1] != ['import']:  # the command `import` has its own options --base and --tip
             ours = name_robots(ours)
         completion = COMPLETION_VARIABLE in os.environ or any(
             word.startswith(COMPLETION_OPTIONS) for word in ours
@@ -74,7 +74,7 @@ def _code_of(argv: Sequence[str] | None) -> int:
             command_group()(join_numbers(ours), obj=ros, prog_name=PROGRAM if completion else None)
         return 0
     except SystemExit as end:
-        # click turns a BrokenPipeError into exit code 1.
+        # click turns a BrokenPipeError into exit code 1, so look for the error in the context.
         if isinstance(end.__context__, BrokenPipeError):
             return READER_GONE
         return end.code if isinstance(end.code, int) else 0

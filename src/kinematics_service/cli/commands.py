@@ -71,8 +71,8 @@ RARE_OPTIONS = {
     '--show-completion', '--speed-of', '--stop', '--tolerance', '--velocity-source',
     '--verbose', '--warn', '--workers',
 }  # fmt: skip
-# For each command that belongs to an app, the app's folder in `apps`. The other commands belong to
-# the core.
+# For each command that belongs to an app, the folder of the app in `apps`. Commands that are not
+# listed here belong to the core.
 APPS = {
     'check': 'checking',
     'compare': 'formulas',
@@ -96,7 +96,7 @@ RENAMED = {'import': 'import_urdf', 'set': 'set_parameter'}
 WITH_ROS = ('calibrate-live', 'demo', 'echo', 'reload', 'set', 'view')
 # Commands whose first argument is a robot; they accept the robot by --robot as well.
 ROBOT_FIRST = ('check', 'compare', 'derive', 'export', 'plot')
-# For each command, the option whose value is the first argument, if that is not an option itself.
+# For each command, the option that the first argument belongs to if the user omits the option.
 FIRST_OPTION = {
     **dict.fromkeys(('demo', 'fk', 'ik', 'jacobian', 'view'), ROBOT),
     'import': '--urdf',
@@ -109,7 +109,7 @@ TYPER_WORDS = {
     'Input should be ': 'not ',
 }
 
-# Print help and errors without boxes. typer before 0.12 has no other way to do this.
+# Print help and errors without boxes. typer before 0.12 has no setting for this.
 typer.core.rich = None  # type: ignore[attr-defined]
 
 
@@ -171,7 +171,7 @@ def with_short_help(command: Any) -> Any:
 # classes.
 class CommandGroup(typer.core.TyperGroup):
     """
-    The group of all commands, which behaves alike in every version of typer.
+    The group of all commands, which behaves equally in every version of typer.
 
     Ctrl-C ends each command with the exit code of the signal. The error for an unknown command
     lists all commands.

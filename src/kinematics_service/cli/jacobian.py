@@ -129,8 +129,8 @@ def _place(robot: Robot, at: str | None) -> str:
 def _print_jacobian(out: Output, robot: Robot, at: str | None, axes: str, J: Floats) -> None:
     out.print(heading(f'{robot.name}: Jacobian of {_place(robot, at)}, axes of {axes}'))
     names = [plain(name) for name in robot.joint_names]
-    # If the table is too wide for a line, break joint names into lines. If it is still too wide,
-    # print further columns below.
+    # If the table is too wide for a line, break joint names into lines. If the table is still too
+    # wide, print the remaining columns below.
     room = out.width - len('  vx  ')
     longest = max(CELL, *map(len, names))
     cell = longest if robot.dof * (longest + 2) <= room else CELL

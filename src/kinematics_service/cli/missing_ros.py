@@ -22,7 +22,8 @@ def is_ours(error: ImportError) -> bool:
     """
     Return whether the module that could not be imported belongs to this package.
 
-    Such an error is a mistake in the package, not missing ROS, so it must not be hidden.
+    If so, the error is a mistake in the package and does not mean that ROS is missing, so it must
+    not be hidden.
     """
     return (error.name or '').startswith(__package__.partition('.')[0])
 

@@ -1,5 +1,5 @@
 """
-Start the node, which is what the program does without the name of a command.
+Start the node, as the program does if the command line names no command.
 
 typer with all commands takes longer to load than the rest of the node. So this module reads the
 arguments of a plain start of the node without typer.
@@ -64,7 +64,7 @@ def start_node(options: NodeOptions, ros_arguments: Sequence[str]) -> int:
         ROS cannot start with its environment variables.
     """
     os.environ.setdefault(*ONE_THREAD)
-    # Garbage collections during the start take 25 ms and free no memory.
+    # Disable garbage collection during the start, because it would take 25 ms and free no memory.
     gc.disable()
     try:
         code: int = ros_module('node.process.runner').run_node(

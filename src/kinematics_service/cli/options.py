@@ -41,7 +41,8 @@ def robots_like(incomplete: str) -> list[str]:
 
 def named(name: str, words: str, metavar: str | None = None, **others: Any) -> Any:
     """
-    Return an option for the annotation of a parameter; the parameter's default is the option's.
+    Return an option for the annotation of a parameter; the option has the default of the
+    parameter.
     """
     return typer.Option(name, help=words, metavar=metavar, **others)
 
@@ -169,7 +170,7 @@ def given_robot(name: str, in_letters: bool = False) -> Robot:
     """
     refuse_unknown_robot(name)
     robot = robot_in_letters(name) if in_letters else load_robot(name)
-    # Print warnings only for a URDF; the command `check` prints the warnings of a robot file.
+    # Print warnings only for a URDF. For a robot file, only the command `check` prints warnings.
     if translator_of(robot.description.file):
         for doubt in robot.description.warnings:
             print(doubt_text(doubt), file=sys.stderr)
@@ -190,7 +191,8 @@ def given_point(text: str) -> str | int:
 
 def ending_at(robot: Robot, of: str | None, at: str | None = None) -> Robot:
     """
-    Return the robot with the point of `--of` and `--at` as its tool; unchanged without options.
+    Return the robot with the point of `--of` and `--at` as its tool; without these options, return
+    the robot unchanged.
     """
     if of is None and at is None:
         return robot
@@ -224,7 +226,9 @@ def given_text(file: str) -> str:
 def given_numbers(
     option: str, text: str, count: int, angles: bool = False, degrees: bool = False
 ) -> Floats:
-    """Read the `count` numbers of an option, shape (count,); with `degrees`, convert to rad."""
+    """
+    Return the `count` numbers of an option, shape (count,); if `degrees`, convert angles to rad.
+    """
     words = _words(text)
     values = [_value(option, word, angles, degrees) for word in words]
     if len(words) != count or None in values:
@@ -254,8 +258,8 @@ def _value(option: str, word: str, angle: bool, degrees: bool) -> float | None:
 
 def given_positions(robot: Robot, text: str, degrees: bool) -> Floats:
     """
-    Return the joint positions of `--q`, shape (n,), rad or m. If they look like degrees, print a
-    question on standard error.
+    Return the joint positions of `--q`, shape (n,), rad or m. If the numbers look like degrees,
+    print a question on standard error.
     """
     q = joint_values(robot, text, '--q', degrees)
     if not degrees and _look_like_degrees(robot, q):
@@ -284,7 +288,7 @@ def joint_values(robot: Robot, text: str, option: str, degrees: bool) -> Floats:
     Commas or spaces separate the numbers; brackets around all numbers are allowed.
     """
     words = _words(text)
-    turning = [*~robot.prismatic, *(True for _ in words)]  # surplus numbers count as angles
+    turning = [*~robot.prismatic, *(True for _ in words)]  # convert surplus numbers as angles
     values = []
     for word, turns in zip(words, turning):
         value = _value(option, word, turns, degrees)
@@ -295,7 +299,8 @@ def joint_values(robot: Robot, text: str, option: str, degrees: bool) -> Floats:
             )
         values.append(value)
     if len(words) != robot.dof:
-        # Decimal commas: 0,1,0,2 for two joints is most likely 0.1,0.2.
+        # Suggest decimal points if the user has probably typed decimal commas: 0,1,0,2 for two
+        # joints is most likely 0.1,0.2.
         halves = len(words) == 2 * robot.dof and '.' not in text
         points = ','.join(map('.'.join, zip(words[::2], words[1::2])))
         raise WrongUsage(

@@ -12,8 +12,8 @@ from pathlib import Path
 # Largest ROS_DOMAIN_ID: DDS uses ports from 7400 + 250 * domain on, which must be below 65536.
 MAX_DOMAIN = 232
 DOMAIN = re.compile(r'0|[1-9][0-9]{0,2}')
-# Folder in which a ROS installation lists its middlewares. The folder also has CHOOSER, which is
-# not a middleware but the layer that loads one.
+# Folder in which a ROS installation lists its middlewares. The folder also has an entry CHOOSER,
+# which is not a middleware but the layer that loads a middleware.
 INDEX = Path('share/ament_index/resource_index/rmw_typesupport')
 CHOOSER = 'rmw_implementation'
 

@@ -205,8 +205,9 @@ def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str
 
 
 def _degree(robot: Robot, singularity: Singularity) -> str:
-    # Return `lost` if the tool's worst direction is a null direction at or near this pose. Return
-    # `weakest` if motion in this direction is possible, but needs the largest joint motion.
+    # Return `lost` if the tool cannot move in its worst direction at this pose or at a near
+    # singular pose. Return `weakest` if the tool can move in this direction, but needs the largest
+    # joint motion.
     at_pose = singularity.rank < singularity.generic_rank
     near = singularity.level != Level.OK and not flat_loop(robot, singularity)
     return 'lost' if at_pose or near else 'weakest'

@@ -7,8 +7,8 @@ from ..errors import KinematicsError
 
 
 class _CheckedFile(io.FileIO):
-    # Whether a write has failed. Only the first failure raises an error, so that the rest of the
-    # buffer raises no second error at exit.
+    # Whether a write has failed. Only the first failure raises an error. Later writes do nothing,
+    # so that the rest of the buffer raises no second error at exit.
     failed = False
 
     def write(self, data: Any, /) -> int:
@@ -28,11 +28,12 @@ class _CheckedFile(io.FileIO):
 
 def checked_output(stream: TextIO) -> TextIO:
     """
-    Return a stream that writes to the file of `stream`, and raises KinematicsError if this fails.
+    Return a stream that writes to the file of `stream`, and raises KinematicsError if a write
+    fails.
 
-    Containers often set PYTHONUNBUFFERED. With it Python's own stream writes a part of a text to a
-    full disk and silently drops the rest. The buffer of the returned stream writes the rest as
-    well, so that the failure is seen.
+    Containers often set PYTHONUNBUFFERED. If this variable is set and the disk is full, Python's
+    own stream writes a part of a text and silently drops the rest. The returned stream has a
+    buffer that writes the rest as well, so that the failure is detected.
 
     Raises
     ------
