@@ -67,7 +67,7 @@ def join_numbers(argv: Sequence[str]) -> list[str]:
 
 def name_robots(argv: Sequence[str]) -> list[str]:
     """
-    Return the arguments with the topic or links of a robot as a part of the value of `--robot`.
+    Join the topic or the links of a robot to the value of `--robot`, and return all arguments.
 
     `--robot-description` becomes `--robot topic:/robot_description`, and with `--base a --tip b`
     the URDF or topic among the arguments becomes `arm.urdf:a:b`.

@@ -82,8 +82,8 @@ def _elements(chain: Chain, q: Floats) -> _Elements:
 def _point(elements: _Elements, six_rows: bool, farthest: float) -> Floats:
     # Return the reference point of J, (3,), m. For a task of six rows, J has the same rank at
     # every point of the tool. Therefore return the wrist centre: the point of the last axis that
-    # is nearest to the axis before it. If the wrist centre is farther from the tool than
-    # `farthest` (m), return the position of the tool.
+    # is nearest to the previous axis. If the wrist centre is farther from the tool than `farthest`
+    # (m), return the position of the tool.
     if not six_rows or len(elements.turns) < 2 or not elements.turns[-2:].all():
         return elements.tool
     a, b = elements.axis[-1], elements.axis[-2]

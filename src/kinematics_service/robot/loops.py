@@ -1,7 +1,7 @@
 """
 Convert the closed loops of an arm to the kernel's data, and check that the loops close.
 
-Each loop has two chains. Their variables are the joints of the arm in their order, followed by the
+Each loop has two chains. The variables of both chains are the joints of the arm, followed by the
 passive joints of all loops.
 """
 
@@ -31,7 +31,8 @@ from .file.reader import refuse
 
 # Components of a rotation vector or a translation up to this, rad or m, count as zero.
 ROTATION_TOLERANCE = 1e-9
-# Step of a passive joint, rad or m, for the test whether the joint moves a row of a loop.
+# Step of a passive joint, rad or m, for the test whether the joint changes a component of the pose
+# (a row) of a loop.
 JOINT_STEP = 0.1
 
 

@@ -1,4 +1,4 @@
-"""Compute in which columns of its result array `kernel.measure` writes each quantity."""
+"""Compute the columns of the result array in which `kernel.measure` writes each quantity."""
 
 from itertools import accumulate
 from typing import NamedTuple

@@ -72,7 +72,7 @@ def thresholds_for(
     task: Task, measure: str = '', warn: float | None = None, stop: float | None = None
 ) -> Thresholds:
     """
-    Return the thresholds for an arm's task after checks; omitted arguments have defaults.
+    Return the thresholds for an arm's task, and check them; omitted arguments get default values.
 
     Raises
     ------

@@ -58,7 +58,8 @@ def _negative(affine: Affine) -> Affine:
 
 
 def _chain(arm: RobotDescription, variables: Mapping[str, str]) -> _JointChain:
-    # Return the chain of an arm from the frame of the cell to its tool, with renamed variables.
+    # Return the chain of an arm from the frame of the cell to the tool of the arm, with renamed
+    # variables.
     motions, screws = [arm.base.motion.matrix], []
     for row in table_rows(arm):
         motions[-1] = motions[-1] @ row.before @ screw_z(row.theta.constant, row.d.constant)
@@ -79,7 +80,7 @@ def relative_motion(
     first: RobotDescription, second: RobotDescription, names: tuple[str, str]
 ) -> RobotDescription:
     """
-    Return an arm whose base is the tool of the first arm, and whose tool is that of the second.
+    Return an arm from the tool of the first arm (its base) to the tool of the second arm.
 
     The result has the joints that change the relative motion: first those of the first arm, then
     those of the second arm. The Jacobian of the result is in the axes of the first tool.
@@ -152,9 +153,9 @@ def relative_motion(
 
 
 def _joined(first: _JointChain, second: _JointChain) -> _JointChain:
-    # Join two chains. A joint that carries both arms ends the first chain and, in the opposite
-    # direction, begins the second chain. Leave out such a joint, because it has no effect on the
-    # relative motion.
+    # Join two chains. A joint that carries both arms is the last joint of the first chain and, in
+    # the opposite direction, the first joint of the second chain. Leave out such a joint, because
+    # it does not change the relative motion.
     motions = [*first.motions[:-1], first.motions[-1] @ second.motions[0], *second.motions[1:]]
     screws = [*first.screws, *second.screws]
     size = sum(float(np.linalg.norm(motion[:3, 3])) for motion in motions)

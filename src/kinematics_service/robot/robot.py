@@ -119,7 +119,7 @@ class Robot(FrozenArrays):
 
     @property
     def points(self) -> tuple[str, ...]:
-        """Return the names of the points: `tool`, and those of the robot file."""
+        """Return the names of the points: `tool`, followed by the points of the robot file."""
         return known_points(self.description)
 
     @cached_property
@@ -160,9 +160,9 @@ class Robot(FrozenArrays):
         """
         Return an arm that ends at a point: the point is its tool, for measures, plots and audits.
 
-        The result has a name such as `puma560_elbow`, of arm and point. The task is
-        chosen from the joints that move the point, and the thresholds are the defaults. The
-        Jacobian keeps columns of zeros for joints after the point.
+        The name of the result consists of the names of arm and point, such as `puma560_elbow`. The
+        task is chosen from the joints that move the point, and the thresholds are the defaults.
+        The Jacobian keeps columns of zeros for joints after the point.
 
         Parameters
         ----------
@@ -338,7 +338,7 @@ def load_robot(name: str | os.PathLike[str]) -> Robot:
     """
     Return the robot that a YAML file, a URDF or a cell describes, or a bundled robot.
 
-    The first call reads the file of a bundled robot; every call reads any other file.
+    The function reads the file of a bundled robot only once, and any other file at every call.
 
     Parameters
     ----------

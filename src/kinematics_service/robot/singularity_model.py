@@ -50,7 +50,7 @@ class SingularityModel(FrozenArrays):
         """
         Return the singularity model as an object of the kernel.
 
-        The kernel samples the singular poses at the first search for the nearest one.
+        The kernel samples the singular poses at the first search for the nearest singular pose.
         """
         return kernel.Arm(
             self.chain,
@@ -58,7 +58,7 @@ class SingularityModel(FrozenArrays):
             self.factors.tape,
             self.factors.complete,
             MEASURES[self.thresholds.measure].column,
-            *self.thresholds.bounds_after(),  # no previous level, so no hysteresis
+            *self.thresholds.bounds_after(),  # thresholds without hysteresis
             joint_spans(self.chain, self.task, self.limits),
         )
 

@@ -34,8 +34,8 @@ TILT_RATIO = 0.01
 # rank at one of these positions, so the rank is not computed at the others.
 FIRST_POSES = 20
 
-# If the null space of J_t depends on q, `dependent_joints` is found from the null spaces at this
-# number of joint positions.
+# Number of joint positions whose null spaces determine `dependent_joints`, if the null space of
+# J_t depends on q.
 CLEAREST_POSES = 20
 
 
@@ -261,14 +261,14 @@ def find_task(
 
 
 def _dependent_joints(J_t: Floats, joint_names: Sequence[str], rank: int) -> tuple[str, ...]:
-    # Stack J_t of all joint positions: the null space of this matrix has the joint motions that
-    # never move the tool.
+    # Stack the matrices J_t of all joint positions into one matrix. The null space of this matrix
+    # has the joint motions that never move the tool.
     m, n = J_t.shape[1:]
     _, sigma, right = np.linalg.svd(J_t.reshape(-1, n), full_matrices=False)
     idle = right[sigma <= kernel.RANK_TOLERANCE * sigma[0]]
     if len(idle) < n - rank and n <= m:
-        # Each J_t also has null directions that depend on q. Compute them at the joint positions
-        # with the largest singular value number `rank`, where they are most accurate.
+        # The remaining null directions of J_t depend on q. Compute these directions at the joint
+        # positions with the largest singular value number `rank`, where they are most accurate.
         _, sigma, right = np.linalg.svd(J_t)
         clearest = np.argsort(sigma[:, rank - 1])[-CLEAREST_POSES:]
         idle = right[clearest, rank:].reshape(-1, n)

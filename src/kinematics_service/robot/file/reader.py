@@ -57,7 +57,7 @@ KINDS = {
 NO_SUCH_FILE = (
     'no such file; give a robot file or a bundled robot (kinematics_service robots lists them)'
 )
-# The file of a cell has the key `cell`, where the file of a robot has `robot`.
+# Matches the key `cell` in the file of a cell. The file of a robot has the key `robot` instead.
 CELL = re.compile(r'^cell\s*:', re.MULTILINE)
 ROBOT_NAME = re.compile(r'[A-Za-z0-9_]+')
 

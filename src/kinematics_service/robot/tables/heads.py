@@ -60,7 +60,10 @@ class Head(NamedTuple):
 
 
 def head_of(text: str) -> Head:
-    """Interpret a head such as `a`, `alpha (deg)`, `a_{i-1}` or `Link twist`."""
+    """
+    Return the quantity, unit and index of a head such as `a`, `alpha (deg)`, `a_{i-1}` or `Link
+    twist`.
+    """
     text = INDEX.sub(r'\1\2', plain_cell(text).strip('*').lower())
     found = IN_HEAD.search(text)
     unit = _unit(found[1]) if found else ''
@@ -95,7 +98,9 @@ def _meaning(phrase: str) -> Head:
 
 
 def find_heads(rows: Sequence[PastedRow]) -> int | None:
-    """Return the index of the first row with column heads, alpha and another quantity, or None."""
+    """
+    Return the index of the first row that has heads for alpha and for another quantity, or None.
+    """
     for index, row in enumerate(rows):
         meanings = {head_of(cell).meaning for cell in row.cells}
         if 'alpha' in meanings and meanings & {'a', 'd', 'r', 'theta', 'offset'}:

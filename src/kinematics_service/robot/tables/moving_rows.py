@@ -16,9 +16,11 @@ OWN = {
     'd': re.compile(r'\b(?:d|q|s|var|variable)(?:_?[ijn])?\b'),
 }
 ANGLE = re.compile(r'(?:theta|th|t|phi|psi|q|joint|j)_?\d+', re.IGNORECASE)
-SLIDING = re.compile(r'[dqs]\w*', re.IGNORECASE)  # variables in column d; other names are lengths
+# Matches a variable in column d; other names in this column are lengths.
+SLIDING = re.compile(r'[dqs]\w*', re.IGNORECASE)
 AN_ANGLE = re.compile(r'(?:\d+\*)?pi(?:/\d+)?|\d\.\d{4,}')  # matches pi/2 and 1.5708, not 1.57
-IN_METRES = re.compile(r'-?[01]?\.\d{1,2}')  # numbers that are probably lengths in m, not angles
+# Matches numbers that are probably lengths in m, not angles.
+IN_METRES = re.compile(r'-?[01]?\.\d{1,2}')
 LENGTH = re.compile(r'[adlhb]_?\d+', re.IGNORECASE)
 # A star marks the variable of a joint: `theta3* - 90` means theta3 - 90.
 STARRED = re.compile(r'\b(?!pi\b)([A-Za-z]\w*)\s*\*+\s*(?=(?P<sign>-)|[+]|$)')
@@ -71,7 +73,7 @@ def without_stars(
         for star in STARRED.finditer(row.cells.setdefault(place, ''))
         if star[1] not in constants
     ]
-    # Report a fault if every star is before a minus sign: `q2*-1` may be a product.
+    # Report a fault if every star is before a minus sign, because `q2*-1` may be a product.
     if found and all(star[0].endswith('*') and star['sign'] for _, _, star in found):
         row, place, _ = found[0]
         message = f'{row.cells[place]}: a product, or a variable with its star? Write it without *'

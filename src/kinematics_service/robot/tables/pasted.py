@@ -15,7 +15,7 @@ from .report import TableReport
 BARS = str.maketrans(dict.fromkeys('│┃║┆┊╎', '|'))
 # Matches a line between two rows that is drawn with signs.
 RULE = re.compile(r'[-+=:|_\s\u2500-\u257f]*')
-# The lines of base and tool, if the table is the print of a robot by Corke's toolbox.
+# Matches the lines of base and tool in a table that Corke's toolbox has printed.
 ENDS = re.compile(r'(?m)^\W*(?:base|tool)\s*\|(?:\s*t\s*=[^|\n]*)?\s*\|?\s*$')
 LATEX_ONLY = re.compile(
     r'(?<!\\)%.*|\\(?:begin|end)\{\w+\*?\}(?:\[\w\])?(?:\{(?:[^{}]|\{[^{}]*\})*\})*'
@@ -23,9 +23,10 @@ LATEX_ONLY = re.compile(
 )
 MERGED = re.compile(r'\\multi(?:column\{(\d+)\}|row\{\d+\})\{[^{}]*\}\{([^{}]*)\}')
 COMMENT = re.compile(r'(?m)(^|\s|(?<=[;,\])]))(?:#+|%+|//+)(?=\s*[\w(\[]).*$')
-REMARK = re.compile(r'(?m)^\s*(?:#+|%+|//+)\s*(?=[\w\\(]).*$')  # a line with a comment only
+# Matches a line that has only a comment.
+REMARK = re.compile(r'(?m)^\s*(?:#+|%+|//+)\s*(?=[\w\\(]).*$')
 OPENED = '([{'
-# The space between a head and its unit, as in `a [m] d [m]`.
+# Matches the space between a head and its unit, as in `a [m] d [m]`.
 UNIT_BEHIND = re.compile(r'(?<=\w)[ \t]+(?=[\[(](?:mm|cm|m|rad|deg|°)[\])])')
 ROW_END = re.compile(r'(;\s*|(?<![,;\s])[ \t]*\n\s*)')
 SEVERAL = 'the text has several tables; leave one in it'

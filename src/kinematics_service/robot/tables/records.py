@@ -17,7 +17,8 @@ PAIR = re.compile(
 )
 ITEM = re.compile(r'(?m)^[ \t]*- ')
 BLOCK_LIST = re.compile(r'(?m)^([ \t]*)(\w+):[ \t]*\n((?:[ \t]*- [^\n:]*(?:\n|\Z))+)')
-# Signs between rows: at least one of these signs is between the numbers of two different rows.
+# Matches signs that separate rows. At least one of these signs is between the numbers of two
+# different rows.
 BETWEEN_ROWS = re.compile(r'[{}()]|\[\[|(?m:^[ \t]*-[ \t])|(?m:^[ \t]*[\w"\']+:[ \t]*$)|(?m:^\[)')
 OTHER_LIST = re.compile(r'\][^\[]*:\s*\[|(?m:^[ \t]*\w+:[ \t]*\n[ \t]*-[ \t])')
 TOML_LISTS = re.compile(r'(?m)^\[\[([\w.]+)\]\]')

@@ -165,7 +165,8 @@ def _headed(
     heads: Sequence[Head] = [head_of(word) for word in words]
     body = rows if at is None else rows[at + 1 :]
     if len(heads) > 3 and all(len(row.cells) == len(heads) + 1 for row in body):
-        # In a printed data frame, the first column has no head: it has the names of the rows.
+        # In a printed data frame, the first column has the names of the rows, but no head. Add a
+        # head for this column.
         heads, words = [Head('joint'), *heads], ['', *words]
     if any(find_heads([row]) is not None for row in body):
         report.refuse(SEVERAL, 'several-tables')

@@ -15,7 +15,7 @@ CONSTANT = re.compile(
     re.M,
 )
 VECTOR = re.compile(r'(?:^|;)[ \t]*([A-Za-z]\w*)[ \t]*=\s*\[([^\[\];\n]*)\]', re.M)
-# A setting of a robot: `R.base = ...`, `'offset', ...` or `tool=...`.
+# Matches a setting of a robot: `R.base = ...`, `'offset', ...` or `tool=...`.
 SETTING = re.compile(
     r"(?:[.'(]|,\s*)(base|tool|offset|qlim)'?\s*(?:=|,)\s*"
     r'((?:[^,;\n()\[\]]|\((?:[^()]|\([^()]*\))*\)|\[[^\]]*\])+)'

@@ -9,7 +9,8 @@ from .pasted import blocks_of, cells_of, without_comments
 from .report import TableReport
 from .script import settings_of
 
-# Calls that construct a link. `Link(i)` is excluded: it is a column head of a table.
+# Matches calls that construct a link. `Link(i)` is excluded, because this text is a column head of
+# a table.
 LINKS = r'\b(DHLink|Link|(?:Revolute|Prismatic)(?:M?DH)?)\s*\((?!\s*[ijkn]\b)'
 CALL = re.compile(LINKS)
 LINK = re.compile(
@@ -26,7 +27,7 @@ VECTOR = ('theta', 'd', 'a', 'alpha', 'sigma', 'offset')
 LATER = re.compile(
     r'(\w+(?:[\[(]\w+[\])])?)\.(theta|d|a|alpha|offset|sigma|mdh|flip|qlim)\s*=\s*([^;\n]+)'
 )
-# The name of the matrix in `SerialLink(dh)`.
+# Matches the name of the matrix in `SerialLink(dh)`.
 OF_MATRIX = re.compile(r'\bSerialLink\s*\(\s*(\w+|(?=\[))\s*[,)\[]')
 LATER_OF_LINKS = re.compile(r'\w+[\[(]\w+[\])]\.\w+\s*=\s*[^;\n]+')
 # Known arguments of a link. The reader ignores those for dynamics and drawing.

@@ -30,7 +30,7 @@ KINDS = {
 IN_MM = {'mm': Decimal(1), 'cm': Decimal(10), 'm': Decimal(1000), 'in': Decimal('25.4')}
 NUMBER = re.compile(r'(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?')
 MARKED = re.compile(rf'({NUMBER.pattern})\s*\*?\s*(mm|cm|m|inch|in|rad(?:ians?)?)\b')
-# A number without a unit that is a term of a sum, not a factor.
+# Matches a number without a unit that is a term of a sum, not a factor.
 TERM = re.compile(rf'(?<![*/])(?<![*/]\s){NUMBER.pattern}(?!\s*(?:[*/{DEGREE}\w(.]))')
 DEGREE_DECIMALS = 9  # removes round-off: 29.999999999999996 deg becomes 30
 # Matches limits from 30 on, which are in degrees.

@@ -66,7 +66,7 @@ def configurations(chain: UrdfChain, count: int = CONFIGURATIONS) -> Floats:
 
 def certify(chain: UrdfChain, robot: Robot) -> Certificate:
     """
-    Compare the tool poses of a robot with those of the URDF chain that is the robot's source.
+    Compare the tool poses of a robot with the poses of the URDF chain from which it was made.
     """
     q = configurations(chain)
     expected, found = chain.poses(q), poses_and_frames(robot.chain, q)[0]

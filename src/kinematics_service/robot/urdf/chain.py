@@ -2,7 +2,7 @@
 Read a chain of a URDF, and compute its pose as the plain product of its joints.
 
 This computation shares no code with the kernel, or with the conversion of the chain to a table.
-Therefore it can check both.
+Therefore it can check the kernel and the conversion.
 """
 
 from collections.abc import Sequence
@@ -120,7 +120,7 @@ def read_chain(tree: UrdfTree, base: str, tip: str, rounds: bool = False) -> Urd
     """
     Read the chain between two links of a URDF; base and tip may be on different branches.
 
-    If `rounds` is true, exact angles and axes replace those that look rounded.
+    If `rounds` is true, exact angles and axes replace angles and axes that look rounded.
 
     Raises
     ------

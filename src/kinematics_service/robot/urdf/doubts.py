@@ -21,8 +21,8 @@ from .tree import UrdfTree
 # Warnings about these places in the generated robot file also apply to the URDF: the joints, and
 # the sum of the lengths.
 MAPPED_PLACES = re.compile(r'joints\[(\d+)\]|links$')
-# Least similarity (difflib) of an unknown element to the element that a warning suggests: the
-# similarity of `axes` to `axis`.
+# Least similarity (difflib) of an unknown element to the element that a warning suggests. The
+# value is the similarity of `axes` to `axis`.
 SIMILARITY = 0.75
 # For each attribute of an `<origin>`: the largest plausible number (m or rad, as in a robot file),
 # and the warning about a larger number.
@@ -36,7 +36,7 @@ def chain_doubts(
     tree: UrdfTree, chain: UrdfChain, of_the_table: Sequence[Fault]
 ) -> tuple[Fault, ...]:
     """
-    Return the warnings about a chain; equal warnings about several joints become one.
+    Return the warnings about a chain; equal warnings about several joints become one warning.
 
     Parameters
     ----------

@@ -99,7 +99,7 @@ class UrdfPlan:
 @dataclass(frozen=True)
 class FrameNames:
     """
-    Names of frames in a URDF that replace those of the robot file.
+    Names of frames in a URDF that replace the names in the robot file.
 
     Parameters
     ----------

@@ -4,8 +4,8 @@ Convert the table of a robot to the links and joints of a URDF.
 Every frame of the table becomes a link. The first term of a variable in the table becomes the
 variable's joint, about z or -z. Other terms in `theta` and `d` become joints that mimic this
 joint, on the axis of their row. For `theta3 - theta2`, two joints turn: by theta3, and by -1 times
-theta2. A helical joint becomes a joint that turns and one that slides. For `q1/3` (a gear), two
-joints turn: by q1, and by -2/3 times q1. Therefore a URDF can express every robot file without
+theta2. A helical joint becomes a joint that turns and a joint that slides. For `q1/3` (a gear),
+two joints turn: by q1, and by -2/3 times q1. Therefore a URDF can express every robot file without
 loops.
 """
 

@@ -12,8 +12,8 @@ DECIMALS = 12  # a value is rounded to 12 decimals if this changes it by at most
 PARTS = 12  # multiples of pi/12, 15 degrees, are written as parts of pi
 LAST_DIGITS = 2.5  # largest error of a rounded part of pi, in units of the last digit
 ROUNDED = 1e-3  # largest error of a rounded part of pi, rad
-# Largest error of a right angle from a CAD program, rad: the round-off of 32 bit numbers (6e-8)
-# after a few products.
+# Largest error of a right angle from a CAD program, rad. The value is the round-off of 32 bit
+# numbers (6e-8) after a few products.
 CAD_NOISE = 1e-6
 
 

@@ -105,7 +105,7 @@ class ElementaryMotion:
 
     @property
     def motions(self) -> 'tuple[ElementaryMotion, ...]':
-        """Return the elementary motions of the row, which is this motion alone."""
+        """Return the elementary motions of the row: only this motion."""
         return (self,)
 
 

@@ -13,7 +13,7 @@ from .quantities import DEGREES, INFINITE, KIND_OF, METRES, MILLIMETRES, RADIANS
 from .schema import JointEntry
 
 MAX_JOINTS = 128  # limits the size of messages: a Jacobian has a column for each joint
-# Warn of a joint velocity above this, rad/s or m/s: it is probably in another unit.
+# Warn of a joint velocity above this (rad/s or m/s), because it is probably in another unit.
 FASTEST_JOINT = 100.0
 NOUN = 'a list of joints, {name, type, limits}'
 
@@ -106,7 +106,8 @@ def read_joint(head: JointHead, at: Place, quantities: Quantities) -> JointDescr
 
 def _check_name(name: str, first: int, index: int, at: Place) -> None:
     if ',' in name:
-        # In messages, the label of the Jacobian separates joint names by commas.
+        # Refuse a comma, because commas separate the joint names in the label of a Jacobian
+        # message.
         at.fault(f'{quoted(name)} has a comma; write another name', 'wrong-name')
     if first < index:
         at.fault(f'{quoted(name)} is already the name of joints[{first}]', 'duplicate-name')

@@ -9,8 +9,8 @@ from .... import kernel
 @dataclass(frozen=True)
 class Measure:
     """
-    A measure of singularity. The kernel computes its value for the field of `Singularity` that has
-    the name of the measure.
+    A measure of singularity. The kernel computes the value, and the field of `Singularity` with
+    the name of the measure has it.
 
     Attributes
     ----------
@@ -72,8 +72,8 @@ class Measure:
 
     def farther(self, value: float) -> str:
         """
-        Return a text such as `none found within 1 rad (57 deg)` if `value` is the largest, else
-        ''.
+        Return a text such as `none found within 1 rad (57 deg)` if `value` is the largest value of
+        the measure, else ''.
         """
         if not value >= self.most < math.inf:
             return ''

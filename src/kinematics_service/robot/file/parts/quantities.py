@@ -232,8 +232,8 @@ class Quantities:
             hidden |= strange
         if not hidden:
             return True
-        # Accept names whose definition has a fault as variables, because the definition may be
-        # that of a joint.
+        # Accept names whose definition has a fault as variables, because the definition may be the
+        # definition of a joint.
         varying = tuple(dict.fromkeys((*scope.variables, *sorted(hidden))))
         refused = {name: why for name, why in scope.refused.items() if name not in hidden}
         check_function(text, replace(scope, variables=varying, refused=refused, wanted=None))

@@ -122,7 +122,10 @@ def one_of(*accepted: str, also: Mapping[str, str] | None = None) -> Check:
 
 
 def called(**words: str) -> dict[str, str]:
-    """Return a mapping of words: `called(a='length l')` maps `length` and `l` to the key `a`."""
+    """
+    Return a mapping from words to keys: `called(a='length l')` maps `length` and `l` to the key
+    `a`.
+    """
     return {
         other: accepted.rstrip('_')
         for accepted, others in words.items()
@@ -142,7 +145,7 @@ def meant_by(
     if also and folded in also:
         return also[folded]
     if len(text) < 3:
-        return None  # a text of two letters is similar to many words
+        return None  # a text of one or two letters is similar to many words
     near = difflib.get_close_matches(text[:60], accepted, n=1)
     return near[0] if near else None
 

@@ -49,7 +49,7 @@ def plain_expression(
 
 
 def known_names_in(text: str, known: Collection[str]) -> frozenset[str]:
-    """Return the names in an expression, spelled as the known names are."""
+    """Return the names in an expression, spelled as in `known`."""
     return names_in(_with_known_names(plain_names(text), known))
 
 

@@ -12,12 +12,12 @@ import yaml
 from .fault_report import quoted
 from .yaml_document import ScalarNode
 
-MAX_REASON_LENGTH = 200  # largest number of characters of a parser's reason
+MAX_REASON_LENGTH = 200  # largest number of characters of the reason in a message of the parser
 # If a text with a syntax error has at most this length (characters), it is parsed again for a
 # better message.
 MAX_EXPLAINED_LENGTH = 256 * 1024
-# Refused characters: characters that YAML does not accept, and three that end a line only in YAML
-# 1.1, which would make line numbers ambiguous.
+# Matches refused characters: those that YAML does not accept, and three characters that end a line
+# only in YAML 1.1. These three would make line numbers ambiguous.
 UNACCEPTED = re.compile(
     '[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]'
 )
@@ -122,7 +122,8 @@ class YamlReader(Generic[Read]):
             ):
                 depth += isinstance(event, yaml.CollectionStartEvent)
                 depth -= isinstance(event, yaml.CollectionEndEvent)
-                if depth > self._deepest:  # PyYAML's own parser takes minutes for deep texts
+                # Do not parse a deep text again, because this takes minutes.
+                if depth > self._deepest:
                     raise self._too_deep(event) from None
         except yaml.MarkedYAMLError as other:
             if 0 <= _line_of(error) - _line_of(other) <= 1:

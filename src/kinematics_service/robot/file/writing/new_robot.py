@@ -113,7 +113,7 @@ PI: dict[AngleUnit, str] = {'rad': ', pi', 'deg': ''}
 def _links(dof: int) -> tuple[_Link, ...]:
     if dof in SMALL:
         return SMALL[dof]
-    # More than six joints: axes along the arm and perpendicular to it alternate.
+    # For more than six joints, alternate axes along the arm and axes perpendicular to the arm.
     arm = [_Link(0, 1 if i % 4 else -1, 0.3 if i % 2 == 0 else 0) for i in range(dof - 1)]
     return (*arm, _Link(0, 0, 0.1))
 
