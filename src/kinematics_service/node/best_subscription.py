@@ -38,8 +38,8 @@ MAX_REMEMBERED = 4096
 # Time (s) for which the former subscription is kept after the new subscription is connected to
 # every publisher.
 OVERLAP_TIME = 1.0
-# Largest size of the queue in the middleware (bytes), unless one message is larger. Reading a full
-# queue takes 0.5 s, for example 16 ms for a message of 10,000 joints.
+# Largest size of the queue in the middleware (bytes), unless a single message is larger. The node
+# reads a queue of this size in 0.5 s. Reading one message of 10,000 joints takes 16 ms.
 MAX_QUEUE_SIZE = 1 << 23
 # Size (bytes) above which 1000 messages do not fit into the queue.
 LARGE_SIZE = MAX_QUEUE_SIZE // 1000
@@ -104,7 +104,7 @@ class BestSubscription:
         self._all_connected_since = 0.0  # time since which all publishers are connected, s
         # Time of arrival (s) of the last message that was too large for a queue of full depth.
         self._large_message_time = 0.0
-        self._qos = copy.copy(qos)  # rclpy writes overrides into this profile
+        self._qos = copy.copy(qos)  # a copy, because rclpy writes overrides into this profile
         self._open = partial(_CountedSubscription, node, kind, topic, self._on_message)
         overrides = QoSOverridingOptions.with_default_policies(callback=self._settle_reliability)
         self._current = self._open(self._qos, overrides)
@@ -223,7 +223,8 @@ class BestSubscription:
 
     def _has_ended(self) -> None:
         self._is_ending = False
-        # Return freed memory to the system: the allocator would keep 200 MiB after large messages.
+        # Return freed memory to the system, because the allocator would keep 200 MiB after large
+        # messages.
         with contextlib.suppress(OSError, AttributeError):  # only glibc has malloc_trim
             ctypes.CDLL(None).malloc_trim(0)
 
@@ -309,8 +310,8 @@ class _CountedSubscription:
         count = losses.take
 
         def taken(*arguments: Any) -> None:
-            # Accept two arguments or one tuple: `EventsExecutor` of Jazzy passes message and
-            # information as one tuple.
+            # Accept two arguments or one tuple, because `EventsExecutor` of Jazzy passes message
+            # and information as one tuple.
             data, info = arguments if len(arguments) == 2 else arguments[0]
             count(info['publication_sequence_number'], info['source_timestamp'])
             take(self, data, info)

@@ -186,8 +186,8 @@ class Health:
 
     def say(self) -> None:
         """
-        Check the input since the last diagnostics, log faults, and publish the status if
-        subscribed.
+        Check the input since the last diagnostics, and log faults. Publish the status if
+        /diagnostics has a subscriber.
         """
         node, estimator, subscription = self._node, self._estimator, self._subscription
         now, arrival = time.monotonic(), time.monotonic_ns()

@@ -31,7 +31,7 @@ class _Publisher:
 
     def look_back(self) -> None:
         """
-        Use a later message as the begin of the rate, if enough messages have come since that
+        Compute the rate from a later first message, if enough messages have come since that
         message.
         """
         if self.number - self._between[0] >= 4 * MIN_RATE_MESSAGES:

@@ -47,8 +47,8 @@ from .wrench import WrenchBias
 
 NODE_NAME = 'kinematics'
 
-# Period of the check for stale joints, divided by `joint_state_timeout`, and its bounds. A stale
-# state is thus reported at most a quarter of the time-out late.
+# Period of the check for stale joints, divided by `joint_state_timeout`, and the bounds of this
+# period. A stale state is thus reported at most a quarter of the time-out late.
 WATCHDOG_TIMEOUT_RATIO = 0.25
 MIN_WATCHDOG_PERIOD = 0.02  # s
 MAX_WATCHDOG_PERIOD = 0.25  # s
@@ -97,7 +97,7 @@ class KinematicsNode(Node):
         topic: str = JOINT_STATES,
         **options: Any,
     ) -> None:
-        # The next line subscribes to /clock, whose callback needs this.
+        # The next line subscribes to /clock, whose callback needs the throttle.
         self._throttle = Throttle(5.0)
         super().__init__(node_name, **options)
         self.is_started = self._in_order = False

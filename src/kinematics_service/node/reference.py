@@ -89,13 +89,17 @@ class Reference:
 
     def note(self, answer: EstimatorOutput) -> None:
         """
-        Take a new state of the arm. To compare a pose, the app needs a state with a later stamp.
+        Take a new state of the arm. To compare a received pose, the app needs a state with a later
+        stamp than the pose.
         """
         if self.watch is not None:
             self.watch.note_state(answer.stamp, answer.state.q)
 
     def status_text(self) -> StatusText | None:
-        """Return the status `frames`, None without a second source; log each rise of the level."""
+        """
+        Return the status `frames`, or None if there is no second source. Log each rise of the
+        level.
+        """
         if self.watch is None:
             text = f'pose of {self._topic} refused: {self._refused}'
             return StatusText(Level.WARN, text, ()) if self._refused else None

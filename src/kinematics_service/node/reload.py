@@ -47,7 +47,7 @@ class Reload:
         self._node, self._parameters, self._apply = node, parameters, apply
         self._asked: list[Any] = []  # headers of requests that the next reading answers
         self._answered: list[Any] = []  # headers of requests that the present reading answers
-        # whether a reading is running, and whether another must follow
+        # whether a reading is running, and whether another reading must follow
         self._reading = self._again = False
         self._outcome: CheckedArm | Exception | None = None
         self._timer = steady_timer(node, CHECK_PERIOD, self._check_outcome, autostart=False)

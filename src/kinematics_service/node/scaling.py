@@ -37,11 +37,11 @@ from .messages.topics import (
 from .parameters.settings import NodeSettings
 from .steady_time import Throttle
 
-# Scale below which a command counts as slowed, and scale above which it no longer counts as slowed
-# (hysteresis).
+# Scale below which a command counts as slowed, and scale above which the command no longer counts
+# as slowed (hysteresis).
 SLOWED_SCALES = (0.95, 0.99)
-# Scale below which a command counts as stopped, and scale above which it no longer counts as
-# stopped.
+# Scale below which a command counts as stopped, and scale above which the command no longer counts
+# as stopped.
 STOPPED_SCALES = (0.01, 0.05)
 # The cause in the status changes only if the scale of another constraint is smaller by more than
 # this.
@@ -51,7 +51,8 @@ NO_SAFETY = 'no safety function: it knows positions and commands as they are rep
 INVALID = -1
 NO_WARNING = 0
 HALT_FOR_SINGULARITY = 2
-# DECELERATE_FOR_APPROACHING_SINGULARITY, DECELERATE_FOR_LEAVING_SINGULARITY, JOINT_BOUND.
+# These codes mean DECELERATE_FOR_APPROACHING_SINGULARITY, DECELERATE_FOR_LEAVING_SINGULARITY and
+# JOINT_BOUND.
 SERVO_CODES = {SINGULARITY: 1, LEAVING: 3, POSITION: 6}
 
 
@@ -118,8 +119,8 @@ class Scaling:
                 f'states; at most {1e-9 * timeout:g} s (joint_state_timeout) is accepted',
                 code='too-old',
             )
-        # Pass a batch of one pose, because its search for singular poses is shorter than for a
-        # single pose.
+        # Pass a batch of one pose, because the search for singular poses is shorter for a batch
+        # than for a single pose.
         return scale(
             settings.robot,
             present.state.q[None],
@@ -130,7 +131,8 @@ class Scaling:
         )
 
     def _limit_rise(self, value: float) -> float:
-        # Limit the rate at which the scale rises to `scale.rise`. The scale falls at once.
+        # Limit the rate at which the scale rises to the parameter `scale.rise`. The scale falls at
+        # once.
         now = time.monotonic()
         if self._last is not None:
             before, at = self._last

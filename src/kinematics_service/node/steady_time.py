@@ -25,8 +25,8 @@ class Throttle:
     """
     Limits the rate of log lines of each kind, by the time at which the kind was last logged.
 
-    The throttle of rclpy takes 270 us for each suppressed line. There must be few kinds of lines,
-    because each kind stays in memory.
+    The throttle of rclpy takes 270 us for each suppressed line. Use few kinds of lines, because
+    each kind stays in memory.
     """
 
     def __init__(self, seconds: float) -> None:

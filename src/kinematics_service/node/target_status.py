@@ -1,4 +1,4 @@
-"""Describe the outcome of a target as a status: a sentence, and values by key."""
+"""Describe how the node answered a target, as a status: a sentence, and values by key."""
 
 import numpy as np
 

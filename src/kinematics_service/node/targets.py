@@ -1,8 +1,9 @@
 """
 Answer target poses of the tool by joint positions, and target twists by joint velocities.
 
-An answer to a pose takes up to 50 ms. So a second thread computes it, and joint states need not
-wait. An answer to a twist takes 0.1 ms and is computed in the thread of the executor.
+An answer to a pose takes up to 50 ms. So a second thread computes answers to poses, and joint
+states need not wait. An answer to a twist takes 0.1 ms and is computed in the thread of the
+executor.
 """
 
 import contextlib
@@ -62,10 +63,10 @@ from .target_status import pose_status, twist_status
 # Period of the check that target twists still arrive, divided by `ik.target_timeout`. So the
 # joints stop at most a quarter of the time-out too late.
 WATCHDOG_TIMEOUT_RATIO = 0.25
-# While the node ends, the longest wait for the acknowledgement of the last message (s).
+# Longest wait for the acknowledgement of the last message while the node ends.
 ACKNOWLEDGEMENT_TIMEOUT = Duration(seconds=0.2)
-# While the node ends, the longest wait for the answer to a pose (s). The wait for the executor has
-# the same limit.
+# Longest wait (s) for the answer to a pose while the node ends, and for the executor before an
+# answer is computed.
 ANSWER_TIMEOUT = 0.5
 
 

@@ -76,6 +76,6 @@ def _remedies(robot: Robot, lists: Sequence[Sequence[str]], received: list[str])
 
 
 def _prefixes(joints: Sequence[str], received: Sequence[str]) -> list[str]:
-    # Return each prefix for which the messages contain prefix + joint for all joints.
+    # Return each prefix such that the messages contain the name prefix + joint for every joint.
     ends = [name.removesuffix(joints[0]) for name in received if name.endswith(joints[0])]
     return [prefix for prefix in ends if all(prefix + joint in received for joint in joints)]

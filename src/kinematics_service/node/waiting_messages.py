@@ -12,7 +12,8 @@ ASSUMED_DEPTH = 10_000
 
 def take_waiting(subscription: Subscription, keep: int) -> tuple[deque[Any], int]:
     """
-    Take all messages that wait for a subscription; return the newest ones, and the total number.
+    Take all messages that wait for a subscription. Return the newest messages, and the number of
+    messages that were taken.
 
     The function takes at most one full queue; later messages are left to the executor.
 

@@ -52,7 +52,7 @@ def ellipsoid_of(block: Floats) -> Ellipsoid:
     """Return the manipulability ellipsoid of three rows of a Jacobian, shape (3, n)."""
     U, sigma, _ = np.linalg.svd(block)
     if np.linalg.det(U) < 0.0:
-        U[:, 2] = -U[:, 2]  # make U a rotation: axes may have either sign
+        U[:, 2] = -U[:, 2]  # reverse one axis, so that U is a rotation
     radii = np.zeros(3)
     radii[: len(sigma)] = sigma[:3]
     return Ellipsoid(U, radii)

@@ -200,7 +200,8 @@ def _lost(seen: Observation, size: float) -> LostDirection:
 
 def short_names(names: Sequence[str]) -> tuple[str, ...]:
     """
-    Return joint names without the ending `_joint`, if all have it and stay different without it.
+    Return joint names without the ending `_joint`, if all names have this ending and the shortened
+    names are different.
     """
     short = tuple(name.removesuffix('_joint') for name in names)
     fit = all(s and s != name for s, name in zip(short, names)) and len(set(short)) == len(short)

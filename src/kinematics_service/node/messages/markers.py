@@ -69,8 +69,8 @@ class _Maker:
         self, namespace: str, kind: int, there: bool, colour: Colour, alpha: float = 1.0
     ) -> Marker:
         """
-        Append a marker that draws a shape if `there`, or else deletes it; the caller sets the
-        size.
+        Append a marker that draws a shape if `there` is true, or else deletes the shape. The
+        caller sets the size of the shape.
         """
         r, g, b = colour
         marker = Marker(
@@ -90,7 +90,8 @@ class _Maker:
         self, namespace: str, ends: Floats, radius: float, colour: Colour, shortest: float
     ) -> None:
         """
-        Append a cylinder between two ends (2, 3), or delete it if it is shorter than `shortest`.
+        Append a cylinder between two ends (2, 3). If it is shorter than `shortest`, delete the
+        cylinder.
         """
         line = ends[1] - ends[0]
         length = math.sqrt(float(line @ line))
@@ -119,7 +120,7 @@ class _Maker:
     def text(
         self, namespace: str, at: Floats | None, words: str, height: float, colour: Colour
     ) -> None:
-        """Append a text at a point (3,), or delete it without a point."""
+        """Append a text at the point `at`, shape (3,); if `at` is None, delete the text."""
         marker = self.add(namespace, Marker.TEXT_VIEW_FACING, at is not None, colour)
         if at is not None:
             _set_vector(marker.pose.position, at)

@@ -23,13 +23,13 @@ WARNING_QOS = QoSProfile(
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
 DIAGNOSTICS_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
-# Queue up to ten target poses, but only one twist and one command: only the newest twist and
-# command are valid.
+# Queue up to ten target poses. Queue only one twist and one command, because only the newest twist
+# and command are valid.
 TARGET_POSE_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 TARGET_TWIST_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 COMMAND_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-# Like the parameter services of a node, queue up to 1000 requests while the node is busy, instead
-# of ROS's ten.
+# Queue up to 1000 requests while the node is busy, as the parameter services of a node do. By
+# default, ROS queues ten requests.
 SERVICE_QOS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 
 
@@ -50,8 +50,7 @@ def raw_subscription(
     Return a subscription that passes the bytes of messages; its quality of service may be
     overridden.
 
-    The node decodes the bytes itself, because the middleware refuses bytes without telling the
-    reason.
+    The node decodes the bytes itself, because the middleware does not report why it refuses bytes.
     """
     return node.create_subscription(kind, name, take, raw=True, **overridable(qos))
 

@@ -20,7 +20,7 @@ KIND = 'std_msgs/msg/String'
 QOS = QoSProfile(
     depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
 )
-# While no description has arrived, the period (s) of the check whether to stop.
+# Period (s) of the check whether to stop, while no description has arrived.
 STOP_CHECK_PERIOD = 0.1
 # Time (s) without a description after which the reason is logged, and shortest time between two
 # log lines.

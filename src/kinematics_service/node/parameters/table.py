@@ -92,7 +92,7 @@ class Parameter:
         descriptor = ParameterDescriptor()
         descriptor.description = self.description
         descriptor.read_only = self.read_only
-        # rclpy takes an empty list for a list of bytes
+        # without this, rclpy takes an empty list for a list of bytes
         descriptor.dynamic_typing = self.default == []
         if self.choices:
             descriptor.additional_constraints = 'one of: ' + ', '.join(self.choices)

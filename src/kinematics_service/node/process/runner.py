@@ -55,9 +55,9 @@ def arms_from(choices: Sequence[str]) -> tuple[ArmChoice, ...]:
     Return the nodes to start for the values of `--robot`, each `ROBOT` or `NAMESPACE=ROBOT`.
 
     If there are several arms, the default namespace of an arm is the name of its robot. Each arm
-    of a cell has a node in the namespace of its name. The node `kinematics/relative` has the
-    motion of the second arm against the first, unless one of them has closed loops. All nodes of
-    a cell subscribe to `joint_states` in the namespace of the cell.
+    of a cell has a node in the namespace of its name. The node `kinematics/relative` publishes the
+    motion of the second arm relative to the first arm, unless one of the two arms has closed
+    loops. All nodes of a cell subscribe to `joint_states` in the namespace of the cell.
 
     Raises
     ------
@@ -175,9 +175,9 @@ def fill_caller_table() -> None:
     """
     Fill the table of `inspect` with the files of all loaded modules.
 
-    rclpy looks up the caller of every log line in this table. Without it, `inspect` would resolve
-    the paths of 600 modules for the first line: 40 ms of processor time. Filling the table takes
-    less than 1 ms.
+    rclpy looks up the caller of every log line in this table. If the table were empty, `inspect`
+    would resolve the paths of 600 modules at the first log line, which takes 40 ms of processor
+    time. Filling the table takes less than 1 ms.
     """
     # Use a default, because the table `inspect.modulesbyfile` is not documented and may be
     # missing.

@@ -25,8 +25,9 @@ FAULT = 1
 WRONG_USAGE = 2
 # Examples of node names for an error message.
 NODE_NAMES = '/kinematics or /arm/kinematics'
-# Longest clean-up after a signal (s). The end of a subscription may never return if its publisher
-# was killed inside the shared memory of Fast DDS. `ros2 launch` sends the next signal after 5 s.
+# Longest clean-up after a signal (s). The clean-up is limited, because the end of a subscription
+# may never return if its publisher was killed inside the shared memory of Fast DDS. The time is
+# below 5 s, after which `ros2 launch` sends the next signal.
 CLEAN_UP_TIMEOUT = 3.0
 Result = TypeVar('Result')
 
@@ -44,7 +45,8 @@ def run_session(
     time_out: float | None = CLEAN_UP_TIMEOUT,
 ) -> Result | int:
     """
-    Call `work` with a ROS context and return its result; an exit code if no context can start.
+    Call `work` with a ROS context and return the result; if no context can start, return an exit
+    code.
 
     If `work` returns an exit code and a signal requested the end, the process ends with this code.
 

@@ -3,7 +3,8 @@ Run the executor of the nodes until a stop is requested.
 
 For each message, `EventsExecutor` takes a fifth of the processor time of the default executor. But
 its queue of events has no bound, and the executor checks time-outs and stops only when the queue
-is empty. In the wheels its `spin()` keeps a core busy and ignores signals.
+is empty. In the wheels of ROS, the `spin()` of the executor keeps a processor core busy and
+ignores signals.
 """
 
 import threading
@@ -50,9 +51,10 @@ class Spinner:
     Runs the executor of some nodes. The executor can be stopped under any load, and its queue is
     bounded if `watch` is called periodically.
 
-    Every event in the queue is handled, but messages may be skipped. The queue cannot simply be
-    thrown away with its executor. Service requests would then stay in the middleware, each until
-    the event of the next request, and every later answer would be one call late.
+    Every event in the queue is handled, but messages may be skipped. The spinner does not throw
+    away the queue with its executor, because service requests would then stay in the middleware.
+    Each request would wait for the event of the next request, and every later answer would be one
+    call late.
 
     Parameters
     ----------
