@@ -335,13 +335,13 @@ class ViewError(KinematicsError):
 
 
 class ArmsError(KinematicsError, ValueError):
-    """Several arms cannot run together in one process: wrong usage."""
+    """Several arms cannot run together in one process; the exit code is 2 (wrong usage)."""
 
     code = 'arms'
 
 
 class RobotConflictError(KinematicsError, ValueError):
-    """The command line and a parameter name different robots: wrong usage."""
+    """The command line and a parameter name different robots; the exit code is 2 (wrong usage)."""
 
     code = 'robot-conflict'
 

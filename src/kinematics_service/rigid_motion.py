@@ -13,8 +13,8 @@ ANGLE_TOLERANCE = 1e-9
 # If pitch is this near to +-pi/2, rad, `exact_rpy` sets yaw to 0. The value is about the round-off
 # of an angle.
 ANGLE_ROUND_OFF = 1e-15
-# Value of 2 cos(angle) below which R + R^T gives the axis: within 18 degrees of half a turn, where
-# R - R^T is small.
+# If 2 cos(angle) is below this, the axis is computed from R + R^T, because R - R^T is small. This
+# is so within 18 degrees of half a turn.
 HALF_TURN_COSINE = -1.9
 
 # Rotation matrices that turn the z axis into the named axis. The matrices are permutations, so
@@ -91,7 +91,9 @@ def rotation_of_quaternion(quaternion_xyzw: npt.ArrayLike) -> Floats:
 
 
 def skew_part(R: Floats) -> Floats:
-    """Return 2 sin(angle) axis of rotations (..., 3, 3), shape (..., 3), from R - R^T."""
+    """
+    Return 2 sin(angle) times the axis of rotations (..., 3, 3), shape (..., 3), from R - R^T.
+    """
     return np.stack(
         [
             R[..., 2, 1] - R[..., 1, 2],

@@ -19,8 +19,8 @@ NUMBERS = (signal.SIGINT, signal.SIGTERM)
 GRACE = 1.0
 # Period of the calls of `meanwhile`, s.
 CALL_PERIOD = 0.25
-# Time for the clean-up of an interrupted command, s: it removes half-written files, ends processes
-# and shows the cursor.
+# Time for the clean-up of an interrupted command, s. In this time the command removes half-written
+# files, ends processes and shows the cursor.
 CLEAN_UP_TIME = 0.8
 INTERRUPTED = 130  # exit code after SIGINT, as in shells
 # If Python has not run for this time after a signal, s, C code ends the process.

@@ -19,8 +19,8 @@ from .standard_output import checked_output
 # Exit code if the process that reads the output through a pipe has ended: 128 + SIGPIPE, as in a
 # shell.
 READER_GONE = 141
-# Name of the installed program. A shell sets the environment variable to request completions. The
-# options install or print the completion script of a shell.
+# Name of the installed program. A shell sets COMPLETION_VARIABLE to request completions.
+# COMPLETION_OPTIONS install or print the completion script of a shell.
 PROGRAM = 'kinematics_service'
 COMPLETION_OPTIONS = ('--install-completion', '--show-completion')
 COMPLETION_VARIABLE = f'_{PROGRAM.upper()}_COMPLETE'
@@ -65,9 +65,10 @@ def _code_of(argv: Sequence[str] | None) -> int:
         )
         options = None if completion else plain_options(ours)
         if options is not None:
-            return start_node(options, ros)  # the node handles signals itself
-        # Import the commands only now: the node does not need typer, and Ctrl-C has its default
-        # action during the import.
+            # Not in `interruptible`, because the node handles signals itself.
+            return start_node(options, ros)
+        # Import the commands only now, because the node does not need typer. During the import,
+        # Ctrl-C has its default action.
         from .commands import command_group
 
         with nullcontext() if argv is not None else interruptible():

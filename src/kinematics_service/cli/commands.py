@@ -331,8 +331,8 @@ def _node(
         )
     if context.obj and command not in WITH_ROS:
         raise WrongUsage(f'{command} takes no --ros-args: it needs no ROS')
-    # The notice says that the kernel is not compiled. The node logs the notice itself, and a user
-    # who has set the variable knows about it.
+    # Print a notice if the kernel is not compiled, unless the user has set the variable that
+    # chooses this. The node logs the notice itself.
     if VARIABLE not in os.environ and (notice := kernel.notice()):
         print(f'kinematics_service: {notice}', file=sys.stderr)
 

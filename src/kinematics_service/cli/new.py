@@ -24,7 +24,7 @@ DEFAULT_CONVENTION = 'standard'
 ROBOT_LINE = re.compile(r'^robot:.*$', re.MULTILINE)
 
 
-# An enumeration, because typer reads the choices of an option from an enumeration.
+# Make an enumeration, because typer reads the choices of an option from an enumeration.
 NewConvention = Enum(  # type: ignore[misc]
     'NewConvention', {name: name for name in NEW_CONVENTIONS}, type=str
 )

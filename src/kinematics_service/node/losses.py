@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 NANOSECOND = 1e-9  # s
 # Smallest number of messages from which a rate is computed. After four times this number of
-# messages, the rate is computed from a later first message, because the first message may belong
-# to another publisher with similar numbers.
+# messages, the rate is computed from a later first message. The first message may belong to
+# another publisher with similar numbers.
 MIN_RATE_MESSAGES = 20
 # Time (s) by which a message may be sent early or late, compared with the publisher's rate.
 SEND_TIME_TOLERANCE = 0.02

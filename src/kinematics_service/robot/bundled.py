@@ -137,9 +137,9 @@ def find_robot(name: str | os.PathLike[str]) -> RobotSource:
 
 
 def _other_model(text: str, name: str) -> bool:
-    # Return whether two names look like two models of one maker. This is true if the names have
-    # different digits, such as ur5 and ur10, or if one name has more letters after its number,
-    # such as ur5 and ur5e. Equal digits in another order are a typing mistake.
+    # Return whether two names look like two models of one maker. This is true if the digits differ
+    # (ur5, ur10), or if one name has more letters after its number (ur5, ur5e). Equal digits in
+    # another order are a typing mistake.
     (digits, behind), (others, other_behind) = (
         (sorted(re.findall(r'\d', one)), re.sub(r'^.*\d|[\W_]', '', one.lower()))
         for one in (text, name)

@@ -21,9 +21,9 @@ from .file.parts.loop_groups import group_name, loop_groups, passive_of
 from .file.text.expression_syntax import ARGUMENTS_OF, evaluated, syntax_tree
 from .task import Task
 
-# If log|det| - sum(k log|f|) varies by less than this over the sampled joint positions, the
-# product of the f^k is taken as the determinant up to a constant. The tolerance is above the
-# round-off: away from its zeros, a determinant has a relative error below 1e-12.
+# Largest variation of log|det| - sum(k log|f|) over the sampled joint positions. If the variation
+# is smaller, the product of the f^k is taken as the determinant up to a constant. The tolerance is
+# above the round-off: away from its zeros, a determinant has a relative error below 1e-12.
 LOG_DIFFERENCE_TOLERANCE = 1e-9
 # Compare the product of the factors with the determinant only where |det| is at least this
 # fraction of the median |det|. Near a zero of the determinant, the relative round-off is large.

@@ -273,7 +273,7 @@ def _check_rest(
     description: RobotDescription, loop: LoopDescription, pair: tuple[Chain, Chain], x: Floats
 ) -> None:
     # If the loop has one or two of the rows rx, ry, rz, require that the rotations about the other
-    # axes are zero, because else the first-order steps of the solver do not close the loop.
+    # axes are zero. Otherwise the first-order steps of the solver do not close the loop.
     named = [row for row in loop.rows if row in ROWS[3:]]
     if len(named) in (0, 3):
         return

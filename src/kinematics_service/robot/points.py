@@ -1,9 +1,9 @@
 """
 Find a point of an arm: its tool, a named point of its file, or a frame of its table.
 
-The kinematics of a point is the kinematics of a shorter arm, which has only the table rows before
-the point, and the point as its tool. The Jacobian of the shorter arm keeps the columns of the
-joints after the point; these columns are zero.
+The kinematics of a point is the kinematics of a shorter arm. The shorter arm has only the table
+rows before the point, and the point is its tool. The Jacobian of the shorter arm keeps the columns
+of the joints after the point; these columns are zero.
 """
 
 import math

@@ -20,7 +20,7 @@ SEEDED_POSES = 1000
 SEED = 20240523
 
 # A joint moves a row of J if an entry of the row exceeds this fraction of the largest entry of all
-# linear rows, or of all angular rows. An entry of a linear row must also exceed `least_motion`.
+# rows of its kind (linear or angular). An entry of a linear row must also exceed `least_motion`.
 MOVED_ROW_RATIO = 1e-9
 # Round-off of the tool's position, divided by the sum of the constant lengths before the first
 # joint.

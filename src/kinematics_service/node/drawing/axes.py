@@ -43,8 +43,8 @@ class RowAxis(NamedTuple):
 
 def axes_of(state: ToolState) -> Iterator[RowAxis]:
     """
-    Yield the axes of the moving rows that are links, from base to tool, of a state with all
-    frames.
+    Yield the axes of the moving rows, from base to tool, of a state with all frames. Rows that are
+    coordinates of a platform and not links are left out.
     """
     chain = state.robot.chain
     first, joints = chain.table.first_entry, chain.table.joint

@@ -10,7 +10,7 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.subscription import Subscription
 
 # The subscription is reliable if every publisher offers reliability. The queue holds the messages
-# of 1 s at 1 kHz, so that no message is lost if the system does not run the process for a moment.
+# of 1 s at 1 kHz, so that no message is lost during a short stall of the process.
 JOINT_STATES_QOS = QoSProfile(
     depth=1000,
     reliability=ReliabilityPolicy.BEST_AVAILABLE,

@@ -31,7 +31,7 @@ def export_urdf(robot: AnyRobot, names: FrameNames = AS_IN_THE_FILE) -> str:
     """
     Return the URDF of a robot as XML text.
 
-    The root link is the base frame, the last leaf is the tool frame, and each point of the robot
+    The root link is the base frame, and the last leaf is the tool frame. Each point of the robot
     file is a leaf with the name of the point. `<robot name>_frame_<i>` are the frames of the
     table, as `link_frames` returns them. Numbers have enough digits to be read back exactly. The
     elements `<inertial>` and `<collision>` are missing, because the robot file has no such data.
