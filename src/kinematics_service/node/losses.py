@@ -143,8 +143,8 @@ class Losses:
 
         fitting = [*filter(fits, below)]
         if len(self._publishers) < publishers:
-            # Attribute the message to an unknown publisher, unless a known publisher was due to
-            # send it.
+            # Attribute the message to an unknown publisher, unless a known publisher should send
+            # this number at this time.
             below = [publisher for publisher in below if publisher.is_due(number, stamp)]
             self.is_lower_bound |= len(fitting) > 0 and not below
         elif publishers > 1 or self._have_changed:

@@ -245,7 +245,7 @@ class KinematicsNode(Node):
         """
         self._take_settings(self._own_parameters.take(self._own_parameters.reading_again()()))
 
-    # Messages
+    # Methods that answer messages
 
     def _refuse(self, sentence: str) -> None:
         self._estimator.counts[UNREADABLE] += 1
@@ -331,7 +331,7 @@ class KinematicsNode(Node):
     def _publish_warning(self, status_text: StatusText) -> None:
         self._warning.publish(status_message(f'{full_name(self)}: singularity', status_text))
 
-    # Time: stale joint states, and jumps of the ROS clock
+    # Methods for stale joint states and for jumps of the ROS clock
 
     def _watchdog_period(self) -> float:
         period = self.settings.estimator.timeout * 1e-9 * WATCHDOG_TIMEOUT_RATIO
@@ -360,7 +360,7 @@ class KinematicsNode(Node):
             self._follow_reset()
             self.get_logger().info('the ROS clock jumped back: the state starts again')
 
-    # Statuses on /diagnostics
+    # Methods for statuses on /diagnostics
 
     def _statuses(self) -> dict[str, StatusText]:
         # Return the statuses for /diagnostics, except the status of the input.
@@ -376,7 +376,7 @@ class KinematicsNode(Node):
     def _needs_efforts(self) -> bool:
         return JointEfforts in self._outputs.active().quantities
 
-    # Parameters
+    # Methods that apply changes of parameters
 
     def _take_settings(self, settings: NodeSettings) -> None:
         with self._targets.in_force:
@@ -403,7 +403,7 @@ class KinematicsNode(Node):
             if settings.robot.description.tool.motion != before.description.tool.motion:
                 self.get_logger().info(tool_in_words(settings.robot))
 
-    # Services
+    # Methods that answer services
 
     def _describe(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = True

@@ -51,8 +51,8 @@ class Reload:
         self._reading = self._again = False
         self._outcome: CheckedArm | Exception | None = None
         self._timer = steady_timer(node, CHECK_PERIOD, self._check_outcome, autostart=False)
-        # Number of outcomes since the last log line, and the last outcome. The next log line,
-        # after the time `_log_pause`, reports the last outcome.
+        # Number of readings since the last log line, and the outcome of the last reading. The next
+        # log line, after the time `_log_pause`, reports this outcome.
         self._unlogged, self._outcome_in_words = 0, (True, '')
         self._log_pause = steady_timer(node, LOG_PERIOD, self._log_outcome, autostart=False)
         self._service = node.create_service(

@@ -144,7 +144,7 @@ class Targets:
     def _watch_period(self) -> float:
         return self._settings.target_timeout * 1e-9 * WATCHDOG_TIMEOUT_RATIO
 
-    # Poses
+    # Methods that answer target poses
 
     def _on_pose(self, data: bytes) -> None:
         self._poses.put(data)
@@ -209,7 +209,7 @@ class Targets:
                     self._joint_states.publish(answer)
                 return pose_status(result, choice, present.q, settings.redundancy)
 
-    # Twists
+    # Methods that answer target twists
 
     def _on_twist(self, data: bytes) -> None:
         stamp = None
@@ -258,7 +258,7 @@ class Targets:
         zero = np.zeros(self._settings.robot.dof)
         self._joint_velocity.publish(joint_message(stamp, self._settings, velocity=zero))
 
-    # Statuses
+    # Methods that publish statuses
 
     def _refused(self, error: Exception) -> StatusText:
         reason = self._throttle.reason_of(self._node, 'a target', error)

@@ -13,7 +13,7 @@ from .task import Task
 
 
 class Level(enum.IntEnum):
-    """The level of a measured value, with the numbers of diagnostic_msgs/DiagnosticStatus."""
+    """The level of a measured value; the numbers are those of diagnostic_msgs/DiagnosticStatus."""
 
     OK = 0
     WARN = 1

@@ -97,7 +97,7 @@ def relative_motion(
     RobotFileError
         No joint changes the motion, or an arm has closed loops.
     """
-    variables: dict[str, str] = {}  # joint name to variable in the new table
+    variables: dict[str, str] = {}  # maps the name of a joint to its variable in the new table
     chains = []
     for name, arm in zip(names, (first, second)):
         if arm.loops:

@@ -40,9 +40,7 @@ class Ellipsoid(NamedTuple):
 
 
 class EllipsoidScales(NamedTuple):
-    """
-    Drawn lengths, m, of a singular value of 1, for linear and for angular rows of the Jacobian.
-    """
+    """The lengths (m) that represent a singular value of 1, for linear and for angular rows."""
 
     linear: float
     angular: float

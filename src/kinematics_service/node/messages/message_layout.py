@@ -62,7 +62,7 @@ class MessageLayout:
     def __init__(self, template: Any) -> None:
         self._template = template
         self._time: Time | None = None
-        # fields of doubles, each as owner, name, count
+        # fields of doubles: for each field its message, its name and the number of doubles
         self._fields: list[tuple[Any, str, int | None]] = []
         # False for unknown field types, or numbers that are not adjacent
         self._is_known = True

@@ -330,7 +330,8 @@ TOPICS = (
     ),
     *(
         OutputTopic(f'~/singularity/{measure.name}', Float64, measure_numbers(measure))
-        for measure in reversed(MEASURES.values())  # publish the distance last
+        # Reversed, so that the distance is published last.
+        for measure in reversed(MEASURES.values())
     ),
     OutputTopic(
         '~/null_space',

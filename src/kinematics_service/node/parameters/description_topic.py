@@ -31,7 +31,7 @@ REPORT_PERIOD = 1.0
 
 def last_of(count: int) -> str:
     """
-    Return a text which says that a log line is the last of `count` outcomes; '' for one outcome.
+    Return a text for a log line, which reports only the last of `count` events; '' for one event.
     """
     return f' (the last of {count} in {LOG_PERIOD:g} s)' if count > 1 else ''
 

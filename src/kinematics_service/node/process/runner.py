@@ -39,7 +39,7 @@ NAMESPACE = re.compile(r'/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*')
 
 class ArmChoice(NamedTuple):
     """
-    The choice for a node to start: its robot, namespace, name, and topic of joint states.
+    The choices for a node that will be started: robot, namespace, name, and topic of joint states.
 
     The robot is a file, a bundled name, a topic, or None for the parameter `robot`.
     """

@@ -130,7 +130,8 @@ class Spinner:
 
     def obey(self, stop: StopSignal) -> None:
         """
-        Let the stop signal end the present turn, and let `watch` be called until a signal arrives.
+        Let the stop signal end the present turn of `spin`. Let `watch` be called until a signal
+        arrives.
         """
         stop.then, stop.meanwhile = self.interrupt, self.watch
 

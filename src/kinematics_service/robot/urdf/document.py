@@ -159,9 +159,8 @@ class _XmlReader:
         except UrdfError:
             raise  # a handler refused the file (UrdfError is a ValueError)
         except (ValueError, LookupError) as error:
-            self._refuse(
-                0, f'not valid XML: {error}', 'syntax'
-            )  # expat does not know the encoding
+            # expat raises these errors if it does not know the encoding.
+            self._refuse(0, f'not valid XML: {error}', 'syntax')
         assert self.root is not None  # expat refuses a document without a root
         return self.root
 

@@ -116,7 +116,7 @@ class Convention:
 CONVENTIONS = {
     convention.name: convention
     for convention in (
-        # Denavit and Hartenberg 1955, as in Paul and Siciliano.
+        # The convention of Denavit and Hartenberg (1955), as in the books of Paul and Siciliano.
         Convention(
             'standard',
             'Rz(theta) Tz(d) Tx(a) Rx(alpha)',
@@ -130,7 +130,7 @@ CONVENTIONS = {
 #   alpha  twist of the link: from this joint's axis to the next, about x
 # Signs, offsets and coupled joints are written as they are: theta: -q2, or q2 - q1.""",
         ),
-        # Craig, "Introduction to Robotics", eq. 3.6.
+        # The convention of Craig, "Introduction to Robotics", eq. 3.6.
         Convention(
             'modified',
             'Rx(alpha) Tx(a) Rz(theta) Tz(d)',
@@ -157,7 +157,7 @@ CONVENTIONS = {
 # a prismatic one in a T.  There are no a, alpha, d, theta here: each length and angle is a motion.
 # Signs, offsets and coupled joints are written as they are: Rz(-q2), Ry(q2 - q1).""",
         ),
-        # Sheth and Uicker 1971.
+        # The convention of Sheth and Uicker (1971).
         Convention(
             'shape',
             rows='shape',

@@ -82,7 +82,7 @@ def names_in(text: str) -> frozenset[str]:
 
 def syntax_tree(text: str, why_not: WhyNot) -> ast.expr:
     """
-    Return the syntax tree of an expression: floats, names, signs, + - * /, known functions.
+    Return the syntax tree of an expression with floats, names, signs, + - * / and known functions.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 """
-Read the YAML of a robot file as a tree of mappings, lists and unconverted texts.
+Read the YAML of a robot file as a tree of mappings, lists and texts, without numbers.
 
 Inside `[...]` and `{...}`, YAML ends an unquoted text at every comma, so it would split
 `atan2(1, 2)`. Such a file is refused with the advice to quote the expression.
