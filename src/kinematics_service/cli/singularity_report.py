@@ -23,7 +23,7 @@ from ..robot.robot import Robot
 
 LEVEL_STYLES = {Level.OK: 'bold green', Level.WARN: 'bold yellow', Level.ERROR: 'bold red'}
 DEGREES = 180.0 / math.pi
-# Rates of a measure below this, 1/s, are printed as 0, because they are round-off of a difference.
+# Rates of a measure below this, 1/s, are printed as 0, because such rates are round-off.
 RATE_TOLERANCE = 1e-8
 # If the time to the WARN threshold is longer than this, s, the motion counts as not approaching
 # the threshold.

@@ -199,7 +199,7 @@ class Targets:
             )
             choice = best_choice(choice_of(result, settings.robot, present.q), T, settings)
             with self.in_force:
-                self._present()  # raises an error if the node no longer answers
+                self._present()  # this call raises an error if the node no longer answers
                 if settings is not self._settings:
                     continue
                 if self._solutions.get_subscription_count() > 0:

@@ -137,7 +137,7 @@ def cell_of(name: str) -> Cell | None:
     """
     Return the cell that a file name or bundled name refers to.
 
-    The result is None if the name refers to one arm, or to no readable robot.
+    The result is None if the name refers to a single arm, or if no robot of this name can be read.
 
     Raises
     ------

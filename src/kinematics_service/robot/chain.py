@@ -24,7 +24,7 @@ ARRAYS = (Floats, Integers, npt.NDArray[np.bool_])
 
 class FrozenArrays:
     """
-    Base of frozen dataclasses whose arrays are read-only.
+    Base class of frozen dataclasses whose arrays are read-only.
 
     Copying and unpickling call the constructor, because numpy makes copied arrays writable. The
     constructor makes these arrays read-only.

@@ -155,8 +155,8 @@ def _texts(numbers: npt.ArrayLike, unit: float) -> tuple[str, ...]:
 
 
 def _moved(motion: RigidMotion, place: Floats, unit: float) -> RigidMotion:
-    # Move the origin of a frame to `place`, (3,), m, in the frame's own axes. The texts of the
-    # motion are xyz, which change, and rpy, which stay.
+    # Move the origin of a frame to `place`, (3,), m, in the frame's own axes. Of the texts of the
+    # motion, xyz change and rpy stay.
     matrix = motion.matrix.copy()
     matrix[:3, 3] += matrix[:3, :3] @ place
     return RigidMotion(matrix, (*_texts(matrix[:3, 3], unit), *motion.texts[3:]))

@@ -230,7 +230,7 @@ def find_task(
     if length is None:
         length = float(np.sqrt(np.mean(distances**2)))
         if length <= least:
-            length = 1.0  # the tool stays at the origin of frame 0
+            length = 1.0  # the tool never leaves the origin of frame 0
     column_scales = np.array([length if slides else 1.0 for slides in prismatic])
     # Scale J as the kernel does, so that ranks do not depend on the size of the arm.
     J = J * np.repeat([1.0, length], 3)[:, None] * column_scales

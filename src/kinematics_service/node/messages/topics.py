@@ -47,8 +47,8 @@ def raw_subscription(
     node: Node, kind: type, name: str, take: Callable[[bytes], None], qos: QoSProfile
 ) -> Subscription:
     """
-    Return a subscription that passes the bytes of messages; its quality of service may be
-    overridden.
+    Return a subscription that passes the bytes of messages. Parameters can override its quality of
+    service.
 
     The node decodes the bytes itself, because the middleware does not report why it refuses bytes.
     """

@@ -180,7 +180,7 @@ class NodeParameters:
 
     def _declare(self, parameter: Parameter, default: Any) -> Any:
         name = parameter.name
-        # a failed start has declared this parameter before
+        # an earlier start that failed has declared this parameter
         if self._node.has_parameter(name):
             return self._node.get_parameter(name).value
         try:

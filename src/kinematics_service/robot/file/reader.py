@@ -115,8 +115,8 @@ def text_of(file: str) -> str:
 
 def described(translated: RobotText, file: str, content: bytes) -> RobotDescription:
     """Return the description of a robot whose file was translated, given the translated text."""
-    # Replace the reader's warnings, which name lines and keys of the translated text. The user
-    # never sees the translated text.
+    # Replace the reader's warnings, because they name lines and keys of the translated text. The
+    # user sees only the original file.
     return replace(
         parse_robot(translated.text, file),
         warnings=translated.doubts,

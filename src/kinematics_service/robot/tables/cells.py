@@ -18,7 +18,8 @@ PLAIN = tuple(
         (r'\\[dt]?frac\{(\\?\w+)\}\{(\w+)\}', r'\1/\2'),
         (r'\\[dt]?frac\{([^{}]*)\}\{([^{}]*)\}', r'(\1)/(\2)'),
         (r'\^\s*\{?\s*\\circ\s*\}?|\\(?:text)?degree|\\deg\b', DEGREE),
-        (r'\^\s*\{?\s*(?:\*|\\ast|\\star)\s*\}?', '*'),  # the star that marks a joint variable
+        # Matches the star that marks a joint variable.
+        (r'\^\s*\{?\s*(?:\*|\\ast|\\star)\s*\}?', '*'),
         (r'\\(?:text|math)\w*\{([^{}]*)\}', r'\1'),
         (r'\\(?:cdot|times)\b', '*'),
         (r'\\(?:left|right|quad|[,;:! ])', ' '),

@@ -196,7 +196,7 @@ def _before_branches(
         if any(_of_hand(tree.joints[one], FINGER) for one in fingers):
             return k
         if most > shared or arm[: k + 1] in tools:
-            continue  # joint k carries limbs, or the tool comes later
+            continue  # no hand begins here: joint k carries limbs, or the tool comes later
         similar = len(fingers) > 1 and fewest >= most - 1
         short = fewest == most <= MAX_FINGER_JOINTS
         if arm[:k] in tools or (similar and (len(fingers) > 2 or short)):

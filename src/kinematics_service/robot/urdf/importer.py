@@ -193,7 +193,7 @@ def _imported(
     written = text(str(certificate))
     _refuse_large(root, written)
     doubts = chain_doubts(tree, chain, robot.description.warnings)
-    # The new text differs from the text that was measured only in the certificate.
+    # Apart from the certificate, the new text is equal to the text that was measured.
     certified = printable_source(source(str(certificate)))
     description = replace(robot.description, source=certified)
     robot = replace(robot, source=certified, description=description)

@@ -9,7 +9,7 @@ from ...typography import number_text
 # Round-off of products of a few dozen rotations and lengths near 1: about 10 machine epsilons.
 ROUND_OFF = 2e-15
 DECIMALS = 12  # a value is rounded to 12 decimals if this changes it by at most ROUND_OFF
-PARTS = 12  # multiples of pi/12, 15 degrees, are written as parts of pi
+PARTS = 12  # multiples of pi/12 (15 degrees) are written as fractions of pi
 LAST_DIGITS = 2.5  # largest error of a rounded part of pi, in units of the last digit
 ROUNDED = 1e-3  # largest error of a rounded part of pi, rad
 # Largest error of a right angle from a CAD program, rad. The value is the round-off of 32 bit

@@ -86,7 +86,7 @@ def _hub(joint: PlannedJoint, length: float) -> Iterator[Shape]:
     stroke = max(strokes, default=0.0)
     if len(strokes) < 2 or stroke == 0.0:
         stroke = UNLIMITED_STROKE * length
-    # Yield a rod as long as the stroke, which slides out of the previous link.
+    # Yield a rod with the length of the stroke. The rod slides out of the previous link.
     pose = np.eye(4)
     pose[2, 3] = -joint.sign * stroke / 2.0
     yield Shape('cylinder', (_sized(ROD_RADIUS * length), _sized(stroke)), pose, 'sliding')

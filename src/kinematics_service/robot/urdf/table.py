@@ -15,8 +15,8 @@ from ...rigid_motion import exact_rpy, inverse, pose_of, screw_x, screw_z
 from .chain import UrdfChain, moved
 from .quantity import ROUND_OFF, WrittenNumber, angle_of, length_of
 
-# Axes count as parallel if the angle between them is less than this, rad. So small an angle is
-# round-off, and would put the common normal of the axes at an arbitrary place.
+# Axes count as parallel if the angle between them is less than this, rad. A smaller angle is
+# round-off, and would put the common normal of the axes at an arbitrary position.
 PARALLEL_TOLERANCE = 1e-13
 # Largest distance to a common normal, relative to the length of the chain. Nearly parallel axes (a
 # URDF with rpy="1.5708") meet kilometres away, and rows with such lengths lose digits of the pose.
@@ -110,8 +110,8 @@ def table_of(chain: UrdfChain) -> UrdfTable:
     for here, there, line in zip(chain.motions, [*chain.motions[1:], None], lines[1:]):
         line = line.seen_from(T)
         if there is not None and not there.turns:
-            # Only the direction of a prismatic joint has an effect. Let its axis pass through the
-            # origin of the frame reached so far.
+            # Only the direction of a prismatic joint has an effect. Let the axis pass through the
+            # origin of the last frame.
             line = _Line(np.zeros(3), line.direction)
         next_sign = 1.0
         if there is not None and (here.follows or there.follows) and _coincide(line):
@@ -209,7 +209,8 @@ def _step(line: _Line) -> tuple[UrdfRow, float]:
     x, y, z = line.point
     theta, alpha = _turns(line.direction)
     if _parallel(line.direction):
-        # Parallel axes have many common normals: use the one through the origin, so that d is 0.
+        # Parallel axes have many common normals. Use the common normal through the origin, so that
+        # d is 0.
         a = math.hypot(x, y)
         theta = math.atan2(y, x) if a > ROUND_OFF else 0.0
         if abs(theta) > RIGHT_ANGLE:

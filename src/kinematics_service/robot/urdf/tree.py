@@ -46,7 +46,8 @@ class UrdfTree:
     @property
     def version(self) -> str:
         """
-        Return the version of URDF that the file declares; the newest version if that is unknown.
+        Return the version of URDF that the file declares, or the newest version if the declared
+        version is unknown.
         """
         written = self.root.attributes.get('version', VERSIONS[0])
         return written if written in VERSIONS else VERSIONS[-1]

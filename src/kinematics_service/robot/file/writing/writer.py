@@ -27,7 +27,7 @@ def with_factors(text: str, factors: Mapping[str, str]) -> str:
     factors
         Expressions by name, in the file's units.
     """
-    if text.startswith(BOM):  # libyaml does not count the BOM as a character
+    if text.startswith(BOM):  # remove the BOM, because libyaml does not count it as a character
         return BOM + with_factors(text.removeprefix(BOM), factors)
     root = yaml.compose(text, Loader=LOADER)
     assert isinstance(root, MappingNode)  # the root of a valid robot file is a mapping
