@@ -155,7 +155,7 @@ def _texts(numbers: npt.ArrayLike, unit: float) -> tuple[str, ...]:
 
 
 def _moved(motion: RigidMotion, place: Floats, unit: float) -> RigidMotion:
-    # Move the origin of a frame to `place`, (3,), m, in the frame's own axes. Of the texts of the
+    # Move the origin of a frame to `place`, (3,), m, in the frame's own axes. In the texts of the
     # motion, xyz change and rpy stay.
     matrix = motion.matrix.copy()
     matrix[:3, 3] += matrix[:3, :3] @ place
