@@ -46,8 +46,8 @@ class Alarm(NamedTuple):
 
     def is_settled(self, level: Level, arrival: int) -> bool:
         """
-        Return True if `step` with this level and time surely returns the unchanged alarm and
-        False, whatever its other arguments are.
+        Return True if `step`, called with this level and time, returns this alarm and False for
+        any other arguments.
         """
         if self.last is None or level is not self.level:
             return False
@@ -83,5 +83,5 @@ class Alarm(NamedTuple):
     def _turned(self, direction: Floats | None) -> bool:
         if direction is None or self.direction is None:
             return direction is not self.direction
-        # A lost direction and its negative mean the same loss, so take the absolute value.
+        # Take the absolute value, because a lost direction and its negative describe one loss.
         return bool(abs(direction.dot(self.direction)) < TURNED_COSINE)

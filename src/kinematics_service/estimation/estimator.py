@@ -282,7 +282,7 @@ class Estimator:
         former = self._joints
         if robot is not self.robot:
             self._search = NearestSearch(robot.singularity.arm)
-            former.is_closed = False  # start closing the loops at the assembled position
+            former.is_closed = False  # close the loops from the joint positions in the robot file
         moves_alike = robot.chain is self.robot.chain
         self.robot, self.settings = robot, settings
         same_names = joint_names(robot, settings.joint_prefix) == former.names
@@ -381,8 +381,8 @@ class Estimator:
 
     def is_settled(self, state: ToolState, arrival: int) -> bool:
         """
-        Return True if `judge` would surely return OK without a warning. The test reads only the
-        level that the kernel computed. If the result is False, call `judge`.
+        Return True if `judge` would return OK without a warning. The test reads only the level
+        that the kernel computed. If the result is False, the level can still be OK: call `judge`.
         """
         alarm, measures = self._alarm, state.measures
         if measures is None or alarm.level is not Level.OK:
@@ -394,11 +394,11 @@ class Estimator:
         """Return the level of a new state, with hysteresis, and whether to publish a warning."""
         alarm = self._alarm
         if alarm.level is Level.OK or alarm.level is Level.STALE:
-            level: Level = singularity.level  # no hysteresis
+            level: Level = singularity.level  # after OK and STALE: no hysteresis
         else:
             value = watched_value(self.robot, singularity)
-            # Take the higher level: a nearly singular pose is at least WARN whatever the watched
-            # value.
+            # Take the higher level, because a nearly singular pose is at least WARN for every
+            # watched value.
             level = max(
                 self.robot.singularity.thresholds.level(value, alarm.level), singularity.level
             )
@@ -554,8 +554,8 @@ class Estimator:
 
     def quantity(self, kind: type[_StreamQuantity]) -> _StreamQuantity:
         """
-        Return the `StreamQuantity` of class `kind`; the first call creates it without past
-        messages.
+        Return the `StreamQuantity` of class `kind`. The first call creates this object without
+        past messages.
         """
         if kind not in self._quantities:
             self._quantities[kind] = kind(self.robot, self.settings)
@@ -613,7 +613,7 @@ class Estimator:
 
 def doubles(numbers: Sequence[float] | Floats) -> Floats:
     """
-    Return numbers as a float64 array for the kernel. Arrays that the kernel can take are not
+    Return numbers as a float64 array for the kernel. An array that the kernel can read is not
     copied.
     """
     if type(numbers) is array.array and numbers.typecode == 'd':

@@ -24,9 +24,10 @@ from .motion_checks import POSITION_TOLERANCE, SAMPLE_MINIMUM
 MESSAGE_LIMIT = 1000
 # Largest size of a message that is checked, bytes. The kept messages take at most 8 MB.
 SIZE_LIMIT = 8192
-# The messages of the last 5 s are checked, ns: ten messages of a driver with 2 Hz.
+# Age up to which messages are checked, ns. In 5 s a driver of 2 Hz sends ten messages.
 WINDOW = 5 * SECOND
-# At most this number of different lists of joint names is checked: a topic has few drivers.
+# Largest number of different lists of joint names that are checked. It is small, because a topic
+# has few drivers.
 FORM_LIMIT = 8
 # The pace is the time that passed by stamps divided by the time that passed by arrivals. A pace
 # above PACE or below 1 / PACE is a fault.
@@ -47,8 +48,8 @@ NANOSEC_CAUSES = {
     SECOND // 100: 'nanosec most likely counts steps of 100 ns; write nanoseconds',
     SECOND // 10: 'nanosec most likely counts steps of 10 ns; write nanoseconds',
 }
-# A measured speed may exceed the velocity limit by this factor: jitter of stamps adds 10 % to a
-# speed averaged over SPEED_BASELINE.
+# A measured speed may exceed the velocity limit by this factor, because jitter of stamps adds 10 %
+# to a speed averaged over SPEED_BASELINE.
 SPEED_TOLERANCE = 1.1
 # Lags at which a mimic joint is compared with the joint that it follows, s. At 1 rad/s the nearest
 # lag leaves a difference of at most 0.01 rad, half of POSITION_TOLERANCE.
@@ -85,11 +86,14 @@ class JointMessages(NamedTuple):
         return f'{1e-9 * float(self.arrivals[-1] - self.arrivals[0]):.2g} s'
 
     def taken(self, rows: slice | Flags) -> 'JointMessages':
-        """Return only the messages that `rows` selects."""
+        """Return the messages whose indices `rows` selects."""
         return JointMessages._make([self.names, *(column[rows] for column in self[1:])])
 
     def newest(self, timeout: int) -> 'JointMessages':
-        """Return the messages after the last step of stamps back by more than `timeout` (ns)."""
+        """
+        Return the messages from the last one whose stamp is more than `timeout` (ns) before its
+        predecessor.
+        """
         return self.taken(slice(_last(np.diff(self.stamps) < -timeout), None))
 
 
@@ -137,7 +141,7 @@ def input_faults(
     robot, names
         The arm, and for each joint to check, including mimic joints, its name in messages.
     timeout : ns
-        Largest step back of stamps that is not a reset. After a larger one, earlier messages are
+        If a stamp steps back by more than this, the clock was reset, and earlier messages are
         ignored.
     simulated
         Whether ROS time is simulated. If it is, stamps may advance at any rate.
@@ -146,7 +150,7 @@ def input_faults(
     """
     faults, offsets = list[str](), dict[str, float]()
     ours = {names[name]: j for j, name in enumerate(robot.joint_names) if name in names}
-    with np.errstate(all='ignore'):  # huge numbers in messages may overflow
+    with np.errstate(all='ignore'):  # no warnings, because huge numbers in messages may overflow
         for group in groups:
             group = group.newest(timeout)
             if ours.keys().isdisjoint(group.names) or len(group.q) < SAMPLE_MINIMUM:
@@ -183,8 +187,8 @@ def arrival_jitter(groups: Sequence[JointMessages], names: Sequence[str]) -> str
 
 def zeros_of(groups: Sequence[JointMessages], names: Sequence[str]) -> tuple[int, int]:
     """
-    Return two numbers of messages: those in which the positions of all joints of `names` are 0,
-    and those with at least one such joint.
+    Return how many messages name a joint of `names` and report position 0 for each such joint, and
+    how many messages name a joint of `names`.
     """
     values = [group.q[:, np.isin(group.names, names)] for group in groups]
     values = [one for one in values if one.shape[1]]
@@ -241,7 +245,7 @@ def _advances(stamps: Integers) -> Flags:
 
 def _came_twice(group: JointMessages) -> Flags:
     # Returns for each message whether exactly one other message has equal stamp and numbers. A
-    # relay of the topic causes this.
+    # relay of the topic sends such copies.
     columns = zip(group.stamps, group.q, group.qdot)
     messages = [b''.join(one.tobytes() for one in row) for row in columns]
     counts = Counter(messages)
@@ -261,8 +265,8 @@ def _cause_of_nanosec(group: JointMessages) -> str:
 
 def _pace(group: JointMessages) -> float:
     # Returns the pace, the ratio of time by stamps to time of arrival, if the pace is wrong in
-    # both halves of the time. Returns 1 otherwise, because a burst after a stall or a step of a
-    # clock changes only one half.
+    # both halves of the messages. Returns 1 if the pace of one half is right, because a burst of
+    # messages or a step of a clock changes only one half.
     begin = _last(np.diff(group.stamps) < 0)
     s, t = group.stamps[begin:], group.arrivals[begin:]
     middle = int(np.searchsorted(t, (t[0] + t[-1]) // 2))

@@ -36,8 +36,8 @@ class Integration:
     @property
     def seconds(self) -> float:
         """
-        Return how long velocities have been integrated since the last reported position, s; the
-        longest of all joints.
+        Return the time since the last reported position over which velocities were integrated, s;
+        the maximum over all joints.
         """
         return float(self._seconds.max())
 
@@ -61,7 +61,8 @@ class Integration:
 
     def too_fast(self, velocities: Floats, names: Sequence[str], ours: OurJoints) -> str:
         """
-        Return an error sentence if a velocity is too large to integrate, otherwise ''. NaN passes.
+        Return an error sentence if a velocity is too large to integrate, otherwise ''. NaN is
+        accepted.
 
         The largest velocity is LIMIT_MARGIN times the joint's limit, or `FASTEST_JOINT` if the
         robot file has no limit. `names` are the names of the arm's joints.

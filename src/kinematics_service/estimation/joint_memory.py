@@ -9,16 +9,16 @@ import numpy as np
 from ..kernel import Floats, JointMemory, OurJoints
 from ..robot.robot import Robot
 
-# Number of different lists of joint names that are remembered, one list per driver: a topic has
-# few drivers.
+# Number of different lists of joint names that are remembered. Each driver has one list, and a
+# topic has few drivers.
 MAX_LISTS = 16
 
 # Jumps of a joint's position within this time count together, ns. Several jumps mean that two
 # drivers send different positions.
 DISPUTE_WINDOW = 2_000_000_000
 
-# A joint may exceed its limit by this, rad or m: encoders round, so a joint at its limit may seem
-# beyond it.
+# A joint position may exceed its limit by this, rad or m, because encoders round the position of a
+# joint at its limit.
 LIMIT_TOLERANCE = 1e-6
 
 # Attributes of `columns` that are copied if another arm has a joint of equal name.
@@ -114,11 +114,13 @@ class NamedJoints(JointMemory):
         return self.columns.position.copy()
 
     def fits(self, robot: Robot) -> bool:
-        """Return whether this memory has room for the closed loops of `robot`."""
+        """
+        Return whether this memory stores as many numbers about closed loops as `robot` needs.
+        """
         return self.closure == _closure_width(robot)
 
     def joints_in(self, names: Sequence[str]) -> MessageJoints:
-        """Return where the arm's joints are in a message with the joint names `names`."""
+        """Return the indices of the arm's joints in a message with the joint names `names`."""
         key = tuple(names)
         found = self._lists.get(key)
         if found is not None:

@@ -42,7 +42,7 @@ class MessageColumns(NamedTuple):
 def columns_of(raws: Sequence[bytes], ros1: bool = False) -> MessageColumns | None:
     """
     Return serialized messages of equal length as arrays; None if `form_of` cannot read the first
-    one.
+    message.
     """
     form = form_of(raws[0], ros1)
     if form is None:

@@ -140,7 +140,7 @@ def form_of(data: bytes, ros1: bool = False) -> JointStateForm | None:
     Return the form of a serialized JointState message; `ros1` is True for a message of ROS 1.
 
     Returns None if the message is not a whole JointState in plain CDR, if a text has a zero
-    elsewhere than at its end, or on a big-endian machine. Read such messages with the general
+    elsewhere than at its end, or on a big-endian machine. The caller must then use the general
     reader.
     """
     try:
@@ -170,8 +170,8 @@ def form_of(data: bytes, ros1: bool = False) -> JointStateForm | None:
 
 
 def _plain_text(data: bytes) -> str:
-    # Returns a text without its final zero. Refuses a text without a final zero, or with a zero
-    # inside, because ROS readers disagree about such texts.
+    # Returns a text without its final zero byte. Refuses a text without a final zero, or with a
+    # zero inside, because ROS readers disagree about such texts.
     if data.find(0) != len(data) - 1:
         raise CdrError('a text does not end with its only zero', code='text')
     return data[:-1].decode()

@@ -15,34 +15,35 @@ from ..kernel import Floats, Integers
 from ..robot.robot import Robot
 from .joint_state_columns import Flags
 
-# Differences of positions below this are not faults, rad and m: encoders round, and joints have
-# backlash.
+# Differences of positions below this are not faults, rad and m, because encoders round and joints
+# have backlash.
 POSITION_TOLERANCE = (0.02, 0.005)
 # A step of position is a jump if it exceeds this factor times the motion at the reported speed.
 SPEED_MARGIN = 3.0  # by trial, because filters of drivers report accelerations late
 # If no speed is reported, a step of position is a jump if it exceeds this factor times the motion
 # at the velocity limit.
 LIMIT_MARGIN = 2.0  # by trial, because jitter of stamps can halve an interval
-# Velocity limit of a joint for which the robot file has none, rad/s and m/s: above the speed of
-# industrial arms.
+# Velocity limit of a joint without a limit in the robot file, rad/s and m/s. Industrial arms are
+# slower.
 FREE_SPEED = (10.0, 2.0)
 # Longest interval for which reported speeds bound the motion, s. Within a longer interval a joint
-# can start and stop unseen.
+# can start and stop without a reported speed.
 START_AND_STOP = 0.05
 # Time over which a speed is averaged, s. Jitter of stamps adds 10 % to such a speed.
 SPEED_BASELINE = 0.2
 # Time over which reported velocities are compared with the positions, s.
 VELOCITY_WINDOW = 1.0
-# Longest interval between messages for the comparison, s: the trapezoidal rule is inexact below 7
-# Hz.
+# Velocities are compared with positions if intervals between messages are at most this, s. Below 7
+# Hz the trapezoidal rule is inexact.
 INTERVAL_LIMIT = 0.15
 # Largest delay or lead of velocities relative to positions, s. Filters delay velocities; commanded
 # velocities lead.
 LAG_LIMIT = 0.1
-# Largest difference between the integrated and the reported motion, relative to the larger motion:
-# filters of drivers smooth velocities.
+# Largest difference between the integrated and the reported motion, relative to the larger motion.
+# Filters of drivers smooth velocities, so the two motions differ.
 VELOCITY_SHARE = 0.3
-# Smallest number of positions for a check: two intervals in each half of the time.
+# Smallest number of positions for a check. Five positions give two intervals in each half of the
+# time.
 SAMPLE_MINIMUM = 5
 
 
@@ -60,9 +61,9 @@ def jumps(robot: Robot, j: int, t: Floats, q: Floats, qdot: Floats) -> Integers:
     Return the indices of the intervals between messages in which joint j moves too far for its
     speed.
 
-    The speed is the largest reported one within `LAG_LIMIT` of the interval. An interval shorter
-    than the median is taken as the median: two messages may have nearly equal stamps although
-    their measurements are apart.
+    The speed is the largest reported one within `LAG_LIMIT` of the interval. If an interval is
+    shorter than the median, the median is used. Two messages may have nearly equal stamps although
+    they were measured at different times.
 
     Parameters
     ----------
@@ -115,7 +116,8 @@ def path_errors(t: Floats, q: Floats, qdot: Floats, lags: Floats) -> Floats:
 
 def scale_in_words(scale: float) -> str:
     """
-    Return a text with `scale`, the ratio of integrated to reported motion, and its likely cause.
+    Return a text with `scale`, the ratio of integrated to reported motion, and the likely cause of
+    this ratio.
     """
     degrees, flipped = abs(scale - math.degrees(1.0)) < 2.0, abs(scale + 1.0) < 0.1
     cause = ': degrees?' if degrees else ': wrong sign' if flipped else ''
@@ -126,8 +128,8 @@ def suspects(t: Floats, q: Floats, qdot: Floats, tolerances: Floats) -> Flags:
     """
     Return for each of k joints whether `jumps` or `contradiction` could find a fault, shape (k,).
 
-    This test needs few array operations for all joints together. `jumps` and `contradiction` need
-    thirty for each joint.
+    This test is faster: it needs few array operations for all joints together. `jumps` and
+    `contradiction` need thirty operations for each joint.
     """
     late = t >= t[-1] - VELOCITY_WINDOW
     agree = np.ptp(integral(t[late], qdot[late]) - q[late], axis=0) <= tolerances

@@ -11,8 +11,8 @@ from .joint_memory import NamedJoints
 
 class NullSpaceBasis(StreamQuantity):
     """
-    Computes a basis of the joint motions that do not move the task's rows, shape (n, k). It takes
-    the basis that is nearest to that of the last message.
+    Computes a basis (n, k) of the joint velocities that give the tool no velocity in the rows of
+    the task. It chooses the basis nearest to the basis of the last message.
     """
 
     _last: Floats | None = None

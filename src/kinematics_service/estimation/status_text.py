@@ -57,7 +57,7 @@ def _axis_in_words(axis: Floats) -> str:
     for k, name in enumerate('xyz'):
         if abs(axis[k]) > math.cos(math.radians(2.0)):
             return name
-    # A lost direction has no sign: show it with its largest component positive.
+    # A lost direction has no sign, so show the sign for which its largest component is positive.
     axis = axis * np.sign(axis[int(np.argmax(np.abs(axis)))])
     return '(' + ', '.join(f'{x + 0.0:.2f}' for x in axis) + ')'
 
@@ -161,15 +161,16 @@ def singularity_status(
 
 def flat_position(loop: str) -> str:
     """
-    Return the text for joint positions at which the equations of one or several loops are
-    singular.
+    Return a text that says that the equations of one or several loops are singular at these joint
+    positions.
     """
     return f'a flat position of the {group_in_words(loop)}'
 
 
 def lost_hold(loop: str) -> str:
     """
-    Return a text about what the motors cannot hold if the equations of a closed loop are singular.
+    Return a text that names the load that the motors cannot hold if the equations of a loop are
+    singular.
     """
     moves = 'move' if closed_together(loop) else 'moves'
     return f'there the motors do not hold what the {group_in_words(loop)} {moves}'

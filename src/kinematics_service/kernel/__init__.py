@@ -1,5 +1,5 @@
 """
-The kernel: the computations for each message, compiled when the package is installed.
+The kernel: the computations for each message. The installation of the package compiles them.
 
 If the kernel is not compiled, each name is imported when it is first used, so a process that only
 needs the Jacobian does not load inverse kinematics. The compiled kernel imports all modules at
@@ -25,8 +25,7 @@ def __getattr__(name: str) -> object:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
     module, original = _HOME[name]
     value = getattr(import_module(module, __name__), original)
-    # Export functions of the module `compiled` unchanged: they are plain Python even if the kernel
-    # is compiled.
+    # Export functions of the module `compiled` unchanged, because this module is never compiled.
     globals()[name] = value if module == '.compiled' else compiled.as_exported(value)
     return globals()[name]
 

@@ -26,7 +26,7 @@ def use_compiled() -> None:
     """
     Register the compiled modules in sys.modules under the names of their source files.
 
-    Register no module if the environment asks for plain Python. Register none either if the source
+    Register no module if the environment asks for plain Python. Register no module if the source
     has changed since it was compiled, because versions must not be mixed.
     """
     if is_compiled():
@@ -70,7 +70,7 @@ def as_exported(value: Any) -> Any:
     if isinstance(value, type) and value.__module__.startswith(f'{__package__}._'):
         try:
             value.__module__ = __package__
-        except TypeError:  # extension types do not let `__module__` change
+        except TypeError:  # `__module__` of a compiled class cannot be set
             copyreg.pickle(value, _reduced)
     return value
 
@@ -102,7 +102,7 @@ def _quiet(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def hash_of(names: Sequence[str]) -> str:
     """
-    Return the SHA-256 hash of the present content of the kernel files `names`; '' if one is
+    Return the SHA-256 hash of the present content of the kernel files `names`; '' if a file is
     missing.
     """
     try:

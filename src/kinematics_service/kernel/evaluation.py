@@ -87,8 +87,9 @@ def evaluate_one(chain: Chain, q: Floats, qdot: Floats, row: Floats) -> int:
     q, qdot : shape (n,) each, rad or m, rad/s or m/s
         Joint positions and velocities.
     row : shape (width + 2 n + ROW_TAIL,)
-        The results. The length of `row` selects the depth of `evaluate`: an argument for the depth
-        would take as much time as a joint.
+        The results. The length of `row` selects the depth of `evaluate`. The function has no
+        argument for the depth, because reading an argument takes as much time as computing a
+        joint.
     """
     n = chain.dof
     if arrays.size(q) != n or arrays.size(qdot) != n:
@@ -111,8 +112,8 @@ def evaluate_one(chain: Chain, q: Floats, qdot: Floats, row: Floats) -> int:
 
 def evaluate_tail(chain: Chain, row: Flat, at: int, closed: bool) -> int:
     """
-    Evaluate the arm at the q and qdot that begin at index `at` of `row`, and fill the numbers
-    before them.
+    Evaluate the arm at q and qdot, which begin at index `at` of `row`, and fill the numbers of
+    `row` before `at`.
 
     `closed` says whether the row already has the passive variables of the loops. Return -1 if the
     row was computed, or 0 if a number is not finite or too large, or if a loop does not close.

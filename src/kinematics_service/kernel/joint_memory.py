@@ -75,13 +75,13 @@ class JointMemory:
         The arrays of the memory. The kernel uses these arrays, flat, in fields of equal names. In
         the compiled kernel these fields are addresses that Python does not see.
     timeout : ns
-        A joint is missing if it has no position for longer than this. If a stamp steps back by
-        more than this, all joints are forgotten.
+        A joint is missing if no message has reported it for longer than this. If a stamp steps
+        back by more than this, all joints are forgotten.
     velocity_source
         AUTO, FROM_MESSAGE or FROM_DIFFERENCE.
     is_new_tool
-        Whether no quaternion has been computed yet. If so, the sign of the next quaternion is
-        free.
+        Whether no quaternion has been computed yet. If this is true, the next quaternion may have
+        either sign.
     is_closed
         Whether the loops closed at the last joint positions.
     """
@@ -126,7 +126,7 @@ class OurJoints:
     count
         Number of reported joints of the arm.
     joint, place
-        `joints` and `places_of`, flat, for the kernel.
+        The arrays `joints` and `places_of`, flat, for the kernel.
     joints_needed, places_needed
         Smallest number of joints of an arm, and of positions in a message, for which all indices
         are valid.
@@ -175,7 +175,7 @@ class ReportedJoints:
 
 def clear(memory: JointMemory) -> None:
     """
-    Forget the positions of all joints. Only the kernel calls this function; other code calls
+    Forget the positions of all joints. Only the kernel calls this function; Python code calls
     `forget`.
     """
     memory.is_closed = False

@@ -15,10 +15,11 @@ from .singular_search.nearest_search import NearestSearch
 
 def _judge_loops(arm: Arm, row: Flat, measures: Flat, work: Flat) -> None:
     # Writes the distances to the zeros of the loop determinants, after the distances of the
-    # factors. Near the end of a branch a determinant is proportional to the square root of the
-    # distance, so half of the first-order distance is used. J grows toward the end of a branch, so
-    # the gradient of the manipulability would lead to this end. Therefore, if the end of a branch
-    # is nearest, the way out is computed from its determinant.
+    # factors of the robot file. A branch of solutions of a loop ends if its determinant is zero.
+    # Near the end of a branch, the determinant is proportional to the square root of the distance,
+    # so half of the first-order distance is used. J grows toward the end of a branch, so the
+    # gradient of the manipulability would lead to this end. Therefore, if the end of a branch is
+    # nearest, the way out is computed from the determinant of the loops.
     n, count = arm.chain.dof, _factors(arm)
     distances = arrays.after(measures, _judged_at(arm) + places.JUDGED)
     nearest, first = measures[places.DISTANCE], -1
@@ -93,7 +94,8 @@ def _first_order(arm: Arm, measures: Flat) -> float:
 
 
 def _judge_first_order(arm: Arm, measures: Flat) -> None:
-    # Writes the first-order distance as the result, with no nearest singular pose (NaN).
+    # Writes the first-order distance as the distance to a singular pose, and NaN as the nearest
+    # singular pose.
     judged = arrays.after(measures, _judged_at(arm))
     pose = arrays.after(measures, width(arm) - arm.chain.dof)
     estimate = _first_order(arm, measures)
@@ -107,7 +109,8 @@ def _judge_first_order(arm: Arm, measures: Flat) -> None:
 def _write_search_result(
     arm: Arm, row: Flat, measures: Flat, work: Flat, search: NearestSearch
 ) -> None:
-    # Writes the distance and the pose that `search` found in place of the first-order distance.
+    # Replaces the first-order distance by the distance that `search` found, and writes the nearest
+    # singular pose.
     measures[places.DISTANCE] = places.FARTHEST
     if search.distance <= places.FARTHEST:
         search.write_pose(arrays.after(measures, width(arm) - arm.chain.dof))
@@ -120,8 +123,8 @@ def _write_search_result(
 def _write_loop_results(
     arm: Arm, row: Flat, measures: Flat, work: Flat, search: NearestSearch
 ) -> None:
-    # Writes the distances, found by the search, to joint positions with singular loop equations,
-    # and the way out of the nearest singular pose.
+    # Writes the distances that the search found to joint positions with singular loop equations.
+    # Then writes the way out of the nearest singular pose.
     n, first = arm.chain.dof, -1
     judged = arrays.after(measures, _judged_at(arm))
     distances = arrays.after(judged, places.JUDGED + arm.tape.factors)
@@ -145,8 +148,8 @@ def judge_row(
     arm: Arm, row: Flat, q: Flat, measures: Flat, work: Flat, search: NearestSearch
 ) -> None:
     """
-    Fill the singularity measures, factors and level (without hysteresis) of one row, with a search
-    for the nearest singular pose.
+    Fill the singularity measures, factors and level (without hysteresis) of one row, and search
+    the nearest singular pose.
 
     `row` has the results of `evaluate` at q. `work` has `room` numbers. `search` is the search of
     the previous pose, or a new one.
@@ -177,8 +180,8 @@ def _judge_rows(
     measures: Flat,
     work: Flat,
 ) -> int:
-    # Fills the measures of LANES rows, each as `_judge_one` does. Returns a bit mask of the rows
-    # that `_judge_one` must still fill.
+    # Fills the measures of LANES rows as `_judge_one` does for one row. Returns a bit mask of the
+    # rows that must still be filled by `_judge_one`.
     n, columns, length = arm.chain.dof, width(arm), arm.chain.frames_at
     measured = work
     evaluated = arrays.after(measured, columns * places.LANES)
@@ -216,7 +219,8 @@ def _factors(arm: Arm) -> int:
 
 
 def _directions(arm: Arm) -> int:
-    # Returns how many numbers the singular vectors take that `measure_row` leaves in `work`.
+    # Returns how many numbers of `work` are taken by the singular vectors, which `measure_row`
+    # writes.
     n, m = arm.chain.dof, arm.task.count
     return min(m, n) * (m + n)
 
@@ -230,7 +234,7 @@ def room(arm: Arm) -> int:
 
 
 def width(arm: Arm) -> int:
-    """Return how many numbers the row of measures of one pose has."""
+    """Return the length of a row of measures."""
     n = arm.chain.dof
     return _judged_at(arm) + places.JUDGED + _factors(arm) * (2 + n) + n
 
@@ -267,11 +271,11 @@ def measure(arm: Arm, rows: Floats, q: Floats, measures: Floats) -> None:
     q : shape (N, n), rad or m
         Joint positions of the rows.
     measures : shape (N, 6 + 6 + 2 n + min(m, n) + 4 + F (2 + n) + n)
-        The scalars DETERMINANT (NaN if J_t is not square) to RANK, the lost direction (6,) in base
-        axes, the joint motion (n,) and the way out (n,) in rad or m, and the singular values. Then
-        WATCHED to FIRST_ORDER, the distances to the zeros of the F factors (first those of the
-        robot file, then those of loops), value and gradient of each factor, and the nearest
-        singular pose (n,).
+        Six scalars, DETERMINANT (NaN if J_t is not square) to RANK. The lost direction (6,) in
+        base axes, the joint motion (n,) and the way out (n,) in rad or m, and the singular values.
+        Then the numbers WATCHED to FIRST_ORDER, and the distances to the zeros of the F factors
+        (first the factors of the robot file, then those of loops). Last come value and gradient of
+        each factor, and the nearest singular pose (n,).
     """
     _check_rows(arm, rows, measures)
     n, columns, regular = arm.chain.dof, width(arm), _is_regular(arm)

@@ -2,11 +2,11 @@
 Compute the clearance of joint positions: a proved radius, rad, within which no pose is singular.
 
 A first radius follows from Weyl's inequality. For a larger radius, the task Jacobian J_t is
-written in the bases of its singular vectors. The block of all singular values except the smallest
-is invertible if a bound of its relative change is below 1. Then J_t has full rank if the Schur
-complement of the block is not zero. The bases move with the block, so that the coupling between
-the block and the last direction is zero to first order. The Schur complement is expanded to third
-order, and bounds are added for the higher orders.
+written in the bases of its singular vectors. The block of J_t with all singular values except the
+smallest stays invertible while a bound of the block's relative change is below 1. Then J_t has
+full rank if the Schur complement of the block is not zero. The bases move with the joints, so that
+the coupling between the block and the last direction is zero to first order. The Schur complement
+is expanded to third order, and bounds are added for the higher orders.
 
 The Schur complement of a redundant arm has several entries, and J_t has full rank unless all
 entries are zero. The proof shows that a sum of the entries, with polynomials as weights, is
@@ -27,7 +27,7 @@ from .expansion import Expansion
 
 # Largest number of bisections in the search for the proved radius.
 HALVINGS = 32
-# The bisection for the radius ends if the relative error of the radius is below this.
+# The bisection ends if the relative error of the proved radius is below this.
 RADIUS_TOLERANCE = 1e-5
 # Number of weighted sums of the entries of the Schur complement for which a proof is tried.
 MAX_SUMS = 4
@@ -45,10 +45,11 @@ class Clearance:
         Indices, from 0, of the joints that can change the rank of J_t.
     point : shape (3,), m
         The point whose velocity J_t describes, in tool axes relative to the tool's origin. If J_t
-        has all six rows, the rank is the same for each point.
+        has all six rows, its rank does not depend on the point.
     bend, twist, fourth
         Bounds of the second, third and fourth derivatives of the scaled J_t along a unit motion of
-        the joints in `moving`. The third and fourth can be infinite if they are unknown.
+        the joints in `moving`. The bounds of the third and fourth derivatives are infinite if they
+        are unknown.
     """
 
     def __init__(
@@ -85,7 +86,7 @@ class Clearance:
 
     def radius(self, q: Flat) -> float:
         """
-        Return the proved radius around the joint positions q (n,) without singular poses, rad.
+        Return a radius around the joint positions q (n,), rad, within which no pose is singular.
         """
         k = self.arm.task.generic_rank
         self._evaluate(q)
@@ -119,15 +120,16 @@ class Clearance:
         return radius
 
     def _mix(self, share: float) -> None:
-        # Fills `across` with weights of the entries of the Schur complement, a vector of length 1.
-        # If `share` is 0, only the first entry counts. If `share` is 1, the weighted sum has the
-        # smallest slope.
+        # Fills `across` with weights of the entries of the Schur complement; the vector of weights
+        # has length 1. If `share` is 0, only the first entry counts. If `share` is 1, the weighted
+        # sum has the smallest slope.
         for i in range(self.directions.count):
             self.across[i] = share * self.shares[i] + (1.0 - share) * self.first[i]
         unit(self.across, self.directions.count)
 
     def _set_sum(self, cubic: Cubic, shares: Flat) -> None:
-        # Sets `cubic` to the sum of the entries of the Schur complement, weighted by `shares`.
+        # Sets `cubic` to the sum of the entries of the Schur complement, each multiplied by its
+        # number in `shares`.
         count = self.directions.count
         smallest = self.directions.sigma[self.arm.task.generic_rank - 1]
         cubic.set_sum(self.expansion, self.F, shares, count, shares[0] * smallest)
@@ -173,8 +175,8 @@ class Clearance:
         return self.change * r + 0.5 * self.bend * r * r
 
     def _by_change(self, smallest: float) -> float:
-        # Returns the radius that Weyl's inequality proves: no singular value changes by more than
-        # the norm of the change of J_t.
+        # Returns the radius that follows from Weyl's inequality: a singular value changes at most
+        # by the norm of the change of J_t.
         good, bad = 0.0, places.FARTHEST
         for _ in range(HALVINGS):
             r = 0.5 * (good + bad)
@@ -186,9 +188,9 @@ class Clearance:
         return good
 
     def _write_complement(self) -> None:
-        # Fills F with each entry of the Schur complement to third order. Fills B and C with the
-        # second order of the blocks of turns and lines (see `Directions`) in the moving bases;
-        # their first order is 0.
+        # Fills F with the Taylor terms of each entry of the Schur complement, to third order.
+        # Fills B and C with the second-order terms of the blocks of turns and lines (see
+        # `Directions`). In the moving bases these blocks have no first-order terms.
         d, k, count = self.count, self.arm.task.generic_rank - 1, self.directions.count
         terms, pairs = self.expansion.terms, self.expansion.sizes[2]
         for a in range(k):
@@ -213,8 +215,8 @@ class Clearance:
                 self._subtract(turn, arrays.after(line, d), 2, cubed)
 
     def _cell(self, turn: int, line: int) -> Flat:
-        # Returns the Taylor terms of the entry of J_t in row `turn` and column `line`: see
-        # `Directions`.
+        # Returns the Taylor terms of the entry of J_t in row `turn` and column `line`;
+        # `Directions` defines turns and lines.
         cell = turn * self.directions.length + line
         return arrays.after(self.expansion.G, cell * self.expansion.terms)
 
@@ -230,8 +232,9 @@ class Clearance:
                     product[triple[(i * d + j) * d + p]] -= a[i] * b[pair[j * d + p]]
 
     def _write_norms(self) -> None:
-        # Computes bounds of the change of three blocks of J_t by a joint motion of length 1, for
-        # each order: the invertible block, the turns and the lines (see `Directions`).
+        # Computes bounds, for each order, of the change of three blocks of J_t by a joint motion
+        # of length 1. The blocks are the invertible block, the turns and the lines (see
+        # `Directions`).
         k, count, d = self.arm.task.generic_rank - 1, self.directions.count, self.count
         terms, pairs = self.expansion.terms, self.expansion.sizes[2]
         step, cubed = self.directions.length * terms, d + pairs
@@ -250,7 +253,7 @@ class Clearance:
     def _choose_shares(self) -> bool:
         # Chooses two weightings of the entries of the Schur complement. `shares` gives the sum
         # whose slope is smallest relative to its value. `steepest` gives the steepest sum
-        # orthogonal to `shares`. Returns whether both exist.
+        # orthogonal to `shares`. Returns False if a vector of weights is zero.
         d, count, terms = self.count, self.directions.count, self.expansion.terms
         trace, most = 0.0, 0.0
         for i in range(count):
@@ -278,8 +281,8 @@ class Clearance:
         return most > 0.0
 
     def _by_complement(self, best: float) -> float:
-        # Returns by bisection the largest radius within which `self.sum` is proved to be positive,
-        # or `best` if `best` is larger.
+        # Returns the largest radius within which `self.sum` is proved to be positive, found by
+        # bisection; at least `best`.
         self.sum.write_sizes()
         self.sum.diagonalise()
         good, bad = best, places.FARTHEST
@@ -320,8 +323,8 @@ class Clearance:
         twisted = min(third / root, self.twist_of_lines * square * r + fourth / root)
         behind = self.bend_of_lines * square + twisted + self.by_lines * r * bent
         rest += twisted * turns + behind * before / (1.0 - inside)
-        # Enlarge the remainder of the expansion by the weight of the steepest sum, and add the
-        # products of weight and sum from fourth order on.
+        # `take_away` has added the steepest sum times a polynomial. Multiply the remainder by a
+        # bound of this factor, and add the terms of the product beyond third order.
         slope, bend = self.sum.size_of_l * r, self.sum.size_of_M * square
         steep = self.steep.size_of_T * square * r
         rest *= 1.0 + abs(self.sum.weight) + slope + bend
@@ -343,7 +346,7 @@ def unit(v: Flat, count: int) -> bool:
 
 def clearances(clearance: Clearance, q: Floats, radii: Floats) -> None:
     """
-    Fill `radii` (N,) with the proved radius without singular poses, rad, around each q (N, n).
+    Fill `radii` (N,) with the radius, rad, around each q (N, n) within which no pose is singular.
     """
     n, count = clearance.arm.chain.dof, arrays.extent(q, 0)
     positions, results = arrays.numbers(q, count * n), arrays.results(radii, count)

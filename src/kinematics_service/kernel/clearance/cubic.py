@@ -7,13 +7,14 @@ from . import directions
 from .expansion import Expansion
 from .norms import Norms
 
-# Number of bisections for the Lagrange multiplier. More bisections improve the bound; the bound is
-# valid for each multiplier.
+# Number of bisections for the Lagrange multiplier. The lower bound is valid for each number of
+# bisections, and more bisections make it sharper.
 MULTIPLIER_HALVINGS = 20
 # Number of polynomial divisions in `take_away`; each division removes more of the terms along the
 # slope.
 DIVISIONS = 4
-# Smallest denominator in the lower bound, relative to the polynomial's curvature and slope.
+# Smallest denominator in the formula of the lower bound, relative to the polynomial's curvature
+# and slope.
 MIN_DENOMINATOR = 1e-14
 
 
@@ -72,10 +73,10 @@ class Cubic:
 
     def take_away(self, other: 'Cubic') -> None:
         """
-        Add the polynomial `other`, multiplied by a quadratic polynomial that removes the terms
+        Add `other` times a quadratic polynomial, chosen so that this polynomial loses its terms
         along the slope of `other`.
 
-        The value of this polynomial does not change at motions at which `other` is 0.
+        If `other` is 0 at a motion, the value of this polynomial at the motion does not change.
         """
         d = self.count
         slope = directions.length_of(other.g, d)
@@ -98,9 +99,9 @@ class Cubic:
                 self.T[p] = -self.T[p]
 
     def _divide(self, slope: float) -> None:
-        # Computes the quadratic polynomial along[0] + more.d + d' half d. Its product with the
-        # linear form slope way.d, if added to this polynomial, removes the parts of g, Q and T
-        # along `way`.
+        # Computes the quadratic polynomial along[0] + more.d + d' half d. If its product with the
+        # linear form slope way.d is added to this polynomial, the parts of g, Q and T along `way`
+        # vanish.
         d, way, whole = self.count, self.way, 0.0
         for a in range(d):
             self.more[a], self.along[a] = 0.0, 0.0
@@ -126,7 +127,8 @@ class Cubic:
         self.along[0] = -value / slope
 
     def _add_product(self, other: 'Cubic') -> None:
-        # Adds `other` times the quadratic polynomial of `_divide`, up to third order.
+        # Adds the product of `other` and the quadratic polynomial of `_divide`; leaves out terms
+        # beyond third order.
         d, first, more, half = self.count, self.along[0], self.more, self.half
         self.weight += first
         self.constant += first * other.constant

@@ -28,8 +28,8 @@ class Directions:
     row
         The row of results of `evaluate` at q: pose, Jacobian, twist and screws.
     W, sigma
-        Singular vectors and singular values, as `unit_rows` writes them. Each line has one row of
-        W.
+        Singular vectors and singular values, as `unit_rows` writes them. Row i of W belongs to
+        line i.
     length, width
         Number of lines, and length of a row of W.
     count

@@ -41,15 +41,15 @@ class Expansion:
     begins, sizes : shape (4,)
         Index of the first term of each order, and number of terms of each order.
     pair, triple : shape (d, d), (d, d, d)
-        Index of the product of two or three joint motions among the terms of second or third
-        order.
+        pair[a, b] is the index of the product of joint motions a and b among the terms of second
+        order. triple[a, b, c] is the index of a product of three among the terms of third order.
     share : shape (terms,)
-        1 over the number of permutations of the factors of each term; `root` is the square root of
-        `share`.
+        1 over the number of permutations of the factors of each term. The array `root` has the
+        square roots of `share`.
     G : shape (rank, lines, terms)
-        The terms of the entry of J_t for each turn and each line (see `Directions`), divided by
-        the square roots of the singular values of both. The smallest singular value does not
-        divide.
+        The terms of the entry of J_t for each turn and each line (see `Directions`). Each entry is
+        divided by the square roots of the singular values of its turn and its line, except by that
+        of the smallest singular value.
     """
 
     def __init__(self, chain: Chain, task: TaskRows, moving: Integers, orders: int) -> None:
@@ -113,9 +113,9 @@ class Expansion:
         Fill K with the Taylor terms of J_t, from a row of results evaluated at q.
 
         Let a, b, ..., c be entries (joints) in the order of the chain, with angular velocities w
-        and linear velocities v. The derivative of the linear velocity of any one of these columns
-        by the other entries is w_a x (w_b x ... v_c). The derivative of the angular velocity of a
-        later column i by all of them is w_a x (w_b x ... w_i).
+        and linear velocities v. Each entry has a column of J. The derivative of the linear
+        velocity of one column by the other entries is w_a x (w_b x ... v_c). The derivative of the
+        angular velocity of a later column i by a, b, ..., c is w_a x (w_b x ... w_i).
         """
         d, entries, joint = self.count, self.chain.entries, self.chain.joint
         arrays.fill(self.K, self.terms * self.turns * self.length, 0.0)
@@ -222,9 +222,9 @@ class Expansion:
         Return an upper bound of the norm of a matrix whose entries are Taylor terms of one order.
 
         The bound holds for all joint motions of length 1. In `terms`, rows are `step` numbers
-        apart, columns `stride` and terms `apart`. The bound is the least of up to three norms.
-        They belong to three ways to order the numbers as a matrix: its rows are the given rows,
-        columns or terms.
+        apart, columns `stride` and terms `apart`. The bound is the least of up to three norms,
+        those of three matrices with these numbers. The rows of the three matrices are the given
+        rows, the given columns, and the terms.
         """
         count, W = self.sizes[order], self.norms.W
         root = arrays.after(self.root, self.begins[order])

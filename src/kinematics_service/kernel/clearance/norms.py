@@ -8,7 +8,8 @@ from ..measures import symmetric
 # Bound of the relative round-off error of a computed norm, about 5,000 machine epsilons.
 ROUND_OFF = 1e-12
 # Diagonalization stops if off-diagonal entries are below this tolerance, relative to the largest
-# diagonal entry. The tolerance makes the bound too large by at most this times the number of rows.
+# diagonal entry. Because of this tolerance the bound is too large by at most
+# OFF_DIAGONAL_TOLERANCE times the number of rows.
 OFF_DIAGONAL_TOLERANCE = 1e-4
 
 

@@ -7,7 +7,9 @@ from . import chain_pass
 
 
 def shortest_angle(step: float) -> float:
-    """Return `step`, rad, minus full turns: the bits of math.remainder(step, 2 pi)."""
+    """
+    Return `step`, rad, minus full turns. The result has the bits of math.remainder(step, 2 pi).
+    """
     size = abs(step)
     if not math.isfinite(size):
         return places.NAN

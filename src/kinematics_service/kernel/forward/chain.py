@@ -1,5 +1,6 @@
 """
-Store the kinematic chain of an arm as arrays: constant motions, and screws about z between them.
+Store the kinematic chain of an arm as arrays: constant motions, and a screw about z after each of
+them but the last.
 
 If the arm has closed loops, passive variables also move screws. The passive variables follow from
 the joint positions.
@@ -109,11 +110,12 @@ class Chain:
         Number of joints and passive variables together, number of loops, and number of groups of
         loops.
     screws_at, closure_at, frames_at, width
-        First indices, in a row of results, of the screws of the entries (6, entries), the numbers
-        of the closure, and the frames of the table; and the length of the row.
+        `width` is the length of a row of results. The others are indices in this row, at which the
+        screws of the entries (6, entries), the numbers of the closure, and the frames of the table
+        begin.
     widths, single_widths
-        Length of a row at each depth (POSE, JACOBIAN, ALL_FRAMES), without and with q, qdot and a
-        quaternion at the end. `evaluate_one` fills the longer row.
+        Length of a row at each depth (POSE, JACOBIAN, ALL_FRAMES). Rows of `single_widths` have q,
+        qdot and a quaternion at the end; `evaluate_one` fills such rows.
     at_rest : shape (n,)
         Zero velocities; read-only.
     """
@@ -138,8 +140,8 @@ class Chain:
         self.elements, self.entries = len(table.theta_0), len(table.joint)
         self.frames: int = len(table.frame_parent)
         self.form: int = _form(table) if closure is None else places.CLOSED
-        # If entry k is joint k for all k, the screws of the entries are the columns of J, so no
-        # second copy is stored in a row of results.
+        # If entry k belongs to joint k for all k, the screws of the entries are the columns of J.
+        # A row of results then stores them only once.
         mixed = self.form == places.MIXED or self.form == places.CLOSED
         after_twist = places.JACOBIAN_AT + 6 * n + 6
         self.screws_at: int = after_twist if mixed else places.JACOBIAN_AT
@@ -183,8 +185,8 @@ class Loop:
     there, back
         The chains. The residual is the pose of the end of `back` relative to the end of `there`.
     axes : shape (r,)
-        The components of the two end frames that coincide, in the axes of the common first frame:
-        0 to 2 for the position, 3 to 5 for the rotation.
+        Indices of the components in which the two end frames coincide, in the axes of the common
+        first frame. 0 to 2 are components of the position, 3 to 5 of the rotation.
     row
         Index of this loop's first component in its group: the number of components of the earlier
         loops.
@@ -230,8 +232,8 @@ class Loop:
 
     def axes(self) -> Integers:
         """
-        Return the components in which the ends of the loop coincide, shape (r,): 0 to 2 position,
-        3 to 5 rotation.
+        Return the indices of the components in which the ends of the loop coincide, shape (r,): 0
+        to 2 position, 3 to 5 rotation.
         """
         axes: Integers = self.arguments[2]
         return axes
@@ -251,7 +253,7 @@ class LoopGroup:
     size : m
         Length scale by which position residuals are divided.
     units : shape (variables,), rad or m
-        The motion of each variable that counts as 1 rad.
+        The motion of each variable that weighs as much as a rotation by 1 rad.
     following
         The next group, which variables of this group may move; None for the last group.
 
@@ -350,15 +352,15 @@ class Closure:
     first
         The first group of loops.
     turns : shape (n,)
-        1 for each joint without limits whose full turns do not change the loops; else 0.
+        1 for a joint without limits whose full turns do not change the loops; 0 for other joints.
     start : shape (width,)
-        A section, the numbers about closed loops at one pose, at which the loops are known to
-        close: `closing.assemble` completes it. A section has the variables (n + P), their rates (n
-        + P), the derivatives of the passive variables by the joints (P, n), three numbers for each
-        group, and the screws of the entries of each loop. The three numbers are: the determinant
-        of the derivatives of the residual by the passive variables of the group; the largest
-        component of the residual (divided by `size`, or rad); the number of Newton steps. Each row
-        of results also has a section, at the pose of the row.
+        A section is the array of numbers about closed loops at one pose. This section belongs to a
+        pose at which the loops are known to close; `closing.assemble` completes it. A section has
+        the variables (n + P), their rates (n + P), the derivatives of the passive variables by the
+        joints (P, n), three numbers for each group, and the screws of the entries of each loop.
+        The three numbers are: the determinant of the derivatives of the residual by the passive
+        variables of the group; the largest component of the residual (divided by `size`, or rad);
+        the number of Newton steps. Each row of results also has a section, at the pose of the row.
 
     Attributes
     ----------

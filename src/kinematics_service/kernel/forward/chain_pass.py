@@ -2,9 +2,9 @@
 Compute pose, quaternion, Jacobian, twist and frames from joint positions in one pass over the
 chain.
 
-The pass evaluates one pose, or LANES poses at once: number k of the pose in a lane is at index k *
-lanes + lane. One pose and several poses use equal operations in equal order, so the results have
-the same bits.
+The pass evaluates one pose, or LANES poses at once. Number k of the pose in a lane is at index k *
+lanes + lane. The operations for each pose and their order do not depend on the number of poses, so
+the results have equal bits.
 
 An element k is one moving screw of the chain. Its axis is the unit vector z through the point o.
 Its motion is Rz(theta) Tz(d) with theta = theta_0 + sum(c_theta q_j) and d = d_0 + sum(c_d q_j).
@@ -74,7 +74,7 @@ def sincos(x: float) -> tuple[float, float]:
     """Return the sine and cosine of x, rad, with errors of at most two units in the last place."""
     if abs(x) <= places.LARGEST_REDUCED:
         return _sincos_reduced(x)
-    if not math.isfinite(x):  # a sum of angles can overflow; math.sin would raise an error
+    if not math.isfinite(x):  # math.sin raises an error if x is infinite
         return places.NAN, places.NAN
     return math.sin(x), math.cos(x)
 
@@ -84,8 +84,8 @@ def sines_and_cosines(angles: Numbers, sines: Numbers, cosines: Numbers) -> None
     Write the sines and cosines of LANES angles, rad, each up to LARGEST_REDUCED; equal to
     `sincos`.
     """
-    # Use local arrays: the compiler knows that they do not overlap with the coefficients, so it
-    # computes several lanes at once.
+    # Use local arrays, because the compiler then knows that they do not overlap with the
+    # coefficients, and computes several lanes at once.
     s, c = [0.0] * 16, [0.0] * 16
     for lane in range(places.LANES):
         pair = _sincos_reduced(angles[lane])
@@ -109,8 +109,8 @@ def times(T: Numbers, motion: Flat) -> None:
 
 
 def _times(T: Numbers, motion: Flat, lanes: int) -> None:
-    # Read the numbers of `motion` first: the compiler assumes that each write to T may change
-    # them.
+    # Read the numbers of `motion` first, because the compiler assumes that each write to T may
+    # change `motion`.
     xx, xy, xz, xp = motion[0], motion[1], motion[2], motion[3]
     yx, yy, yz, yp = motion[4], motion[5], motion[6], motion[7]
     zx, zy, zz, zp = motion[8], motion[9], motion[10], motion[11]
@@ -194,8 +194,8 @@ def _write_quaternion(T: Numbers, quaternion: Flat, lanes: int) -> None:
 
 
 def _write_point_and_axis(T: Numbers, step: int, screw: Flat, lanes: int) -> None:
-    # Writes the point and the axis of an element into the place of its entry's screw. `_finish`
-    # replaces them by the screw after the tool pose is known.
+    # Writes the point and the axis of an element to the indices of its entry's screw. When the
+    # tool pose is known, `_finish` replaces point and axis by the screw.
     for i in range(3):
         for lane in range(lanes):
             screw[i * step + lane] = T[(4 * i + 3) * lanes + lane]
@@ -255,8 +255,8 @@ def evaluate_rows(
     work: Flat,
 ) -> bool:
     """
-    Fill the rows of results of LANES poses at once, as `evaluate_row` fills one, with depth POSE
-    or JACOBIAN.
+    Fill the rows of results of LANES poses at once, each with the results of `evaluate_row`, with
+    depth POSE or JACOBIAN.
 
     Return False if a number is too large or not finite. The caller must then fill the rows one by
     one.
@@ -268,7 +268,7 @@ def evaluate_rows(
     blocks.put_side_by_side(qdot, each, n, rates)
     if not blocks.all_within(positions, 2 * n, places.LARGEST):  # joint positions and velocities
         return False
-    # Both lengths are 12 * LANES, which C needs as a literal. The arrays are local, because the
+    # Both arrays have length 12 * LANES, which C needs as a literal. They are local, because the
     # compiler then knows that they do not overlap.
     T, twist = [0.0] * 192, [0.0] * 192
     size = _evaluate(chain, positions, rates, depth, True, work, T, twist, places.LANES)
@@ -290,10 +290,10 @@ def _evaluate(
     twist: Numbers,
     lanes: int,
 ) -> float:
-    # Fills the rows of results of `lanes` poses. Returns a number that is at least as large as
-    # each number in the rows, and not finite if one of them is not. T and `twist` are local arrays
-    # of the caller, twelve numbers for each pose. If `whole` is False, no pose and no twist are
-    # written.
+    # Fills the rows of results of `lanes` poses. Returns an upper bound of the size of the numbers
+    # in the rows; the bound is not finite if a number in the rows is not finite. T and `twist` are
+    # local arrays of the caller, twelve numbers for each pose. If `whole` is False, no pose and no
+    # twist are written.
     elements, step = chain.elements, chain.entries * lanes
     twisted = chain.form == places.TWISTED
     framed = lanes == 1 and depth >= places.ALL_FRAMES
@@ -348,9 +348,9 @@ def _finish(
     lanes: int,
 ) -> float:
     # Completes the rows of results after the tool poses T are known. Replaces the point and axis
-    # of each entry by its screw: linear velocity of the tool's origin and angular velocity of the
-    # tool, for a unit velocity of the joint. The last six numbers of `twist` are memory for a
-    # screw.
+    # of each entry by the screw of the entry: linear velocity of the tool's origin and angular
+    # velocity of the tool, for a unit velocity of the joint. The last six numbers of `twist` store
+    # a screw for a moment.
     step = chain.entries * lanes
     screws = arrays.after(rows, chain.screws_at * lanes)
     twists = arrays.after(rows, (places.JACOBIAN_AT + 6 * chain.dof) * lanes)

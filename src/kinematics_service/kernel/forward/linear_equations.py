@@ -34,7 +34,7 @@ def factorise(A: Numbers, size: int, order: WholeNumbers) -> float:
 
 
 def solve(A: Numbers, size: int, order: WholeNumbers, x: Numbers) -> None:
-    """Overwrite x (size,) with the solution y of A y = x; A and `order` are from `factorise`."""
+    """Solve A y = x and overwrite x (size,) with y. `factorise` must have filled A and `order`."""
     for i in range(size):
         pivot = order[i]
         value = x[pivot]
@@ -50,7 +50,9 @@ def solve(A: Numbers, size: int, order: WholeNumbers, x: Numbers) -> None:
 
 
 def solve_transposed(A: Numbers, size: int, order: WholeNumbers, x: Numbers) -> None:
-    """Overwrite x (size,) with the solution y of A' y = x; A and `order` are from `factorise`."""
+    """
+    Solve A' y = x and overwrite x (size,) with y. `factorise` must have filled A and `order`.
+    """
     for i in range(size):
         value = x[i]
         for k in range(i):

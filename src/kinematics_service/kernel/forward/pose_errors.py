@@ -1,10 +1,10 @@
 """
 Compute covariances of the tool's pose and twist by linear error propagation.
 
-An error of a joint position or of a number of the DH table moves the tool along a screw. This
-screw is fixed in one frame of the arm. One pass over the chain gives the poses of these frames,
-and so the derivatives. The derivative of the pose is the screw itself. The derivative of the twist
-follows from the twists of the parts of the arm before and after the screw.
+An error of a joint position or of a number of the DH table moves the tool along a screw. The screw
+is fixed in one frame of the arm. One pass over the chain gives the poses of the frames, and so the
+derivatives by the errors. The derivative of the tool pose is the screw itself. The derivative of
+the twist follows from the twists of the parts of the arm before and after the screw.
 """
 
 from typing import NamedTuple
@@ -21,8 +21,8 @@ COVARIANCES = 72
 
 class PoseErrorTable(NamedTuple):
     """
-    The arrays that describe the errors of an arm: screws, and how far each cause of error moves
-    along them.
+    The arrays that describe the errors of an arm: screws, and the motion along each screw that
+    each cause of error produces.
 
     Attributes
     ----------
@@ -31,8 +31,8 @@ class PoseErrorTable(NamedTuple):
     screw : shape (screws, 6)
         Linear velocity of the origin of the frame, and angular velocity, in the axes of the frame.
     gear : shape (screws,)
-        For an error of the scale of a joint, the motion along the screw is proportional to the
-        joint position: the index of this joint. -1 for other errors.
+        Index of a joint, or -1. If the error is one of the scale of this joint, the motion along
+        the screw is proportional to the joint position. For other errors the number is -1.
     spread : shape (screws, causes)
         The motion along each screw that one standard deviation of each independent cause produces.
     rates : shape (n,)
@@ -69,8 +69,8 @@ def _goes_together(chain: Chain, table: PoseErrorTable) -> bool:
 
 
 def _reaches(spread: Floats) -> Integers:
-    # Returns for each screw the first cause that moves along it, and the last such cause plus 1;
-    # zeros if no cause does.
+    # Returns for each screw the index of the first cause that moves the tool along it, and the
+    # index of the last such cause plus 1. Returns zeros for a screw without a cause.
     ranges = np.zeros((len(spread), 2), dtype=np.int64)
     for bounds, row in zip(ranges, spread):
         moving = np.flatnonzero(row)
@@ -81,7 +81,8 @@ def _reaches(spread: Floats) -> Integers:
 
 class PoseErrors:
     """
-    The errors of an arm for the kernel, immutable: screws and the causes that move along them.
+    The errors of an arm for the kernel, immutable: screws, and the causes of error that move the
+    tool along the screws.
 
     Attributes
     ----------
@@ -90,7 +91,8 @@ class PoseErrors:
     table
         The arrays of the errors, read-only; the kernel reads these arrays without a copy.
     reaches : shape (screws, 2)
-        The range of causes that move along each screw: the first cause, and the last cause plus 1.
+        The range of causes that move the tool along each screw: index of the first cause, and
+        index of the last cause plus 1.
     screws, causes
         Number of screws, and number of causes.
     """
@@ -134,8 +136,8 @@ def _write_column(errors: PoseErrors, s: int, row: Flat, column: Numbers) -> Non
 
 def _write_rate(column: Numbers, before: Numbers, twist: Flat, rate: Numbers) -> None:
     # Writes to `rate` the change of the twist by a motion along a screw. The motion rotates the
-    # twist of the part of the arm after the screw, w x v. It also moves the tool's origin, which
-    # changes the linear velocity that the part before the screw gives the tool.
+    # twist of the part of the arm after the screw, w x v. The motion also moves the tool's origin,
+    # which changes the linear velocity that the part before the screw gives the tool.
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
         vj, vk = twist[j] - before[j], twist[k] - before[k]
@@ -175,8 +177,8 @@ def _carry_on(chain: Chain, element: int, row: Flat, qdot: Flat, before: Numbers
 
 def _add_causes(errors: PoseErrors, s: int, column: Numbers, moved: Flat) -> None:
     # Adds to `moved` (causes, 6) the motion of the tool that each cause produces along screw s.
-    # The loop body has six lines instead of a loop, because the compiler then computes two at
-    # once.
+    # The body of the loop has six lines instead of an inner loop, because the compiler then
+    # computes two numbers at once.
     spread = arrays.after(errors.spread, s * errors.causes)
     vx, vy, vz = column[0], column[1], column[2]
     wx, wy, wz = column[3], column[4], column[5]
@@ -259,7 +261,7 @@ def write_covariances(
             _write_rate(column, before, twist, rate)
         gear = errors.gear[s]
         if gear >= 0:
-            for i in range(6):  # motion q s along screw s; its rate is q ds/dt + qdot s
+            for i in range(6):  # the motion along screw s is q s, so its rate is q ds/dt + qdot s
                 rate[i] = q[gear] * rate[i] + qdot[gear] * column[i]
                 column[i] = q[gear] * column[i]
         if of_pose:

@@ -30,7 +30,7 @@ def plus(a: Vector, factor: float, b: Vector) -> Vector:
 
 
 def three(numbers: Numbers, at: int) -> Vector:
-    """Return the three numbers of `numbers` from index `at` on as a vector."""
+    """Return three numbers of `numbers`, beginning at index `at`, as a vector."""
     return (numbers[at], numbers[at + 1], numbers[at + 2])
 
 
@@ -45,7 +45,7 @@ def axis_of(screws: Numbers, k: int) -> Vector:
 
 
 def point_of(screws: Numbers, k: int) -> Vector:
-    """Return the point on the axis of screw k."""
+    """Return the point that is stored for the axis of screw k."""
     return three(screws, 7 * k + 3)
 
 
@@ -81,8 +81,8 @@ def angle(axis: Vector, a: Vector, b: Vector, otherwise: float) -> float:
 
     If a is parallel to the axis, every angle is a solution, and the function returns `otherwise`.
     """
-    # Project a and b onto the plane normal to the axis. Without this projection, differences of
-    # products would be only round-off for vectors nearly parallel to the axis.
+    # Project a and b onto the plane normal to the axis. Without this projection, the computed
+    # angle of vectors nearly parallel to the axis would be only round-off.
     size = dot(a, a)
     a = plus(a, -dot(axis, a), axis)
     b = plus(b, -dot(axis, b), axis)

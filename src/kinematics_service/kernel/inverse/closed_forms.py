@@ -5,16 +5,16 @@ axes, in closed form.
 - Three joints for a position: three_joints.py (Pieper 1968).
 - Axes 4, 5 and 6 meet in a point: joints 1 to 3 move this point to its position, and joints 4 to 6
   give the rotation (Pieper 1968).
-- Axes 2, 3 and 4 are parallel: the height of the wrist point along them gives joint 1, and the
-  direction of axis 2 in the tool frame gives joints 5 and 6. Joints 2 to 4 are a planar arm.
+- Axes 2, 3 and 4 are parallel: the height of the wrist point along these axes gives joint 1, and
+the direction of axis 2 in the tool frame gives joints 5 and 6. Joints 2 to 4 are a planar arm.
 
 Each step of a closed form is a subproblem. Subproblem 1 finds the angle that rotates a vector onto
 another (Paden and Kahan; Murray, Li and Sastry, A Mathematical Introduction to Robotic
 Manipulation, section 3.2). Subproblem 4 finds the angles that rotate a vector to a given height
 (Elias and Wen, IK-Geo, arXiv:2211.05737).
 
-Round-off errors are propagated from joint to joint: `turn` is the error of directions, rad, and
-`way` the error of points, m.
+The functions propagate errors from joint to joint: `turn` is the error of directions, rad, and
+`way` is the error of points, m.
 """
 
 import math
@@ -67,9 +67,9 @@ def _angles_to_height(
 def _wrist(
     screws: Numbers, T: Numbers, arms: Numbers, i: int, turn: float, free: Numbers, angles: Numbers
 ) -> int:
-    # Solves joints 4 to 6 for the rotation that joints 1 to 3 leave, if their positions are
-    # candidate i of `arms`. Writes up to two solutions of three angles, and the error of the
-    # angles to angles[6]. Returns the number of solutions.
+    # Solves joints 4 to 6 for the rest of the rotation, if joints 1 to 3 have the positions of
+    # candidate i in `arms`. Writes to `angles` up to two solutions of three angles, and to
+    # angles[6] the error of the angles. Returns the number of solutions.
     a, b = vectors.axis_of(screws, 3), vectors.axis_of(screws, 4)
     c = vectors.axis_of(screws, 5)
     goal = _back(screws, arms, 3 * i, vectors.times_vector(T, c))
@@ -109,8 +109,8 @@ class ClosedForm:
     to_joints, to_screws : shape (n, n)
         Matrices from positions of the screws to joint positions, and back.
     error
-        Largest difference between the axes of the arm and the screws, including round-off: rad
-        for directions, and relative to the size of the arm for points.
+        Largest difference between the axes of the arm and the screws, including round-off. The
+        unit is rad for directions, and the size of the arm for points.
     """
 
     def __init__(
@@ -144,7 +144,7 @@ class ClosedForm:
             psi[i] = arrays.dot(arrays.after(self.to_screws, i * self.n), q, self.n)
 
     def turn_into_joints(self, row: Flat) -> None:
-        """Replace the screw positions in `row` (n,) by the joint positions, in place."""
+        """Replace the screw positions in `row` (n,) by the joint positions."""
         psi = [0.0] * 6
         arrays.copy(psi, self.n, row)
         for i in range(self.n):
@@ -152,8 +152,8 @@ class ClosedForm:
 
     def write_motion(self, pose: Flat, T: Numbers) -> None:
         """
-        Write the motion T (3, 4) from the tool's rest pose to `pose`, or its inverse if the screws
-        go from tool to base.
+        Write to T (3, 4) the motion of the tool from its rest pose to `pose`, or the inverse of
+        this motion if the screws are ordered from tool to base.
         """
         M = [0.0] * 12
         if self.way == places.POSITION_3:
@@ -175,8 +175,8 @@ class ClosedForm:
         Write to `psi` screw positions that may reach the motion T; return the number of
         candidates.
 
-        Arguments are as in `inverse_candidates`. `rotation_error` is the error of the rotation of
-        T, rad.
+        `free`, `psi` and `accuracy` are as in `inverse_candidates`. `rotation_error` is the error
+        of the rotation of T, rad.
         """
         start, to = vectors.three(self.point, 0), vectors.apart(T, 3, 4)
         turn = self.error + rotation_error
@@ -316,7 +316,8 @@ def inverse_candidates(
     """
     Fill `psi` with screw positions that may reach a target; return the number of these candidates.
 
-    Candidates are approximate: `refine` makes solutions of them and returns the error of each.
+    Candidates are approximate. `refine` moves each candidate to a solution and returns the
+    remaining error.
 
     Parameters
     ----------
@@ -325,7 +326,7 @@ def inverse_candidates(
     T : shape (4, 4)
         The motion from rest to the target.
     free : shape (n,), rad or m
-        Positions for screws that may have any position.
+        If every position of a screw is a solution, the candidates get the position in `free`.
     psi : shape (MOST_CANDIDATES, n), rad or m
         The candidates.
     accuracy : shape (1,)

@@ -1,10 +1,10 @@
 """
-Compute the null directions of the Jacobian J in the rows of a target, and how far the columns of J
-are from dependent.
+Compute the null space of the Jacobian J in the rows of a target, and a measure of the linear
+dependence of the columns of J.
 
-Null directions come from a singular value decomposition (one-sided Jacobi). The distance from
-dependence is the ratio of the last to the first pivot of a decomposition with complete pivoting,
-which takes much less time (Golub and Van Loan, Matrix Computations, sections 3.4.8 and 8.6).
+The null space comes from a singular value decomposition (one-sided Jacobi). The measure is the
+ratio of the last to the first pivot of a decomposition with complete pivoting, which takes much
+less time (Golub and Van Loan, Matrix Computations, sections 3.4.8 and 8.6).
 """
 
 from ..layout import arrays, places
@@ -29,7 +29,8 @@ def free_motions(
     q : shape (N, n), rad or m
         Joint positions.
     sigma : shape (N, n), m
-        Singular values, descending. With n > 6 joints the last n - 6 are 0.
+        Singular values, descending. If an arm has n > 6 joints, the last n - 6 singular values are
+        0.
     motions : shape (N, n, n)
         Right singular vectors: unit joint motions, scaled, one row for each singular value.
     """
@@ -78,7 +79,7 @@ def pivots(residual: Residual, scales: Floats, q: Floats, shares: Floats) -> Non
     Parameters
     ----------
     residual, scales, q
-        As for `free_motions`. With more than six joints the ratio is 0.
+        As for `free_motions`. If the arm has more than six joints, the ratio is 0.
     """
     n, count = residual.n, arrays.extent(q, 0)
     weights, positions = arrays.numbers(scales, n), arrays.numbers(q, count * n)

@@ -1,6 +1,6 @@
 """
-Add full turns to joint positions, so that they are inside the limits if possible and nearest to
-given positions.
+Add full turns to joint positions, so that the positions are inside the limits if possible, and
+nearest to given positions.
 """
 
 import math
@@ -16,7 +16,7 @@ class Joints:
     Parameters
     ----------
     scales : shape (n,)
-        The inverse of `Task.column_scales` for each joint.
+        1 / `Task.column_scales` for each joint.
     periods : shape (n,)
         Motion of a joint, rad or m, after which the tool has the same pose; infinite for a joint
         without such a motion.
@@ -54,7 +54,7 @@ class Joints:
                 x += period * math.ceil((low - x) / period)
             elif x > high:
                 x -= period * math.ceil((x - high) / period)
-            # If no position is inside the limits, take the position that exceeds them least.
+            # If no position is inside the limits, take the position that exceeds a limit least.
             if x > high and low - (x - period) < x - high:
                 x -= period
             elif x < low and x + period - high < low - x:
@@ -103,7 +103,7 @@ def representatives(joints: Joints, near: Floats, q: Floats) -> None:
     joints
         The joints of the arm.
     near : shape (n,), rad or m
-        Joint positions to be near to. If two positions of a joint are equally near, take the
+        Given joint positions. If two positions of a joint are equally near, the function takes the
         larger one.
     q : shape (N, n), rad or m
         Joint positions, overwritten.

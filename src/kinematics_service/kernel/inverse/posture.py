@@ -1,10 +1,10 @@
 """
-Compute the posture of an arm with a closed form: shoulder right or left, elbow up or down, wrist
-flipped or not.
+Compute the posture of an arm whose inverse kinematics has a closed form: shoulder right or left,
+elbow up or down, wrist flipped or not.
 
 The posture is three signs, each the sign of a triple product. A sign is 0 if two solutions meet.
-The shoulder is 0 if the end of joint 3 is in the plane of axes 1 and 2. The elbow is 0 if it is
-stretched, and the wrist is 0 if axes 4 and 6 are parallel.
+The sign of the shoulder is 0 if the end of joint 3 is in the plane of axes 1 and 2. The sign of
+the elbow is 0 if the elbow is stretched. The sign of the wrist is 0 if axes 4 and 6 are parallel.
 """
 
 import math
@@ -15,13 +15,13 @@ from ..layout.arrays import Flat, FlatIntegers, Floats, Integers, Vector
 from .closed_forms import ClosedForm
 
 # A triple product is taken as 0 if its ratio to the product of the lengths of its factors is at
-# most this: poses have nine digits.
+# most this. The ratio is 1e-9, because poses have nine digits.
 ZERO_RATIO = 1e-9
-# An arm has a shoulder if the squared sine of the angle between axes 1 and 2 exceeds this: 3e-5
-# rad.
+# An arm has a shoulder if the squared sine of the angle between axes 1 and 2 exceeds this: if the
+# angle exceeds 3e-5 rad.
 MIN_SHOULDER_SINE_SQUARED = 1e-9
-# An arm has an elbow if axes 2 and 3 are parallel: the squared sine of their angle is below this,
-# 1e-6 rad.
+# An arm has an elbow if axes 2 and 3 are parallel. They are taken as parallel if the squared sine
+# of their angle is below this: an angle of 1e-6 rad.
 MAX_ELBOW_SINE_SQUARED = 1e-12
 
 
@@ -32,16 +32,16 @@ def _sign(value: float, size: float) -> int:
 
 
 def _shoulder(screws: Flat, end: Vector) -> int:
-    # Returns the sign of the shoulder, 1, -1 or 0: the side of the plane of axes 1 and 2 on which
-    # the end of joint 3 is.
+    # Returns the sign of the shoulder, 1, -1 or 0. The sign says on which side of the plane of
+    # axes 1 and 2 the end of joint 3 is.
     side = vectors.cross(vectors.axis_of(screws, 1), vectors.axis_of(screws, 0))
     reach = vectors.plus(end, -1.0, vectors.point_of(screws, 0))
     return _sign(vectors.dot(side, reach), math.sqrt(vectors.dot(reach, reach)))
 
 
 def _elbow(screws: Flat, second: float, tip: Vector) -> int:
-    # Returns the sign of the elbow, 1, -1 or 0: the side of the line from axis 2 to `tip` on which
-    # the elbow is.
+    # Returns the sign of the elbow, 1, -1 or 0. The sign says on which side of the line from axis
+    # 2 to `tip` the elbow is.
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     chord = vectors.plus(tip, -1.0, o2)
     chord = vectors.plus(chord, -vectors.dot(chord, z2), z2)
@@ -106,7 +106,7 @@ def postures(form: ClosedForm, q: Floats, signs: Integers) -> None:
     """
     Fill `signs` (N, 3) with the signs of shoulder, elbow and wrist at N joint positions.
 
-    1 is shoulder right, elbow up, wrist not flipped; -1 is the opposite; 0 is neither.
+    1 means shoulder right, elbow up, or wrist not flipped; -1 means the opposite; 0 means neither.
 
     Parameters
     ----------

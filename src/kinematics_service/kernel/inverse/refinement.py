@@ -2,10 +2,10 @@
 Minimize the weighted distance of the tool from a target by Levenberg-Marquardt, with bounds on the
 joints.
 
-Nocedal and Wright, Numerical Optimization, section 10.3: each step solves
-(J^T J + damping size 1) step = J^T error, where `size` is the largest squared column of J. If a
-step reduces the error, the damping is divided by 10, otherwise multiplied by 8. A joint at a bound
-is held if its step would exceed the bound, and other steps are cut off at the bounds.
+Nocedal and Wright, Numerical Optimization, section 10.3: each step solves (J^T J + damping size 1)
+step = J^T error, where `size` is the largest squared norm of a column of J. If a step reduces the
+error, the damping is divided by 10, otherwise multiplied by 8. If a step would move a joint at a
+bound beyond the bound, the joint is held. The steps of other joints are cut off at the bounds.
 """
 
 import math
@@ -15,8 +15,8 @@ from ..layout.arrays import Flat, Floats
 from ..measures import symmetric
 from .residuals import Residual
 
-# The iteration has converged if the error divided by `residual.size()` is at most this: five units
-# of round-off, 2.2e-16.
+# The iteration has converged if the error divided by `residual.size()` is at most this. It is five
+# times the machine epsilon, 2.2e-16.
 ERROR_TOLERANCE = 1e-15
 # If the error divided by `residual.size()` is below this, a refused step ends the iteration,
 # because the error is round-off.
@@ -26,7 +26,8 @@ MIN_DECREASE = 1e-3
 # A refused step counts as slow if no joint moves by more than this, rad or m: 500 units of
 # round-off.
 MIN_MOTION = 1e-13
-# The iteration ends after this number of slow steps in sequence, because it is at a local minimum.
+# The iteration ends after this number of slow steps in sequence, because q is then at a local
+# minimum.
 MAX_SLOW_STEPS = 12
 # Largest damping. A larger damping gives steps shorter than round-off.
 MAX_DAMPING = 1e8
@@ -47,12 +48,12 @@ class Refinement:
     residual
         The residual of the target.
     scales : shape (n,)
-        The inverse of `Task.column_scales` for each joint; 0 holds a joint.
+        1 / `Task.column_scales` for each joint; 0 holds a joint.
     limits : shape (n, 2), rad or m
         Bounds of the joints, infinite for a joint without bounds.
     damping
-        Initial damping, relative to the largest squared column of J: 1e-3 for any start, 0 near a
-        solution.
+        Initial damping, relative to the largest squared norm of a column of J: 1e-3 for any start,
+        0 near a solution.
     steps
         Largest number of steps.
     """
@@ -117,8 +118,8 @@ class Refinement:
         return math.sqrt(square)
 
     def _linearise(self, q: Flat) -> float:
-        # Fills the normal equations A and g at q, and returns the largest squared column of J.
-        # Call it only if the residual was last evaluated at q.
+        # Fills the normal equations A and g at q, and returns the largest squared norm of a column
+        # of J. Call this function only if the residual was last evaluated at q.
         n, A, g, limits = self.residual.n, self.A, self.g, self.limits
         columns, error = self.residual.columns, self.residual.error
         self.residual.write_columns(self.scales)

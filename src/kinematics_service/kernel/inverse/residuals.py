@@ -1,10 +1,10 @@
 """
-Compute the error of the tool's pose against a target, with a weight for each row, and the Jacobian
-of the error.
+Compute the error between the tool's pose and a target, with a weight for each component, and the
+Jacobian of the error.
 
-The angular error is the rotation vector from tool to target (logarithm of SO(3)). If only an axis
-of the tool matters, it is the shortest rotation between two directions. To first order the
-derivative of the angular error is the angular part of the geometric Jacobian.
+The angular error is the rotation vector from tool to target (logarithm of SO(3)). If the target is
+only a direction of a tool axis, the angular error is the shortest rotation between two directions.
+To first order the derivative of the angular error is the angular part of the geometric Jacobian.
 """
 
 import math
@@ -15,8 +15,8 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Numbers, Vector
 from ..loops import closed_pass
 
-# Weighted errors are compared with a length. This is the least such length, relative to the reach
-# of the arm. It matters for targets whose angular rows have no weight.
+# Weighted errors are compared with a length: the weight of the angular rows, but at least this
+# ratio times the reach of the arm. If angular rows have no weight, this least length is used.
 MIN_LENGTH_RATIO = 1e-3
 # If the sine of a rotation angle is below this, the angle is taken as 0 or pi, because the axis is
 # undefined. An angle of pi then has an error of up to sqrt(1e-16).
@@ -35,8 +35,8 @@ def _rotation_vector(R: Numbers) -> Vector:
         return (x * share, y * share, z * share)
     if cosine > 0.0:
         return (0.5 * x, 0.5 * y, 0.5 * z)
-    # If the angle is pi, each column of R + I is parallel to the axis. Take the longest column,
-    # which has the least round-off.
+    # If the rotation angle is pi, each column of R + I is parallel to the axis. Take the longest
+    # column, which has the least round-off.
     if R[0] >= R[4] and R[0] >= R[8]:
         a, b, c = R[0] + 1.0, R[3], R[6]
     elif R[4] >= R[8]:
@@ -56,7 +56,7 @@ def _turn_between(a: Vector, b: Vector) -> Vector:
     if sine < MIN_SINE:
         if angle < 1.0:
             return normal
-        # If the angle is pi, take any axis perpendicular to a.
+        # If the angle between a and b is pi, take any axis perpendicular to a.
         normal = vectors.across(a)
         sine = math.sqrt(vectors.dot(normal, normal))
     share = angle / sine
@@ -128,7 +128,7 @@ class Residual:
         """
         Fill `row` with the results of forward kinematics at q (n,), up to `depth`.
 
-        Returns False and leaves the row unchanged if a loop does not close.
+        If a loop does not close, return False and leave `row` unchanged.
         """
         total = closed_pass.evaluate_row(self.chain, q, self.still, depth, self.row)
         return self.chain.loops == 0 or math.isfinite(total)

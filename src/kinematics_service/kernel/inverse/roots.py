@@ -2,10 +2,11 @@
 Find the roots of A cos x + B sin x = C, of quadratic and of quartic equations, with bounds of
 their errors.
 
-The coefficients have errors. If the discriminant is larger than its error, the error of a root has
-a finite bound. Otherwise the bound is infinite, because the exact equation may have another number
-of roots. Quartics are solved by the iteration of Aberth and Ehrlich (polynomials.py). Their error
-bound is the radius of a disc of Smith (J. ACM 17 (1970) 661).
+The coefficients have errors. If the discriminant is larger than its error, the returned bound of
+the root errors is finite. Otherwise the bound is infinite, because the equation with exact
+coefficients may have another number of roots. Quartics are solved by the iteration of Aberth and
+Ehrlich (polynomials.py). Their error bound is the radius of a disc of Smith (J. ACM 17 (1970)
+661).
 """
 
 import math
@@ -16,21 +17,22 @@ from ..layout.arrays import Numbers, Vector
 from ..six_joints import complex_numbers, pairs, polynomials
 
 # Targets are given to six digits. So if a cosine exceeds 1 by at most this, the target is taken as
-# on the border of the workspace. For a negative square the tolerance is relative to its terms.
-# Forward kinematics later rejects solutions of targets beyond the border.
+# on the border of the workspace. If a square is negative by at most this, relative to its terms,
+# the target is also taken as on the border. Forward kinematics later rejects solutions of targets
+# beyond the border.
 BORDER_TOLERANCE = 1e-6
-# A squared sine below this, or a square below this relative to its terms, is replaced by this
-# number, the round-off. So two equal roots are returned 2e-8 apart, and other joints can
-# distinguish them.
+# Least squared sine, and least square relative to its terms: a smaller number is round-off and is
+# replaced by this one. So two equal roots are returned 2e-8 apart, and give distinct positions of
+# other joints.
 MIN_SQUARE = 1e-16
 # A number may be 0 in exact arithmetic if it is at most this factor times its error. Errors are
-# added up to first order, and the factor covers the terms of higher order.
+# added up to first order only, so the factor covers the terms of higher order.
 ERROR_MARGIN = 8.0
 # Factor that enlarges the error disc of a root before the test whether it meets another disc.
-# Without it, round-off could separate two roots that share a disc.
+# Without this factor, round-off could separate two roots that share a disc.
 DISC_MARGIN = 5.0
-# If sqrt(A^2 + B^2) is at most this times |C|, the angle x in A cos x + B sin x = C is undefined:
-# 45 units of round-off.
+# If sqrt(A^2 + B^2) is at most this times |C|, the angle x in A cos x + B sin x = C is undefined.
+# The ratio is 45 machine epsilons.
 MIN_RADIUS_RATIO = 1e-14
 
 
@@ -40,7 +42,8 @@ def circle_roots(A: float, B: float, C: float, error: float, roots: Numbers) -> 
     angle is a root.
 
     roots[2] is a bound of the errors of the angles, rad, if the coefficients have errors up to
-    `error`. The bound is infinite if the exact equation may have another number of roots.
+    `error`. The bound is infinite if the equation with exact coefficients may have another number
+    of roots.
     """
     radius = math.sqrt(A * A + B * B)
     room, margin = radius - abs(C), ERROR_MARGIN * error
@@ -98,7 +101,8 @@ def polynomial_roots(c: Numbers, degree: int, z: Numbers) -> None:
     """
     Write to z the complex roots of c[0] + ... + c[degree] z^degree, where c[degree] is not 0.
 
-    The iteration starts on a circle whose radius is half the bound of Fujiwara (1916).
+    The iteration starts on a circle whose radius is half the bound of the roots of Fujiwara
+    (1916).
     """
     radius, last = 0.0, complex_numbers.absolute(pairs.pair(c, degree))
     for k in range(degree):
@@ -129,7 +133,8 @@ def root_bound(c: Numbers, degree: int, error: float, z: Numbers, k: int) -> flo
 
 def is_apart(z: Numbers, bounds: Numbers, count: int, k: int) -> bool:
     """
-    Return whether the error disc of root k, enlarged by DISC_MARGIN, meets no other root's disc.
+    Return whether the error disc of root k, enlarged by DISC_MARGIN, meets the disc of no other
+    root.
     """
     for i in range(count):
         distance = complex_numbers.absolute(pairs.plus(pairs.pair(z, k), -1.0, pairs.pair(z, i)))

@@ -16,7 +16,7 @@ from ..layout.arrays import Flat, Floats
 from ..measures import singular_values
 from ..measures.task_rows import TaskRows
 
-# Tolerance of velocity bounds, rad/s (scaled): an excess up to this is round-off.
+# A velocity may exceed its bound by this, rad/s (scaled), because such an excess is round-off.
 REST_VELOCITY = 1e-12
 # Largest entry of a twist that is used, m/s or rad/s. A faster twist is scaled down to this,
 # because the velocity limits give equal joint velocities for both twists.
@@ -32,7 +32,7 @@ class Servo:
     task
         The rows of the twist that the servo follows.
     damping, damped_below
-        Largest damping, and singular value below which damping begins, both divided by `length`.
+        Largest damping, and largest singular value that is damped, both divided by `length`.
     length
         Characteristic length, m.
     horizon
@@ -92,8 +92,8 @@ class ServoOutput:
     least_singular_value
         Least singular value of J, divided by the length of the servo.
     followed
-        Component of the tool's twist along the wanted twist, before the limits, divided by the
-        wanted twist.
+        Component of the tool's twist along the wanted twist, divided by the wanted twist. Computed
+        before the joint limits are applied.
     shortened
         Factor, at most 1, by which velocity limits multiplied all velocities.
     slowest
@@ -191,8 +191,9 @@ class ServoOutput:
             self.u[j] *= self.servo.task.column_scale[j] / self.largest
 
     def _write_matrix(self, rows: int, length: int) -> None:
-        # Fills W with the columns of J of the free joints, or with the rows of J if there are
-        # fewer rows. Appends the identity on the right, for the singular vectors.
+        # Fills the rows of W with the columns of J that belong to free joints, or with the rows of
+        # J if J has fewer rows. Appends the identity on the right, because the rotation of W turns
+        # it into singular vectors.
         n, width = self.servo.n, rows + length
         wide = self.count > self.servo.m
         for i in range(self.servo.m):
@@ -221,8 +222,8 @@ class ServoOutput:
 
     def hold(self, k: int, q: Flat) -> None:
         """
-        Hold joint free[k] at the largest velocity that its position limit allows, and subtract the
-        motion of this joint from the twist.
+        Hold joint free[k] at the largest velocity that the position limit of the joint allows, and
+        subtract the motion of this joint from the twist.
         """
         n, j = self.servo.n, self.free[k]
         upwards = self.rates[j] > 0.0

@@ -17,7 +17,7 @@ PostureName = TypeVar('PostureName')
 # at their midpoint.
 MAX_DUPLICATE_DISTANCE = 1e-2
 # Two near candidates are one solution if the error at their midpoint, divided by
-# `residual.size()`, is below this: 500 times the round-off of forward kinematics.
+# `residual.size()`, is below this. It is 500 times the round-off of forward kinematics.
 MIDPOINT_TOLERANCE = 1e-13
 # Two near candidates are also one solution if the error at their midpoint is below this factor
 # times the error of a candidate.
@@ -44,11 +44,10 @@ class Solutions:
     count
         Number of solutions.
     regular
-        Whether no step of the closed form was singular within its error, and each candidate
-        converged to a solution of its own.
+        Whether no solution of the closed form can be missing, and each candidate converged to a
+        different solution.
     sure
-        Whether, in addition, the errors of the candidates are below 0.01 rad, which excludes other
-        solutions.
+        Whether the candidates also have errors below 0.01 rad, so that no other solution exists.
     """
 
     def __init__(self, joints: Joints, near: Floats, proved: float, q: Floats) -> None:
@@ -68,8 +67,7 @@ class Solutions:
 
     def represent(self, q: Flat) -> bool:
         """
-        Add full turns to q (n,), in place, by `Joints.represent`; return whether q is then inside
-        the limits.
+        Add full turns to q (n,) by `Joints.represent`; return whether q is then inside the limits.
         """
         self.joints.represent(self.near, q)
         return self.joints.are_inside(q)
@@ -126,13 +124,13 @@ class Solutions:
         Parameters
         ----------
         kind
-            The class. Its fields are set without its constructor: the constructor of a frozen
-            dataclass would take a fifth of the time of a call with a closed form.
+            The class. Its fields are set without its constructor, because the constructor of a
+            frozen dataclass would take a fifth of the time of a call with a closed form.
         names
             Names of the joints.
         postures
-            One object for each of the 27 triples of signs, in the order -1 -1 -1, -1 -1 0, to
-            1 1 1: see `kernel.postures`.
+            One object for each of the 27 triples of signs (see `kernel.postures`), in the order -1
+            -1 -1, -1 -1 0, ..., 1 1 1.
         exact
             A solution is exact if its error is below this, m.
         only_feasible
@@ -185,7 +183,8 @@ class SolutionCandidates:
 
     def keep_distinct(self, count: int, residual: Residual, joints: Joints, proved: float) -> int:
         """
-        Select the distinct solutions among the first `count` rows of q; return how many there are.
+        Select the distinct solutions among the first `count` rows of q; return the number of
+        distinct solutions.
         """
         kept = 0
         arrays.copy(self.distances, count, self.errors)
@@ -237,8 +236,8 @@ def distinct(
 
     Two rows are one solution if they are equal up to round-off and full turns. They are also one
     solution if they are within 0.01 rad and their midpoint is a solution. At the border of the
-    workspace two solutions coincide. Near the border they are distinct as long as their midpoint
-    has a larger error.
+    workspace two solutions coincide. Near the border two solutions are distinct if the error at
+    their midpoint is larger than the error of a solution.
 
     Parameters
     ----------
@@ -249,8 +248,8 @@ def distinct(
     q, errors : shape (N, n), (N,)
         Joint positions and their errors.
     which, met : shape (N,)
-        Indices of the kept rows, the least error first, and the number of rows that each kept row
-        represents.
+        Indices of the kept rows, the row of least error first; and for each kept row, the number
+        of rows that are this solution.
     """
     n, rows = joints.n, arrays.extent(q, 0)
     positions, row_errors = arrays.numbers(q, rows * n), arrays.numbers(errors, rows)
@@ -266,8 +265,8 @@ def distinct(
 
 def least(numbers: Flat, count: int) -> int:
     """
-    Return the index of the least of the first `count` numbers; if several are least, the first
-    index.
+    Return the index of the least of the first `count` numbers. If several numbers are least,
+    return the first index.
     """
     index = 0
     for i in range(1, count):

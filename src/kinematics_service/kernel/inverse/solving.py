@@ -16,17 +16,17 @@ from .closed_forms import ClosedForm
 from .refinement import Refinement
 from .solutions import SolutionCandidates, Solutions
 
-# If the candidates' error is below this, rad, each candidate is refined to the solution that it
-# approximates.
+# If the bound of the candidates' errors is below this, rad, Levenberg-Marquardt moves each
+# candidate to the solution that it approximates.
 MAX_SURE_ERROR = 1e-2
-# If the candidates' error is below this, rad, candidates outside the limits are dropped before the
-# refinement.
+# If the bound of the candidates' errors is below this, rad, candidates outside the limits are
+# dropped before the refinement.
 MAX_LIMIT_TEST_ERROR = 1e-6
 # A candidate that exceeds a limit by more than this, rad or m, is dropped: 1000 times
 # MAX_LIMIT_TEST_ERROR.
 LIMIT_MARGIN = 1e-3
-# Number that is added to the squared distance of a candidate outside the limits, so that it is
-# tried last.
+# Number that is added to the squared distance of a candidate outside the limits, so that this
+# candidate is tried last.
 OUTSIDE_PENALTY = 1e200
 
 
@@ -67,8 +67,8 @@ def _add_nearest(
 
 
 def _drop_beyond(count: int, candidates: SolutionCandidates, result: Solutions) -> int:
-    # Moves to the front all candidates whose solution may be inside the limits; returns how many
-    # there are.
+    # Moves to the front the candidates whose solution may be inside the limits; returns the number
+    # of these candidates.
     n, remaining = result.n, 0
     for i in range(count):
         q = arrays.after(candidates.q, i * n)
@@ -82,7 +82,7 @@ def _drop_beyond(count: int, candidates: SolutionCandidates, result: Solutions) 
 def _add_all(
     refinement: Refinement, count: int, candidates: SolutionCandidates, result: Solutions
 ) -> int:
-    # Adds to `result` all solutions, nearest first; returns their number.
+    # Adds all solutions to `result`, nearest first; returns the number of solutions.
     n = result.n
     for i in range(count):
         candidates.errors[i] = refinement.refine_one(arrays.after(candidates.q, i * n))
@@ -148,8 +148,8 @@ def _solve(
     result.sure = accuracy[0] < MAX_SURE_ERROR and count == wanted
     for i in range(first, first + count):
         q = arrays.after(result.rows, i * result.n)
-        # Store the pivot ratio of J. If `result.sure`, J has full rank at each solution: store 1
-        # without computing the ratio.
+        # Store the pivot ratio of J. If `result.sure`, J has full rank at each solution, so store
+        # 1 instead of computing the ratio.
         result.shares[i] = 1.0
         if only_one or not result.sure:
             result.shares[i] = dependence.pivot_ratio(refinement.residual, result.joints.scales, q)

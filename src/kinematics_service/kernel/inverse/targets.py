@@ -1,5 +1,6 @@
 """
-Check a target pose: its numbers are finite, its rotation is orthogonal, its last row is 0 0 0 1.
+Check that the numbers of a target pose are finite, its rotation is orthogonal, and its last row is
+0 0 0 1.
 
 A matrix R is a rotation if R R^T = 1 and det R = 1; its error is the largest element of
 |R R^T - 1|.
@@ -14,7 +15,7 @@ from ..layout.arrays import Flat, Floats
 # Targets whose rotation error exceeds this are refused. Matrices printed with four digits are
 # accepted.
 MAX_ROTATION_ERROR = 1e-3
-# Rotations with an error up to this are used unchanged: round-off of a few products.
+# Rotations with an error up to this, the round-off of a few products, are used unchanged.
 EXACT_ROTATION_ERROR = 1e-13
 
 

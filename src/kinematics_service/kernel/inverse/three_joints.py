@@ -3,19 +3,20 @@ Solve the positions of three joints that move a point to a given position, in cl
 1968).
 
 D. L. Pieper, "The kinematics of manipulators under computer control", 1968. Joint 3 moves the
-given point to w. Joint 1 changes neither the height of a point along axis 1 nor its distance from
-a point of axis 1. If joint 1 is prismatic, it changes neither of two coordinates across its axis.
-These are two equations in joints 2 and 3. Elimination of joint 2 leaves one equation in joint 3: a
-quartic, or A cos x + B sin x = C for special axes. Joints 2 and 1 follow from joint 3.
+given point to w. Joint 1 changes neither the height of a point along axis 1 nor the distance of
+the point from a point of axis 1. If joint 1 is prismatic, it changes neither of two coordinates
+across its axis. The two unchanged numbers give two equations in joints 2 and 3. Elimination of
+joint 2 leaves one equation in joint 3: a quartic, or A cos x + B sin x = C for special axes.
+Joints 2 and 1 follow from joint 3.
 
 An equation f is stored as ten numbers: f[0] |u|^2 + f[1:4] . u + f[4] = 0 for the point u before
 joint 1 moves it, with the origin at the point of axis 1. If joint 2 is revolute, only the part v
 of u that is perpendicular to axis 2 varies, and the equation is n . v = `_right_side`. The normal
-n is f[5:8], f[8] is its square and f[9] its error.
+n is f[5:8]; f[8] is the square of n, and f[9] the error of n.
 
 Errors are propagated to first order: `turn` is the error of directions, rad, and `point_error`
-that of points, m. A number that is not larger than its error is taken as possibly 0. The error of
-the solutions is then returned as infinite, because a solution may be missing.
+that of points, m. A number that is not larger than its error may be 0. In this case the returned
+error of the solutions is infinite, because a solution may be missing.
 """
 
 import math
@@ -26,18 +27,19 @@ from ..layout.arrays import Numbers, Vector
 from ..six_joints import complex_numbers, pairs
 from . import roots
 
-# Tolerance for real roots: largest distance of a root from the unit circle, or from the real line
-# relative to 1 plus its size. Round-off 1e-16 moves a double root by 1e-8, a fourfold root by
-# 1e-4.
+# Largest distance of a real root from the unit circle; if joint 3 is prismatic, from the real
+# line, divided by 1 plus the size of the root. Round-off 1e-16 moves a double root by 1e-8, a
+# fourfold root by 1e-4.
 MAX_CIRCLE_DISTANCE = 1e-3
-# Axes 1 and 2 are taken as parallel if the squared sine of their angle is below this: round-off.
+# Axes 1 and 2 are taken as parallel if the squared sine of their angle is below this, which is
+# round-off.
 PARALLEL_SINE_SQUARED = 1e-16
-# Relative error of a computed direction or sum: five units of round-off, 2.2e-16.
+# Relative error of a computed direction or sum: five times the machine epsilon, 2.2e-16.
 ROUND_OFF = 1e-15
 # Bound of the error of a coefficient of the quartic, divided by the error of the five function
 # values from which the coefficient is computed.
 COEFFICIENT_FACTOR = 3.0
-# Least length that is used as a unit, m: it prevents a division by 0.
+# Least length that is used as a unit, m, so that no length is divided by 0.
 MIN_SCALE = 1e-300
 
 
@@ -94,8 +96,8 @@ def _eliminated(
     screws: Numbers, F: Numbers, G: Numbers, w: Vector, turn: float, point_error: float
 ) -> tuple[float, float]:
     # Returns a number that is 0 if joints 1 and 2 can move w to the target, and the error of this
-    # number. The number is quadratic in w and |w|^2, and these are linear in the cosine and sine
-    # of joint 3.
+    # number. The number is quadratic in w and |w|^2, which are linear in the cosine and sine of
+    # joint 3.
     error: float
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     if vectors.slides(screws, 1):
@@ -115,7 +117,7 @@ def _eliminated(
     first, second = _right_side(F, b, across), _right_side(G, b, across)
     error_1, error_2 = _error_of(F, b, across, point_error), _error_of(G, b, across, point_error)
     # If the normal of an equation is zero within its error, the equation does not depend on joint
-    # 2: return its right side.
+    # 2, so return the right side of the equation.
     if F[8] == 0.0:
         return first, error_1 + F[9] * math.sqrt(across)
     if G[8] == 0.0:
@@ -132,8 +134,8 @@ def _eliminated(
 
 
 def _write_coefficients(slides: bool, g: Numbers, c: Numbers) -> None:
-    # Writes to c the coefficients of the quartic in joint 3 whose values at five positions of
-    # joint 3 are g.
+    # Writes to c the coefficients of the quartic in joint 3 that has the values g at five
+    # positions of joint 3.
     arrays.fill(c, 10, 0.0)
     if slides:
         c[0] = g[2]
@@ -169,8 +171,8 @@ def _third_joint(
     value_error: float
     slides_3 = vectors.slides(screws, 2)
     g, c, z, bounds = [0.0] * 5, [0.0] * 10, [0.0] * 8, [0.0] * 4
-    # If joint 3 is prismatic, a root is its position divided by `unit`, m. Its motion is at most
-    # `scale`, so the root is at most 2.
+    # If joint 3 is prismatic, a root is the position of joint 3 divided by `unit`, m. The motion
+    # of joint 3 is at most `scale`, so the root is at most 2.
     error, largest, unit = 0.0, 0.0, 0.5 * scale if slides_3 else 1.0
     for j in range(5):
         x = unit * (j - 2.0) if slides_3 else 2.0 * places.PI * j / 5.0
@@ -196,14 +198,15 @@ def _third_joint(
         radius = complex_numbers.absolute(pairs.pair(z, k))
         value_error = error * max(1.0, radius * radius * radius * radius)
         if slides_3:
-            # Recompute the error at this root, because the error used so far is that of the
-            # longest motion of joint 3, which is larger.
+            # Recompute the error at this root, because `error` belongs to the longest motion of
+            # joint 3 and is larger.
             w = vectors.moved(screws, 2, unit * math.copysign(radius, z[2 * k]), point)
             value_error = _eliminated(screws, F, G, w, turn, point_error)[1] + ROUND_OFF * largest
         bounds[k] = roots.root_bound(c, degree, value_error, z, k)
     # Keep the real roots. Round-off splits a double root into two roots: both on the unit circle
-    # (or the real line), or one on each side of it. Roots beside the circle are moved onto the
-    # circle by their distance from it, in opposite directions.
+    # (or the real line), or one on each side of the circle. A root beside the circle is moved onto
+    # it, and turned by its distance from the circle. Roots inside and outside turn in opposite
+    # directions, so that the two angles stay distinct.
     count = 0
     thirds[4] = 0.0
     for k in range(degree):
@@ -213,8 +216,8 @@ def _third_joint(
         if bounds[k] < distance:
             continue
         # The mirror image of a root in the circle is also a root, and lies in the error disc of
-        # the root. If the disc contains no second root, the root is its own mirror image, and so
-        # it is real.
+        # the root. If the disc contains no second root, the root is its own mirror image, so the
+        # root is on the circle and real.
         if roots.is_apart(z, bounds, degree, k):
             thirds[4] = max(thirds[4], 2.0 * bounds[k] * unit)
         else:
@@ -328,11 +331,11 @@ def first_three(
     of solutions.
 
     psi[24] is a bound of the errors of these positions, rad; infinite if a solution may be
-    missing. `turn` and `point_error` are the errors of directions and points, rad and m. A joint
-    that may have any position gets its position in `free`.
+    missing. `turn` and `point_error` are the errors of directions and points, rad and m. If every
+    position of a joint is a solution, the joint gets its position in `free`.
     """
-    # Take the foot of the common perpendicular as the point of axis 1, and of axis 2. So the
-    # normals of the two equations are perpendicular, as the formulas for joint 2 require.
+    # As the points of axes 1 and 2, take the feet of their common perpendicular. Then the normals
+    # of the two equations are perpendicular, as the formulas for joint 2 require.
     o1 = vectors.point_of(screws, 0)
     local, F, G = [0.0] * 21, [0.0] * 10, [0.0] * 10
     arrays.copy(local, 21, screws)
