@@ -1,6 +1,6 @@
 """
-Read joint states from serialized messages, compute the tool state, and fill outgoing messages with
-it.
+Read joint states from serialized messages, compute the tool state, and write it into outgoing
+messages.
 """
 
 from typing import Any
@@ -23,7 +23,8 @@ class IncomingForm:
     Parameters
     ----------
     fixed, same : shape (size,)
-        A mask of the bits that are equal in all messages, and the values of these bits.
+        `fixed` is a mask of the bits that are equal in all messages; `same` has the values of
+        these bits.
     stamp_at
         Offset of the stamp: int32 seconds, then uint32 nanoseconds, in this machine's byte order.
     positions, velocities
@@ -91,8 +92,8 @@ def observe_bytes(
     answers: OutgoingMessages | None,
 ) -> int:
     """
-    Store the joints of a serialized message in the memory, compute the tool state, and fill the
-    outgoing messages.
+    Store the joint state of a serialized message in the memory, compute the tool state, and fill
+    the outgoing messages.
 
     Return the result code of `observe`, or NOT_THIS_FORM if the bytes have another form or the
     stamp is 0.

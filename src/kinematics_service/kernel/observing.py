@@ -25,10 +25,10 @@ def _note_jump(memory: JointMemory, j: int, arrival: Nanoseconds) -> None:
 
 
 def _note_late(memory: JointMemory, reported: ReportedJoints) -> None:
-    # Records a jump for each joint whose reported position is impossible. The message is late, so
-    # it is not accepted; a publisher with a late clock sends only such messages. A position is
-    # impossible if the joint cannot have been at this position at the time of the stamp, even at
-    # twice its present velocity.
+    # Records a jump for each joint whose reported position is impossible. The stamp of the message
+    # is late, so the message is not accepted. If the clock of a publisher is late, all its
+    # messages are late. A position is impossible if the joint cannot have been there at the time
+    # of the stamp, even at twice its present velocity.
     for k in range(reported.ours.count):
         j = reported.ours.joint[k]
         if memory.known[j] == 0:
@@ -42,9 +42,9 @@ def _note_late(memory: JointMemory, reported: ReportedJoints) -> None:
 
 
 def _store(memory: JointMemory, reported: ReportedJoints, use_velocities: bool) -> None:
-    # Stores the joint positions of a message in the memory, and its velocities if
-    # `use_velocities`. Otherwise it stores differences of positions as velocities, unless all
-    # velocities must come from messages.
+    # Stores the joint positions of a message in the memory. If `use_velocities`, stores the
+    # velocities of the message. Otherwise stores differences of positions as velocities, unless
+    # all velocities must come from messages.
     at = reported.stamp if reported.stamp != 0 else reported.received
     for k in range(reported.ours.count):
         j, place = reported.ours.joint[k], reported.ours.place[k]
@@ -96,13 +96,14 @@ def _latest_stamp(memory: JointMemory, ours: OurJoints) -> Nanoseconds:
 
 
 def _merge(memory: JointMemory, reported: ReportedJoints) -> int:
-    # Updates the memory by a message. Returns the result code that `observe` returns if the
-    # evaluation succeeds.
+    # Updates the memory with a message. Returns the result code for the case that the evaluation
+    # of the arm succeeds.
     if not _all_computable(reported.positions, reported.ours):
         return places.BAD_POSITION
 
-    # Refuse a message whose stamp is not newer than the joints. If a stamp steps back by more than
-    # the timeout, the clock was reset: forget all joints instead.
+    # Refuse a message whose stamp is not newer than the stamps of its joints. If its stamp steps
+    # back by more than the timeout, the clock was reset, so forget all joints and accept the
+    # message.
     new_start = 0
     if reported.stamp != 0:
         latest = _latest_stamp(memory, reported.ours)
@@ -134,8 +135,8 @@ def _merge(memory: JointMemory, reported: ReportedJoints) -> int:
 
 
 def _write_continuous_quaternion(memory: JointMemory, row: Flat, at: int) -> None:
-    # Writes the quaternion to `row` with the sign for which its scalar product with the last
-    # quaternion is positive, so that it is continuous over time.
+    # Writes the quaternion to `row`. Its sign makes the scalar product with the last quaternion
+    # positive, so that the quaternion is continuous over time.
     along = 0.0
     for i in range(4):
         along += row[places.QUATERNION_AT + i] * memory.last_quaternion[i]
@@ -148,8 +149,8 @@ def _write_continuous_quaternion(memory: JointMemory, row: Flat, at: int) -> Non
 
 def _close(arm: Arm, memory: JointMemory, q: Flat, section: Flat) -> bool:
     # Computes the passive variables of the loops at q. Starts from the last tool state if the
-    # loops closed in it, otherwise from the joint positions of the robot file. Returns whether the
-    # loops close.
+    # loops closed at this state, otherwise from the joint positions of the robot file. Returns
+    # whether the loops close.
     if memory.is_closed:
         failed = closing.close_next(arm.chain.closure, memory.closed, q, section)
     else:
@@ -162,8 +163,8 @@ def _close(arm: Arm, memory: JointMemory, q: Flat, section: Flat) -> bool:
 
 def take(arm: Arm, memory: JointMemory, reported: ReportedJoints, row: Flat, at: int) -> int:
     """
-    Store a message and fill `row` as `observe` does, but without checks; `at` is the width of the
-    row's results.
+    Store a message and fill `row` as `observe` does, but without checks; q begins at index `at` of
+    `row`.
     """
     outcome = _merge(memory, reported)
     if outcome % places.STARTED_ANEW > places.WITH_DIFFERENCES:
@@ -188,8 +189,8 @@ def take(arm: Arm, memory: JointMemory, reported: ReportedJoints, row: Flat, at:
 
 def check_fit(arm: Arm, memory: JointMemory, ours: OurJoints, at: int) -> None:
     """
-    Raise TypeError if the numbers of joints do not fit together, or if `at` results are too few
-    for a pose.
+    Raise TypeError if memory or message do not have the sizes that the arm needs, or if `at`
+    results are too few for a pose.
     """
     if (
         memory.joints != arm.chain.dof

@@ -27,8 +27,8 @@ class OutgoingTable(NamedTuple):
     targets
         Byte offsets of the doubles to write.
     sources : shape of targets
-        Source of each double: the index in a row of results, followed by its measures and then by
-        the covariances of pose and twist.
+        Source of each double: an index in the array that consists of a row of results, its
+        measures, and the covariances of pose and twist.
     """
 
     data: Bytes
@@ -134,7 +134,7 @@ def fill(
     Write a stamp, and numbers from a row of results and its measures, into outgoing messages.
     """
     seconds = stamp // 1_000_000_000
-    if seconds * 1_000_000_000 > stamp:  # C rounds a quotient towards zero
+    if seconds * 1_000_000_000 > stamp:  # C rounds quotients towards zero, not down
         seconds -= 1
     nanoseconds = stamp - seconds * 1_000_000_000
     seconds = max(-places.LARGEST_SECOND - 1, min(places.LARGEST_SECOND, seconds))

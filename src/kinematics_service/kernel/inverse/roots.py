@@ -133,8 +133,8 @@ def root_bound(c: Numbers, degree: int, error: float, z: Numbers, k: int) -> flo
 
 def is_apart(z: Numbers, bounds: Numbers, count: int, k: int) -> bool:
     """
-    Return whether the error disc of root k, enlarged by DISC_MARGIN, meets the disc of no other
-    root.
+    Return whether the error disc of root k, enlarged by DISC_MARGIN, is disjoint from all other
+    discs.
     """
     for i in range(count):
         distance = complex_numbers.absolute(pairs.plus(pairs.pair(z, k), -1.0, pairs.pair(z, i)))

@@ -1,6 +1,6 @@
 """
-Check the type and size of numpy arrays, so that the kernel can read and write them without further
-checks.
+Check the type and size of numpy arrays, so that the kernel can read and write the arrays without
+further checks.
 
 In plain Python the functions return flat views of the arrays. The compiled kernel uses addresses
 instead; arrays.pxd has the compiled versions of the functions. Some functions read the bits of a
@@ -16,7 +16,7 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Bytes = npt.NDArray[np.uint8]
 Vector = tuple[float, float, float]
-# Types for the compiler; plain Python does not distinguish them. Flat, FlatIntegers, FlatBytes:
+# Types that the compiler distinguishes and plain Python does not. Flat, FlatIntegers, FlatBytes:
 # addresses of the numbers of an array. Numbers, WholeNumbers: an address, or a small array on the
 # stack of a function. Nanoseconds and Int32: integers of 64 and 32 bits on every machine. Public:
 # a field that Python can set.
@@ -42,9 +42,7 @@ def _flat(array: Any, count: int, kind: type, name: str, written: bool) -> Any:
 
 
 def given(thing: object) -> None:
-    """
-    Raise TypeError if `thing` is None, because the kernel needs an object of one of its classes.
-    """
+    """Raise TypeError if `thing` is None, because the kernel needs an object of a kernel class."""
     if thing is None:
         raise TypeError('the kernel takes an object of its own here, not None')
 
@@ -105,16 +103,16 @@ def scratch(count: int) -> Flat:
 
 def rooms(*counts: int) -> list[Flat]:
     """
-    Return a list with one array of zeros for each count. The object that stores the arrays frees
-    them.
+    Return a list of arrays of zeros, one array for each length in `counts`. The object that stores
+    the arrays frees them.
     """
     return [np.zeros(count) for count in counts]
 
 
 def whole_rooms(*counts: int) -> list[FlatIntegers]:
     """
-    Return a list with one array of integer zeros for each count. The object that stores the arrays
-    frees them.
+    Return a list of arrays of integer zeros, one array for each length in `counts`. The object
+    that stores the arrays frees them.
     """
     return [np.zeros(count, dtype=np.int64) for count in counts]
 
@@ -128,7 +126,7 @@ def let_go() -> np.errstate:
     Release the interpreter's lock, so that other threads can run until `take_back`.
 
     In plain Python this function only switches off numpy's warnings until `take_back`. Batches may
-    compute invalid numbers that are not used, and the compiled kernel gives no warnings either.
+    compute invalid numbers that are not used, and the compiled kernel gives no warnings.
     """
     errors_ignored = np.errstate(all='ignore')
     errors_ignored.__enter__()
@@ -146,7 +144,7 @@ def after(numbers: Flat, place: int) -> Flat:
 
 
 def copy(to: Numbers, count: int, numbers: Numbers) -> None:
-    """Copy the first `count` numbers of `numbers` to the beginning of `to`."""
+    """Copy the first `count` numbers of `numbers` to the beginning of the array `to`."""
     to[:count] = numbers[:count]  # type: ignore[assignment]
 
 
@@ -156,7 +154,10 @@ def fill(to: Numbers, count: int, number: float) -> None:
 
 
 def dot(a: Numbers, b: Numbers, count: int) -> float:
-    """Return the scalar product of the first `count` numbers of a and b, summed in their order."""
+    """
+    Return the scalar product of the first `count` numbers of a and b, summed from the first number
+    on.
+    """
     total = 0.0
     for k in range(count):
         total += a[k] * b[k]

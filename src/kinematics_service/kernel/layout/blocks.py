@@ -1,5 +1,6 @@
 """
-Interleave the rows of LANES poses: number k of the row in a lane is at index k * LANES + lane.
+Interleave the rows of numbers of LANES poses: number k of the row in a lane is at index k * LANES
++ lane.
 
 A loop over the lanes applies one operation to neighbours in memory, so the processor computes
 several lanes at once.
@@ -18,12 +19,12 @@ def put_side_by_side(rows: Flat, width: int, count: int, lanes: Flat) -> None:
 
 def put_one_by_one(lanes: Flat, count: int, rows: Flat, width: int) -> None:
     """
-    Copy `count` interleaved numbers of each lane to the beginning of its row; rows have length
-    `width`.
+    Copy `count` interleaved numbers of each lane to the beginning of the row of the lane; rows
+    have length `width`.
     """
     for lane in range(places.LANES):
         row, of_lane = arrays.after(rows, lane * width), arrays.after(lanes, lane)
-        for k in range(0, count - 1, 2):  # the compiler stores two numbers at once
+        for k in range(0, count - 1, 2):  # two numbers, because the compiler stores both at once
             first = of_lane[k * places.LANES]
             second = of_lane[(k + 1) * places.LANES]
             row[k], row[k + 1] = first, second

@@ -23,8 +23,8 @@ MAX_LOOP_ENTRIES = 32  # largest number of entries in each of the two chains of 
 MAX_LOOP_ROWS = 18  # largest number of residual components in one group of loops
 MAX_PASSIVE_VARIABLES = 24
 MAX_LOOP_JOINTS = 128  # largest number of joints of an arm with loops
-# Arms with more joints get no search for singular poses. Building the atlas of singular poses
-# takes n^4 operations: 1 s on one core for 16 joints, 4 s for 20 and hours for 128.
+# Singular poses are not searched for arms with more joints, because the list of singular poses
+# (the atlas) takes n^4 operations. One core needs 1 s for 16 joints, 4 s for 20 and hours for 128.
 MAX_SEARCHED_JOINTS = 16
 
 # Index of the first number of pose, quaternion and Jacobian in a row of results of `evaluate`.
@@ -36,8 +36,8 @@ JACOBIAN_AT = 20
 # depths.
 POSE, JACOBIAN, ALL_FRAMES = range(3)
 
-# Length of the quaternion copy that ends the row of results of one pose: q (n,), qdot (n,),
-# quaternion (4,). The sign of the copy may differ from that of the quaternion in the row.
+# Length of the quaternion copy at the end of a row of results of one pose, after q (n,) and qdot
+# (n,). The sign of the copy may differ from the sign of the quaternion at QUATERNION_AT.
 ROW_TAIL = 4
 
 # Indices of the first numbers in a row of singularity measures. Six scalars come first, then
@@ -66,8 +66,8 @@ JUMPS_KEPT = 16
 # positions if the message has no velocities.
 AUTO, FROM_MESSAGE, FROM_DIFFERENCE = range(3)
 
-# Results of `observe`, which stores one message: three kinds of new state, then reasons for no new
-# state.
+# Results of `observe`, which stores one message. The first three mean a new state, the others are
+# reasons for no new state.
 (
     WITHOUT_VELOCITIES,
     WITH_VELOCITIES,
@@ -110,9 +110,9 @@ LARGEST_STAMP = 2**62
 # Kinds of closed forms that `inverse_candidates` solves (kinematics/inverse/problem/plan.py).
 POSITION_3, SPHERICAL_WRIST, PARALLEL_AXES = range(3)
 
-# Number of candidate solutions that arrays for one target can hold: twice the largest number of
-# solutions of six joints, 16. A closed form has at most 2 x 4 candidates of three joints, times 2
-# of a wrist.
+# Number of candidate solutions that arrays for one target can hold. It is twice 16, the largest
+# number of solutions of six joints. A closed form has at most 2 x 4 candidates for three joints,
+# times 2 for a wrist.
 MOST_CANDIDATES = 32
 
 # Results of `take_target`, which checks a target of inverse kinematics.
@@ -135,17 +135,17 @@ FARTHEST = 1.0
 # tolerance.
 RANK_TOLERANCE = 1e-10
 # The search and the clearance take a pose as singular if a singular value is below this multiple
-# of the largest one: singular values are not exactly zero if lengths are rounded.
+# of the largest one. It is not 0, because rounded lengths make singular values nonzero.
 SINGULAR_VALUE_RATIO = 1e-7
 # A pose is nearly singular if its condition number exceeds this, even if no singular pose was
-# found: an arm of 1 m with joint errors of 0.1 mrad cannot distinguish such a pose from a singular
-# pose.
+# found. With joint errors of 0.1 mrad, an arm of 1 m cannot distinguish such a pose from a
+# singular pose.
 NEARLY_SINGULAR = 1e4
 # Largest joint position or velocity that the kernel accepts. At 1e15 rad the spacing of doubles is
 # an eighth of a turn.
 LARGEST = 1e15
-# A joint position counts as inside its limits if it exceeds a limit by at most this, rad or m:
-# round-off of a solution.
+# A joint position is taken as inside its limits if it exceeds a limit by at most this, rad or m.
+# It covers the round-off of a solution.
 AT_LIMIT = 1e-9
 # Initial damping of Levenberg-Marquardt if the start is not near a solution.
 SEARCH_DAMPING = 1e-3

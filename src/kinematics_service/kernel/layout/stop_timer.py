@@ -10,6 +10,6 @@ def start_at(number: int, seconds: int) -> None:
     + `number`.
 
     The process ends `seconds` after the signal. Call this function after you have set Python's own
-    handler: the C handler starts the timer and then calls Python's handler. In plain Python the
-    function does nothing, because no call holds the interpreter's lock for long.
+    handler, because the C handler starts the timer and then calls Python's handler. In plain
+    Python the function does nothing, because no call holds the interpreter's lock for long.
     """

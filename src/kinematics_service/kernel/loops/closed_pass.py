@@ -23,8 +23,7 @@ def evaluate_row(chain: Chain, q: Flat, qdot: Flat, depth: int, row: Flat) -> fl
 
 def evaluate_closed(chain: Chain, qdot: Flat, depth: int, row: Flat) -> float:
     """
-    Fill a row of results in which the passive variables for its joint positions are already
-    stored.
+    Fill a row of results. The row must already have the joint positions and passive variables.
     """
     n, variables = chain.dof, chain.variables
     x = arrays.after(row, chain.closure_at)

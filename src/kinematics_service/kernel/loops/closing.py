@@ -3,13 +3,13 @@ Compute the passive variables of closed loops from the joint positions by Newton
 continuation.
 
 At one set of joint positions, the start, the loops are known to close. The continuation goes from
-the start to the wanted joint positions along a straight line, by small steps, so that it stays on
-the same branch. Each step predicts the passive variables by their derivatives and corrects them by
-Newton's method.
+the start to the wanted joint positions along a straight line. Its steps are small, so that it
+stays on the branch of solutions of the start. Each step predicts the passive variables by their
+derivatives, and corrects the prediction by Newton's method.
 
 A step is accepted if the corrections are small and decrease, and if each determinant keeps its
 sign and changes its size by a limited ratio. Branches meet or end only if a determinant is 0. A
-rejected step is halved. If it becomes shorter than MIN_STEP_LENGTH, the branch ends.
+rejected step is halved. If the step becomes shorter than MIN_STEP_LENGTH, the branch ends.
 
 Loops that share passive variables form a group with one determinant and are solved together.
 Groups are solved in order, because variables of an earlier group may move a later group.
@@ -26,7 +26,8 @@ from . import residual
 # The loops are taken as closed if no component of the residual exceeds this. Position components
 # are divided by the size of the loops; rotation components are in rad.
 CLOSED_TOLERANCE = 1e-13
-# A residual up to this is round-off, two machine epsilons, so Newton's method stops.
+# Newton's method stops if the residual is at most this, because such a residual is round-off (two
+# machine epsilons).
 ROUND_OFF = 4e-16
 MAX_NEWTON_STEPS = 12
 # Largest correction of a passive variable by one Newton step of the continuation, rad. The motion
@@ -48,19 +49,20 @@ MIN_DET_RATIO = 0.4
 # MIN_DET_RATIO.
 MAX_DET_RATIO = 2.5
 # A dimensionless loop determinant is round-off if it is below this multiple of a product. The
-# product is over the passive variables: the largest derivative of the residual by each variable.
+# product has one factor for each passive variable: the largest derivative of the residual by the
+# variable.
 DETERMINANT_TOLERANCE = 1e-9
 # Least derivative of the residual that enters the product for DETERMINANT_TOLERANCE,
 # dimensionless.
 MIN_SLOPE = 0.01
 # If no joint has moved by more than this since the last joint positions, rad, the continuation
-# begins at the last ones. Otherwise it begins at the joint positions of the robot file.
+# begins at the last joint positions. Otherwise it begins at the joint positions of the robot file.
 MAX_MOTION = 1.0
-# If the continuation fails, it also turns joints without limits in the other direction, for at
-# most this number of joints.
+# Largest number of joints without limits that turn in the other direction if the continuation
+# fails.
 MAX_OTHER_WAYS = 4
-# If the straight line meets a singularity, the continuation goes through a point beside the middle
-# of the line. This is the offset of the point, rad.
+# If loop equations are singular on the straight line, the continuation goes through a point beside
+# the middle of the line. BEND is the offset of this point, rad.
 BEND = 0.3
 
 
@@ -169,8 +171,9 @@ def _farthest(group: LoopGroup, dof: int, q: Numbers, section: Flat) -> float:
 
 def _continue(closure: Closure, q: Numbers, section: Flat) -> int:
     # Moves the passive variables in `section` step by step to the joint positions q. Returns 0 if
-    # all loops close at q, otherwise the number of groups from the failed one to the last. In the
-    # second case the section belongs to the last joint positions at which the loops closed.
+    # all loops close at q, otherwise the number of groups from the failed one to the last. If a
+    # loop does not close, the section belongs to the last joint positions at which all loops
+    # closed.
     n, variables = closure.dof, closure.variables
     status_at = closure.status_at
     screws = arrays.after(section, closure.screws_at)
@@ -207,9 +210,10 @@ def _continue(closure: Closure, q: Numbers, section: Flat) -> int:
 
 
 def _begin(closure: Closure, numbers: Flat, q: Flat, other_ways: int, section: Flat) -> int:
-    # Copies `numbers` to `section`, and adds full turns to joints without limits, so that they are
-    # nearest to q. Each bit of `other_ways` moves one of the first MAX_OTHER_WAYS of these joints
-    # to the other side of q. Returns the number of joints that a bit can move.
+    # Copies `numbers` to `section`, and adds full turns to joints without limits, so that these
+    # joints are nearest to q. A bit of `other_ways` adds one more turn to one of the first
+    # MAX_OTHER_WAYS of these joints, so that it approaches q from the other side. Returns the
+    # number of joints that a bit can move.
     ways = 0
     arrays.copy(section, closure.width, numbers)
     for j in range(closure.dof):
@@ -247,11 +251,12 @@ def close(closure: Closure, q: Flat, section: Flat) -> int:
     the known start.
 
     The result depends on q only. The continuation goes along a straight line from the start to q.
-    If it fails, it turns joints without limits in the other direction. If it still fails, it bends
-    the line to both sides, so that it avoids isolated joint positions with determinant 0.
+    If this fails, joints without limits turn in the other direction. If this fails, too, the line
+    is bent to both sides, to avoid isolated joint positions with determinant 0.
 
-    Returns 0 if all loops close, otherwise the number of groups from the first open one to the
-    last. In the second case the section belongs to the end of the straight line.
+    Returns 0 if all loops close. Otherwise returns the number of groups from the first open one to
+    the last, and the section belongs to the last point of the straight line at which the loops
+    closed.
     """
     ways = _begin(closure, closure.start, q, 0, section)
     failed = _continue(closure, q, section)
@@ -272,8 +277,8 @@ def close(closure: Closure, q: Flat, section: Flat) -> int:
 
 def close_next(closure: Closure, last: Flat, q: Flat, section: Flat) -> int:
     """
-    Fill `section` with the passive variables at q as `close` does, but start from the section
-    `last` if q is near it.
+    Fill `section` with the passive variables at q. If q is near the joint positions of the section
+    `last`, the continuation starts from them, else from the start of `close`.
     """
     _begin(closure, last, q, 0, section)
     if _farthest(closure.first, closure.dof, q, section) <= MAX_MOTION:
@@ -283,11 +288,11 @@ def close_next(closure: Closure, last: Flat, q: Flat, section: Flat) -> int:
 
 def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
     """
-    Compute the passive variables near approximate ones by Newton's method, and fill the section of
-    the closed loops.
+    Correct approximate passive variables by Newton's method, and fill the section of the closed
+    loops.
 
     Returns 0 if all loops close, otherwise the number of groups from the first open one to the
-    last. In the second case the section has the determinant and residual of the first open group.
+    last. If a loop is open, the section has the determinant and residual of the first open group.
 
     Parameters
     ----------
@@ -296,8 +301,8 @@ def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
     dof
         Number of joints.
     section : shape (Closure.width,)
-        Section as in `Closure`: the numbers about closed loops. Its variables must be filled; the
-        call fills the other numbers.
+        Section as in `Closure`: the numbers about closed loops. The caller must fill the variables
+        in the section; `assemble` fills the other numbers.
     """
     known = len(groups_from(first))
     status, slopes = [0.0] * 72, [0.0] * 324
@@ -316,8 +321,8 @@ def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
 
 def close_at(chain: Chain, q: Floats, sections: Floats, closed: Floats) -> None:
     """
-    Compute the passive variables of a chain with loops at N joint positions, each from the known
-    start.
+    Compute the passive variables of a chain with loops at N joint positions; each continuation
+    begins at the known start.
 
     Parameters
     ----------
@@ -327,7 +332,7 @@ def close_at(chain: Chain, q: Floats, sections: Floats, closed: Floats) -> None:
         Joint positions.
     sections : shape (N, width)
         Sections as in `Closure`: the numbers about closed loops. If a loop does not close, the
-        section belongs to the end of the straight line of the continuation.
+        section belongs to the last point of the straight line at which the loops closed.
     closed : shape (N,)
         0 if all loops close, otherwise the number of groups from the first open one to the last.
     """

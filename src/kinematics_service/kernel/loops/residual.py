@@ -4,8 +4,8 @@ variables.
 
 The residual of a loop is the pose of the end of one of its chains relative to the end of the other
 chain. Both chains begin in one frame, and all numbers are in the axes of this frame. The residuals
-of the loops of a group are stacked. The derivatives of a residual are the screws of the ends. The
-derivatives of the rotation are exact only if the end frames are parallel.
+of the loops of a group are stacked. The derivatives of a residual are the screws of the end
+frames. The derivatives of the rotation part are exact only if the end frames are parallel.
 """
 
 import math
@@ -46,8 +46,8 @@ def _write_end(chain: Chain, x: Numbers, T: Numbers, screws: Numbers, at: int) -
 
 
 def _write_gap(there: Numbers, back: Numbers, gap: Numbers) -> None:
-    # Writes to `gap` the pose `back` relative to the pose `there`, the ends of the two chains of a
-    # loop: translation and rotation vector, six numbers.
+    # Writes to `gap` the pose `back` relative to the pose `there`, as translation and rotation
+    # vector, six numbers. The two poses are the ends of the two chains of a loop.
     x, y, z, along = 0.0, 0.0, 0.0, 0.0
     for i in range(3):
         gap[i] = back[4 * i + 3] - there[4 * i + 3]
@@ -131,7 +131,7 @@ def write_by_joint(
     loop: Loop, first: int, dof: int, joint: int, screws: Flat, section: Flat, slopes: Numbers
 ) -> None:
     """
-    Fill the derivative (p,) of the residual by one joint, for `loop` and the loops after it in its
+    Fill the derivative (p,) of the residual by one joint, for `loop` and the later loops of its
     group.
 
     The joint also moves the passive variables of earlier groups, whose indices are below `first`.

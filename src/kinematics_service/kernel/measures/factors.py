@@ -2,8 +2,8 @@
 Compute the values and gradients of the singular factors that the robot file names.
 
 The method is forward automatic differentiation of a tape, a list of operations. Several poses are
-computed at once, one in each lane: number k of a step in a lane is at k * lanes + lane. Each lane
-gives the bits that a pose alone gives.
+computed at once, one in each lane: number k of a step in a lane is at k * lanes + lane. The
+results have the same bits as if each pose were computed alone.
 """
 
 import math
@@ -170,7 +170,7 @@ def _partial(operation: int, number: float, a: float, b: float) -> tuple[float, 
 
 def distance_to_zero(value: float, slope: float) -> float:
     """
-    Return |value| / slope, the first-order distance to the zero of a factor, rad, at most pi;
+    Return the first-order distance to the zero of a factor, |value| / slope, rad, at most pi;
     slope >= 0.
     """
     if value == 0.0:

@@ -1,13 +1,13 @@
 """
-Compute the gradient, by the joints, of a weighted sum of the entries of a Jacobian, and of loop
+Compute two gradients by the joints: of a weighted sum of the entries of a Jacobian, and of loop
 determinants.
 
 If the arm has closed loops, J = J_open G with G = [1; C], and G depends on the joints. Let Phi be
 the residual of the loops, and x = (q, psi) the joints and the passive variables. The derivatives
-of psi by the joints are C = -Phi_psi^-1 Phi_q. Phi_x G = 0 holds along every motion, so
-Phi_psi dC = -dPhi_x G. Therefore the weighted sum of J_psi dC is a weighted sum of dPhi_x, with
-the weights mu G^T, mu = -Phi_psi^-T J_psi^T Y. The columns of Phi_x are screws, so the function
-for J also computes the gradient of Phi_x.
+of psi by the joints are C = -Phi_psi^-1 Phi_q. Phi_x G = 0 holds along every motion, so Phi_psi dC
+= -dPhi_x G. Therefore the weighted sum of J_psi dC is a weighted sum of dPhi_x, with the weights
+mu G^T, mu = -Phi_psi^-T J_psi^T Y. The columns of Phi_x are screws, so the function that computes
+the gradient for J also computes it for Phi_x.
 """
 
 from ..forward import linear_equations
@@ -74,8 +74,8 @@ def _add_turned(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> 
 
 
 def _add_carried(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> None:
-    # Adds v x Yv + w x Yw of one entry to `total`, where v and w are the parts of the screw, Yv
-    # and Yw those of Y.
+    # Adds v x Yv + w x Yw of one entry to `total`, where v and w are the linear and angular parts
+    # of the screw, and Yv and Yw those of Y.
     w = arrays.after(screw, 3 * step)
     for lane in range(lanes):
         x, y, z = Y[lane], Y[lanes + lane], Y[2 * lanes + lane]
@@ -110,8 +110,8 @@ def _room_of_groups(variables: int) -> int:
 
 def write_gradient(chain: Chain, row: Flat, Y: Flat, gradient: Flat, work: Flat) -> None:
     """
-    Fill the gradient (n,) of the weighted sum of J by the joints, at a row of results; Y is (n,
-    6).
+    Fill the gradient (n,) by the joints of the sum of the entries of J, weighted by Y (n, 6), at
+    the pose of a row of results.
     """
     screws = arrays.after(row, chain.screws_at)
     if chain.loops == 0:
@@ -150,8 +150,8 @@ def _write_closed(
 
 
 def _reduce_to_joints(n: int, passive: int, coupling: Flat, total: Flat, gradient: Flat) -> None:
-    # Computes the gradient by the joints from `total`, the gradient by all variables, with the
-    # chain rule.
+    # Computes the gradient by the joints, by the chain rule, from `total`, the gradient by joints
+    # and passive variables.
     for j in range(n):
         gradient[j] = total[j]
         for a in range(passive):
@@ -168,7 +168,7 @@ def _add_groups(
     work: Flat,
 ) -> None:
     # Adds the gradients of this group of loops and of all later groups to `work`. The last group
-    # comes first, because it changes the weights mu of earlier groups.
+    # is computed first, because it changes the weights mu of earlier groups.
     if left > 1:
         following = arrays.after(screws, 6 * group.entries)
         _add_groups(group.following, left - 1, closure, coupling, following, mu, work)
@@ -188,8 +188,8 @@ def _add_groups(
 
 
 def _slopes_in(work: Flat, variables: int) -> Flat:
-    # Returns the part of `work` that stores the derivatives of a group's residual; it follows the
-    # part of `_add_residual`.
+    # Returns the part of `work` that stores the derivatives of a group's residual. This part
+    # follows the part that `_add_residual` uses.
     return arrays.after(work, 8 * variables + 6 * LOOP_SCREWS)
 
 
@@ -209,8 +209,8 @@ def _add_loops(
             for a in range(first + group.count - n):
                 weights[6 * (n + a) + axis] += own[i * n + j] * coupling[a * n + j]
     _add_residual(loop, screws, work)
-    # Passive variables of earlier groups move the residual of this group: add the weights of their
-    # derivatives to mu.
+    # Passive variables of earlier groups change the residual of this group, so add the weights of
+    # the derivatives by these variables to mu.
     back = arrays.after(screws, 6 * loop.there.entries)
     _add_to_earlier_groups(loop, loop.there, -1.0, first, n, screws, own, mu)
     _add_to_earlier_groups(loop, loop.back, 1.0, first, n, back, own, mu)
@@ -232,9 +232,9 @@ def _add_to_earlier_groups(
 
 
 def _add_residual(loop: Loop, screws: Flat, work: Flat) -> None:
-    # Adds to `work` the gradient of the weighted derivatives of a loop's residual, one number for
-    # each variable. After these numbers, `work` has the weights, six for each variable, then
-    # scratch memory.
+    # Adds to `work` the gradient of the weighted sum of the derivatives of a loop's residual, one
+    # number for each variable. After these numbers, `work` has the weights, six for each variable,
+    # and then scratch memory.
     _add_end(loop.there, -1.0, screws, work)
     _add_end(loop.back, 1.0, arrays.after(screws, 6 * loop.there.entries), work)
 
@@ -256,8 +256,8 @@ def write_determinants(chain: Chain, row: Flat, results: Flat, work: Flat) -> No
     Fill the determinant of each group of loops and its gradient by the joints: 1 + n numbers per
     group.
 
-    The matrix of the determinant has the derivatives of the group's residual by its passive
-    variables.
+    The determinant is that of the matrix of derivatives of the group's residual by the passive
+    variables of the group.
     """
     section = arrays.after(row, chain.closure_at)
     screws = arrays.after(section, chain.closure.screws_at)

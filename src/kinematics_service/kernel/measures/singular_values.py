@@ -3,9 +3,9 @@ Compute determinants of small matrices, and their singular values by one-sided J
 
 A matrix A of `count` rows is stored in W with the rotations V beside it: each row has `length`
 numbers of A, then `count` numbers of V. Several matrices can be interleaved, each in a lane:
-number k of the matrix in a lane is at k * lanes + lane. A matrix alone and the same matrix
-interleaved with others give the same bits if no number is -0.0: a rotation by zero would change
--0.0 to 0.0.
+number k of the matrix in a lane is at k * lanes + lane. A matrix alone and interleaved with others
+give equal bits if no number is -0.0. In interleaved matrices a rotation by zero changes -0.0 to
+0.0.
 """
 
 import math
@@ -16,14 +16,14 @@ from ..layout.arrays import Flat, Floats, Numbers
 # Largest number of sweeps; a sweep rotates all pairs of rows. Six rows of 6 to 96 numbers needed
 # at most 8 sweeps in experiments.
 MAX_SWEEPS = 60
-# Two rows a and b are taken as orthogonal if (a.b)^2 <= this times |a|^2 |b|^2: 4.5 machine
-# epsilons, squared.
+# Two rows a and b are taken as orthogonal if (a.b)^2 is at most this times |a|^2 |b|^2. It is the
+# square of 4.5 machine epsilons.
 SQUARED_COSINE_TOLERANCE = 1e-15 * 1e-15
 # The iteration ends if the largest squared cosine in a sweep was at most this. The next sweep
 # would square the cosine (quadratic convergence), or keep it if singular values are equal.
 LAST_SQUARED_COSINE = 1e-26
-# Tolerance for a matrix that has converged: a squared cosine is at most 1, so all its rows count
-# as orthogonal and it is rotated no more.
+# Tolerance for a matrix that has converged. A squared cosine is at most 1, so with this tolerance
+# all rows are taken as orthogonal, and the matrix is not rotated.
 NO_ROTATION = 2.0
 
 
@@ -38,9 +38,9 @@ def _rotate_pair(
     lanes: int,
 ) -> None:
     # Rotates two rows a and b of `width` numbers, so that their first `length` numbers are
-    # orthogonal. Orthogonal rows are rotated by 0. Raises `worst` to the squared cosine of the
-    # angle before the rotation, if it is larger. `room` holds |a|^2, |b|^2 and a.b, then the
-    # cosine and sine of the rotation.
+    # orthogonal. Orthogonal rows are rotated by 0. If the squared cosine of the angle before the
+    # rotation is larger than `worst`, it becomes `worst`. `room` holds |a|^2, |b|^2 and a.b, then
+    # the cosine and sine of the rotation.
     for lane in range(lanes):
         room[lane] = room[lanes + lane] = room[2 * lanes + lane] = 0.0
     for column in range(length):
@@ -120,8 +120,8 @@ def _orthogonalise(
                 i = i + 1 if i + 1 < last else 0
                 j = turn if j == last else j
                 j = j - 1 if j > 0 else last - 1
-        # Stop a matrix whose last rotations were tiny: convergence is quadratic, so the next sweep
-        # would rotate nothing.
+        # Stop a matrix whose last rotations were tiny. Convergence is quadratic, so the rotations
+        # of the next sweep would be round-off.
         turning = 0
         for lane in range(lanes):
             settled = worst[lane] <= LAST_SQUARED_COSINE
@@ -183,8 +183,9 @@ def unit_rows(W: Flat, sigma: Flat, count: int, length: int, lanes: int) -> None
     """
     Divide each row of A by its norm in `sigma`.
 
-    If a row is only round-off, its direction is meaningless. For one lane such a row is replaced
-    by a unit vector orthogonal to the rows above it. For several lanes no row may be round-off.
+    If a row is only round-off, its direction is meaningless. If there is one lane, such a row is
+    replaced by a unit vector orthogonal to the rows above it. If there are several lanes, no row
+    may be round-off.
     """
     if lanes == 1:
         _unit_rows(W, sigma, count, length, 1)

@@ -3,8 +3,8 @@ Compute the singularity measures of one row of results, or of LANES rows at once
 
 The order of the measures is defined in layout/places.py and in MeasurePlaces
 (robot/measure_places.py). In interleaved rows, number k of the row in a lane is at k * lanes +
-lane. A pose measured alone and the same pose in a lane give the same bits. If the rank at a pose
-is below the generic rank, other formulas apply, so the pose is measured alone.
+lane. A pose measured alone and a pose measured in a lane give equal bits. If the rank at a pose is
+below the generic rank, other formulas apply, so the pose is measured alone.
 """
 
 import math
@@ -15,15 +15,16 @@ from ..layout.arrays import Flat, Numbers, Vector
 from . import gradient, singular_values
 from .task_rows import TaskRows
 
-# Largest norm of a row of J_t, m or rad, for which a pose is measured together with others: fourth
-# powers of larger numbers overflow.
+# Largest norm of a row of J_t, m or rad, for which a pose is measured together with others. Fourth
+# powers of larger numbers overflow, so such a pose is measured alone.
 LARGEST_NORM = 1e75
 # Bit mask that says that the poses of all LANES lanes must be measured alone.
 ALL_LANE_BITS = 0xFFFF
 
 
 def _to_base_axes(task: TaskRows, vectors: Numbers, lanes: int) -> None:
-    # Read the rotation first: the compiler assumes that each write to `vectors` may change it.
+    # Read the rotation first, because the compiler assumes that each write to `vectors` may change
+    # the rotation.
     xx, xy, xz = task.rotation[0], task.rotation[1], task.rotation[2]
     yx, yy, yz = task.rotation[3], task.rotation[4], task.rotation[5]
     zx, zy, zz = task.rotation[6], task.rotation[7], task.rotation[8]
@@ -80,13 +81,14 @@ def _scale_task_rows(n: int, task: TaskRows, W: Flat, width: int, lanes: int) ->
             into = arrays.after(W, (i * width + j if n > m else j * width + i) * lanes)
             scale = task.row_scale[i] * task.column_scale[j]
             for lane in range(lanes):
-                # Add 0.0 to change -0.0 to 0.0, as a rotation by 0 in several lanes would do.
+                # Add 0.0 to change -0.0 to 0.0, because a rotation by 0 in several lanes does so.
                 into[lane] = into[lane] * scale + 0.0
 
 
 def _decompose(W: Flat, sigma: Flat, count: int, length: int, width: int, lanes: int) -> int:
     # Computes the singular value decomposition of W and fills sigma. Returns a bit mask of the
-    # lanes with numbers whose powers overflow. The first sort reduces the number of sweeps.
+    # lanes with numbers whose powers overflow. The rows are sorted before the sweeps, because this
+    # reduces the number of sweeps.
     singular_values.sort_by_norm(W, sigma, count, length, width, lanes)
     large = 0
     for lane in range(lanes):
@@ -174,9 +176,9 @@ def _fill_slopes(
     left: Numbers,
     lanes: int,
 ) -> None:
-    # Fills Y[j] with the gradient, by column j of J, of the sum of log(sigma) over the singular
-    # values `first` to `last`. If `lost`, Y[j] is the gradient of the sum of sigma. `left` is a
-    # local array of the caller with six numbers for each pose.
+    # Fills Y[j] with the gradient, by column j of J, of the sum of the logarithms of the singular
+    # values `first` to `last`. If `lost`, Y[j] is the gradient of the sum of these singular
+    # values. `left` is a local array of the caller with six numbers for each pose.
     m = task.count
     wide = n > m
     length, width = max(m, n), m + n
@@ -198,7 +200,8 @@ def _fill_slopes(
             y = arrays.after(Y, 6 * j * lanes)
             for lane in range(lanes):
                 along[lane] = right[lane] * scale
-            # For one pose compute all six components, which saves 2 % of the time of its measures.
+            # If there is one pose, compute all six components, which saves 2 % of the time of the
+            # measures.
             for i in range(6 if lanes == 1 else m):
                 axis = i if lanes == 1 else task.axis[i]
                 for lane in range(lanes):
@@ -235,8 +238,8 @@ def _write_way_out(n: int, task: TaskRows, way_out: Flat, distances: Flat, lanes
 def _write_direction(
     n: int, task: TaskRows, direction: Flat, lost: Flat, motion: Flat, lanes: int
 ) -> None:
-    # Writes the tool direction that is lost first, in base axes, and the joint motion that belongs
-    # to it: the two singular vectors of the smallest singular value.
+    # Writes the two singular vectors of the smallest singular value: the tool direction that is
+    # lost first, in base axes, and the joint motion.
     m = task.count
     wide, length = n > m, max(m, n)
     arrays.fill(lost, 6 * lanes, 0.0)
@@ -260,8 +263,8 @@ def measure_row(chain: Chain, task: TaskRows, row: Flat, measures: Flat, work: F
 
 def measure_rows(chain: Chain, task: TaskRows, rows: Flat, measures: Flat, work: Flat) -> int:
     """
-    Fill the singularity measures of LANES interleaved rows of an open chain, each as `measure_row`
-    does.
+    Fill the singularity measures of LANES interleaved rows of an open chain with the results of
+    `measure_row`.
 
     Return a bit mask of the lanes that must be measured alone. The generic rank must be full.
     `work` has LANES (min(m, n) (m + n) + 6 n) numbers.

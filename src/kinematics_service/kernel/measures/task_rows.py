@@ -1,4 +1,4 @@
-"""Select and weight the rows of the Jacobian that count for the singularity measures."""
+"""Select and scale the rows of the Jacobian from which the singularity measures are computed."""
 
 import numpy as np
 
@@ -26,7 +26,8 @@ class TaskRows:
     row_scale : shape (m,), column_scale : shape (n,)
         Factors of the rows and columns of the scaled J_t.
     zero : m
-        Singular values up to this are taken as zero, whatever the largest singular value is.
+        Singular values up to this are taken as zero. This bound does not depend on the largest
+        singular value.
     """
 
     def __init__(

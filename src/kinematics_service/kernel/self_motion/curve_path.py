@@ -4,8 +4,8 @@ functions along it.
 
 A place on the curve is a number k + x: the fraction x of the way from sample k to sample k + 1.
 Cubic Hermite interpolation predicts the solution, and Newton's method corrects the prediction
-perpendicular to the chord. The Illinois method (Dowell and Jarratt 1971) finds roots: regula falsi
-that halves the value at the end that does not move.
+perpendicular to the chord. The Illinois method (Dowell and Jarratt 1971) finds roots. It is regula
+falsi, but halves the function value at an end of the interval that has not moved.
 """
 
 import math
@@ -16,12 +16,12 @@ from .curve_point import CurvePoint
 
 # Largest number of steps of the Illinois method to a root; ten steps are usual.
 MAX_ROOT_STEPS = 100
-# The root is found if a joint's distance from the wanted position is below this, rad or m:
-# round-off of 100 operations at 3 rad.
+# The root is found if a joint's distance from the wanted position is below this, rad or m. It is
+# the round-off of 100 operations at 3 rad.
 LEVEL_TOLERANCE = 1e-13
 # A turning point of a joint is found if the joint's slope along the curve is below this. The
-# nearest point is found if the slope of the distance is below this. The error of the position is
-# of the order of the square of the slope.
+# nearest point is found if the slope of the distance is below this. At a turning point, a joint
+# position has an error of the order of the square of the slope.
 SLOPE_TOLERANCE = 1e-9
 
 
@@ -32,16 +32,16 @@ class CurvePath:
     Parameters
     ----------
     point
-        A point of the curve, which the methods move.
+        A point on the curve. The methods move this point.
     samples : shape (m, 2 n), rad or m
         Joint positions and unit tangents of at least two samples.
 
     Attributes
     ----------
     joint, level
-        The function whose roots `root` finds: the position of the joint minus the level. If the
-        level is NaN, it is the slope of the joint. If the joint is -1, it is the slope of the
-        distance from `goal`.
+        The function whose roots `root` finds is the position of the joint minus the level. If the
+        level is NaN, the function is the slope of the joint along the curve. If the joint is -1,
+        the function is the slope of the distance from `goal`.
     """
 
     def __init__(self, point: CurvePoint, samples: Floats) -> None:
@@ -54,7 +54,8 @@ class CurvePath:
 
     def interpolate(self, place: float) -> None:
         """
-        Move `point` to a place of the curve: the fraction of the way from one sample to the next.
+        Move `point` to a place k + x of the curve, at the fraction x of the way from sample k to
+        sample k + 1.
         """
         q, border, n, square = self.point.q, self.point.border, self.n, 0.0
         k: int = int(min(max(place, 0.0), self.m - 2.0))
@@ -85,8 +86,8 @@ class CurvePath:
 
     def root(self, a: float, low: float, b: float, high: float) -> float:
         """
-        Return the root of the function between places a and b, where its values low and high
-        differ in sign.
+        Return the place between a and b at which the function is 0. Its values `low` at a and
+        `high` at b differ in sign.
         """
         x = b
         tolerance: float = LEVEL_TOLERANCE if not math.isnan(self.level) else SLOPE_TOLERANCE
@@ -124,10 +125,11 @@ def write_roots(path: CurvePath, brackets: Floats, roots: Floats) -> None:
     path
         The curve.
     brackets : shape (6, m)
-        Joint and its wanted position (NaN for a turning point); a place and the value of the
-        function at it; another place and its value, of opposite sign.
+        The rows are: the joint; its wanted position (NaN for a turning point); a place; the value
+        of the function there; another place; the value of the function there, which has the
+        opposite sign.
     roots : shape (m, k)
-        Filled with the place and the joint positions (n,) of each root; further columns do not
+        Filled with the place and the joint positions (n,) of each root; columns after these do not
         change.
     """
     count, wide, n = arrays.extent(roots, 0), arrays.extent(roots, 1), path.n

@@ -17,8 +17,8 @@ from ..layout.arrays import Floats
 
 # Largest number of Newton steps; three steps are usual after a step along the curve.
 MAX_NEWTON_STEPS = 12
-# Newton's method ends if a step is shorter than this, rad or m. The next step would reduce this
-# error to its square, 1e-14, which is round-off.
+# Newton's method ends if a step is shorter than this, rad or m. Convergence is quadratic, so the
+# next step would be about 1e-14, which is round-off.
 STEP_TOLERANCE = 1e-7
 
 
@@ -66,10 +66,9 @@ class CurvePoint:
 
     def look_along(self, side: float) -> None:
         """
-        Set `border` to the null vector of the derivative at q whose orientation is `side`, 1 or
-        -1.
-
-        The elements of the null vector are cofactors: determinants with a unit vector as border.
+        Set `border` to the null vector of the derivative at q that has the orientation `side`, 1
+        or -1. The elements of the null vector are cofactors: determinants with a unit vector as
+        border.
         """
         n, null = self.n, self.tangent
         arrays.fill(self.border, n, 0.0)
@@ -107,8 +106,8 @@ class CurvePoint:
 
     def linearise(self) -> None:
         """
-        Write to A the derivative of the target's rows at q, with the border as last row, and the
-        errors to `step`.
+        Write to A the derivative of the target's rows at q, with the border as last row; write the
+        errors of the target's rows to `step`.
         """
         n = self.n
         self.residual.square(self.q, places.JACOBIAN)

@@ -15,17 +15,17 @@ from .curve_point import CurvePoint
 
 # Length of the first step along the curve, rad.
 FIRST_STEP = 0.02
-# Length of the longest step along the curve, rad: the largest distance between samples, without
-# corrections.
+# Length of the longest step along the curve, rad. Without corrections it is the largest distance
+# between samples.
 MAX_STEP = 0.1
 # Length of the shortest step along the curve, rad. If a step of this length fails, the curve ends
 # at a singular pose.
 MIN_STEP = 1e-7
-# A step is accepted if the cosine of the angle between the tangents before and after it exceeds
-# this: 0.35 rad.
+# A step is accepted if the cosine of the angle between the tangents before and after the step
+# exceeds this, so that the angle is below 0.35 rad.
 MIN_COSINE = 0.94
-# The next step is twice as long if the cosine of the angle between the tangents exceeds this: 0.1
-# rad.
+# The next step is twice as long if the cosine of the angle between the tangents exceeds this, so
+# that the angle is below 0.1 rad.
 DOUBLING_COSINE = 0.995
 # Largest ratio of the corrector's motion to the step. The ratio is 0.18 on a circle whose tangent
 # turns by 0.35 rad.
@@ -33,7 +33,7 @@ MAX_CORRECTION = 0.25
 # Largest motion of a joint between two samples, rad: MAX_STEP plus its largest correction.
 MAX_GAP = 0.125
 # Two sets of joint positions are taken as one solution if no joint differs by more than this, rad
-# or m: ten times the last step of Newton's method.
+# or m. It is ten times the last step of Newton's method.
 SOLUTION_TOLERANCE = 1e-6
 
 
@@ -42,8 +42,8 @@ def trace(point: CurvePoint, side: float, samples: Floats) -> int:
     Fill `samples` by following the curve of solutions from a first solution until the curve
     closes.
 
-    Returns the number of samples. The number is negative if the curve is closed; then the last
-    sample is the first sample plus full turns. If the number is positive, the curve ends at a
+    Returns the number of samples. The returned number is negative if the curve is closed; then the
+    last sample is the first sample plus full turns. If the number is positive, the curve ends at a
     singular pose, or the array is full. Returns 0 if Newton's method finds no solution at the
     start.
 
@@ -124,7 +124,8 @@ def _advance(point: CurvePoint, before: Flat, side: float, step: float) -> float
 
 def _reaches(point: CurvePoint, side: float, sample: Flat, goal: Flat, least: float) -> bool:
     # Returns whether one step from a sample along the curve reaches `goal`. The step must be
-    # longer than `least`, which is negative if steps back are allowed.
+    # longer than `least`. If `least` is negative, a step against the direction of the curve is
+    # allowed.
     n = point.n
     step: float = 0.0
     for j in range(n):
@@ -158,7 +159,8 @@ def passes(point: CurvePoint, samples: Floats, q: Floats) -> bool:
         for j in range(n):
             distance = max(distance, abs(point.way(j, goal[j] - row[j])))
         is_passed = distance < MAX_GAP and _reaches(point, 1.0, row, goal, -MAX_GAP)
-        # Skip samples that are too far from q: neighboring samples are within MAX_GAP.
+        # Skip samples that are too far from q. A joint moves by at most MAX_GAP between
+        # neighboring samples.
         k += 1 + int(max(distance / MAX_GAP - 1.0, 0.0))
     arrays.take_back(lock)
     return is_passed

@@ -1,4 +1,6 @@
-"""Collect the data of an arm that the kernel's computations of singularity need."""
+"""
+Collect the data of an arm from which the kernel computes singularity measures and singular poses.
+"""
 
 import numpy as np
 
@@ -24,7 +26,7 @@ class Arm:
         Whether the product of the factors is the determinant. If so, only the zeros of the factors
         are singular poses.
     watched
-        Index of the measure that is compared with the thresholds, in a row of measures.
+        Index, in a row of measures, of the measure that is compared with the thresholds.
     warn, stop
         Thresholds of the levels WARN and ERROR.
     spans : shape (n, 3)

@@ -2,15 +2,15 @@
 Find the nearest joint positions at which the equations of a group of closed loops are singular.
 
 Such joint positions are called a flat position in this file. At a flat position the loop equations
-no longer determine the passive variables. The determinant D of the derivatives of the equations by
-these variables is zero, and a branch of the loops ends or meets another branch.
+do not determine the passive variables. The determinant D of the derivatives of the equations by
+the passive variables is zero, and a branch of solutions ends or meets another branch.
 
 The method is damped Newton on D^2 = 0 (Nocedal and Wright, section 11.1): D^2 has a finite
 derivative at a flat position, but D has none where a branch ends. A step leads to the plane on
 which the linearised D^2 is zero, and along this plane towards the point nearest to the origin.
-Steps are halved because the loops do not close beyond the flat position. One flat position may be
-in the direction in which D grows, and another in the opposite direction. So there are two starts:
-one step along the gradient of D, and one against it.
+Steps are halved, because the loops do not close beyond the flat position. One flat position may be
+in the direction in which D grows, and another in the opposite direction. So the search has two
+starts: a step along the gradient of D, and a step against it.
 """
 
 import math
@@ -23,13 +23,14 @@ from . import projection, rank_equations
 from .rank_equations import RankEquations
 
 # First factor that shortens a Newton step. If the loops do not close after a step, the factor is
-# halved, but not below `projection.MIN_STEP_RATIO`: a failed attempt takes the time of 50 steps.
+# halved, but not below `projection.MIN_STEP_RATIO`, because a failed attempt takes the time of 50
+# steps.
 DAMPING = 0.5
 # The iteration has converged if the remaining distance to joint positions with singular loop
 # equations is at most this, rad.
 FLAT_TOLERANCE = 1e-4
-# The motion stops this far before joint positions with singular loop equations, rad. The distance
-# grows tenfold until the loops close, because a branch may end at these positions.
+# The motion stops this far before joint positions with singular loop equations, rad, because a
+# branch may end at them. If the loops do not close there, the distance is multiplied by ten.
 END_BEFORE = 1e-7
 # Largest number of Newton steps. A step multiplies the remaining distance by at most 0.75, if the
 # determinant falls linearly.
@@ -80,9 +81,9 @@ def look(
 def _move_along(
     equations: RankEquations, origin: Flat, group: int, step: float, d: Flat, work: Flat
 ) -> bool:
-    # Moves d from the origin along the gradient of the loop determinant D by `step`, shortened
-    # until the loops close. Leaves d at the origin if the loops close nowhere. Returns False if
-    # the gradient is 0.
+    # Moves d from the origin by `step` along the gradient of the loop determinant D. The step is
+    # shortened until the loops close. If they close after no step, d stays at the origin. Returns
+    # False if the gradient is 0.
     n = equations.n
     slope, goal = work, arrays.after(work, n)
     arrays.fill(d, n, 0.0)
@@ -142,7 +143,7 @@ def _move_before(
     equations: RankEquations, origin: Flat, length: float, goal: Flat, d: Flat
 ) -> None:
     # Moves d to the last point before `goal` (a motion of the given length) at which the loops
-    # close. If they do not close within FLAT_TOLERANCE of `goal`, d does not change.
+    # close. If the loops do not close within FLAT_TOLERANCE of `goal`, d does not change.
     n, before = equations.n, END_BEFORE
     while before < length and before <= FLAT_TOLERANCE:
         for j in range(n):
@@ -155,7 +156,8 @@ def _move_before(
 
 def _write_step(n: int, onto: float, back: float, slope: Flat, d: Flat, step: Flat) -> float:
     # Writes to `step` a motion onto the plane with linearised D^2 = 0, plus a motion along this
-    # plane that is at most as long. Returns the length of the uncut motion along the plane, rad.
+    # plane. The motion along the plane is cut to the length of the motion onto the plane. Returns
+    # its length before the cut, rad.
     for j in range(n):
         step[j] = back * slope[j] - d[j]
     slide = rank_equations.length_of(step, n)

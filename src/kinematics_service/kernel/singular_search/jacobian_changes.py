@@ -2,9 +2,10 @@
 Compute the derivatives of the tool velocity J x by the joint positions, for constant joint
 velocities x.
 
-Each entry of the chain (a joint that moves an element) has a screw (v, w). If entry e moves, the
-screw of e and of each later entry changes by (w_e x v, w_e x w), and v of each earlier entry
-changes by w x v_e. Entries of one element have the same axis, so their order does not matter.
+Each entry of the chain (a joint that moves an element) has a screw (v, w). If entry e moves by a
+unit, the screw (v, w) of e and of each later entry changes by (w_e x v, w_e x w). The linear
+velocity v of each earlier entry changes by w x v_e. Entries of one element have the same axis, so
+their order does not matter.
 """
 
 from ..forward.chain import Chain

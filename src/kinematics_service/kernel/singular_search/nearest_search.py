@@ -4,13 +4,13 @@ Find the singular pose nearest to given joint positions: sequential projection f
 The starts of the projection are:
 
 - the joint positions at which a singular value is zero to first order;
-- mixtures of the directions of the two least singular values;
+- combinations (mixtures) of the singular vectors of the two least singular values;
 - a motion of each joint in both directions;
 - the nearest samples of the atlas, a list of singular poses.
 
 If the joints move, the search follows the singular poses that it has found, and tries the starts
 again one by one. While the joints move by a quarter of the distance to the nearest singular pose,
-it tries all starts once.
+the search tries all starts once.
 """
 
 import math
@@ -28,13 +28,13 @@ SAMPLES = 24
 # small, because a step takes 20 times as long as without loops.
 SAMPLES_OF_LOOPS = 6
 # Number of samples of the atlas that are starts if J is nearly singular but the search found no
-# singular pose near.
+# singular pose within DOUBTFUL_DISTANCE.
 NEARLY_SINGULAR_SAMPLES = 96
 # If J is nearly singular but the nearest singular pose found is farther than this, rad, the search
 # tries more samples.
 DOUBTFUL_DISTANCE = 0.1
-# Number of starts in directions that mix those of the two least singular values, 22.5 degrees
-# apart.
+# Number of starts whose lost direction is a combination of the singular vectors of the two least
+# singular values, 22.5 degrees apart.
 MIXTURES = 8
 # Largest number of steps of a projection along the set of singular poses.
 STEPS = 14
@@ -43,15 +43,15 @@ STEPS = 14
 DROP_MARGIN = 1.3
 # Largest number of singular poses that the search follows while the joints move.
 MEMORY = 6
-# Two singular poses are taken as one if they differ by at most this, relative to their distance.
-# Joint positions with singular loop equations are searched again if the joints have moved by more
-# than this, relative to the distance.
+# Two singular poses are taken as one if they differ by at most this, relative to the distance from
+# the present pose. Joint positions with singular loop equations are searched again if the joints
+# have moved by more than this, relative to the distance from these positions.
 SAME_POSE_RATIO = 0.1
 # All starts are tried once while the joints move by this fraction of the distance to the nearest
 # singular pose.
 SEARCH_RATIO = 0.25
 # Least distance by which SEARCH_RATIO is multiplied, rad. At smaller distances the level is ERROR
-# by default (stop: 0.03), and one search for each message is enough.
+# by default (stop: 0.03), so a more frequent search is not needed.
 SEARCH_FLOOR = 0.02
 
 
@@ -109,8 +109,8 @@ class NearestSearch:
         """
         self._stand_at(q, row)
         self.pose_count, self.distance, self.is_following = 0, places.INFINITY, True
-        # Search joint positions with singular loop equations first, because no projection closes
-        # the loops beyond them.
+        # Search joint positions with singular loop equations first, because the loops do not close
+        # beyond them, and projections must not go there.
         self._look_for_flat_loops()
         self._take_own_pose()
         self._begin()
@@ -129,8 +129,8 @@ class NearestSearch:
         Update the nearest singular pose for the next joint positions q (n,) of a motion; `row` has
         the results at q.
 
-        The method searches from all starts if q is the first position of the motion, or after a
-        long step.
+        If q is the first position of the motion, or after a long step, the method searches from
+        all starts.
         """
         if not self.is_following:
             self.look(q, row)
@@ -157,8 +157,8 @@ class NearestSearch:
             self.look(q, row)
             return
         reach = SEARCH_RATIO * max(min(self.distance, places.FARTHEST), SEARCH_FLOOR)
-        # Try some starts again, in proportion to the motion: all starts while the joints move by
-        # `reach`.
+        # Try some starts again. Their number is proportional to the motion, so that all starts are
+        # tried while the joints move by `reach`.
         while self.tried * reach < self.moved * self.starts:
             if not self._try_next():
                 self.moved = 0.0
@@ -207,8 +207,9 @@ class NearestSearch:
             self.projection.radius = min(projection.TRUST_RADIUS, 0.5 * self.distance)
 
     def _hold_flat_loops(self) -> None:
-        # Keeps the stored joint positions with singular loop equations until the joints have moved
-        # by a tenth of the distance to the nearest of them. Then searches them again.
+        # Updates the distances to the stored joint positions with singular loop equations. If the
+        # joints have moved by a tenth of the distance to the nearest of them, searches these
+        # positions again.
         nearest: float = places.FARTHEST
         for k in range(self.groups):
             nearest = min(nearest, self.flat_lengths[k])
@@ -254,21 +255,23 @@ class NearestSearch:
         self.starts = self.values + MIXTURES + 2 * self.n + picked
 
     def _is_searched(self) -> bool:
-        # Returns False if joint positions are so large that their last digits are too coarse, or
-        # if the atlas of the arm would take hours.
+        # Returns whether singular poses are searched. Returns False if joint positions are so
+        # large that they have too few digits after the point, or if the arm has too many joints
+        # for an atlas.
         largest = 0.0
         for j in range(self.n):
             largest = max(largest, abs(self.u[j]))
         return largest < places.LARGEST_REDUCED and self.n <= places.MAX_SEARCHED_JOINTS
 
     def _is_unexplained(self) -> bool:
-        # Returns whether J is nearly singular although the search found no singular pose near.
+        # Returns whether J is nearly singular although the search found no singular pose within
+        # DOUBTFUL_DISTANCE.
         condition = self.projection.equations.condition_number()
         return condition > places.NEARLY_SINGULAR and self.distance > DOUBTFUL_DISTANCE
 
     def _bring_next(self) -> bool:
-        # Runs the projection from the stored singular pose whose distance may be the least.
-        # Returns False if no stored pose can be nearer than the best.
+        # Runs the projection from the stored singular pose whose lower bound of the distance is
+        # least. Returns False if no stored pose can be nearer than the nearest pose found so far.
         first = -1
         for k in range(self.pose_count):
             is_first = first < 0 or self._least(k) < self._least(first)
@@ -290,13 +293,13 @@ class NearestSearch:
         return True
 
     def _least(self, k: int) -> float:
-        # Returns a lower bound of the distance to stored pose k: the last distance minus the
-        # motion of the joints since then.
+        # Returns a lower bound of the distance to stored pose k: the last computed distance minus
+        # the later motion of the joints.
         return self.lengths[k] - self.drifts[k]
 
     def _put(self, k: int, length: float) -> None:
         # Stores the result of the projection as singular pose k, with the length of the motion to
-        # it.
+        # this pose.
         for j in range(self.n):
             self.poses[k * self.n + j] = self.u[j] + self.projection.d[j]
         self.lengths[k], self.drifts[k] = length, 0.0
@@ -318,8 +321,8 @@ class NearestSearch:
         return True
 
     def _write_start(self, k: int, limit: float) -> bool:
-        # Writes the motion to start k into the projection. Returns False if this start cannot give
-        # a singular pose nearer than `limit`.
+        # Writes the motion from the present joint positions to start k into the projection.
+        # Returns False if this start cannot give a singular pose nearer than `limit`.
         d = self.projection.d
         if k < self.values:
             r = self.values - 1 - k

@@ -3,11 +3,11 @@ Find a singular pose near joint positions by projection onto the set of singular
 quadratic programming).
 
 S is zero if J_t has lost rank (`rank_equations.py`), and dS is the derivative of S. Let d_i be the
-motion from the given positions after step i. Each step solves min |d|^2 with
-S + dS (d - d_i) = 0 (Nocedal and Wright, Numerical Optimization, section 18.1, with the identity
-as Hessian). The solution is d - d_i = -dS^+ S - (1 - dS^+ dS) d_i: a step onto the set and a step
-along the set. A trust radius bounds both. The last steps leave out the step along the set, so that
-Newton's method converges to a singular pose.
+motion from the given positions after step i. Each step solves min |d|^2 with S + dS (d - d_i) = 0
+(Nocedal and Wright, Numerical Optimization, section 18.1, with the identity as Hessian). The
+solution is d - d_i = -dS^+ S - (1 - dS^+ dS) d_i: a step onto the set and a step along the set. A
+trust radius bounds both. The last iterations leave out the step along the set, so that they are
+Newton's method, which converges to a singular pose.
 """
 
 import math
@@ -24,15 +24,16 @@ TRUST_RADIUS = 0.3
 # A projection has converged if its next step onto the set of singular poses is at most this,
 # relative to the whole motion.
 STEP_TOLERANCE = 1e-9
-# Least motion by which STEP_TOLERANCE is multiplied, rad: a step of 1e-12 rad is round-off.
+# Least motion by which STEP_TOLERANCE is multiplied, rad. The product is a step of 1e-12 rad,
+# which is round-off.
 MIN_MOTION = 1e-3
 # A projection has converged along the set of singular poses if its step along the set is at most
-# this, relative to the whole motion. The distance is then at most 1e-5 too large.
+# this, relative to the whole motion. The computed distance is then at most 1e-5 too large.
 SLIDE_TOLERANCE = 5e-3
 # Bounds of the step along the set of singular poses, relative to the step that solves the linear
 # equations.
 MIN_STEP_RATIO = 0.1
-MAX_STEP_RATIO = 2.0  # the set may be half as curved as dS suggests
+MAX_STEP_RATIO = 2.0  # the curvature of the set may be half of what dS suggests
 # Largest number of Newton steps after the projection. If S has a double zero, each step halves the
 # remaining distance.
 NEWTON_STEPS = 24
@@ -79,10 +80,11 @@ class Projection:
         most
             Largest number of steps along the set; 0 for Newton's method alone.
         tolerance
-            Step along the set, relative to the length of d, at which the run has converged.
+            If the step along the set, relative to the length of d, is at most this, the run has
+            converged.
         """
-        # Take steps along the set of singular poses, then Newton steps alone. If a step along the
-        # set is still long after that, do a second round.
+        # Take steps along the set of singular poses, then Newton steps alone. If the step along
+        # the set is still long after the Newton steps, do a second round of both.
         n, best, remaining, is_second_round = self.n, places.INFINITY, most, False
         self.equations.restart()
         for _ in range(2 * (most + NEWTON_STEPS)):
@@ -114,16 +116,16 @@ class Projection:
         return best
 
     def _is_singular(self, length: float, onto: float) -> bool:
-        # Returns whether d leads to a singular pose: S and the next Newton step are small. At a
-        # double zero of S the steps stay long; then S must be as small as round-off.
+        # Returns whether d leads to a singular pose: S and the next Newton step are small. If S
+        # has a double zero, the steps stay long, so it is enough that S is as small as round-off.
         if not self.equations.are_singular(places.SINGULAR_VALUE_RATIO):
             return False
         is_small = onto <= STEP_TOLERANCE * max(length, MIN_MOTION)
         return is_small or self.equations.are_singular(places.RANK_TOLERANCE)
 
     def _take_last_step(self, length: float) -> float:
-        # Writes d plus the last steps, if they are small, to `result`, without evaluating S again.
-        # Returns the length of this motion, rad.
+        # Writes to `result` the motion d plus the last two steps, leaving out a step that is not
+        # small. Does not evaluate S again. Returns the length of this motion, rad.
         n, onto, along = self.n, 0.0, 0.0
         if rank_equations.length_of(self.onto, n) <= SLIDE_TOLERANCE * length:
             onto = 1.0
@@ -143,8 +145,8 @@ class Projection:
         return self.equations.write_steps(self.d, self.onto, self.along)
 
     def _share_along(self) -> float:
-        # Returns the factor of the step along the set of singular poses, computed from the last
-        # change of this step (Barzilai and Borwein, 1988).
+        # Returns the factor by which the step along the set of singular poses is multiplied,
+        # computed from the last change of this step (Barzilai and Borwein, 1988).
         squares, change = 0.0, 0.0
         for j in range(self.n):
             squares += self.moved[j] * self.moved[j]
@@ -160,8 +162,7 @@ class Projection:
             self.d[j] += self.moved[j]
 
     def _estimate(self) -> float:
-        # Returns an estimate of the distance to the nearest singular pose, rad, from the
-        # linearised set.
+        # Returns the distance to the nearest point of the linearised set of singular poses, rad.
         squares = 0.0
         for j in range(self.n):
             end = self.d[j] + self.onto[j] + self.along[j]

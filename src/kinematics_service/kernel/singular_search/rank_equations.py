@@ -22,8 +22,8 @@ from ..measures import gradient, singular_values, singularity
 from ..measures.task_rows import TaskRows
 from . import jacobian_changes
 
-# A singular value of dS is taken as zero if its ratio to the largest one is at most this. Table
-# errors of 1e-5 cause larger ratios.
+# A singular value of dS is taken as zero if its ratio to the largest one is at most this. Errors
+# of 1e-5 in the DH table cause larger ratios.
 RANK_SHARE = 1e-6
 
 
@@ -86,7 +86,9 @@ class RankEquations:
                 self.axes[3 * i + k] = along * self.task.row_scale[i]
 
     def stop_after(self, pivots: int) -> None:
-        """Set the number of pivots of the elimination. With fewer pivots S has more entries."""
+        """
+        Set the number of pivots of the elimination. If there are fewer pivots, S has more entries.
+        """
         self.pivots, self.idle, self.lost = pivots, self.n - pivots, self.m - pivots
         self.count = self.idle * self.lost
 
@@ -111,8 +113,8 @@ class RankEquations:
         Evaluate S, which is zero at a singular pose, after a motion d from the joint positions
         `origin`.
 
-        Returns False if a number is not finite. Returns False also if a loop does not close on the
-        way from the last joint positions; then the loops stay at these positions.
+        Returns False if a number is not finite. Returns False if a loop does not close on the way
+        from the last joint positions; then the loops stay at the last joint positions.
         """
         for j in range(self.n):
             self.q[j] = origin[j] + self.task.column_scale[j] * d[j]
@@ -150,9 +152,9 @@ class RankEquations:
         self.size = math.sqrt(squares / min(self.m, n))
 
     def _eliminate(self) -> None:
-        # Eliminates in place: M becomes the factors L and U of A, the factors C U^-1 below them,
-        # and S at the end. `rows` and `columns` store the row and column of M at each position
-        # after pivoting.
+        # Eliminates in place: M becomes the factors L and U of A, the factors C U^-1 below L and
+        # U, and S in the last rows and columns. `rows` and `columns` store the row and column of M
+        # at each position after pivoting.
         m, n, M, rows, columns = self.m, self.n, self.M, self.rows, self.columns
         for i in range(m):
             rows[i] = i

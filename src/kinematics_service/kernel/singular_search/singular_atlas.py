@@ -1,8 +1,8 @@
 """
 Compute samples of the singular poses of an arm: project random joint positions by Newton's method.
 
-The search for the nearest singular pose starts from samples, too. So it also finds branches of
-singular poses that are not nearest to first order.
+The search for the nearest singular pose starts from some of these samples. So it also finds
+branches of singular poses that are not nearest to first order.
 """
 
 import math
@@ -21,8 +21,8 @@ SEEDS = 3000
 # If k joints change the rank of J_t, the number of random positions is SEEDS_PER_JOINT ** k, but
 # at most SEEDS.
 SEEDS_PER_JOINT = 10
-# Largest number of random joint positions for an arm with closed loops: an evaluation takes 20
-# times as long.
+# Largest number of random joint positions for an arm with closed loops. The number is small,
+# because an evaluation takes 20 times as long as without loops.
 SEEDS_OF_LOOPS = 300
 SEED = 1
 

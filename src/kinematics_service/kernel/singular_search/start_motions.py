@@ -3,7 +3,8 @@ Compute joint motions that make a singular value of the task Jacobian J_t zero t
 
 The motions are starts of the projection onto singular poses. The derivative of a singular value is
 u' dJ_t v (Golub and Van Loan, Matrix Computations, section 8.6). If two singular values are nearly
-zero, the nearest singular pose may lose any combination of their two directions.
+zero, the direction lost at the nearest singular pose may be any combination of their singular
+vectors.
 """
 
 import math
@@ -50,12 +51,13 @@ def write_zero_between(
     equations: RankEquations, origin: Flat, turn: float, limit: float, d: Flat
 ) -> float:
     """
-    Fill d (n,), rad, with the joint motion to the nearest pose that loses a given mixture of the
-    last two singular directions.
+    Fill d (n,), rad, with the joint motion to the nearest pose whose lost direction is a given
+    combination of the last two singular directions.
 
-    Returns the length of d, rad; infinite if it exceeds `limit`, or if the generic rank is 1. With
-    one pivot fewer, S has two rows (or columns). The rank of J_t is below k if the sum of these
-    rows with weights cos(turn) and sin(turn) is zero. Newton's method then needs no small pivot.
+    Returns the length of d, rad; infinite if it exceeds `limit`, or if the generic rank is 1. If
+    the elimination stops one pivot earlier, S has two rows (or columns). The rank of J_t is below
+    k if the sum of these rows with weights cos(turn) and sin(turn) is zero. So Newton's method
+    does not divide by a small pivot.
     """
     n, rank, length = equations.n, equations.task.generic_rank, places.INFINITY
     if rank < 2 or rank < min(equations.m, n):

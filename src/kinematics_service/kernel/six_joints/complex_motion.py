@@ -2,12 +2,12 @@
 Solve for six complex joint positions that reach a goal by Newton's method, and prove that a
 solution is near.
 
-The equations compare the product of the screws with the goal: the position, and the skew part of
-the rotation between them. The derivatives are twists (Pluecker coordinates of the screws). The
-proof is the Newton-Kantorovich theorem (L. V. Kantorovich 1948; P. Deuflhard, Newton Methods for
-Nonlinear Problems, 2004, section 2.1). Let beta >= |J^-1|, K be a Lipschitz constant of J, and s
-the Newton step. If h = beta K |s| <= 1/2, there is a solution within 2 |s|, and no other solution
-within 1 / (beta K).
+The equations compare the product of the screws with the goal. They require equal positions, and a
+relative rotation with zero skew part. The derivatives are twists (Pluecker coordinates of the
+screws). The proof is the Newton-Kantorovich theorem (L. V. Kantorovich 1948; P. Deuflhard, Newton
+Methods for Nonlinear Problems, 2004, section 2.1). Let beta >= |J^-1|, K be a Lipschitz constant
+of J, and s the Newton step. If h = beta K |s| <= 1/2, there is a solution within 2 |s|, and no
+other solution within 1 / (beta K).
 """
 
 import math
@@ -25,15 +25,16 @@ MAX_ITERATIONS = 12
 # Largest change of a joint in one Newton step, rad or units of the loop; longer steps are
 # shortened.
 MAX_STEP = 0.5
-# J is taken as singular if the Newton step is at least this, rad or units of the loop: a step
-# shortened to MAX_STEP would not converge in MAX_ITERATIONS. The test saves 5 % of the time of a
-# UR5e whose table has errors of 1e-5.
+# J is taken as singular if the Newton step is at least this, rad or units of the loop. Such a
+# step, shortened to MAX_STEP, does not converge in MAX_ITERATIONS. The test saves 5 % of the time
+# of a UR5e whose table has errors of 1e-5.
 SINGULAR_STEP = 1e6
 # Newton's method ends after a step shorter than this, rad or units of the loop. Convergence is
 # quadratic, so the next step would be 1e-14.
 STEP_TOLERANCE = 1e-7
 # Largest element of the residual at a solution (1, or units of the loop). The equations also hold
-# if the goal is rotated by 180 degrees; then an element is at least 2/3.
+# if the product of screws differs from the goal by a rotation of 180 degrees; then an element is
+# at least 2/3.
 MAX_RESIDUAL = 0.5
 # Largest accepted h of the Newton-Kantorovich theorem. If h < 1/8, two iterates near one solution
 # are within half a radius of each other; 1/16 adds a safety factor of two.
@@ -60,8 +61,8 @@ def angle_left(loop: SixScrews, t: Numbers, k: int, v: Vector) -> Complex:
     for j in range(k):
         if not vectors.slides(loop.screws, j):
             complex_numbers.write_turn(pairs.pair(t, j), turn)
-            # Apply the inverse rotation to the vector by a product from the left: v^T E = (E^-1
-            # v)^T.
+            # Multiply the vector from the left, because this applies the inverse rotation: v^T E =
+            # (E^-1 v)^T.
             re, im = (vector[0], vector[2], vector[4]), (vector[1], vector[3], vector[5])
             complex_product.write_turned(re, im, vectors.axis_of(loop.screws, j), turn, vector)
     re, im = (vector[0], vector[2], vector[4]), (vector[1], vector[3], vector[5])
@@ -74,15 +75,15 @@ def angle_left(loop: SixScrews, t: Numbers, k: int, v: Vector) -> Complex:
 
 class Motion:
     """
-    Newton's method for the six joints of a loop: the product of the screws, its derivatives, and
-    work arrays.
+    Newton's method for the six joints of a loop, with its arrays: the product of the screws, and
+    the derivatives of this product.
 
     Attributes
     ----------
     first
         Largest change of a joint in the first step of `improve`, rad or units of the loop.
     weights : shape (6,)
-        Factors of the joints in the norm that measures `radius`.
+        Factors of the joints in the norm in which `radius` is measured.
     radius
         Distance within which the solution proved by `certify` is the only one. The error of t is
         at most an eighth of this distance.
@@ -128,8 +129,8 @@ class Motion:
         pairs).
 
         Fills `weights` and `radius`. If the longest prismatic motion exceeds the loop's unit of
-        length, it becomes the unit. Twists are long far from real positions: if the first bound
-        fails, each joint is weighted by the length of its twist.
+        length, this motion becomes the unit. If h is too large, each joint is weighted by the
+        length of its twist, because twists are long far from real positions.
         """
         if not self.residual(loop, t) < MAX_RESIDUAL:
             return False
@@ -177,9 +178,9 @@ class Motion:
         return (math.sqrt(step) + beta * error) * beta * K < MAX_KANTOROVICH_H
 
     def _growth(self, loop: SixScrews) -> float:
-        # Returns the factor by which the product of the six screws increases round-off: the sum of
-        # squared norms of the rotations before each screw. These norms are 1 at real joint
-        # positions.
+        # Returns the factor by which the product of the six screws increases round-off: the sum
+        # over the screws of the squared norm of the rotation before the screw. These norms are 1
+        # at real joint positions.
         growth = 0.0
         for k in range(6):
             square = 0.0
@@ -206,8 +207,8 @@ class Motion:
 
     def residual(self, loop: SixScrews, t: Numbers) -> float:
         """
-        Return the largest difference between an element of the product of screws at t and of the
-        goal.
+        Return the largest difference between an element of the product of screws at t and the
+        element of the goal.
         """
         self.product.multiply(loop.screws, t)
         largest: float = 0.0

@@ -1,7 +1,7 @@
 """
 Compute square roots and angles of complex numbers; define the limits of double precision.
 
-An angle t and the number z = e^(i t) are complex: t = -i log z, cos t = (z + 1/z) / 2.
+Angles t and numbers z = e^(i t) are complex: t = -i log z, cos t = (z + 1/z) / 2.
 """
 
 import math
@@ -14,8 +14,8 @@ from .pairs import Complex
 # Unit round-off of double precision (IEEE 754: 2^-53 = 1.1e-16): the relative error of one
 # operation.
 ROUND_OFF = 1e-16
-# Squared sizes below this are taken as 0: IEEE 754 numbers below 2e-308 lose digits. The inverse
-# of a larger number is finite.
+# Squared sizes below this are taken as 0, because IEEE 754 numbers below 2e-308 lose digits. The
+# inverse of a larger number is finite.
 TINY = 1e-300
 # Largest |imaginary part| of an angle, rad. For a larger imaginary part a cosine exceeds e^25 / 2
 # = 4e10, and the difference of two such cosines keeps fewer than six of sixteen digits.
@@ -57,7 +57,7 @@ def angle_of(unit: Complex) -> Complex:
 
 
 def angle(cosine: Complex, sine: Complex) -> Complex:
-    """Return the complex angle, rad, whose cosine and sine are proportional to the arguments."""
+    """Return the complex angle, rad, whose cosine and sine have the ratio of the two arguments."""
     length = root(pairs.plus(pairs.times(cosine, cosine), 1.0, pairs.times(sine, sine)))
     if pairs.square_of(length) == 0.0:
         return (0.0, 0.0)

@@ -7,10 +7,11 @@ J. Mech. Des. 115 (1993) 502. The loop equation e3 e4 e5 (line of axis 6) = e2^-
 of axis 6), with lines as in lines.py, has 14 components.
 
 The parts of a revolute joint are (1, cos t, sin t) of its angle t, those of a prismatic joint (1,
-d, d^2) of its position d. The left sides are linear in the 27 products of one part each of joints
-3, 4 and 5. The right sides are linear in the 9 products of joints 1 and 2, one of which is 1.
-Gaussian elimination of the other eight columns leaves six equations in joints 3, 4 and 5, and more
-if axes are special. Modified Gram-Schmidt makes the equations orthonormal.
+d, d^2) of its position d. The left sides are linear in 27 products, each of one part of joint 3,
+one of joint 4 and one of joint 5. The right sides are linear in 9 products, each of one part of
+joint 1 and one of joint 2; one of these products is 1. Gaussian elimination of the other eight
+products leaves six equations in joints 3, 4 and 5, and more if axes are special. Modified
+Gram-Schmidt makes the equations orthonormal.
 """
 
 import math
@@ -28,18 +29,19 @@ EQUATIONS = 14
 LEFT = 27
 # Number of products on the right sides: three parts for each of joints 1 and 2, without 1 times 1.
 RIGHT = 8
-# A pivot is taken as zero if its ratio to the first pivot is at most this. Zero pivots of special
-# arms are round-off, 1e-15, or errors of a calibration. A pivot of 1e-9 keeps seven digits.
+# A pivot is taken as zero if its ratio to the first pivot is at most this. Pivots that are zero
+# for exact tables of special arms are round-off, 1e-15, or errors of a calibration. A pivot of
+# 1e-9 keeps seven digits.
 PIVOT_RATIO = 1e-9
 # A row of the equations is left out as dependent if its length, relative to the longest row, is at
-# most this. The ratio is below PIVOT_RATIO, because leaving out a row loses an equation, while
-# keeping it only raises `error`.
+# most this. The ratio is below PIVOT_RATIO, because a row that is left out is a lost equation, and
+# a row that is kept only increases `error`.
 DEPENDENT_ROW_RATIO = 1e-11
 
 
 class Elimination:
     """
-    The equations that a loop of six joints gives for joints 3, 4 and 5, and work arrays.
+    The equations in joints 3, 4 and 5 of a loop of six joints, and work arrays.
 
     Attributes
     ----------
@@ -53,7 +55,7 @@ class Elimination:
     count
         Number of equations.
     rank
-        Rank of the eight columns of the right side; less than 8 if axes are special.
+        Rank of the eight columns of the right sides; less than 8 if axes are special.
     error
         Relative error of the equations from round-off and from pivots taken as zero.
     """
@@ -65,7 +67,7 @@ class Elimination:
         self.count, self.rank, self.error = 0, 0, 0.0
 
     def eliminate(self, loop: SixScrews) -> None:
-        """Compute the equations in joints 3, 4 and 5 for a loop: its screws and goal."""
+        """Compute the equations in joints 3, 4 and 5 from the screws and the goal of a loop."""
         self._write_sides(loop)
         width = RIGHT + LEFT
         for i in range(EQUATIONS):
@@ -168,7 +170,8 @@ class Elimination:
                 if p != i:
                     F[LEFT * p + k] = x
             self._clear_below(i, rows)
-        # Raise the relative error: subtraction shortened the last row but not its errors.
+        # Increase the relative error, because subtraction made the last row shorter but not its
+        # errors.
         if shortest > 0.0:
             self.error *= math.sqrt(longest / shortest)
 

@@ -20,8 +20,8 @@ POINT = 1
 DIRECTION = 5
 # Index of m = p x l, the moment of the line, in the 15 numbers of a line.
 MOMENT = 9
-# Index of h = (p.p) l - 2 (p.l) p in the 15 numbers of a line: p.p times the mirror image of l in
-# the plane perpendicular to p.
+# Index of h = (p.p) l - 2 (p.l) p in the 15 numbers of a line: it is p.p times the mirror image of
+# l in the plane perpendicular to p.
 MIRRORED = 12
 
 
@@ -94,7 +94,7 @@ def write_parts(screws: Numbers, k: int, V: Numbers, parts: Flat) -> None:
 
 
 def _write_slide_parts(axis: Vector, V: Numbers, parts: Numbers) -> None:
-    # Writes the terms, linear in d and in d^2, of a translation of the line V by d times the axis.
+    # Writes the terms of d and of d^2 of the line V translated by d times the axis.
     p, direction = vectors.three(V, POINT), vectors.three(V, DIRECTION)
     moment = vectors.three(V, MOMENT)
     along = vectors.dot(axis, direction)

@@ -1,6 +1,6 @@
 """
-Compute all six joint positions for a root of the determinant in joint 3 (back substitution,
-Raghavan and Roth 1993).
+Compute the six joint positions that belong to a root of the determinant, which is a function of
+joint 3 (back substitution, Raghavan and Roth 1993).
 
 The null vector of the pencil contains powers of e^(i t) of joints 4 and 5. The ratio of successive
 powers is e^(i t). Then joints 3, 4 and 5 are known. Least squares solve the line equations for the
@@ -17,13 +17,13 @@ from .pencils import Pencil
 from .six_screws import SixScrews
 
 # The columns of the cosine and of the sine of joint 2 are taken as dependent if the sine of the
-# angle between them is at most this: the square root of round-off.
+# angle between them is at most this. It is the square root of round-off.
 DEPENDENT_SINE = 1e-8
 
 
 def _ratio(terms: Numbers, count: int, width: int) -> Complex:
-    # Returns the common ratio of geometric sequences by least squares. Each row of `terms` (count,
-    # width) is one sequence.
+    # Returns the common ratio of several geometric sequences, fitted by least squares. Each row of
+    # `terms` (count, width) is one sequence.
     total, square = (0.0, 0.0), 0.0
     for k in range(count):
         for i in range(width - 1):
@@ -227,8 +227,8 @@ class Positions:
 
     def _first_joint(self, loop: SixScrews, elimination: Elimination, second: Complex) -> Complex:
         # Solves joint 1, which moves the line of axis 6 (already moved by joints 5 to 2) to the
-        # line at the goal. The vector p, l, m or h of the line with the longest part across axis 1
-        # gives the angle.
+        # line at the goal. The angle is that of one of the vectors p, l, m and h of the line: the
+        # one with the longest part across axis 1.
         screws, best = loop.screws, -1.0
         _write_parts_of(second, vectors.slides(screws, 1), self.three)
         axis, point = vectors.axis_of(screws, 0), vectors.point_of(screws, 0)

@@ -1,8 +1,8 @@
 """
 Compute with complex numbers as pairs (real part, imaginary part).
 
-Python and C divide complex numbers differently; pairs give the same bits in both languages. The
-build writes these functions into pairs.pxd, so that the compiler can inline them.
+Python and C divide complex numbers differently. With pairs, the results have equal bits in both
+languages. The build writes these functions into pairs.pxd, so that the compiler can inline them.
 """
 
 from ..layout.arrays import Numbers

@@ -1,6 +1,6 @@
 """
-Compute the matrix M(t), t the angle of joint 3, that is singular if the loop can close, and its
-determinant (Raghavan and Roth 1993).
+Compute a matrix M(t) and its determinant, where t is the angle of joint 3 (Raghavan and Roth
+1993). M(t) is singular if the loop can close.
 
 The dialytic step multiplies each of the six equations of `Elimination` by cos(t/2) and by sin(t/2)
 of one joint, 4 or 5. The results are linear in twelve products: (cos t/2, sin t/2, cos 3t/2, sin
@@ -49,8 +49,8 @@ class Pencil:
     coefficients : shape (13,)
         Complex coefficients of e^(i k t) in the determinant; the coefficients of -k are conjugate.
     noise
-        Bound of the round-off of the determinant, divided by the largest sample. It is near 1 if
-        the determinant vanishes at every angle.
+        Bound of the round-off of the determinant, divided by the largest sample. If the
+        determinant vanishes at every angle, `noise` is near 1.
     gap
         The second-last pivot of `write_null_vector`, divided by the first pivot.
     count
@@ -123,7 +123,7 @@ class Pencil:
                         self.M[SQUARE * k + SIZE * i + j] += term
 
     def _balance(self) -> None:
-        # Scales M0, M1 and M2 together: first the columns, then the rows, to unit length.
+        # Scales first the columns and then the rows of M0, M1 and M2 together to unit length.
         M = self.M
         for j in range(SIZE):
             square = 0.0
@@ -167,8 +167,9 @@ class Pencil:
         noise = polynomials.write_coefficients(
             self.samples, count, self.circle, largest, self.degree, self.coefficients
         )
-        # Add a bound of the effect of matrix errors to the noise. Errors of the matrix entries
-        # change the determinant by its minors, in harmonics of any order.
+        # Add to the noise a bound of the effect of errors of the matrix entries. An error of an
+        # entry, times the minor of this entry, is added to the determinant, in harmonics of any
+        # order.
         error = max(self.error, complex_numbers.ROUND_OFF)
         self.noise = max(noise, error * minor / largest)
 
@@ -204,8 +205,8 @@ class Pencil:
         self.gap = math.sqrt(last / first) if first > 0.0 else 0.0
         self._substitute()
         for i in range(SIZE):
-            # Undo the order and the scale of the columns; the null vector is in the first column
-            # of W.
+            # Restore the order and the scale of the columns; the null vector is in the first
+            # column of W.
             k = order[i]
             x[2 * k] = W[24 * i] * self.columns[k]
             x[2 * k + 1] = W[24 * i + 1] * self.columns[k]
@@ -213,9 +214,7 @@ class Pencil:
     def residual(self, z: Complex, x: Numbers) -> float:
         """
         Return the relative residual of the original equations for products x at e^(i t) = z, |z|
-        near 1.
-
-        The residual is large if z is a root only of the twelve combined equations, not of the
+        near 1. The residual is large if z solves only the twelve combined equations and not the
         original ones.
         """
         inverse = pairs.over((1.0, 0.0), z)

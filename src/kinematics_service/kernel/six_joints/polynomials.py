@@ -19,11 +19,11 @@ from .pairs import Complex
 # Largest number of sweeps; a sweep improves each root once. Simple roots take 10 to 20 sweeps;
 # clusters of roots converge linearly.
 MAX_ITERATIONS = 60
-# Angle of the first starting point, rad. It is not 0, because a start on the real axis could not
-# leave the axis if the coefficients are real.
+# Angle of the first starting point, rad. The angle is not 0, because a start on the real axis
+# could not leave the axis if the coefficients are real.
 START_ANGLE = 0.4
-# `is_alone` ignores roots farther from 0 than this, because each is the mirror image of a root
-# inside the unit circle.
+# `is_alone` ignores roots farther from 0 than this, because each of these roots is the mirror
+# image of a root inside the unit circle.
 MAX_RADIUS = 1.5
 
 

@@ -9,8 +9,8 @@ or three joints are prismatic, spherical_linkage.py computes the polynomial. Bac
 (loop_positions.py) and Newton's method (complex_motion.py) give a solution for each complex root,
 certified by the Newton-Kantorovich theorem.
 
-No real solution is missing if as many solutions are certified as the arm can have. No real
-solution is missing either if, for each root that may be real, the error disc holds no other root
+No real solution is missing in two cases. In the first case, as many solutions are certified as the
+arm can have. In the second case, for each root that may be real, the error disc has no other root
 and the solution is certified.
 """
 
@@ -28,28 +28,29 @@ from .pencils import Pencil
 from .six_screws import SixScrews
 from .spherical_linkage import SphericalLinkage
 
-# A determinant with more relative noise than this is not used. PIVOT_RATIO lets round-off grow to
-# 1e-7. If a determinant vanishes at every angle for this target, its noise is near 1.
+# A determinant with more relative noise than this is not used. Pivots as small as PIVOT_RATIO
+# increase round-off to 1e-7. If the determinant of a target vanishes at every angle, the noise is
+# near 1.
 MAX_NOISE = 1e-6
 # The search for roots starts from points on two circles about 0. This is the radius of the inner
 # circle; the outer circle has twice this radius. Roots come in pairs z and 1 / conj(z), one inside
 # the unit circle.
 START_RADIUS = 0.7
-# A root z may belong to a real solution if |log |z||, the imaginary part of its angle in rad, is
-# at most this. If the noise is 1e-6, a double root is off by sqrt(1e-6) = 1e-3, a fourfold root by
-# 3e-2.
+# A root z may belong to a real solution if |log |z|| is at most this; log |z| is, up to sign, the
+# imaginary part of the angle of z, rad. If the noise is 1e-6, a double root is off by sqrt(1e-6) =
+# 1e-3, a fourfold root by 3e-2.
 MAX_REAL_DEVIATION = 0.05
 # If the relative error of a root is below this, one start of Newton's method is enough, because
 # Newton's method converges from it.
 SHARP_ROOT = 1e-6
-# Allowed difference between the angle of a root and that of its solution, rad, even if the error
-# bound of the root is smaller: round-off of a solution near a singular pose.
+# Least allowed difference between the angle of a root and the angle of its solution, rad. It
+# covers the round-off of a solution near a singular pose.
 ANGLE_TOLERANCE = 1e-9
 # A root is taken as spurious if its residual in the original equations is more than this factor
 # times the residual that the error of the root can cause.
 RESIDUAL_MARGIN = 1e3
-# Bound of the error of a coefficient, divided by the noise. It is above 1 because the noise is the
-# largest of only a few harmonics.
+# Bound of the error of a coefficient, divided by the noise. The factor is above 1, because the
+# noise is the largest of only a few harmonics.
 NOISE_MARGIN = 10.0
 # Index in the loop, from 0, of the hidden joint: the determinant is a polynomial in the angle of
 # this joint.
@@ -72,7 +73,7 @@ class SixJoints:
     options : shape (k, 3)
         Each row has the first joint of the loop (0 to 5), 1 if the loop runs backwards, and 1 if
         joint 5 of the loop is multiplied instead of joint 4. If two joints are prismatic, the loop
-        begins with a prismatic joint, and the last number is 1 if the second revolute joint is
+        begins with a prismatic joint. The last number is then 1 if the second revolute joint is
         hidden.
     bound
         Largest number of isolated complex solutions of a target.
@@ -127,8 +128,8 @@ class Roots:
     noise
         Relative round-off of the polynomial for the option that was tried last.
     first_step
-        Longest first Newton step to a solution, rad or loop units. It measures the error of the
-        candidates.
+        Longest first Newton step to a solution, rad or loop units. This step measures the error of
+        the candidates.
     """
 
     def __init__(self) -> None:
@@ -146,8 +147,8 @@ class Roots:
 
     def find(self, arm: SixJoints, T: Numbers) -> None:
         """
-        Find the solutions for a motion T from rest; try the options until no real solution is
-        missing.
+        Find the solutions for a motion T from rest. The options are tried in order until no real
+        solution is missing.
         """
         self.count, self.proved, self.first_step = 0, False, 0.0
         for k in range(arm.count):
@@ -191,8 +192,8 @@ class Roots:
             c, degree = self.pencil.coefficients, self.pencil.degree
         if not self.noise < MAX_NOISE:
             return
-        # Drop leading coefficients that are noise: such coefficients only add roots far from the
-        # unit circle, which belong to no solution.
+        # Drop leading coefficients that are noise, because they only add roots far from the unit
+        # circle, which belong to no solution.
         while degree > 0 and complex_numbers.absolute(pairs.pair(c, degree)) <= self.noise:
             degree -= 1
         roots = 2 * degree
@@ -229,8 +230,8 @@ class Roots:
                 self.proved = self.count >= arm.bound
 
     def _is_spurious(self, z: Complex, bound: float) -> bool:
-        # Returns whether no point in the error disc of root z solves the original equations. Only
-        # a root of combined equations can be spurious.
+        # Returns whether root z is spurious: no point in its error disc solves the original
+        # equations. Only a root of combined equations can be spurious.
         if self.pencil.count <= pencils.SIZE:
             return False
         self.pencil.write_null_vector(z, self.positions.x)
@@ -314,7 +315,7 @@ class Roots:
         self.count += 1
 
     def _is_same(self, i: int, radius: float, length: float) -> bool:
-        # Returns whether `solution` and stored solution i are closer than half a radius, up to
+        # Returns whether `solution` and stored solution i differ by less than half a radius, up to
         # full turns. Prismatic positions are divided by the longer of the two units of length.
         mine, others = 0.0, 0.0
         for j in range(6):

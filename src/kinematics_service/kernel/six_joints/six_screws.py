@@ -15,8 +15,8 @@ from ..layout.arrays import Flat, Numbers, Vector
 from . import lines
 
 # Least unit of length, relative to the largest distance of an axis from the origin. The unit is
-# the median distance; if four axes meet, it would be 0 or an error of calibration, and coordinates
-# would be huge.
+# the median distance. If four axes meet, the median distance is 0 or an error of calibration, and
+# without MIN_UNIT_RATIO coordinates would be huge.
 MIN_UNIT_RATIO = 1e-3
 
 

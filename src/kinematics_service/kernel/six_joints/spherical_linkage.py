@@ -1,10 +1,10 @@
 """
-Solve the inverse kinematics of six joints, two or three of them prismatic, by a resultant in the
-angle of one joint.
+Solve the inverse kinematics of six joints, two or three of which are prismatic, by a resultant in
+the angle of one joint.
 
 Let y and z be the axes of the last two revolute joints, R the rotation of y by the joints before y
-and z, and G the rotation of the goal. The first equation is R y . G z = y . z, because joints y
-and z change neither y nor z.
+and z, and G the rotation of the goal. The first equation is R y . G z = y . z, because the joints
+with the axes y and z do not change the angle between y and z.
 
 If three joints are revolute, R is the rotation of the first of them, and the first equation has
 two roots.
@@ -22,8 +22,8 @@ products of (1, cos, sin) of A and of B.
 At an angle of the hidden joint, the equations are linear in (1, cos, sin) of the other joint, with
 coefficients E and F. V = E x F is proportional to (1, cos, sin) (Cramer's rule). cos^2 + sin^2 = 1
 becomes the resultant V1^2 + V2^2 = V0^2, a trigonometric polynomial of degree 4. So a target has
-at most eight isolated solutions. (If several solutions share a root, an arm nearby has the same
-number of solutions, each with its own root.)
+at most eight isolated solutions. (Several solutions may share a root. An arm with slightly
+different parameters then has as many solutions, each with its own root.)
 """
 
 import math
@@ -39,11 +39,11 @@ from .six_screws import SixScrews
 # Number of samples to interpolate the resultant. Degree 4 has nine coefficients; the other
 # harmonics measure the round-off.
 RESULTANT_SAMPLES = 16
-# sin(120 degrees) times 2/3: weight of a sample in the coefficient of the sine, computed from
-# three samples.
+# Weight of a sample in the coefficient of the sine, if three samples are used: sin(120 degrees)
+# times 2/3.
 ROOT_THIRD = math.sqrt(1.0 / 3)
 # Two directions are taken as parallel if the sine of their angle is below this, and as
-# perpendicular if the cosine is below this: a thousand times the round-off of unit vectors.
+# perpendicular if the cosine is below this. It is a thousand times the round-off of unit vectors.
 PARALLEL_SINE = 1e-12
 
 
@@ -167,8 +167,8 @@ class SphericalLinkage:
         self.bound += math.sqrt(vectors.dot(carried, carried))
         self.bound += math.sqrt(vectors.dot(twice, twice)) + 3 * abs(self.offset)
         self.bound += math.sqrt(vectors.dot(between, between) / square)
-        # Find out whether both prismatic joints are perpendicular to joint A, one before and one
-        # after it. If so, they span the plane normal to axis A at every angle.
+        # Test whether both prismatic joints are perpendicular to axis A, one before and one after
+        # joint A. If so, they span the plane normal to axis A at every angle.
         slide, other = vectors.axis_of(screws, 0), vectors.axis_of(screws, self.second)
         self.across = self.before == 1 and abs(vectors.dot(slide, first)) < PARALLEL_SINE
         self.across = self.across and abs(vectors.dot(other, first)) < PARALLEL_SINE
@@ -287,7 +287,7 @@ class SphericalLinkage:
         return complex_numbers.is_near(angle)
 
     def _write_slides(self, loop: SixScrews, motion: Motion, t: Numbers) -> bool:
-        # Solves the positions of the prismatic joints by Cramer's rule: the angles are known, so
+        # Solves the positions of the prismatic joints by Cramer's rule. The angles are known, so
         # the vector to the goal is linear in these positions.
         motion.residual(loop, t)
         left, M, C = self.columns, arrays.after(self.columns, 6), self.vector
@@ -298,8 +298,8 @@ class SphericalLinkage:
                 axis = pairs.pair(motion.axes, 3 * self.order[self.turning + k] + i)
                 pairs.put(M, 3 * k + i, axis)
         if self.turning == 4:
-            # Add a third direction, because two prismatic joints need it for a square system: the
-            # conjugate of their normal is never in their plane.
+            # If there are two prismatic joints, add a third direction to make the system square.
+            # It is the complex conjugate of their normal, which is never in their plane.
             normal = arrays.after(M, 12)
             pairs.write_cross(M, arrays.after(M, 6), normal)
             for i in range(3):
