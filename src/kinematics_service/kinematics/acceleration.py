@@ -2,14 +2,14 @@
 Compute the exact time derivative of the Jacobian from its screws, and the acceleration of the
 tool.
 
-The Jacobian is a sum of screws, which the kernel computes with the pose. The elements of the arm
-before an element move the screw (s, w) of this element: they move the reference point with the
-velocity V and turn with the angular velocity W. So dw/dt = W x w and ds/dt = W x s + w x (V_all -
-V), where V_all is the velocity of the reference point by all elements.
+Each column of the Jacobian is a sum of screws, which the kernel computes with the pose. The
+elements of the arm before an element move the screw (s, w) of this element. They give the
+reference point the velocity V and the arm the angular velocity W. So dw/dt = W x w and ds/dt = W x
+s + w x (V_all - V), where V_all is the velocity of the reference point by all elements.
 
-In an arm with closed loops, J = J_open [1; C]. The passive joints move so that Phi_x [1; C] = 0 at
-all times: Phi_psi dC/dt = -dPhi_x/dt [1; C]. The derivatives Phi_x of a loop's residual are
-screws, too.
+If the arm has closed loops, J = J_open [1; C]. The passive joints move so that Phi_x [1; C] = 0 at
+all times, so Phi_psi dC/dt = -dPhi_x/dt [1; C]. The derivatives Phi_x of a loop's residual are
+also screws.
 """
 
 import numpy as np
@@ -36,7 +36,8 @@ def jacobian_rate(
     at: npt.ArrayLike | None = None,
 ) -> Floats:
     """
-    Return the time derivative of the geometric Jacobian, shape (..., 6, n): KDL's JacDot.
+    Return the time derivative of the geometric Jacobian, shape (..., 6, n), which KDL calls
+    JacDot.
 
     Parameters
     ----------
@@ -133,7 +134,7 @@ def _rate(state: ToolState, point: Point, at: npt.ArrayLike | None) -> Floats:
     if not chain.loops:
         rates = _screw_rates(chain, point.first_entries, screws, qdot)
         if chain.form != kernel.MIXED:
-            return rates  # entry k belongs to joint k
+            return rates  # entry k belongs to joint k, so nothing is summed
         return _by_variable(chain, rates)
     closure = chain.closure
     section = state.row[..., chain.closure_at : chain.closure_at + closure.width]
@@ -145,13 +146,13 @@ def _rate(state: ToolState, point: Point, at: npt.ArrayLike | None) -> Floats:
 
 
 def _screw_rates(chain: Chain, first: Integers, screws: Floats, rates: Floats) -> Floats:
-    # Returns the time derivatives (..., 6, entries) of the screws of a chain, if its variables
-    # have the velocities `rates`.
+    # Returns the time derivatives (..., 6, entries) of the screws of a chain whose variables have
+    # the velocities `rates`.
     entries = chain.entries
     sums = np.zeros((*screws.shape[:-1], entries + 1))
     np.cumsum(screws * rates[..., None, chain.table.joint], axis=-1, out=sums[..., 1:])
-    # Compute the twist by all elements before the element of each entry: entries of one element
-    # share an axis, so they do not move each other.
+    # For each entry, compute the twist by the elements before the element of the entry. Entries of
+    # one element share an axis, so they do not move each other.
     before = sums[..., first]
     W, V = before[..., 3:, :], sums[..., :3, -1:] - before[..., :3, :]
     halves = screws.reshape(*screws.shape[:-2], 2, 3, entries)

@@ -49,7 +49,7 @@ class AnalyticJacobian(FrozenArrays):
     singular : shape (...)
         Whether the coordinates are singular: roll, pitch and yaw at pitch = +-90 degrees, a
         rotation vector at half a turn; quaternions never. At half a turn the rotation vector jumps
-        to its opposite, so the rates hold on one side only.
+        to its opposite, so its rates are valid on one side of the jump only.
     """
 
     rows: tuple[str, ...]
@@ -169,7 +169,7 @@ def _of_rotation_vector(R: Floats) -> _Map:
     half = 0.5 * angle
     small = angle < 1e-3
     safe = np.where(small, 1.0, angle)
-    # Compute (1 - half cot(half)) / angle^2, near zero by its series.
+    # Compute (1 - half cot(half)) / angle^2; near zero use the series.
     share = np.where(
         small,
         1.0 / 12.0 + angle * angle / 720.0,

@@ -27,8 +27,8 @@ def numbers_of(
     """
     Return an argument as a new float64 array, or raise an error of the class `refusal`.
 
-    `shapes` is the text of the expected shapes for the error sentence, if leading dimensions are
-    accepted.
+    If leading dimensions are accepted, `shapes` is a text with the expected shapes, for the error
+    sentence.
     """
     try:
         return np.array(given, dtype=np.float64, order='C')
@@ -101,7 +101,8 @@ def shape_together(
     Return the leading dimensions of two array arguments after broadcasting.
 
     The shape `one` is (..., n). The shape `other` must end with the last `own` dimensions of
-    `expected`. Shapes that do not fit raise an ArgumentError of the class `refusal`.
+    `expected`. If the shapes do not fit, the function raises an ArgumentError of the class
+    `refusal`.
     """
     if other[-own:] == expected[-own:]:
         with contextlib.suppress(ValueError):
@@ -112,7 +113,7 @@ def shape_together(
 
 def number_or_nan(value: SupportsFloat) -> float:
     """Return `value` as a float, or NaN if it is not a number. NaN is outside of all ranges."""
-    if isinstance(value, float):  # test this usual type first, which is faster
+    if isinstance(value, float):  # test the usual type first, because this test is faster
         return value
     try:
         return float(value) if isinstance(value, Real) else math.nan

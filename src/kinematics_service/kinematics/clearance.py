@@ -19,9 +19,9 @@ def clearances(robot: Robot, q: Floats) -> Floats:
     Return the proved radius around each q within which no pose is singular, shape (N,), rad, at
     most 1.
 
-    A radius is measured in the norm of joint motions: the root of the sum of squares, prismatic
-    joints divided by the characteristic length. For arms with closed loops, and above 16 joints,
-    the radius is 0, because the proof does not cover them.
+    A radius is a norm of a joint motion: the root of the sum of squares, with prismatic joints
+    divided by the characteristic length. If the arm has closed loops or more than 16 joints, the
+    radius is 0, because nothing is proved for such arms.
 
     Parameters
     ----------
@@ -30,8 +30,8 @@ def clearances(robot: Robot, q: Floats) -> Floats:
     q : shape (N, n), rad or m
         Joint positions, in C order.
     """
-    # Return 0 if there is no proof: the bounds do not cover loops, and take too long for many
-    # joints, 2 s for 128.
+    # Return 0 if nothing can be proved. The bounds are not valid for loops, and for 128 joints
+    # their computation takes 2 s.
     if robot.chain.loops or robot.dof > kernel.MAX_SEARCHED_JOINTS:
         return np.zeros(len(q))
     sizes = _sizes(robot, q)
@@ -44,9 +44,10 @@ def clearances(robot: Robot, q: Floats) -> Floats:
 
 
 def _sizes(robot: Robot, q: Floats) -> Floats:
-    # Returns for each pose the largest position of the prismatic joints that are beyond their
-    # limits or have none; 0 if all are inside their limits. The position is rounded up to a power
-    # of two times the characteristic length, so that few bounds serve many poses.
+    # Returns for each pose the largest position of the prismatic joints that have no limits or are
+    # beyond them. Returns 0 if all prismatic joints are inside their limits. The position is
+    # rounded up to a power of two times the characteristic length, so that one computation of
+    # bounds serves many poses.
     strokes = _strokes(robot)
     slides = strokes != 0.0
     if not slides.any():

@@ -11,24 +11,26 @@ from ..robot.robot import Robot
 @dataclass(frozen=True, eq=False)
 class LoopClosure:
     """
-    The passive joints and the determinants of an arm's closed loops, at one pose or at many.
+    The state of an arm's closed loops, passive joints and determinants, at one pose or at many.
 
     Attributes
     ----------
     names : L names
-        The names of the loops. Loops that need each other's passive joints are closed together
-        and count as one loop, 'a + b'.
+        The names of the loops. Loops that share passive joints are solved together as one loop
+        with the name 'a + b'.
     passive_joint_names : P names
         Names of the joints that the loops move.
     passive : shape (..., P), rad or m
         The positions of the passive joints.
     coupling : shape (..., P, n)
-        The velocities of the passive joints per joint velocity, -(d Phi / d psi)^-1 d Phi / d q.
+        The derivatives of the passive joints psi by the joints q, -(d Phi / d psi)^-1 d Phi / d q,
+        where Phi = 0 are the loop equations.
     determinants : shape (..., L)
-        det(d Phi / d psi) of each loop, in SI units. If it is 0, the loop equations are singular:
-        the branch of the loop ends or meets another branch.
+        det(d Phi / d psi) of each loop, in SI units. If a determinant is 0, the loop equations are
+        singular, and the branch of solutions ends or meets another branch.
     residuals : shape (..., L)
-        The largest component of the loop equations Phi: relative to the loop's size, or in rad.
+        The largest component of Phi for each loop: position components relative to the loop's
+        size, rotation components in rad.
     steps : shape (..., L)
         Number of Newton's steps of each loop from the assembled position of the robot file.
     """
@@ -44,7 +46,8 @@ class LoopClosure:
 
 def closure_in(robot: Robot, section: Floats) -> LoopClosure:
     """
-    Return the state of the loops that the kernel has written to `section`, shape (..., width).
+    Return the state of the closed loops, read from the array `section` (..., width) that the
+    kernel has filled.
     """
     n, closure = robot.dof, robot.chain.closure
     P, variables = closure.passive, closure.variables

@@ -3,7 +3,8 @@ Compute forward kinematics, Jacobian and twist of an arm, in one pass of the ker
 
 Frames and orders are those of KDL, MoveIt's `getJacobian`, the Robotics Toolbox's `jacob0` and
 Pinocchio's LOCAL_WORLD_ALIGNED: base axes, reference point the tool's origin, linear rows first.
-`of` selects another frame of the arm, `at` another point of that frame, and `axes` other axes.
+The argument `of` selects another frame of the arm, `at` another point of that frame, and `axes`
+other axes.
 """
 
 import numpy as np
@@ -86,7 +87,7 @@ def link_frames(robot: AnyRobot, q: npt.ArrayLike) -> Floats:
 
 def in_axes_of(pose: Floats, six_rows: Floats) -> Floats:
     """
-    Return the Jacobian `six_rows` (..., 6, k) turned from base axes to the axes of `pose` (..., 4,
+    Return the Jacobian `six_rows` (..., 6, k), given in base axes, in the axes of `pose` (..., 4,
     4).
     """
     to_axes = np.swapaxes(pose[..., None, :3, :3], -1, -2)
@@ -136,8 +137,8 @@ def jacobian(
     robot, q
         As in `forward_kinematics`, which raises the same errors.
     axes
-        Axes of the rows: `base`, or a frame with a name as for `of`. The axes are taken as at
-        rest.
+        Axes of the rows: `base`, or a frame with a name as for `of`. The motion of these axes is
+        not included.
     of
         The frame that moves: `tool`, a point of the robot file, or a row of the table counted as
         `link_frames` does.
@@ -222,7 +223,8 @@ def state_of(
     depth: int = kernel.JACOBIAN,
 ) -> ToolState:
     """
-    Return the state of an arm at q, with the pose, Jacobian and twist of the point `of`.
+    Return the `ToolState` of an arm at q, with the pose, Jacobian and twist of the point `of`
+    instead of the tool.
 
     Raises
     ------
@@ -245,8 +247,8 @@ def chosen(
     axes: str | int,
 ) -> Floats:
     """
-    Return the Jacobian columns `six_rows` (..., 6, k), moved to the point `at` of the frame `of`
-    and turned to `axes`.
+    Return the Jacobian columns `six_rows` (..., 6, k), with the reference point moved to the point
+    `at` of the frame `of`, in the axes `axes`.
 
     Raises
     ------
@@ -286,6 +288,7 @@ _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 def offset_of(pose: Floats, at: npt.ArrayLike) -> Floats:
     """
-    Return the vector (..., 3) in base axes from the origin of the frame `pose` to its point `at`.
+    Return the vector (..., 3), in base axes, from the origin of the frame `pose` to the point `at`
+    of this frame.
     """
     return np.asarray(pose[..., :3, :3] @ place_in_frame(at))

@@ -31,13 +31,14 @@ class LoopJoint(NamedTuple):
 
 class LoopLinks(NamedTuple):
     """
-    The corners and joints of the second chain of a closed loop, in the base frame.
+    The second chain of a closed loop as corners and joints, in the base frame, for pictures.
 
     Attributes
     ----------
     corners : shape (k, 3), m
-        The first corner is the origin of the frame where the chain begins, the last corner the
-        origin of the frame that the chain meets. The number k is equal at all joint positions.
+        The first corner is the origin of the frame at which the chain begins. The last corner is
+        the origin of the frame at which the chain ends. The number k does not depend on the joint
+        positions.
     slides : k - 1 flags
         Whether each piece between two corners changes its length.
     joints
@@ -53,8 +54,8 @@ def loop_links(state: ToolState) -> tuple[LoopLinks, ...]:
     """
     Return the corners and joints of the second chain of each loop, at the state of one pose.
 
-    The state must have all frames. A loop that meets a row of the table behind the end of the arm
-    is left out, because the state has no frame for it.
+    The state must have all frames. A loop is left out if its second chain ends at a row of the
+    table behind the end of the arm, because the state has no frame for this row.
     """
     description, closure = state.robot.description, state.closure
     if closure is None:
@@ -71,7 +72,7 @@ def carried_rows(robot: Robot) -> tuple[bool, ...]:
     """
     Return for each row of the table whether it is a coordinate of a platform instead of a link.
 
-    Neighbouring prismatic rows that only passive joints move are coordinates of a platform that
+    Neighbouring prismatic rows that only passive joints move are coordinates of a platform, which
     the loops carry.
     """
     passive = passive_names(robot.description)

@@ -33,7 +33,7 @@ def null_space(
     Return an orthonormal basis of the null space of J_t, shape (..., n, k).
 
     k is n minus the rank of J_t at most poses: 1 for seven joints, 0 for six. At a singular pose
-    more motions leave the tool at rest; k of them are returned.
+    more than k independent motions leave the tool at rest; k of these motions are returned.
 
     Parameters
     ----------
@@ -95,8 +95,8 @@ def basis_of(task: Task, J: Floats, before: Floats | None = None) -> Floats:
     """
     rank, matrix = task.generic_rank, task.row_scales[:, None] * task_jacobian(task, J)
     if before is not None:
-        # Prefer the motions of the earlier basis if more than k motions leave the tool at rest:
-        # all other motions get an added cost of the size of round-off.
+        # If more than k motions leave the tool at rest, prefer the motions of the earlier basis.
+        # All other motions get an added cost of the size of round-off.
         least = kernel.RANK_TOLERANCE * np.linalg.norm(matrix, axis=(-2, -1), keepdims=True)
         others = least * (np.eye(J.shape[-1]) - before @ np.swapaxes(before, -1, -2))
         leading = others.shape[:-2]
@@ -116,11 +116,12 @@ def basis_of(task: Task, J: Floats, before: Floats | None = None) -> Floats:
 
 def self_motion(robot: AnyRobot, q: npt.ArrayLike) -> Floats:
     """
-    Return the joint motion that raises `distance` fastest while the task's rows rest, (..., n).
+    Return the joint motion (..., n) that increases `distance` fastest while the tool rests in the
+    task's rows.
 
     The motion is the projection g of the gradient of `distance` onto the null space. Joint
-    velocities of s g raise the distance by s |g|^2 per second. The motion is zero at a singular
-    pose, if no singular pose was found within 1 rad, and for an arm without self-motion.
+    velocities of s g raise the distance by s |g|^2 per second. The motion is zero if the pose is
+    singular, if no singular pose was found within 1 rad, or if the arm has no self-motion.
 
     Parameters
     ----------

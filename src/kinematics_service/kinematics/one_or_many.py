@@ -6,8 +6,8 @@ poses.
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    # Make a result type without brackets mean one pose. That needs type variables with defaults,
-    # which `typing` has from Python 3.13 on.
+    # A result type without brackets means one pose. This needs type variables with defaults, which
+    # `typing` has from Python 3.13 on.
     from typing_extensions import TypeVar
 
     from ..kernel import Floats

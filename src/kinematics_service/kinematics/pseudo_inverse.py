@@ -2,7 +2,7 @@
 Compute the pseudo-inverse of the task Jacobian by singular values, with or without damping.
 
 Only singular values below a bound are damped, so other directions stay exact (Nakamura and
-Hanafusa 1986; Maciejewski and Klein 1988). `joint_velocity` uses this damping, too.
+Hanafusa 1986; Maciejewski and Klein 1988). The function `joint_velocity` uses equal damping.
 """
 
 from collections.abc import Sequence
@@ -31,8 +31,9 @@ class PseudoInverse(FrozenArrays):
     """
     The pseudo-inverse of the task Jacobian J_t, with its rank and its damping.
 
-    Of all joint motions that make a twist with the least error, `matrix` gives the smallest.
-    Angular rows and prismatic columns are scaled by the characteristic length in both norms.
+    Several joint motions may produce a twist with the least error; `matrix` gives the smallest of
+    these motions. Angular rows and prismatic columns are scaled by the characteristic length in
+    both norms.
 
     Attributes
     ----------
@@ -43,8 +44,8 @@ class PseudoInverse(FrozenArrays):
     singular_values : shape (..., min(m, n)), m
         Singular values of the scaled J_t, in descending order.
     rank : shape (...)
-        Number of singular values above 1e-10 of the largest one. The other singular values are not
-        inverted.
+        Number of singular values above 1e-10 times the largest singular value. The other singular
+        values are not inverted.
     damping : shape (...)
         The largest damping in use, relative to the length; 0 if the pseudo-inverse is exact.
     """

@@ -2,10 +2,10 @@
 Compute the factor, 0 to 1, by which joint velocities must be scaled to stop before singular poses
 and limits.
 
-A constraint at a distance m, its margin, allows a speed v such that v T + v^2 / (2 a) = m. This is
-the distance of a reaction time T and of a stop with the deceleration a. So the scaled motion stops
-at the margin and never brakes harder than a. All joints are slowed by one factor, which keeps the
-path. The joint that brakes slowest determines the time of a stop.
+A constraint at a distance m, its margin, allows a speed v such that v T + v^2 / (2 a) = m. The
+left side is the distance covered in the reaction time T and during a stop with the deceleration a.
+So the scaled motion stops at the margin and never brakes harder than a. All joints are slowed by
+one factor, which keeps the path. The joint that brakes slowest determines the time of a stop.
 
 The factor is not a safety function: it depends on the reported positions and speeds.
 """
@@ -33,8 +33,8 @@ from .tool_state import ToolState, evaluate, velocities_of
 
 SINGULARITY, POSITION, VELOCITY = 'singularity', 'position limit', 'velocity limit'
 SPEED, TURNING = 'speed limit', 'turning limit'
-# Cause that only MoveIt Servo's rule has, because this rule also slows motion away from a singular
-# pose.
+# Cause that occurs only with MoveIt Servo's rule, because this rule also slows motion away from a
+# singular pose.
 LEAVING = 'leaving a singularity'
 # Largest number of poses along a stopping motion at which the distance to a singular pose is
 # computed.
@@ -85,17 +85,18 @@ class MotionScale(FrozenArrays, Generic[Number, Text]):
     margin
         The margin of the cause. Singularity: joint motion to the distance `stop`, rad, or the
         difference to the condition number of a stop. Position limit: distance, rad or m. Speed:
-        limit minus speed. If the value is 1, the margin of the constraint with the smallest time.
+        limit minus speed. If the value is 1, `margin` is that of the constraint with the smallest
+        time.
     time_left
-        Seconds until the margin is used up at the full motion; infinite if it never is.
+        Seconds until the unscaled motion has used up the margin; infinite if it never does.
     constraints
         The K constraints.
     values, margins, times : shape (..., K)
         Factor, margin and time of each constraint.
     proved : shape (...)
         Whether it is proved, by radii without singular poses, that the motion meets no singular
-        pose during a stop. If False, the search may have missed one. Always False for arms with
-        closed loops.
+        pose during a stop. If False, the search may have missed a singular pose. Always False for
+        arms with closed loops.
     """
 
     value: Number
@@ -127,9 +128,9 @@ class _Shares(NamedTuple):
 
 class _Braking(NamedTuple):
     """
-    The times that a stop takes. `horizon` is the reaction time (s). `stopping` (...) is the
-    duration of a stop of the full motion (s). In `due` (N,) seconds the full motion covers the
-    distance of a stop.
+    The times of a stop. `horizon` is the reaction time (s). `stopping` (...) is the time in which
+    the unscaled motion brakes to rest (s). In `due` (N,) seconds the unscaled motion, without
+    braking, covers the distance of a stop.
     """
 
     horizon: float
@@ -235,8 +236,8 @@ def _braked(
     constraints: tuple[Constraint, ...], margins: Floats, times: Floats, braking: _Braking
 ) -> _Shares:
     # Compute the factor s for which the motion stops at the margin: s T + s^2 S / 2 = t. t is the
-    # time in which the full motion uses up the margin, and S the duration of a stop of the full
-    # motion. The formula is solved for s without cancellation.
+    # time in which the unscaled motion uses up the margin, and S the time in which it brakes to
+    # rest. The formula is solved for s without cancellation.
     T, stopping = braking.horizon, braking.stopping[..., None]
     kept = 2.0 * times / (T + np.sqrt(T * T + 2.0 * times * stopping))
     values = np.where(np.isfinite(times), np.minimum(kept, 1.0), 1.0)
@@ -294,10 +295,10 @@ def _by_rule(state: ToolState, rule: ServoRule) -> _Shares:
 
 
 def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking) -> _Shares:
-    # Returns the factor for the distance to singular poses by sphere tracing: no singular pose is
-    # nearer than the distance, so the motion advances by the distance before the next search, up
-    # to the distance of a stop. At the last pose the singular surface is taken as a plane normal
-    # to the direction of the nearest singular pose.
+    # Returns the factor for the distance to singular poses by sphere tracing. No singular pose is
+    # nearer than the computed distance, so the motion advances by this distance before the next
+    # search, up to the distance of a stop. At the last pose the singular surface is taken as a
+    # plane normal to the direction of the nearest singular pose.
     thresholds, scales = robot.singularity.thresholds, robot.singularity.task.column_scales
     stop = MEASURES['distance'].stop if thresholds.measure != 'distance' else thresholds.stop
     assert stop is not None  # `distance` has default thresholds
@@ -346,9 +347,9 @@ def _proved(
 
 
 def _seen_from(robot: Robot, q: Floats) -> tuple[Singularities, npt.NDArray[np.bool_]]:
-    # Returns the singularity measures of those joint positions (N, n) at which all loops close,
-    # and a mask of them. Loops may not close if the motion has passed singular loop equations that
-    # the search missed.
+    # Returns the singularity measures at those of the joint positions (N, n) at which all loops
+    # close, and a mask of these joint positions. Loops may not close if the motion has passed
+    # singular loop equations that the search missed.
     closes = np.ones(len(q), bool)
     while True:
         try:

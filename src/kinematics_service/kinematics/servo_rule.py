@@ -2,8 +2,8 @@
 Compute MoveIt Servo's speed factor of a tool motion from the condition number of the Jacobian.
 
 The rule is `velocityScalingFactorForSingularity` (moveit_servo/src/utils/common.cpp of MoveIt 2).
-The settings have the names and defaults of MoveIt. J has all six rows, in m and rad. For an arm
-with n < 6 joints the smallest of the n singular values counts, as proposed in moveit2#3750. MoveIt
+The settings have the names and defaults of MoveIt. J has all six rows, in m and rad. If an arm has
+n < 6 joints, the smallest of the n singular values is used, as proposed in moveit2#3750. MoveIt
 Servo itself reads a sixth singular value, which does not exist, and halts.
 """
 
@@ -29,10 +29,10 @@ class ServoRule:
     Attributes
     ----------
     lower_singularity_threshold, hard_stop_singularity_threshold
-        Condition numbers above which the arm is slowed, and stopped.
+        Condition numbers above which the arm is slowed (lower threshold) and stopped (hard stop).
     leaving_singularity_threshold_multiplier
-        Factor by which the range between both thresholds is wider for motion away from a singular
-        pose.
+        Factor by which the range between both thresholds is multiplied if the arm moves away from
+        a singular pose.
     singularity_step_scale
         Step, m and rad, by which the rule tests in which direction the condition number grows.
 

@@ -11,13 +11,13 @@ from .singularity import singularity
 
 # Number of seeded random poses from which Newton's method starts.
 STARTS = 200
-# Number of steps of Newton's method. Each step about squares the error; a pose that has not
-# converged by then is at a limit.
+# Number of steps of Newton's method. Each step about squares the error, so a pose that has not
+# converged after these steps is at a limit.
 STEPS = 25
 # Largest motion of a joint in one Newton step, rad (prismatic joints divided by the length).
 MAX_STEP = 0.3
-# A pose counts as singular if its distance from a singular pose is below this, rad: far below
-# encoder resolution.
+# A pose is taken as singular if its distance from a singular pose is below this, rad. It is far
+# below the resolution of encoders.
 SINGULAR_DISTANCE = 1e-6
 
 
@@ -34,7 +34,8 @@ def singular_poses(robot: Robot, inside: Floats) -> Floats:
     robot
         The arm; its task defines singular poses.
     inside : shape (n, 2), rad or m
-        Joint limits inside which the poses are; infinite for joints without limits.
+        Joint limits; the function returns only poses inside these limits. Infinite for joints
+        without limits.
     """
     if robot.chain.loops:
         return np.empty((0, robot.dof))  # loops may not close after a Newton step

@@ -109,11 +109,11 @@ class Singularity(Generic[Number, Index, Grade, Pose]):
     distance
         Joint motion to `nearest_singular`, rad, 0 to 1 (prismatic joints divided by the length); 1
         means that the search found no singular pose within 1 rad. It is an upper bound of the true
-        distance; `clearance` is a lower bound. Above 16 joints, and for positions beyond 1e5 rad,
-        there is no search.
+        distance; `clearance` is a lower bound. If the arm has more than 16 joints, or a position
+        exceeds 1e5 rad, nothing is searched.
     nearest_singular : shape (..., n), rad or m
         The joint positions of the nearest singular pose that Newton's method found; None if it
-        found none or did not search; NaN in a batch. Joint limits do not count. For an arm with
+        found none or did not search; NaN in a batch. Joint limits are ignored. For an arm with
         closed loops they may be joint positions at which the equations of a loop are singular
         (`flat_loop`).
     clearance
@@ -195,8 +195,8 @@ T = TypeVar('T')
 
 class cached_property(Generic[T]):
     """
-    A property that is computed once, as functools.cached_property, but without its lock, which
-    costs 1 us a value before Python 3.12.
+    A property that is computed once, like functools.cached_property. It has no lock, because the
+    lock takes 1 us for each value before Python 3.12.
     """
 
     def __init__(self, compute: Callable[[Any], T]) -> None:
@@ -218,8 +218,8 @@ class _TakenMeasures(Singularity[Any, Any, Any, Any]):
     Attributes
     ----------
     _first : shape (width,), or (..., width) for a batch
-        The rows of measures from the kernel. In a batch the distance is a first-order estimate;
-        the search starts at the first access to a measure that needs it.
+        The rows of measures from the kernel. In a batch the distance is a first-order estimate.
+        The search starts when a measure that needs it is first read.
     """
 
     _state: ToolState

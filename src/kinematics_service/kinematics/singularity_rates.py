@@ -16,11 +16,12 @@ from .tool_state import ToolState, evaluate
 # 1e-2.
 STEP = 1e-5
 
-# Smallest number of poses for which one thread searches singular poses: about 30 ms of work.
+# Smallest number of poses for which one thread searches singular poses. The search takes about 30
+# ms.
 ROWS_PER_THREAD = 100
 
-# Largest joint speed that counts as rest, rad/s or m/s: above the noise of encoders, and above
-# denormal speeds, whose time step would be infinite.
+# A joint is taken as at rest if its speed is at most this, rad/s or m/s. It is above the noise of
+# encoders, and above denormal speeds, whose time step would be infinite.
 AT_REST = 1e-9
 
 
@@ -60,10 +61,9 @@ def searched(state: ToolState, measures: Floats) -> Floats:
 
 def measured_in_order(state: ToolState, search: kernel.NearestSearch) -> ToolState:
     """
-    Return a state of a motion with the singularity measures of its poses, which are in order of
-    time.
+    Return the state of a motion, whose poses are in order of time, with its singularity measures.
 
-    `search` remembers the singular poses of earlier poses, from which it continues.
+    `search` continues from the singular poses that it found for earlier poses.
     """
     measures = measures_of(state)
     kernel.find_nearest(search, *_rows(state), measures, True)
@@ -103,8 +103,8 @@ def rates(state: ToolState, measures: Floats) -> Floats:
     """
     Return the rate, along qdot, of the measure that has thresholds, shape (N,), 1/s.
 
-    The rate of the distance is its exact derivative, by the nearest singular pose that was found,
-    and 0 if none was found. The rate of other measures is a forward difference.
+    The rate of the distance is the exact derivative of the distance to the nearest singular pose
+    found, and 0 if no singular pose was found. The rate of other measures is a forward difference.
     """
     robot, (_, q) = state.robot, _rows(state)
     qdot = np.ascontiguousarray(state.qdot).reshape(-1, robot.dof)
@@ -132,8 +132,8 @@ def rates(state: ToolState, measures: Floats) -> Floats:
 
 def times_to_warning(robot: Robot, values: Floats, rates: Floats) -> Floats:
     """
-    Return the time (N,) until the measure reaches the threshold `warn`, s: 0 beyond it, inf if it
-    never does.
+    Return the time (N,), s, until the measure reaches the threshold `warn`: 0 beyond the
+    threshold, inf if the measure never reaches it.
     """
     thresholds = robot.singularity.thresholds
     worsening = np.sign(thresholds.stop - thresholds.warn) * rates

@@ -3,8 +3,8 @@ Compute the joint torques J^T F for a wrench F, and estimate the wrench from tor
 squares.
 
 A wrench is a force and then a torque at a reference point, in N and N m; a joint's torque is in N
-m, or the force of a prismatic joint in N. The power of the joints equals that of the wrench, so
-tau = J^T F.
+m, or the force of a prismatic joint in N. The power of the joints equals the power of the wrench,
+so tau = J^T F.
 """
 
 from dataclasses import dataclass
@@ -39,8 +39,9 @@ class WrenchEstimate(FrozenArrays):
     damping : shape (...)
         The largest damping in use, relative to the characteristic length.
     damped : shape (..., 6, 6)
-        Nonzero rows are directions of wrench that act weakly on the joints, so that the estimate
-        along these directions is too small. They are unit vectors as in `hidden`.
+        Nonzero rows are directions of wrench that act weakly on the joints. Because of the
+        damping, the estimate along these directions is too small. The rows are unit vectors as in
+        `hidden`.
     hidden : shape (..., 6, 6)
         Rows 0 to rank - 1 are zero. Each other row is a direction of wrench that does not act on
         any joint: any multiple may be added to `wrench`. The rows are orthonormal vectors of
@@ -118,10 +119,10 @@ def wrench_from_torques(
     damped_below: float = DAMPED_BELOW,
 ) -> WrenchEstimate:
     """
-    Return the wrench that joint torques exert, by least squares, and the directions that they do
-    not determine.
+    Return the wrench that joint torques exert, by least squares, and the wrench directions that
+    the torques do not determine.
 
-    In the norms of the least squares, a torque counts as a force times the characteristic length.
+    In the norms of the least squares, a torque equals a force times the characteristic length.
 
     Parameters
     ----------

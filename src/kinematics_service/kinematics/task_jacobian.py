@@ -15,8 +15,8 @@ from .arguments import rows_in_order
 
 def task_of(robot: Robot, rows: Sequence[str] | None, of: str | int = TOOL) -> Task:
     """
-    Return the `Task` for a point of the arm and for some rows; by default the rows of the arm's
-    own task.
+    Return the `Task` for a point of the arm and given rows of J; by default the rows of the arm's
+    task.
 
     Raises
     ------

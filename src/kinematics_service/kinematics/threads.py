@@ -29,7 +29,8 @@ def in_parts(count: int, work: Callable[[int, int], int], least: int = 0) -> int
     count
         Number of rows; their results must not depend on each other.
     work
-        Computes rows begin to end and returns -1, or the row where it failed.
+        Computes the rows from `begin` up to `end`, without `end`. Returns -1, or the index of the
+        row that failed.
     least
         Smallest number of rows of a part; 0: `MIN_PART`.
     """

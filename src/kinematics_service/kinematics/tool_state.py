@@ -149,8 +149,8 @@ class ToolState(NamedTuple):
 
 
 _DOUBLE = np.dtype(np.float64)
-# Create a ToolState by tuple.__new__: the constructor of a NamedTuple would add 0.18 us to the 1.0
-# us of `evaluate`.
+# Create a ToolState by tuple.__new__, because the constructor of a NamedTuple would add 0.18 us to
+# the 1.0 us of `evaluate`.
 _new = tuple.__new__
 
 
@@ -226,7 +226,7 @@ def evaluate(
     LoopError
         A closed loop of the arm does not close at q.
     """
-    if type(robot) is not Robot:  # calling as_robot takes longer than this check
+    if type(robot) is not Robot:  # a call of as_robot takes longer than this check
         robot = as_robot(robot)
     chain = robot.chain if point is None else point.chain
     # Inline the checks of `as_the_kernel_takes_it`, because a function call takes longer than a
@@ -279,7 +279,8 @@ def _evaluate_batch(
         if qdot.shape != q.shape:
             names = 'q', 'qdot'
             leading = shape_together(JointVectorError, names, q.shape, qdot.shape, q.shape)
-            # Copy in C order: by default np.array would keep the memory order of broadcast axes.
+            # Copy in C order, because np.array by default keeps the memory order of broadcast
+            # axes.
             shape = *leading, q.shape[-1]
             q, qdot = (np.array(np.broadcast_to(x, shape), order='C') for x in (q, qdot))
     flat = q.reshape(-1, chain.dof)
@@ -314,7 +315,8 @@ def _refusal(
             closed = LoopError(sentence, 'q', [shape], shape)
             closed.row, closed.loop = row, loop
             return closed
-    # If q and qdot are finite but the results are not, the error names neither argument.
+    # If q and qdot are finite but the results are not, the error sentence names neither q nor
+    # qdot.
     name, values, code = '', q, 'too-large'
     sentence = 'joint values are too large to compute with'
     for one, given in (('qdot', qdot), ('q', q)):

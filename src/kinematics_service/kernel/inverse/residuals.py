@@ -2,9 +2,10 @@
 Compute the error between the tool's pose and a target, with a weight for each component, and the
 Jacobian of the error.
 
-The angular error is the rotation vector from tool to target (logarithm of SO(3)). If the target is
-only a direction of a tool axis, the angular error is the shortest rotation between two directions.
-To first order the derivative of the angular error is the angular part of the geometric Jacobian.
+The angular error is the rotation vector from tool to target (logarithm of SO(3)). If the target
+gives a direction of a tool axis instead of a rotation, the angular error is the shortest rotation
+between two directions. To first order the derivative of the angular error is the angular part of
+the geometric Jacobian.
 """
 
 import math

@@ -40,7 +40,7 @@ def answer(
     best: Floats | None = None,
 ) -> IkResult:
     """
-    Return the result of inverse kinematics for proved solutions, of which some may belong to
+    Return the result of inverse kinematics for proved solutions; some of these may belong to
     families.
     """
     result = _result_of_found(problem, found, method, roots, best)
@@ -49,7 +49,8 @@ def answer(
         return result
     if not problem.target.is_reached_at(nearest.q, nearest.residual):
         return result
-    # Add the solution inside the limits that the search for the nearest pose found.
+    # Add the result of the search for the nearest pose, because it is a solution inside the
+    # limits.
     more = DistinctSolutions(nearest.q[None], np.array([nearest.residual]))
     return _result_of_found(problem, found.joined(more), 'search', None, best)
 
@@ -97,12 +98,14 @@ def result_of(
 
 def beyond(target: IkTarget, robot: Robot, reach: Reach) -> str:
     """
-    Return an error sentence if the target is farther away than the arm is long, otherwise ''.
+    Return an error sentence if the distance of the target exceeds the reach of the arm, otherwise
+    ''.
     """
     way = robot.singularity.task.rotation.T @ (target.pose[:3, 3] - reach.centre)
     counted = [way[k] for k in range(3) if ROW_NAMES[k] in target.rows]
     away = math.hypot(*counted)
-    # Add `proved` to the reach, because a tool within `proved` of the target counts as a solution.
+    # Add `proved` to the reach, because joint positions solve the target if the tool is within
+    # `proved` of it.
     if not away > reach.radius + target.proved:
         return ''
     return (
@@ -113,7 +116,7 @@ def beyond(target: IkTarget, robot: Robot, reach: Reach) -> str:
 
 def inside_limits(solutions: int, families: int) -> str:
     """
-    Return the reason of a solved result, a sentence with the numbers of solutions and families.
+    Return a sentence with the numbers of solutions and families, the `reason` of a solved result.
     """
     sentence = f'{solutions} {"solution" if solutions == 1 else "solutions"} inside the limits'
     if families:
@@ -123,7 +126,8 @@ def inside_limits(solutions: int, families: int) -> str:
 
 def not_exact(target: IkTarget, worst: float) -> str:
     """
-    Return a text that says how far the solutions are from the target; empty if they are exact.
+    Return a text with the distance of the tool from the target in the solutions; empty if the
+    solutions are exact.
 
     `worst` is the largest residual of the solutions, m.
     """
@@ -193,11 +197,10 @@ def _named(robot: Robot, which: npt.NDArray[np.bool_]) -> tuple[str, ...]:
 
 def family_of(problem: IkProblem, family: SolutionFamily, moved: Floats | None = None) -> IkFamily:
     """
-    Return a family of solutions as part of the result, at joint positions near those of the
-    problem.
+    Return a family of solutions as `IkFamily`, at its joint positions near `problem.near`.
 
-    `moved` (k, n) are joint motions along the family, from which its moving joints are named. By
-    default they are `family.motions`.
+    `moved` (k, n) are joint motions along the family, by default `family.motions`. They determine
+    which joints are named as moving.
     """
     robot, plan = problem.robot, problem.plan
     if not plan.redundant:
@@ -266,8 +269,8 @@ class Representatives(NamedTuple):
     Attributes
     ----------
     q : shape (m, n), rad or m
-        Joint positions inside the limits if possible; of several such positions the nearest to
-        `near`.
+        Joint positions, inside the limits if possible. If several positions are inside, the one
+        nearest to `near`.
     outside : shape (m, n)
         Whether each joint is beyond its limits.
     margin : shape (m,)
@@ -281,8 +284,8 @@ class Representatives(NamedTuple):
 
 def representatives(plan: InversePlan, q: Floats, near: Floats) -> Representatives:
     """
-    Return joint positions q (m, n) plus full turns: inside the limits if possible, and nearest to
-    `near` (n,).
+    Return joint positions q (m, n) plus full turns, so that the results are inside the limits if
+    possible, and nearest to `near` (n,).
     """
     q = np.array(q, dtype=np.float64, order='C')
     kernel.representatives(plan.joints, near, q)

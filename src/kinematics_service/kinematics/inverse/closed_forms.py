@@ -44,7 +44,8 @@ def closed_solutions_of_each(
     problem: IkProblem, form: kernel.ClosedForm, poses: Floats
 ) -> tuple[kernel.Solutions, Integers]:
     """
-    Return all solutions of N target poses (N, 4, 4) in one array, pose by pose, and their numbers.
+    Return all solutions of N target poses (N, 4, 4) in one array, pose by pose, and the number of
+    solutions of each pose.
 
     The second result (N, 2) has the number of solutions of each pose, and 1 if no solution is
     missing.

@@ -4,8 +4,8 @@ solutions.
 
 The start solutions, called seeds, come from slices (one joint held, the complete solver for six
 joints) and from random starts (Levenberg and Marquardt). A seed that is on no known curve is
-traced by numerical continuation (Allgower and Georg). The search proves nothing: it misses a curve
-without a seed.
+traced by numerical continuation (Allgower and Georg). The search proves nothing: if no seed is on
+a curve, the search misses this curve.
 """
 
 import numpy as np
@@ -24,22 +24,23 @@ SLICES = 8
 FIRST_SLICE = 0.05
 # Number of random start positions for Levenberg-Marquardt.
 STARTS = 96
-# Step of the central differences that differentiate J, rad or m: about the cube root of round-off.
+# Step of the central differences that differentiate J, rad or m. It is about the cube root of
+# round-off.
 DIFFERENCE = 1e-5
-# Step from a crossing of curves to a seed on a curve, rad: half the first step of a curve that is
-# traced.
+# Step from a crossing of curves to a seed on a curve, rad. It is half of the first step of a
+# continuation.
 STEP_TO_SEED = 0.01
 # Largest number of solution curves that are traced.
 MAX_CURVES = 64
 
 
 def curves_of(problem: IkProblem, arm: SlicedArm) -> tuple[SolutionCurve, ...]:
-    """Return the solution curves of a target that the search finds, each curve once."""
+    """Search the solution curves of a target, and return each curve once."""
     point = point_of(problem)
     curves: list[SolutionCurve] = []
     seeds = _seeds(problem, arm)
-    # Trace a curve from each seed. The list grows in the loop: other curves may cross at the end
-    # of a curve, so seeds near the crossing are added.
+    # Trace a curve from each seed. The list `seeds` grows during the loop. Other curves may cross
+    # at the end of a curve, so seeds near the crossing are added.
     for q in seeds:
         if any(kernel.passes(point, curve.samples, q) for curve in curves):
             continue

@@ -21,8 +21,8 @@ from .problem.screws import Screws, screws_of
 from .problem.target import residual_of
 from .search import BATCH, DistinctSolutions, distinct, refined, refinement, starts
 
-# If a target is degenerate, targets displaced by these distances are solved, too: relative to the
-# characteristic length, and rad.
+# If a target is degenerate, targets displaced by these two distances are solved. The distances are
+# relative to the characteristic length for positions, and in rad for rotations.
 BESIDE = (1e-6, 1e-4)
 
 
@@ -55,7 +55,9 @@ class Eliminated(NamedTuple):
 
 
 def eliminated_solutions(problem: IkProblem, arm: kernel.SixJoints) -> Eliminated:
-    """Return the solutions of an inverse problem of six joints, computed by elimination."""
+    """
+    Solve an inverse kinematics problem of six joints by elimination, and return the solutions.
+    """
     solutions = room_for(kernel.MOST_CANDIDATES, problem)
     counts = np.zeros(3, dtype=np.int64)
     refining = refinement(problem.target, problem.plan)
@@ -98,8 +100,8 @@ class Beside(NamedTuple):
     found
         The real solutions, refined to the degenerate target.
     simple
-        Number of certified complex solutions, which are simple, and number of real ones among
-        them.
+        Number of certified complex solutions, and number of real solutions among them. All
+        certified solutions are simple.
     """
 
     found: DistinctSolutions
@@ -110,9 +112,9 @@ def solutions_beside(problem: IkProblem, arm: kernel.SixJoints) -> Beside:
     """
     Return the solutions of a degenerate target, refined from the solutions of displaced targets.
 
-    At a displaced target the determinants do not all vanish, and solutions that coincide at the
-    target are apart. These solutions are real for one sign of the displacement, so both signs are
-    tried.
+    If the target is displaced, the determinants do not all vanish, and solutions that coincide at
+    the target become distinct. These solutions are real for one sign of the displacement, so both
+    signs are tried.
     """
     robot, target, plan = problem.robot, problem.target, problem.plan
     random, screws = problem.random(), screws_of(robot.chain)

@@ -16,23 +16,23 @@ from .problem.problem import IkProblem
 from .result import off_motions
 from .search import DistinctSolutions, apart, errors_at, refined
 
-# If the singular value of a joint motion is below this ratio to the largest, the motion may lead
-# along a family of solutions.
+# If the singular value of a joint motion, divided by the largest singular value, is below this,
+# the motion may lead along a family of solutions.
 FREE_SINGULAR_VALUE_RATIO = 1e-5
 # If the ratio of the last pivot of J to the largest is above this, no singular value is below
 # FREE_SINGULAR_VALUE_RATIO, and the singular values are not computed.
 SUSPECT_PIVOT_RATIO = 1e-3
 # Trial step along a joint motion that may lead along a family of solutions, rad.
 TRIAL_STEP = 0.05
-# Least joint motion, rad, that shows that a solution belongs to a family: the motion by a trial
-# step that is then corrected to the target. At the border of the workspace J is singular, but the
-# correction leads back to the solution.
+# Least joint motion, rad, that shows that a solution belongs to a family. The motion is that of a
+# trial step and of the correction that brings the tool back to the target. At the border of the
+# workspace J is singular, but the correction leads back to the solution.
 MIN_TRIAL_MOTION = 0.01
-# Largest residual after a trial step on a family, relative to the characteristic length:
-# round-off. A larger bound would take two solutions beside a singular pose as a family.
+# Largest residual after a trial step on a family, relative to the characteristic length. It is
+# round-off. With a larger bound, two solutions beside a singular pose would be taken as a family.
 RESIDUAL_ROUND_OFF = 1e-13
 # Steps along a family of solutions, rad. The family is straight if the tool is at the target after
-# each of them.
+# each of these steps.
 CHECKED_STEPS = (-2.0, 0.7, 3.0)
 # Largest number of steps along a family of solutions toward the joint positions `near`.
 MAX_STEPS = 6
@@ -86,8 +86,8 @@ def isolated_or_not(problem: IkProblem, found: DistinctSolutions) -> Sorted:
     none = np.zeros(len(found.q), dtype=np.bool_)
     shares = np.empty(len(found.q))
     kernel.pivots(target.residual, plan.scales, found.q, shares)
-    # Skip the test if J has full rank at all solutions. If some joints never move the target's
-    # rows, every solution is in a family.
+    # Skip the test if J has full rank at all solutions. Do not skip it if some joint motions never
+    # move the target's rows, because every solution is then in a family.
     if not len(plan.idle) and not np.any(shares < SUSPECT_PIVOT_RATIO):
         return Sorted(found, none, ())
     m = len(found.q)
@@ -131,7 +131,7 @@ def _along(problem: IkProblem, q: Floats, null: Floats, error: float) -> Floats:
 def _straight(problem: IkProblem, q: Floats, along: Floats) -> bool:
     robot, target, plan, *_ = problem
     out = np.concatenate([q + t * along * plan.scales for t in CHECKED_STEPS])
-    # Allow more than round-off, because the directions `along` have only about ten digits.
+    # Allow residuals above round-off, because the directions `along` have only about ten digits.
     return bool(np.all(errors_at(target, plan, out) < 1e-6 * robot.singularity.task.length))
 
 
@@ -154,8 +154,8 @@ def _merged(plan: InversePlan, families: list[SolutionFamily]) -> list[SolutionF
 
 def nearer(problem: IkProblem, family: SolutionFamily, limits: Floats) -> SolutionFamily:
     """
-    Return the family at a solution nearer to `problem.near`, after at most `MAX_STEPS` steps along
-    it.
+    Move along a family toward `problem.near` by at most `MAX_STEPS` steps; return the family at
+    the solution reached.
     """
     _, target, plan, near, *_ = problem
     q, error, motions, _ = family

@@ -2,10 +2,11 @@
 Compute positions and multiplicities of multiple solutions by the Lyapunov-Schmidt reduction.
 
 At a multiple solution q the Jacobian J has a null vector v, and w is the lost direction of the
-tool. Solve all other equations along q + s v. The error along w is then a function g(s), the
-reduced equation. The roots of g are the solutions near q, and a root of multiplicity m is m
-solutions. Refinement of q stops at a distance of the m-th root of round-off, but the root of a
-polynomial through g is exact to round-off.
+tool. All equations except the one along w are solved for joint positions q + s v + corrections.
+The error along w is then a function g(s), and g(s) = 0 is the reduced equation. The roots of g are
+the solutions near q, and a root of multiplicity m is m solutions. Refinement of q stops at a
+distance of about the m-th root of round-off from the solution. The root of a polynomial fitted to
+g is exact to round-off.
 """
 
 import itertools
@@ -26,16 +27,17 @@ SAMPLED_SPAN = 0.02
 SAMPLE_COUNT = 13
 # Degree of the polynomial that is fitted to the samples of g(s).
 POLYNOMIAL_DEGREE = 9
-# Simple roots of g(s) with |s| up to this are separate solutions, relative to SAMPLED_SPAN.
+# Simple roots of g(s) are separate solutions if |s| / SAMPLED_SPAN is at most this.
 SIMPLE_ROOT_RANGE = 0.05
 # Largest multiplicity of a root of g(s) that is tried.
 MAX_ORDER = 6
-# Round-off of g(s) and its derivatives, relative to the characteristic length: about 5 machine
-# epsilons.
+# Round-off of g(s) and its derivatives, relative to the characteristic length. It is about 5
+# machine epsilons.
 REDUCED_ROUND_OFF = 1e-15
 # Largest number of Newton steps that solve the equations of full rank.
 MAX_NEWTON_STEPS = 12
-# Solutions within this distance are taken as one, rad (prismatic joints divided by the length).
+# Two solutions are taken as one if their distance is below this, rad (prismatic joints divided by
+# the characteristic length).
 SAME_SOLUTION_DISTANCE = 1e-7
 
 
@@ -81,8 +83,8 @@ def with_multiplicities(
 
 
 def _multiples(problem: IkProblem, q: Floats, error: float) -> list[Multiple]:
-    # Returns the solutions that a search result q at a singular pose stands for: one multiple
-    # solution, or several simple ones near q.
+    # Returns the solutions near a search result q at a singular pose: one multiple solution, or
+    # several simple solutions.
     robot, target, plan, *_ = problem
     unknown, n = [Multiple(q, error, 0)], robot.dof
     if n > target.equations:
@@ -139,7 +141,8 @@ def _root(coefficients: Floats, nothing: float) -> tuple[int, float]:
         root: complex = min(derivatives[order - 1].roots().tolist(), key=abs, default=math.inf)
         if abs(root) > 0.5 or abs(root.imag) > 1e-3:
             continue
-        # Accept the root if all Taylor coefficients at the root below the order are round-off.
+        # Accept the root if all Taylor coefficients of g at the root, of orders below m, are
+        # round-off.
         at_root = (abs(one(root.real)) for one in derivatives[: order + 1])
         sizes = [size / math.factorial(k) for k, size in enumerate(at_root)]
         if max(sizes[:order]) <= nothing < sizes[order]:

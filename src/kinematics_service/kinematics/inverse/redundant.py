@@ -1,9 +1,7 @@
 """
-Solve the inverse kinematics of arms with more joints than the target has equations: solutions form
-continua.
-
-If one joint is redundant, the result has the solution curves. If more are, it has one posture of
-the continuum.
+Solve the inverse kinematics of arms with more joints than the target has equations. The solutions
+of such arms form continua. If one joint is redundant, the result has the solution curves. If
+several joints are redundant, the result has one posture of the continuum.
 """
 
 import math
@@ -29,8 +27,8 @@ from .self_motion.curve import SolutionCurve
 from .self_motion.cut import arcs_of
 from .self_motion.sliced_arm import sliced_arm_of
 
-# Number of random starts in the first round, inside the limits, and in the last round, without
-# limits.
+# Number of random starts in the first round of the search (inside the limits), and in the last
+# round (without limits).
 START_COUNT = 24
 # Number of random starts inside the limits in the second round, if the first round finds no
 # solution.
@@ -56,8 +54,8 @@ def redundant_result(problem: IkProblem) -> IkResult:
 def _near_alone(
     problem: IkProblem, curves: Sequence[SolutionCurve], families: list[IkFamily]
 ) -> list[IkFamily]:
-    # Returns the joint positions `near` as a family of their own if they are a solution that is on
-    # no arc or curve found: no curve can be traced from a singular solution.
+    # Returns the joint positions `near` as a separate family if they are a solution that is on no
+    # arc and no curve found. Such a solution is singular, so no curve can be traced from it.
     robot, target, plan, near, *_ = problem
     error = float(errors_at(target, plan, near[None])[0])
     if not target.is_reached_at(near, error):
@@ -101,8 +99,8 @@ def _family_of_curve(
         arcs = tuple(_on_turns_of(near, arc, plan) for arc in arcs)
         q = _nearest(problem, arcs)
     else:
-        # Take the posture of the curve that exceeds the limits least, because no posture is inside
-        # them.
+        # No posture of the curve is inside the limits, so take the posture that exceeds the limits
+        # least.
         known = representatives(plan, curve.q, near)
         q = known.q[int(np.argmax(known.margin))]
     error = float(errors_at(target, plan, q[None])[0])
@@ -113,14 +111,16 @@ def _family_of_curve(
 
 
 def _on_turns_of(near: Floats, arc: IkArc, plan: InversePlan) -> IkArc:
-    # Returns the arc, shifted by full turns inside the limits, that passes nearest to `near`.
+    # Shifts the arc by full turns inside the limits; returns the shifted arc that passes nearest
+    # to `near`.
     return min(shifted_past(arc, near, plan), key=lambda one: _away(near, one, plan), default=arc)
 
 
 def _nearest(problem: IkProblem, arcs: Sequence[IkArc]) -> Floats:
-    # Returns the posture of all arcs nearest to `near`. Compares samples first, and skips arcs
-    # whose nearest sample is much farther than the best: the nearest posture of an arc is at most
-    # half a sample distance from its nearest sample.
+    # Returns the posture nearest to `near` on any of the arcs. Compares samples first, and skips
+    # arcs whose nearest sample is much farther than the best sample. This is valid because the
+    # nearest posture of an arc is at most half a sample distance from the nearest sample of the
+    # arc.
     near, plan = problem.near, problem.plan
     away = [_away(near, arc, plan) for arc in arcs]
     nearest = [

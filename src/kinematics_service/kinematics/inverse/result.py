@@ -31,7 +31,8 @@ FAMILY_TOLERANCE = 1e-6
 @dataclass(frozen=True)
 class Posture:
     """
-    The posture of the arm in a solution, in words. A word is empty if the arm has no such feature.
+    The posture of the arm in a solution, as three words. A word is empty if the arm has no such
+    feature.
 
     Attributes
     ----------
@@ -143,8 +144,8 @@ class IkFamily(FrozenArrays):
 
     def distance(self, q: Floats) -> float:
         """
-        Return the distance of joint positions q (n,) from the family, rad. From a curved family it
-        is the distance to its `q`.
+        Return the distance of joint positions q (n,) from the family, rad. If the family is
+        curved, it is the distance from the family's `q`.
         """
         away = np.asarray(q) - self.q
         if self.straight:
@@ -154,10 +155,8 @@ class IkFamily(FrozenArrays):
 
 def off_motions(away: Floats, motions: Floats) -> Floats:
     """
-    Return a joint difference `away` (n,) minus multiples of the motions (k, n), so that k joints
-    become 0.
-
-    So full turns of these k joints do not change the result.
+    Return a joint difference `away` (n,) minus the multiples of the motions (k, n) that make k of
+    its joints 0. So full turns of these k joints do not change the result.
     """
     left = motions.copy()
     for i in range(len(left)):
@@ -230,8 +229,9 @@ class IkResult(Sequence[IkSolution]):
         `proved`. The search does not follow a surface of postures.
     roots
         The number of certified complex solutions and the largest possible number, both with
-        multiplicity; None if they were not counted. Even a smaller number is a proof if every root
-        that may be real has led to a solution: the missing roots may be at infinity.
+        multiplicity; None if they were not counted. If every root that may be real has led to a
+        solution, a smaller number of certified solutions is also a proof, because the missing
+        roots may be at infinity.
     """
 
     solutions: tuple[IkSolution, ...]

@@ -1,8 +1,9 @@
 """
-Search for inverse kinematics solutions by multistart: refine random starts until each solution was
-found four times.
+Search for inverse kinematics solutions by multistart: refine random starts until each known
+solution has been found four times.
 
-The rule follows Good (1953): if some solutions were found only once, others are likely missing.
+The rule follows Good (1953): if some solutions have been found only once, other solutions are
+likely missing.
 """
 
 from __future__ import annotations
@@ -101,7 +102,7 @@ def refined(
     limits : shape (n, 2), rad or m
         Range of the joints; default: no limits.
     held
-        Whether the joints that the plan holds do not move.
+        Whether the joints that the plan holds keep their positions.
     """
     return _refined(refinement(target, plan, far, limits, held), q)
 
@@ -132,7 +133,10 @@ def apart(plan: InversePlan, a: Floats, b: Floats) -> Floats:
 def distinct(
     target: IkTarget, plan: InversePlan, found: DistinctSolutions
 ) -> tuple[DistinctSolutions, Integers]:
-    """Return each proved solution once, and how many of the given joint positions led to it."""
+    """
+    Return each proved solution once, and for each the number of given joint positions that led to
+    it.
+    """
     order = np.argsort(found.errors, kind='stable')
     q, errors = found.q[order], found.errors[order]
     which, met = np.empty(len(q), dtype=np.int64), np.empty(len(q), dtype=np.int64)
@@ -142,7 +146,7 @@ def distinct(
 
 
 def reached(target: IkTarget, found: DistinctSolutions) -> DistinctSolutions:
-    """Return those of the found solutions that reach the target within its tolerance."""
+    """Return the found solutions whose residual is within the tolerance of the target."""
     which = [target.is_reached_at(q, error) for q, error in zip(found.q, found.errors)]
     return DistinctSolutions(found.q[which], found.errors[which])
 
@@ -171,8 +175,8 @@ def search(
     Return all solutions that the search finds, also outside the limits, and the joint positions
     (n,) with the least residual.
 
-    Each `known` solution counts as found once. If a solution is within `limits` (n, 2), only
-    solutions within the limits must be found `MIN_MEETINGS` times.
+    The search begins with the `known` solutions, each taken as found once. If a solution is within
+    `limits` (n, 2), only solutions within the limits must be found `MIN_MEETINGS` times.
     """
     robot, target, plan, near, *_ = problem
     random, arrivals, best, least = problem.random(), known or no_solutions(robot), near, np.inf
@@ -189,7 +193,7 @@ def search(
             best, least = arrived.q[k], arrived.errors[k]
         arrivals = arrivals.joined(arrived)
         found, met = distinct(target, plan, arrivals)
-        # Stop if very many solutions are distinct, because they are points of a continuum.
+        # Stop if very many distinct solutions were found, because they are points of a continuum.
         if (not len(met) and tried >= MAX_FAILED_STARTS) or len(met) > MAX_STARTS // 40:
             break
         inside = np.all((found.q >= limits[:, 0]) & (found.q <= limits[:, 1]), axis=1)

@@ -2,10 +2,10 @@
 Compute joint velocities for a wanted twist of the tool, by damped least squares with limits.
 
 One step solves J_t qdot = twist, with the rows of the arm's task scaled by the characteristic
-length. Only small singular values are damped, smaller ones more, so all other directions stay
-exact (Nakamura and Hanafusa 1986; Maciejewski and Klein 1988). Then all velocities are scaled down
-by one factor until none exceeds its limit. Joints near a position limit are slowed, and the other
-joints compensate.
+length. Only small singular values are damped, and smaller singular values are damped more. So all
+other directions stay exact (Nakamura and Hanafusa 1986; Maciejewski and Klein 1988). Then all
+velocities are scaled down by one factor until none exceeds its limit. Joints near a position limit
+are slowed, and the other joints compensate.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from ..arguments import check_positive, numbers_of, refused, rows_in_order
 from ..task_jacobian import task_of
 from ..tool_state import ToolState, evaluate
 
-# A twist counts as lost if the arm makes less than this fraction of it.
+# A twist is taken as lost if the tool moves with less than this fraction of the twist.
 LOST_FRACTION = 0.05
-# A twist counts as followed if at most this fraction of it is missing: round-off of the least
-# squares.
+# A twist is taken as followed if at most this fraction of the twist is missing. It is the
+# round-off of the least squares.
 FOLLOWED_ROUND_OFF = 1e-9
 
 
@@ -45,10 +45,11 @@ class ServoSettings:
         The damping at a singular pose, relative to the arm's characteristic length.
     damped_below
         Singular values of the scaled J_t below this bound are damped, relative to the length. If
-        `damping` is half of it, no joint motion per tool motion exceeds 1.16 / damped_below.
+        `damping` is half of `damped_below`, no joint motion per tool motion exceeds 1.16 /
+        damped_below.
     horizon
-        Time in s: no joint approaches its limit faster than its distance divided by this time. It
-        must be at least the time until the next step.
+        Time, s. No joint approaches its limit faster than its distance from the limit divided by
+        this time. The time must be at least the time until the next step.
     default_rate, default_speed
         Velocity limits, rad/s and m/s, of joints without a limit in the robot file.
     rows
@@ -79,7 +80,7 @@ class ServoSettings:
 @dataclass(frozen=True, eq=False)
 class ServoStep(FrozenArrays):
     """
-    The joint velocities for a twist, and the limits that acted on them.
+    The joint velocities for a twist, and the limits that changed the velocities.
 
     Attributes
     ----------

@@ -63,13 +63,14 @@ from .search import (
     starts,
 )
 
-# Default tolerance of a target, m and rad: typed numbers have seven digits.
+# Default tolerance of a target, m and rad. It is 1e-6, because typed numbers have about seven
+# digits.
 TOLERANCE = 1e-6
 # Number of random starts in the search for a single solution. If none of them leads to a solution,
 # all solutions are searched.
 STARTS = 256
-# A candidate within this distance of a solution (rad) is refined to this solution, as in
-# kernel/inverse/solving.py.
+# If a candidate is within this distance of a solution (rad), refinement moves the candidate to
+# this solution (see kernel/inverse/solving.py).
 CANDIDATE_ERROR = 1e-2
 # Methods that are tried for an arm of five joints, in this order.
 FIVE_JOINTS: tuple[Method, ...] = ('closed form', 'algebraic')
@@ -208,8 +209,8 @@ def _exact_or_near(problem: IkProblem) -> IkResult:
     result = _all(problem)
     nearest = result.nearest
     if nearest is not None and result.status != 'family' and target.is_near_at(nearest.q):
-        # Look for inexact solutions, because the nearest pose is within the tolerance of the
-        # target.
+        # The nearest pose is within the tolerance of the target, so search solutions within the
+        # tolerance.
         near = problem._replace(target=target.within_tolerance())
         result = (_all if plan.redundant else _searched)(near)
     if result.status != 'unreachable':
@@ -243,9 +244,9 @@ def _all(problem: IkProblem) -> IkResult:
 
 
 def _result_of_five(problem: IkProblem) -> IkResult | None:
-    # Solves an arm of five joints as one of six whose added turn is held at 0. The pose of the
-    # first solution found replaces the target, because the arm reaches it exactly. Returns None if
-    # the number of solutions is not proved.
+    # Solves an arm of five joints as an arm of six joints, whose added sixth joint is held at 0.
+    # The pose of the first solution found replaces the target, because the arm reaches it exactly.
+    # Returns None if the number of solutions is not proved.
     robot, target, plan, *_ = problem
     known = target.rows == ROW_NAMES and not plan.redundant and not len(plan.idle)
     if not known or target.tolerance > CANDIDATE_ERROR**2:
@@ -277,8 +278,8 @@ def _poses_beside(pose: Floats, tolerance: float) -> Iterator[Floats]:
 
 
 def _method_of(roots: tuple[int, int] | None) -> Method:
-    # Name elimination with two roots a closed form: three prismatic joints lead to a quadratic
-    # equation.
+    # If elimination has at most two roots, return the name `closed form`, because three prismatic
+    # joints lead to a quadratic equation.
     return 'algebraic' if roots and roots[1] > 2 else 'closed form'
 
 
@@ -299,15 +300,15 @@ def _solved(
     which: range,
     roots: tuple[int, int] | None = None,
 ) -> IkResult | None:
-    # Returns the result for simple solutions of which none is missing. Returns None if no wanted
+    # Returns the result if all solutions are simple and none is missing. Returns None if no wanted
     # solution is inside the limits.
     wanted = solutions_of(problem, proved, problem.respect_limits, which)
     inside = sum(one.feasible for one in wanted)
     if not inside:
         return None
     result = IkResult.__new__(IkResult)
-    # Set the fields without the constructor, which would take 5 % of the time of a call for a
-    # frozen dataclass.
+    # Set the fields without the constructor, because the constructor of a frozen dataclass takes 5
+    # % of the time of a call.
     result.__dict__.update(
         solutions=wanted,
         families=(),
@@ -322,9 +323,9 @@ def _solved(
 
 
 def _unsure(problem: IkProblem, closed: kernel.Solutions) -> IkResult:
-    # Returns the result if the closed form may have missed solutions: a step of it is nearly
-    # singular, or its errors are large. Tries elimination next, which may be regular at this
-    # target.
+    # Returns the result if the closed form may have missed solutions, because one of its equations
+    # is nearly singular or its errors are large. Tries elimination next, which may be regular at
+    # this target.
     known = _found(closed)
     if closed.count:
         result = answer(problem, known, 'closed form')
@@ -366,8 +367,8 @@ def _searched(problem: IkProblem, known: DistinctSolutions | None = None) -> IkR
     out = _beyond_reach(problem)
     if out is not None:
         return out
-    # For an arm with loops, only solutions inside the limits must be found several times. Beyond
-    # the limits loops seldom close, so a solution beyond would be found once in many slow starts.
+    # If the arm has loops, require several starts only for solutions inside the limits. Beyond the
+    # limits loops seldom close, so a solution beyond the limits is found once in many slow starts.
     inside = plan.limits if problem.respect_limits and robot.chain.loops else plan.unlimited
     found, best = search(problem, inside, known)
     return answer(problem, reached(checked, found), 'search', best=best)
@@ -418,9 +419,9 @@ def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
 
 
 def _first_solution(problem: IkProblem) -> kernel.Solutions:
-    # Returns the first solution found inside the limits, or none. If the arm has a closed form, it
-    # is the solution nearest to `near`, otherwise the result of refinement from `near` or from
-    # seeded starts.
+    # Returns one solution inside the limits, if one is found. If the arm has a closed form, this
+    # is the solution nearest to `near`; otherwise it is the result of refinement from `near` or
+    # from seeded starts.
     plan = problem.plan
     if plan.closed is not None:
         return closed_solutions(problem, plan.closed, True, False)

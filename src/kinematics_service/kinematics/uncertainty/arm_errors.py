@@ -1,6 +1,6 @@
 """
-Compute first-order covariances of the tool's pose and twist from the errors of an arm; each error
-is a screw.
+Compute first-order covariances of the tool's pose and twist from the errors of an arm. Each error
+moves the tool along a screw.
 
 The robot file gives standard deviations of joint positions, joint velocities and parameters of the
 table.
@@ -33,14 +33,14 @@ from ..tool_state import ToolState
 from .corrected_chain import CorrectedChain, error_screws, seen_from
 from .parameters import every_parameter_of, parameters_of, placement
 
-# Number of robots whose errors are cached: a node needs one of them.
+# Number of robots whose errors are cached. A node needs the errors of one robot.
 CACHE_SIZE = 8
 
 
 class TableErrors(NamedTuple):
     """
-    The uncertain parameters of a robot's table as arrays, from which `pose_errors` builds the
-    kernel's object.
+    Arrays that describe the uncertain parameters of a robot's table. `pose_errors` converts them
+    to the kernel's `PoseErrors`.
 
     Attributes
     ----------
@@ -53,7 +53,8 @@ class TableErrors(NamedTuple):
         If the parameter is a gear error, the index of the joint whose motion it multiplies;
         otherwise -1.
     factor : shape (P, causes)
-        The factor F of the covariance F F^T of the parameters, in rad, m and 1.
+        A factor F of the covariance F F^T of the parameters; its rows are in rad, in m, or without
+        unit for gear ratios.
     """
 
     frames: Integers
@@ -64,10 +65,9 @@ class TableErrors(NamedTuple):
 
 class NamedErrors(NamedTuple):
     """
-    The parameters that a robot file may name, with their screws as in `TableErrors`.
-
-    `of` (P,) is the index of the parameter of each screw. The gear ratio of a joint that moves
-    several rows has several screws.
+    The parameters that a robot file may name, with their screws as in `TableErrors`. Screw k
+    belongs to the parameter with index of[k]. The gear ratio of a joint that moves several rows
+    has several screws.
     """
 
     parameters: tuple[ArmParameter, ...]
@@ -79,7 +79,8 @@ class NamedErrors(NamedTuple):
 
 def frames_of_elements(robot: Robot) -> Integers:
     """
-    Return for k = 0, 1, ... the index of the first frame of the table that follows k joint screws.
+    Return for k = 0, 1, ... the index of the first frame of the table behind the first k joint
+    screws.
     """
     parents = robot.chain.table.frame_parent
     return np.array([int(np.argmax(parents == k - 1)) for k in range(robot.chain.elements + 1)])
@@ -89,13 +90,13 @@ def screws_in_frames(
     robot: Robot, chain: CorrectedChain, values: Floats
 ) -> tuple[Integers, Floats]:
     """
-    Return each correction of a chain as a screw: the index of a frame of the table, (P,), and the
+    Return a screw for each correction of a chain: the index of a frame of the table, (P,), and the
     screw in this frame, (P, 6).
 
     Parameters
     ----------
     robot
-        The arm whose poses are those of the chain with corrections `values`.
+        The arm that has the poses of the chain with the corrections `values`.
     """
     found = error_screws(chain, values)
     if len(found.starts) != robot.chain.elements + 1:
@@ -180,8 +181,8 @@ def _deviations(robot: Robot, given: Mapping[str, float]) -> dict[str, float]:
 
 def table_errors_of(robot: Robot, uncertainty: Uncertainty | None) -> TableErrors:
     """
-    Return the uncertain parameters that the robot file gives as arrays; empty arrays if it gives
-    none.
+    Return the uncertain parameters of the robot file as `TableErrors`; its arrays are empty if the
+    file gives no uncertain parameter.
     """
     rows = uncertainty.factor if uncertainty else ()
     deviations = _deviations(robot, dict(uncertainty.parameters) if uncertainty else {})
@@ -214,7 +215,8 @@ def pose_errors(
     Parameters
     ----------
     joints, velocities : shape (n,)
-        Standard deviations of joint positions and velocities, all independent.
+        Standard deviations of joint positions and of joint velocities. All these errors are
+        independent.
     floor : m, rad
         Additional standard deviations of the pose.
     """

@@ -2,8 +2,9 @@
 Compute tool poses of a chain whose constants have corrections, and their exact derivatives by the
 corrections.
 
-Each correction is a turn about, or a translation along, one axis of a frame between two joints. So
-the derivative of a pose by a correction is a screw about the axis of the correction.
+Each correction is a rotation about, or a translation along, one axis of a frame between two
+joints. So the derivative of a pose by a correction is a screw whose axis is the axis of the
+correction.
 """
 
 from dataclasses import dataclass
@@ -19,8 +20,8 @@ from ...kernel import Floats, Integers
 
 class CorrectingMotion(NamedTuple):
     """
-    A correction of a chain: a turn (rad) about, or a translation (m) along, axis 0, 1 or 2 of the
-    frame at its place in the product of motions.
+    A correction of a chain: a rotation (rad) about, or a translation (m) along, axis 0, 1 or 2 of
+    a frame. The frame is that at the position of the correction in the product of motions.
     """
 
     turns: bool
@@ -104,7 +105,7 @@ class CorrectedChain:
 
 class PoseChange(NamedTuple):
     """
-    Poses (N, 4, 4) of a chain, and their Jacobian (N, 6, P) by P corrections.
+    Poses (N, 4, 4) of a chain, and the Jacobian (N, 6, P) of the poses by P corrections.
 
     The rows of the Jacobian are the linear velocity of the tool's origin and the angular velocity,
     in the axes in which the poses are given.
@@ -240,7 +241,7 @@ class ErrorScrews(NamedTuple):
     Attributes
     ----------
     after : shape (P,)
-        Number of joint screws that come before each correction in the chain.
+        Number of joint screws before each correction in the chain.
     screws : shape (P, 6)
         Linear velocity of the frame's origin and angular velocity, in the frame behind the joint
         screws that `after` counts.
@@ -271,7 +272,8 @@ def error_screws(chain: CorrectedChain, values: Floats) -> ErrorScrews:
 
 def seen_from(T: Floats, screws: Floats) -> Floats:
     """
-    Return screws (P, 6) of a frame with pose T (4, 4), expressed in the frame in which T is given.
+    Return screws (P, 6), given in a frame with pose T (4, 4), in the frame in which T is
+    expressed.
     """
     linear, angular = screws[:, :3] @ T[:3, :3].T, screws[:, 3:] @ T[:3, :3].T
     return np.concatenate([linear + np.cross(T[:3, 3], angular), angular], axis=1)

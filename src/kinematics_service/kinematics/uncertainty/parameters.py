@@ -1,9 +1,9 @@
 """
-Choose the parameters of an arm that poses can identify, and build its chain with a correction for
-each parameter.
+Choose the parameters of an arm that can be identified from tool poses, and build the chain of the
+arm with a correction for each parameter.
 
-Extra angles and lengths are added only if they move the tool linearly independently of all table
-parameters. Projection over random poses decides.
+Extra angles and lengths are added only if their tool motions are linearly independent of the tool
+motions of all table parameters. This is tested by projection at random poses.
 """
 
 from collections.abc import Sequence
@@ -39,11 +39,11 @@ from .corrected_chain import (
 )
 from .triangle import triangle_of
 
-# An extra parameter is added only if a part of its tool motion exceeds this, relative to LENGTH.
-# It is the part that no other parameters can produce.
+# An extra parameter is added only if the part of its tool motion that no other parameters can
+# produce exceeds this, relative to LENGTH.
 MIN_EXTRA_MOTION = 0.1
-# Combinations of parameters that move the tool by less than this, relative to LENGTH, are not
-# counted as known tool motions.
+# If a combination of parameters moves the tool by less than this, relative to LENGTH, its tool
+# motion is ignored in the test of an extra parameter.
 MIN_SPAN_MOTION = 0.02
 # Number of random poses at which the tool motions by different parameters are compared.
 POSES = 60
@@ -79,12 +79,12 @@ def placement(
     Parameters
     ----------
     base, tool : shape (4, 4)
-        Pose of frame 0 in the frame in which poses are given; pose of the tool in the frame of the
-        last row.
+        `base` is the pose of frame 0 in the frame in which poses are given; `tool` is the pose of
+        the tool in the frame of the last row.
     first
-        Column of the first correction of the base, and of the tool. The six corrections
-        x y z rx ry rz are along and about the axes of frame 0 for the base, and of the frame of
-        the last row for the tool.
+        Column of the first correction of the base, and of the tool. The six corrections x y z rx
+        ry rz are along and about the axes of frame 0 (base), and of the frame of the last row
+        (tool).
     """
     begin, end = (
         tuple(CorrectingMotion(k > 2, k % 3, index + k) for k in range(6)) for index in first
@@ -102,8 +102,8 @@ def every_parameter_of(description: RobotDescription) -> ArmParameters:
 
 def parameters_of(robot: Robot, gears: bool = False) -> ArmParameters:
     """
-    Return the parameters of an arm's table, and the extra parameters that are independent of
-    these.
+    Return the parameters of an arm's table, and the extra parameters that are independent of the
+    table's parameters.
 
     Parameters
     ----------

@@ -1,1 +1,4 @@
-"""Prepare an inverse kinematics problem: find properties of the arm, and check the target."""
+"""
+Prepare an inverse kinematics problem: choose the solution method from the geometry of the arm, and
+check the target.
+"""

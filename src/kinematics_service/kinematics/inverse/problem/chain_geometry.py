@@ -11,12 +11,14 @@ import numpy as np
 from ....kernel import Floats
 from .screws import Screws
 
-# Tolerance for parallel axes (rad) and for axes that meet (relative to the arm's size): tables
-# have ten digits.
+# Tolerance for parallel axes (rad) and for axes that meet (relative to the arm's size). It is
+# 1e-9, because tables have ten digits.
 GEOMETRY_TOLERANCE = 1e-9
-# Size of an arm whose lengths are all 0, m. It is not 0, because distances are divided by it.
+# Size of an arm whose lengths are all 0, m. It is not 0, because distances are divided by the
+# size.
 MIN_SIZE = 1e-300
-# Two rates of rotation per joint motion are taken as equal within this: 45 machine epsilons.
+# Two rates of rotation per joint motion are taken as equal if they differ by at most this. It is
+# 45 machine epsilons.
 RATIO_TOLERANCE = 1e-14
 
 
@@ -28,8 +30,8 @@ def size_of(screws: Screws) -> float:
 
 def made_exact(screws: Screws, axes: Floats, points: Floats, coupling: Floats) -> Screws:
     """
-    Return the screws with new axes, points and coupling, and add twice the change to their error
-    `off`.
+    Return the screws with new axes, points and coupling. Their error `off` is increased by twice
+    the change.
     """
     turns = np.linalg.norm(np.cross(axes, screws.axes), axis=1)
     ways = np.linalg.norm(np.cross(points - screws.points, screws.axes), axis=1)
@@ -64,7 +66,7 @@ def meeting_point(screws: Screws, which: Sequence[int]) -> Floats | None:
 
 
 def all_parallel(screws: Screws, which: Sequence[int]) -> bool:
-    """Return whether the screws `which` are all rotations, about parallel axes."""
+    """Return whether the screws `which` are all rotations about parallel axes."""
     first = screws.axes[which[0]]
     return all(not screws.slides[k] and parallel(first, screws.axes[k]) for k in which)
 
@@ -85,9 +87,7 @@ def with_parallel_axes(screws: Screws) -> tuple[Screws, Floats] | None:
 
 
 def through(screws: Screws, which: Sequence[int], point: Floats) -> Screws:
-    """
-    Return the screws with the axes `which` moved exactly through `point`, at which they meet.
-    """
+    """Return the screws with the axes `which` moved so that they pass exactly through `point`."""
     points = screws.points.copy()
     points[list(which)] = point
     return made_exact(screws, screws.axes, points, screws.coupling)
@@ -95,8 +95,8 @@ def through(screws: Screws, which: Sequence[int], point: Floats) -> Screws:
 
 def in_one_direction(screws: Screws, which: Sequence[int]) -> Screws:
     """
-    Return the screws with the parallel axes `which` turned exactly to the direction of the first
-    of them.
+    Return the screws with the nearly parallel axes `which` turned to the direction of the first of
+    these axes.
     """
     axes, coupling = screws.axes.copy(), screws.coupling.copy()
     first = axes[which[0]]
@@ -110,7 +110,8 @@ def with_feet(screws: Screws) -> Screws:
     """
     Return the screws with the points of axes 1 and 2 at the feet of their common perpendicular.
 
-    If axes 1 and 2 are parallel or meet within the tolerance, they do so exactly in the result.
+    If axes 1 and 2 are parallel or meet within the tolerance, they are made exactly parallel or
+    exactly meeting.
     """
     if parallel(*screws.axes[:2]):
         screws = in_one_direction(screws, (0, 1))
@@ -163,12 +164,12 @@ def with_turn(screws: Screws, axis: Floats, point: Floats) -> Screws:
 
 def with_links_merged(screws: Screws) -> Screws:
     """
-    Return the screws with the last parallel rotations merged to two, which does not change the
-    motion of the tool's origin.
+    Return the screws with the last parallel rotations merged to two rotations. The motion of the
+    tool's origin does not change.
 
     In a plane each link is a vector that turns by the sum of the angles before it. Links that turn
-    together, as in a parallelogram, are merged. Links that never turn are moved to the front.
-    Unless exactly two rotations remain, the screws are returned unchanged.
+    together, as in a parallelogram, are merged. Links that never turn are moved before the
+    rotations. Unless exactly two rotations remain, the screws are returned unchanged.
     """
     k = len(screws.axes)
     start = k

@@ -40,25 +40,26 @@ from .target import IDENTITY, residual_of
 RANK_POSES = 50
 # Singular values below this ratio to the largest one are taken as zero.
 RANK_RATIO = 1e-9
-# A number counts as whole within this: the number of turns of a screw per turn of a joint.
+# A number of turns of a screw per turn of a joint is taken as whole if its distance from a whole
+# number is at most this.
 WHOLE_TOLERANCE = 1e-12
-# Relative round-off of a closed form, after a product of ten matrices: 9 machine epsilons.
+# Relative round-off of a closed form, after a product of ten matrices. It is 9 machine epsilons.
 CLOSED_FORM_ROUND_OFF = 2e-15
-# If no imaginary part of a complex solution exceeds this, rad or m, the solution may be real;
-# refinement proves whether it is.
+# If no imaginary part of a complex solution exceeds this, rad or m, the solution may be real.
+# Refinement then decides whether the solution is real.
 IMAGINARY_TOLERANCE = 1e-6
 # Largest number of turns that is tried as the period of a joint that moves several screws.
 MAX_TURNS = 1000
-# Axes of the turn that is added to an arm of five joints: unit vectors parallel to no axis of
-# usual arms. If the six joints are singular with one axis, they are regular with the other.
+# Axes of the turn that is added to an arm of five joints. They are unit vectors that are parallel
+# to no axis of usual arms. If the six joints are singular with one of these axes, they are regular
+# with the other.
 ADDED_AXES = np.array([[0.48, 0.6, 0.64], [0.64, -0.48, 0.6]])
 
 
 @dataclass(frozen=True, eq=False)
 class InversePlan(FrozenArrays):
     """
-    The way to solve the inverse kinematics of an arm for certain target rows, whatever the target
-    is.
+    The method that solves the inverse kinematics of an arm for all targets with certain rows.
 
     Attributes
     ----------
@@ -77,22 +78,22 @@ class InversePlan(FrozenArrays):
         Scaled joint motions that never move the target's rows. Two joints on one axis have one
         such motion.
     redundant
-        Whether solutions form families even if the joints whose `held` is 0 do not move.
+        Whether solutions form families although the held joints (`held` is 0) do not move.
     freedom
         Dimension of the null space of the target's rows of J at most poses. A family of solutions
         has this dimension.
     overdetermined
-        Whether J has fewer independent rows than the target has equations, so that rounded targets
-        are not met exactly.
+        Whether J has fewer independent rows than the target has equations. The arm then cannot
+        reach rounded targets exactly.
     periods : shape (n,)
-        Joint motion after which the tool has the same pose: 2 pi, another number with a gear, or
-        infinite.
+        Joint motion after which the tool has the same pose: 2 pi, another number if the joint has
+        a gear ratio, or infinite.
     middle : shape (n,), rad or m
         The middle of the limits, 0 without limits.
     limits, unlimited : shape (n, 2), rad or m
         The joint limits, and infinite limits.
     reach, reach_inside
-        Balls that the tool never leaves: at any joint positions, and inside the limits.
+        A ball that the tool never leaves, and a ball that it never leaves inside the limits.
     """
 
     closed: kernel.ClosedForm | None
@@ -169,12 +170,12 @@ def _idle_motions(
     # Take any pose as target, because J depends only on the rows of the target.
     residual = residual_of(robot, IDENTITY, rows, axis)
     kernel.free_motions(residual, scales, q, sigma, motions)
-    # Take singular values below `least` as zero: if the joints do not move the target's rows at
-    # all, J is only round-off.
+    # Take singular values below `least` as zero, because J is only round-off if the joints do not
+    # move the target's rows.
     least = least_motion(robot.chain)
     rank = int(np.max(np.sum(sigma > np.maximum(RANK_RATIO * sigma[:, :1], least), axis=1)))
-    # Find the null space common to all joint positions. sigma V^T is a root of J^T J at each of
-    # them, so stack all these rows.
+    # Find the null space common to all joint positions. At each of them sigma V^T has the null
+    # space of J, so stack the rows of all these matrices.
     moving = (sigma[:, :, None] * motions).reshape(-1, n)
     _, size, right = np.linalg.svd(moving, full_matrices=False)
     return signed(right[size <= max(RANK_RATIO * size[0], least)]), rank
@@ -192,8 +193,8 @@ def signed(motions: Floats) -> Floats:
 
 
 def _pivots(idle: Floats) -> list[int]:
-    # Returns for each idle motion the index of a joint to hold: the last of the joints that the
-    # motion moves most (Gaussian elimination).
+    # Returns for each idle motion the index of a joint to hold, chosen by Gaussian elimination. It
+    # is the joint that the motion moves most; if several are equal, the last of them.
     left, pivots = idle.copy(), []
     for k in range(len(left)):
         j = left.shape[1] - 1 - int(np.argmax(np.round(np.abs(left[k][::-1]), 9)))
@@ -229,12 +230,12 @@ def _periods_by(robot: Robot, ratios: Iterable[Floats], periodic: npt.NDArray[np
 
 
 def _turns(ratios: Floats) -> float:
-    # Returns the least number of turns of a joint after which all screws that it moves have made
-    # whole turns.
+    # Returns the least number of turns of a joint after which all screws moved by the joint have
+    # made whole turns.
     moving = np.abs(ratios[ratios != 0.0])
     if not len(moving):
         return 1.0
-    # Try 1, 2, ... turns of the slowest screw until all other screws make whole turns, too.
+    # Try 1, 2, ... turns of the slowest screw until all other screws have made whole turns.
     slowest = float(np.min(moving))
     for turns in range(1, MAX_TURNS + 1):
         if _whole(turns * moving / slowest):
@@ -255,7 +256,8 @@ def one_to_one(screws: Screws, robot: Robot) -> bool:
     turns = ~robot.prismatic
     if np.any(C[np.ix_(slides, turns)]) or np.any(C[np.ix_(~slides, ~turns)]):
         return False
-    # Check that full turns of the screws are full periods of the joints, and the reverse.
+    # Check that full turns of the screws are full periods of the joints, and that full periods of
+    # the joints are full turns of the screws.
     periods = _periods(screws, robot)[turns]
     if not np.all(np.isfinite(periods)):
         return False
@@ -298,7 +300,7 @@ class SixSolver(NamedTuple):
     def candidates(self, pose: Floats) -> tuple[Floats, float]:
         """
         Return candidate solutions (m, 6) for a pose (4, 4), and a bound of their distance from
-        solutions, rad. The bound is infinite without a proof.
+        solutions, rad. If no bound is proved, the bound is infinite.
         """
         motion = pose @ self.home_inverse
         motion = np.ascontiguousarray(inverse(motion) if self.backwards else motion)
@@ -351,8 +353,8 @@ def _solver(
 @functools.lru_cache(maxsize=128)
 def as_six(robot: Robot, eliminated: bool) -> tuple[SixSolver, ...]:
     """
-    Return solvers for an arm of five joints with a sixth turn added at its end, which the caller
-    holds at 0.
+    Return solvers for an arm of five joints. A sixth turn is added at the end of the arm, and the
+    caller holds this turn at 0.
 
     With the added turn the arm has a closed form (Pieper 1968): the turn completes a spherical
     wrist, or it is the last joint after three parallel axes. If `eliminated`, the solver uses

@@ -28,8 +28,8 @@ class IkProblem(NamedTuple):
     seed
         Seed of the random starts of a search.
     curves
-        Whether solution curves are traced if the arm has one joint more than the target has
-        equations.
+        If the arm has one joint more than the target has equations: whether solution curves are
+        traced.
     respect_limits
         Whether solutions outside the limits are left out.
     """

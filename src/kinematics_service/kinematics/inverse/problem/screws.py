@@ -1,9 +1,9 @@
 """
-Describe an arm by joint screws: the axis of each moving element, and the tool pose, with all
-joints at zero.
+Describe an arm by joint screws: the axes of the moving elements and the tool pose, if all joints
+are at zero.
 
-The tool's pose is exp(s_1 psi_1) ... exp(s_k psi_k) home, psi = coupling q: the product of
-exponentials (Brockett 1984). The screws do not depend on the convention of the DH table.
+The tool's pose is the product of exponentials (Brockett 1984) exp(s_1 psi_1) ... exp(s_k psi_k)
+home, with psi = coupling q. The screws do not depend on the convention of the DH table.
 """
 
 from dataclasses import dataclass
@@ -31,8 +31,9 @@ class Screws(FrozenArrays):
     home : shape (4, 4)
         The tool's pose with every joint at zero.
     off
-        Bound of the difference between these screws and those of the arm: rad, or relative to the
-        arm's size. It is not 0 if nearly parallel or nearly meeting axes were made exactly so.
+        Bound of the difference between these screws and the screws of the arm, in rad for
+        directions and relative to the arm's size for points. It is not 0 if nearly parallel axes
+        were made parallel, or nearly meeting axes were made to meet.
     """
 
     axes: Floats

@@ -36,7 +36,7 @@ def six_joints_of(screws: Screws, targets: Floats) -> kernel.SixJoints | None:
     screws
         Six screws, whose positions correspond one to one to those of six joints.
     targets : shape (m, 4, 4)
-        Poses of the tool that the arm can have; the options are tried at the first four.
+        Poses that the tool can have. The options are tried at the first four poses.
     """
     bound = BOUNDS.get(sum(screws.slides))
     if bound is None:
@@ -55,9 +55,9 @@ def six_joints_of(screws: Screws, targets: Floats) -> kernel.SixJoints | None:
 def _rank_of(
     form: kernel.SixJoints, motions: list[Floats], option: Option
 ) -> tuple[int, int, float, Option] | None:
-    # Returns the rank of an option, smaller is better: the number of poses without a proof, the
-    # number of missing solutions, and the largest error of a candidate. Returns None if the option
-    # is singular.
+    # Returns three numbers that rank an option; smaller is better. They are the number of poses
+    # without a proof, the number of missing solutions, and the largest error of a candidate.
+    # Returns None if the option is singular.
     psi, accuracy = np.empty((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
     unproved, missing, worst = 0, 0, 0.0
     for T in motions:

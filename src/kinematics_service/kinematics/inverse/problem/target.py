@@ -1,4 +1,6 @@
-"""Check a target of inverse kinematics: its pose, the rows that count, and the tolerance."""
+"""
+Check a target of inverse kinematics: its pose, the rows that the arm must meet, and the tolerance.
+"""
 
 import functools
 import math
@@ -21,8 +23,8 @@ IDENTITY = np.eye(4)
 # Accepted shapes of a target: a pose and a position.
 SHAPES = ((4, 4), (3,))
 TOOL_AXES = ('x', 'y', 'z')
-# A solution is exact if its residual is at most this, m: round-off of forward kinematics for usual
-# arms.
+# A solution is exact if its residual is at most this, m. It covers the round-off of forward
+# kinematics of usual arms.
 EXACT_ERROR = 1e-10
 # Upper bound of EXACT_ERROR relative to the reach of the arm. It applies to arms smaller than 1
 # mm.
@@ -33,14 +35,16 @@ LARGE_ARM_ERROR_RATIO = 1e-13
 
 class IkTarget(NamedTuple):
     """
-    A checked target of inverse kinematics: pose, rows that count, and tolerance.
+    A checked target of inverse kinematics: pose, rows that the arm must meet, and tolerance.
 
     Attributes
     ----------
     rows
-        The rows that count, a part of x y z rx ry rz: axes of the table's frame 0.
+        The rows that the arm must meet, some of x y z rx ry rz, in the axes of the table's frame
+        0.
     axis
-        The axis of the tool, x, y or z, whose direction counts; empty if no direction counts.
+        The axis of the tool, x, y or z, whose direction the target gives; empty if the target
+        gives no direction.
     pose : shape (4, 4)
         The tool in the base frame; the rotation of a position is the identity.
     residual
@@ -48,7 +52,7 @@ class IkTarget(NamedTuple):
     tolerance
         Largest position error (m) and largest rotation error (rad).
     bound
-        The residual if both errors equal the tolerance, m.
+        The residual, m, if position error and rotation error equal their tolerances.
     exact
         Largest residual of an exact solution, m.
     proved
@@ -71,12 +75,14 @@ class IkTarget(NamedTuple):
 
     @property
     def words(self) -> str:
-        """Return as text which rows of the target count: `x y z, direction of tool axis z`."""
+        """
+        Return as text which rows the arm must meet, for example `x y z, direction of tool axis z`.
+        """
         return ' '.join(self.rows) + (f', direction of tool axis {self.axis}' if self.axis else '')
 
     def is_reached_at(self, q: Floats, residual: float) -> bool:
         """
-        Return whether joint positions q (n,) with the residual `residual` (m) are a solution.
+        Return whether joint positions q (n,), whose residual is `residual` (m), are a solution.
         """
         if residual < self.exact:
             return True
@@ -217,8 +223,8 @@ class _Counted(NamedTuple):
 
 @functools.lru_cache(maxsize=128)
 def _counted(robot: Robot, rows: tuple[str, ...], axis: str) -> _Counted:
-    # Use the characteristic length as reach if the reach is smaller: a tool that never leaves
-    # frame 0 has the reach 0.
+    # If the reach is smaller than the characteristic length, use this length as reach, because a
+    # tool that never leaves the origin of frame 0 has the reach 0.
     length = robot.singularity.task.length
     reach = max(robot.singularity.task.reach, length)
     names = rows + ROW_NAMES[3:] if axis else rows

@@ -1,5 +1,5 @@
 """
-Define arcs: the parts of a solution curve inside the joint limits, with certain full turns added.
+Define arcs: parts of a solution curve, with full turns added, that are inside the joint limits.
 """
 
 import math
@@ -18,7 +18,7 @@ from .curve import SolutionCurve
 SIDES = ('lower', 'upper')
 # Inverse golden ratio, (sqrt(5) - 1) / 2, for the golden section search.
 INVERSE_GOLDEN_RATIO = 0.6180339887498949
-# Number of steps of the golden section search: they narrow 0.1 rad to 1e-9 rad.
+# Number of steps of the golden section search. They narrow an interval of 0.1 rad to 1e-9 rad.
 SECTION_COUNT = 38
 
 
@@ -60,10 +60,11 @@ class IkArc(FrozenArrays):
     curve
         The solution curve of which the arc is a part.
     places : shape (m,)
-        Places of the samples on the curve: a place is a sample index or, between samples, a
-        fraction.
+        Place of each sample on the curve. A place is the index of a curve sample, plus a fraction
+        between samples.
     turn_offset : shape (n,), rad or m
-        Full turns, in rad, that are added to the curve's joint positions to get those of the arc.
+        Full turns, in rad, that are added to joint positions of the curve to get joint positions
+        of the arc.
     """
 
     q: Floats
@@ -82,7 +83,10 @@ class IkArc(FrozenArrays):
 
     @property
     def scales(self) -> Floats:
-        """Return the weight of a unit of each joint, shape (n,): the length for prismatic ones."""
+        """
+        Return the weight of a unit of each joint, shape (n,): 1 for revolute joints, the arm's
+        length for prismatic joints.
+        """
         return self.curve.plan.scales
 
     @property
@@ -128,7 +132,7 @@ class IkArc(FrozenArrays):
         return np.asarray(np.min(np.minimum(q - low, high - q), axis=-1))
 
     def with_largest_margin(self) -> Floats:
-        """Return the joint positions (n,) of the arc that are farthest from their limits."""
+        """Return the joint positions (n,) of the arc that are farthest from the joint limits."""
         rows = np.vstack([self.q, self.at(self.place_of_least(lambda q: -self.margin(q)))])
         return np.array(rows[int(np.argmax(self.margin(rows)))])
 

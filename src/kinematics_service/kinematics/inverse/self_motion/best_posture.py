@@ -27,17 +27,17 @@ SAMPLE_DISTANCE = 0.2
 ON_ARC = 1e-6
 # Number of samples of an arc whose clearance is computed first, 0.1 ms each.
 CLEARANCE_SAMPLES = 48
-# Cost for each rad of distance from the present posture, rad. Without this cost the result would
+# Cost of each rad of distance from the present posture, rad. Without this cost the result would
 # jump between equally good postures.
 COST_OF_DISTANCE = 1e-3
-# Number of corrections of a step along an arc that is 0.1 % too long: each correction divides the
-# error by 1000.
+# Number of corrections of the length of a step along an arc. A step may be 0.1 % too long, and
+# each correction divides the error by 1000.
 CORRECTIONS = 3
 
 
 class BestPosture(NamedTuple):
     """
-    The posture that the arm takes next on its way along an arc to the best posture.
+    The next posture of an arm that moves along an arc to the best posture.
 
     Attributes
     ----------
@@ -72,7 +72,8 @@ def _of_largest_margin(arc: IkArc, robot: Robot, away: Cost) -> float:
     return arc.place_of_least(lambda q: COST_OF_DISTANCE * away(q) - arc.margin(q))
 
 
-# For each criterion, the function that returns the length (rad) along an arc of the best posture.
+# For each criterion, the function that returns the best posture of an arc, as length (rad) along
+# the arc.
 CRITERIA = {'clearance': _of_largest_clearance, 'margin': _of_largest_margin}
 
 
@@ -104,8 +105,8 @@ def best_posture(
         way -= arc.length * round(way / arc.length)
     step = min(max(way, -farthest), farthest)
     if step != way:
-        # Shorten the step to at most `farthest`: lengths along an arc are exact at samples, and
-        # have errors of 0.1 % between samples.
+        # Shorten the step to at most `farthest` in several corrections, because lengths along an
+        # arc have errors of 0.1 % between samples.
         for _ in range(CORRECTIONS):
             far = float(np.linalg.norm((arc.at(here + step) - q) / arc.scales))
             step *= min(1.0, farthest / far) if far > 0.0 else 1.0

@@ -15,10 +15,12 @@ from ....kernel import Floats
 from ..problem.problem import IkProblem
 from ..problem.target import TOOL_AXES
 
-# Largest number of samples of a curve, 6 times that of the longest curve in experiments. A curve
-# may not end if the arm's lengths are very different, or if all postures are singular.
+# Largest number of samples of a curve. The longest curve in experiments had a sixth of this
+# number. A curve may not end if the arm's lengths are very different, or if all postures are
+# singular.
 MAX_SAMPLES = 1 << 12
-# Period of a joint without a period, rad or m: more than any joint moves.
+# Number that replaces the period of a joint without a period, rad or m. It is more than any joint
+# moves.
 NO_PERIOD = 1e12
 
 
@@ -103,11 +105,12 @@ def traced(problem: IkProblem, point: kernel.CurvePoint, start: Floats) -> Solut
     if count < 0:
         return SolutionCurve(problem, point, samples[0, :-count].copy(), True)
     behind = kernel.trace(point, -1.0, samples[1])
-    # Order the samples of the other direction along the first one; their tangents change sign.
+    # Reverse the samples of the second direction, so that they lead in the first direction; change
+    # the signs of their tangents.
     rows = samples[1, : abs(behind)][::-1] * np.repeat([1.0, -1.0], n)
     if behind < 0:
-        # Return the closed curve of the other direction: near a singular pose only one direction
-        # may succeed.
+        # Return the closed curve of the second direction, because near a singular pose only one
+        # direction may succeed.
         return SolutionCurve(problem, point, rows, True)
     both = np.vstack([rows[:-1], samples[0, :count]])
     return SolutionCurve(problem, point, both, False) if len(both) > 1 else None

@@ -1,13 +1,13 @@
 """
 Cut a solution curve into arcs at the joint limits.
 
-Samples and reversals of joints divide the curve into steps. In each step every joint rises or
-falls, so it passes a limit at most once. These passages divide the curve into pieces. The posture
-in the middle of a piece determines with which full turns the piece is inside the limits. Runs of
-pieces inside the limits are arcs (`turns.py`).
+Samples and reversals of joints divide the curve into steps. In each step every joint only rises or
+only falls, so it passes a limit at most once. The points at which joints pass limits divide the
+curve into pieces. The posture in the middle of a piece determines with which full turns the piece
+is inside the limits. Runs of pieces inside the limits are arcs (`turns.py`).
 
-Steps with a joint far beyond its limits are skipped: an arc ends where one joint passes a limit
-while all others are inside, so no arc ends in such a step.
+Steps with a joint far beyond its limits are skipped, because no arc ends in such a step. An arc
+ends where one joint passes a limit while all other joints are inside their limits.
 """
 
 import functools
@@ -24,17 +24,17 @@ from .curve import NO_PERIOD, SolutionCurve
 from .turns import PieceRun, runs_of
 
 Flags = npt.NDArray[np.bool_]
-# Distance beyond a limit at which a joint counts as passing it, rad or m. So a joint at rest at a
-# limit stays inside despite round-off. It is half of kernel.AT_LIMIT.
+# A joint passes a limit if its position is beyond the limit by this, rad or m. So a joint that
+# rests at a limit stays inside despite round-off. The distance is half of kernel.AT_LIMIT.
 EXIT_MARGIN = 5e-10
-# A joint reverses between two samples if the product of its slopes at both is below this.
-# Otherwise it rests, or reverses at a sample.
+# A joint reverses between two samples if the product of its slopes at both samples is below this.
+# Otherwise the joint rests, or reverses at a sample.
 MAX_SLOPE_PRODUCT = -1e-18
-# Places of the curve that differ by less than this are equal, in sample distances: 2e-10 rad for
-# samples 0.1 rad apart.
+# Two places of the curve are taken as equal if they differ by less than this fraction of a sample
+# distance. It is 2e-10 rad for samples 0.1 rad apart.
 PLACE_TOLERANCE = 2e-9
-# Number that replaces an infinite joint limit, rad or m: less than NO_PERIOD, and more than a
-# joint moves.
+# Number that replaces an infinite joint limit, rad or m. It is less than NO_PERIOD, and more than
+# a joint moves.
 NO_LIMIT = 1e9
 
 
@@ -65,8 +65,9 @@ def arcs_of(curve: SolutionCurve) -> tuple[IkArc, ...]:
 
 
 def _is_near(curve: SolutionCurve) -> Flags:
-    # Returns for each step between samples whether no joint is far beyond its limits. A joint that
-    # is farther beyond than all joints move in the step cannot come inside during the step.
+    # Returns for each step between samples whether no joint is far beyond its limits. If the
+    # distance of a joint beyond its limit exceeds the motion of all joints in the step, the joint
+    # cannot come inside during the step.
     q, ((low, high), periods, _) = curve.q, _counted(curve.plan)
     turned = q - periods * np.floor((q - low) / periods)
     away = np.minimum(turned - high, low + periods - turned) / curve.plan.scales
@@ -123,9 +124,9 @@ class _CutCurve:
         self._add(k, (joint, level, before - level, after - level), side)
 
     def _add(self, k: Integers, roots: Sequence[Floats | Integers], side: Integers | int) -> None:
-        # Adds a row to the table after each row k, at the place where a joint is at a level or
-        # reverses. `roots` are the joint, the level, and the values of the function at both ends
-        # of the step.
+        # Adds a row to the table after each row k, at the place where a joint has the position
+        # `level` or reverses. `roots` are the joint, the level, and the values of the function at
+        # both ends of the step.
         joint, level, low, high = roots
         rows, places = np.empty((len(k), self.table.shape[1])), self.table[:, 0]
         rows[:, -2], rows[:, -1] = joint, side
@@ -175,8 +176,8 @@ class _CutCurve:
         joint, side = int(row[-2]), int(row[-1])
         if side == NO_SIDE:
             return IkArcEnd('', 'singular')
-        # Find the joint that ends the arc. With other full turns the joint of this row may be
-        # inside its limits; then another joint is at a limit in the same place.
+        # Find the joint at whose limit the arc ends. With other full turns the joint of this row
+        # may be inside its limits. Then another joint is at a limit at this place.
         away = np.abs(self.limits - q)
         if away[:, joint].min() > kernel.AT_LIMIT:
             joint = int(away.min(axis=0).argmin())

@@ -2,9 +2,10 @@
 Solve slices of an arm with one redundant joint: hold its first or last joint, and solve the other
 six joints.
 
-The geometry of the six joints does not depend on the position of the held joint: only their target
-moves. If only the direction of a tool axis counts, a joint about that axis is added. If only the
-position counts, slices have three added joints about the tool's origin.
+The geometry of the six joints does not depend on the position of the held joint; only the target
+of the six joints moves. If the target gives a direction of a tool axis instead of a rotation, a
+joint about that axis is added. If the target is a position, slices have three added joints about
+the tool's origin.
 """
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ from ..problem.plan import SixSolver, closed_solvers, eliminating_solver, one_to
 from ..problem.screws import Screws, screws_of
 from ..problem.target import TOOL_AXES
 
-# The tool's rotation in slices for a position target: any rotation at which the three added joints
-# are not singular.
+# The tool's rotation in slices for a position target. It is arbitrary, but the three added joints
+# are not singular at this rotation.
 ADDED_ROTATION = turn_about(np.array([0.48, 0.6, 0.64]), 1.1)
 
 
@@ -38,8 +39,8 @@ class SlicedArm(NamedTuple):
     robot
         The arm.
     screws
-        Screws of the arm. If only a direction counts, they include the added joint about the tool
-        axis.
+        Screws of the arm. If the target gives a direction instead of a rotation, they include the
+        added joint about the tool axis.
     to_joints : shape (k, joints)
         Matrix from positions of the screws to positions of the joints (row vectors).
     whole
@@ -113,8 +114,8 @@ def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm |
 
 def sliced(arm: SlicedArm, held: int) -> SlicedArm:
     """
-    Return the arm with its screw number `held`, the first or the last, held, and a solver for the
-    other screws.
+    Return the arm with a solver for all screws except number `held`, which is the first or the
+    last screw.
 
     If the joint of this screw is prismatic, the arm is returned unchanged.
     """

@@ -16,14 +16,14 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 Turns = tuple[int, ...]
-# A box: the least and the largest number of full turns of each joint. The box is empty if one
-# interval is empty.
+# A box of vectors of full turns: the least and the largest number of full turns of each joint. The
+# box is empty if one interval is empty.
 Box = list[list[int]]
 
 
 class PieceRun(NamedTuple):
     """
-    A longest sequence of pieces of a curve that are inside the limits with one vector of full
+    A maximal sequence of pieces of a curve that are inside the limits with one vector of full
     turns.
 
     Attributes
@@ -52,7 +52,7 @@ def runs_of(boxes: Sequence[Box], closed: bool, lap: Sequence[int]) -> Iterator[
     Parameters
     ----------
     boxes
-        For each piece, the full turns with which the piece is inside the limits.
+        For each piece, the box of full turns with which the piece is inside the limits.
     closed
         Whether the first piece follows the last one.
     lap
@@ -90,8 +90,8 @@ def _size(box: Box) -> int:
 
 
 def _outside(box: Box, *others: Box) -> Turns:
-    # Returns a vector of turns that is in `box` and in none of `others`. Each of its numbers is
-    # the smallest of the box, or the first number beyond another box.
+    # Returns a vector of turns that is in `box` and in none of the boxes `others`. Each number of
+    # the vector is the smallest number of `box`, or the first number beyond another box.
     ways = [
         sorted({low, *(end + 1 for _, end in beside if low <= end < high)})
         for (low, high), *beside in zip(box, *others)
