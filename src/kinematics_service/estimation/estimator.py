@@ -346,8 +346,8 @@ class Estimator:
         estimator.
         """
         latest = self._joints.newest()
-        # If the latest stamp is nearer to the clock's new time than to its old time, the stamp is
-        # from after the step: keep the joints.
+        # If the latest stamp is nearer to the clock's new time than to its old time, the stamp was
+        # set after the step, so keep the joints.
         if latest is None or latest <= now + back // 2:
             return False
         self.reset()

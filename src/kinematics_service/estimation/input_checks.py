@@ -26,8 +26,8 @@ MESSAGE_LIMIT = 1000
 SIZE_LIMIT = 8192
 # Age up to which messages are checked, ns. In 5 s a driver of 2 Hz sends ten messages.
 WINDOW = 5 * SECOND
-# Largest number of different lists of joint names that are checked. It is small, because a topic
-# has few drivers.
+# Largest number of different lists of joint names that are checked. The number is small, because a
+# topic has few drivers.
 FORM_LIMIT = 8
 # The pace is the time that passed by stamps divided by the time that passed by arrivals. A pace
 # above PACE or below 1 / PACE is a fault.
@@ -201,7 +201,7 @@ def _last(where: Flags) -> int:
     return int(np.flatnonzero(np.append(True, where))[-1])
 
 
-# Checks of stamps
+# The next functions check the stamps.
 
 
 def _stamp_fault(group: JointMessages, simulated: bool) -> str:
@@ -278,7 +278,7 @@ def _pace(group: JointMessages) -> float:
     return float((s[-1] - s[0]) / (t[-1] - t[0])) if off else 1.0
 
 
-# Checks of motions
+# The next functions check the motions of joints.
 
 
 def _motion_faults(
@@ -336,7 +336,7 @@ def _motion_faults(
         yield f'beyond the velocity limit: {", ".join(fast)}; check units and robot file'
 
 
-# Checks of mimic joints
+# The next functions check mimic joints.
 
 
 def _mimic_faults(

@@ -13,8 +13,8 @@ from ..robot.robot import Robot
 # topic has few drivers.
 MAX_LISTS = 16
 
-# Jumps of a joint's position within this time count together, ns. Several jumps mean that two
-# drivers send different positions.
+# Jumps of a joint's position within this time are counted together, ns. Several jumps mean that
+# two drivers send different positions.
 DISPUTE_WINDOW = 2_000_000_000
 
 # A joint position may exceed its limit by this, rad or m, because encoders round the position of a

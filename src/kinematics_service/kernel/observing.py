@@ -10,7 +10,7 @@ from .layout.arrays import Flat, Floats, Nanoseconds
 from .loops import closing
 from .singular_search.arm import Arm
 
-# Smallest difference of positions that counts as a jump, rad or m. If a joint jumps and returns
+# Smallest difference of positions that is taken as a jump, rad or m. If a joint jumps and returns
 # repeatedly, two publishers report different positions of this joint.
 MIN_JUMP = 1e-3
 # A joint has returned after a jump if its distance from the position before the jump is below this

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     Index = TypeVar('Index', default=int)
     Grade = TypeVar('Grade', default=Level)
     Text = TypeVar('Text', default=str)
-    Pose = TypeVar('Pose', default=Floats | None)  # None: the search found no pose
+    Pose = TypeVar('Pose', default=Floats | None)  # None if the search found no pose
 else:
     from typing import TypeVar
 

@@ -331,8 +331,8 @@ def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
 def _proved(
     robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
 ) -> npt.NDArray[np.bool_]:
-    # Returns whether it is proved that a stopping motion meets no singular pose: successive balls
-    # without singular poses cover the motion.
+    # Returns whether it is proved that a stopping motion meets no singular pose. The proof covers
+    # the motion by successive balls without singular poses.
     q, rates = (np.reshape(one, (-1, robot.dof)) for one in (state.q, qdot))
     speeds = np.linalg.norm(rates / robot.singularity.task.column_scales, axis=-1)
     passed = np.where(speeds > AT_REST, 0.0, braking.due)

@@ -16,8 +16,8 @@ STARTS = 200
 STEPS = 25
 # Largest motion of a joint in one Newton step, rad (prismatic joints divided by the length).
 MAX_STEP = 0.3
-# A pose is taken as singular if its distance from a singular pose is below this, rad. It is far
-# below the resolution of encoders.
+# A pose is taken as singular if its distance from a singular pose is below this, rad. This
+# distance is far below the resolution of encoders.
 SINGULAR_DISTANCE = 1e-6
 
 

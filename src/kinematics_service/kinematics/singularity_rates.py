@@ -11,17 +11,17 @@ from ..robot.robot import Robot
 from .threads import in_parts
 from .tool_state import ToolState, evaluate
 
-# Step of the forward difference along qdot, rad of the fastest joint. The step is between the
-# noise of the measures near a singular pose, 1e-10, and the joint motion over which they change,
-# 1e-2.
+# Step of the forward difference along qdot, rad of the fastest joint. The step is between two
+# numbers: the noise of the measures near a singular pose, 1e-10, and the joint motion over which
+# the measures change, 1e-2.
 STEP = 1e-5
 
-# Smallest number of poses for which one thread searches singular poses. The search takes about 30
-# ms.
+# Smallest number of poses that one thread gets for a search of singular poses. Such a search takes
+# about 30 ms.
 ROWS_PER_THREAD = 100
 
-# A joint is taken as at rest if its speed is at most this, rad/s or m/s. It is above the noise of
-# encoders, and above denormal speeds, whose time step would be infinite.
+# A joint is taken as at rest if its speed is at most this, rad/s or m/s. The bound is above the
+# noise of encoders, and above denormal speeds, whose time step would be infinite.
 AT_REST = 1e-9
 
 

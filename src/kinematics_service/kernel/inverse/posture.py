@@ -17,11 +17,11 @@ from .closed_forms import ClosedForm
 # A triple product is taken as 0 if its ratio to the product of the lengths of its factors is at
 # most this. The ratio is 1e-9, because poses have nine digits.
 ZERO_RATIO = 1e-9
-# An arm has a shoulder if the squared sine of the angle between axes 1 and 2 exceeds this: if the
-# angle exceeds 3e-5 rad.
+# An arm has a shoulder if the squared sine of the angle between axes 1 and 2 exceeds this. The
+# angle must exceed 3e-5 rad.
 MIN_SHOULDER_SINE_SQUARED = 1e-9
 # An arm has an elbow if axes 2 and 3 are parallel. They are taken as parallel if the squared sine
-# of their angle is below this: an angle of 1e-6 rad.
+# of their angle is below this. The angle is then below 1e-6 rad.
 MAX_ELBOW_SINE_SQUARED = 1e-12
 
 

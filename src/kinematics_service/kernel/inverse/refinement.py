@@ -15,16 +15,16 @@ from ..layout.arrays import Flat, Floats
 from ..measures import symmetric
 from .residuals import Residual
 
-# The iteration has converged if the error divided by `residual.size()` is at most this. It is five
-# times the machine epsilon, 2.2e-16.
+# The iteration has converged if the error divided by `residual.size()` is at most this. The
+# tolerance is five times the machine epsilon, 2.2e-16.
 ERROR_TOLERANCE = 1e-15
 # If the error divided by `residual.size()` is below this, a refused step ends the iteration,
 # because the error is round-off.
 REFUSED_STEP_TOLERANCE = 1e-12
 # A step is slow if it decreases the squared error by less than this fraction, 0.1 %.
 MIN_DECREASE = 1e-3
-# A refused step counts as slow if no joint moves by more than this, rad or m: 500 units of
-# round-off.
+# A refused step is taken as slow if no joint moves by more than this, rad or m. The bound is 500
+# units of round-off.
 MIN_MOTION = 1e-13
 # The iteration ends after this number of slow steps in sequence, because q is then at a local
 # minimum.

@@ -19,8 +19,8 @@ from ..loops import closed_pass
 # Weighted errors are compared with a length: the weight of the angular rows, but at least this
 # ratio times the reach of the arm. If angular rows have no weight, this least length is used.
 MIN_LENGTH_RATIO = 1e-3
-# If the sine of a rotation angle is below this, the angle is taken as 0 or pi, because the axis is
-# undefined. An angle of pi then has an error of up to sqrt(1e-16).
+# If the sine of a rotation angle is below this, the angle is taken as 0 or pi, because the axis
+# cannot be computed. An angle taken as pi has an error of up to sqrt(1e-16).
 MIN_SINE = 1e-9
 
 

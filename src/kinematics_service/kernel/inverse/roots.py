@@ -18,12 +18,12 @@ from ..six_joints import complex_numbers, pairs, polynomials
 
 # Targets are given to six digits. So if a cosine exceeds 1 by at most this, the target is taken as
 # on the border of the workspace. If a square is negative by at most this, relative to its terms,
-# the target is also taken as on the border. Forward kinematics later rejects solutions of targets
+# the target is taken as on the border. Forward kinematics later rejects solutions of targets
 # beyond the border.
 BORDER_TOLERANCE = 1e-6
-# Least squared sine, and least square relative to its terms: a smaller number is round-off and is
-# replaced by this one. So two equal roots are returned 2e-8 apart, and give distinct positions of
-# other joints.
+# Smaller squared sines, and smaller squares relative to their terms, are round-off and are
+# replaced by this number. So two equal roots are returned 2e-8 apart, and give distinct positions
+# of other joints.
 MIN_SQUARE = 1e-16
 # A number may be 0 in exact arithmetic if it is at most this factor times its error. Errors are
 # added up to first order only, so the factor covers the terms of higher order.

@@ -18,8 +18,8 @@ from ..measures.task_rows import TaskRows
 
 # A velocity may exceed its bound by this, rad/s (scaled), because such an excess is round-off.
 REST_VELOCITY = 1e-12
-# Largest entry of a twist that is used, m/s or rad/s. A faster twist is scaled down to this,
-# because the velocity limits give equal joint velocities for both twists.
+# Largest entry of a twist that is used, m/s or rad/s. A faster twist is scaled down to this. The
+# joint velocities do not change, because the velocity limits reduce them to equal values.
 MAX_TWIST = 1e9
 
 
@@ -192,8 +192,8 @@ class ServoOutput:
 
     def _write_matrix(self, rows: int, length: int) -> None:
         # Fills the rows of W with the columns of J that belong to free joints, or with the rows of
-        # J if J has fewer rows. Appends the identity on the right, because the rotation of W turns
-        # it into singular vectors.
+        # J if J has fewer rows. Appends the identity on the right, which the Jacobi rotations of
+        # the rows change into singular vectors.
         n, width = self.servo.n, rows + length
         wide = self.count > self.servo.m
         for i in range(self.servo.m):

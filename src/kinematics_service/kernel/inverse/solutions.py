@@ -13,11 +13,11 @@ from .residuals import Residual
 
 Record = TypeVar('Record')
 PostureName = TypeVar('PostureName')
-# Two candidates farther apart than this, rad (scaled), are distinct solutions, whatever the error
-# at their midpoint.
+# Two candidates farther apart than this, rad (scaled), are distinct solutions. The error at their
+# midpoint is then not tested.
 MAX_DUPLICATE_DISTANCE = 1e-2
 # Two near candidates are one solution if the error at their midpoint, divided by
-# `residual.size()`, is below this. It is 500 times the round-off of forward kinematics.
+# `residual.size()`, is below this. The tolerance is 500 times the round-off of forward kinematics.
 MIDPOINT_TOLERANCE = 1e-13
 # Two near candidates are also one solution if the error at their midpoint is below this factor
 # times the error of a candidate.

@@ -22,8 +22,8 @@ MAX_SURE_ERROR = 1e-2
 # If the bound of the candidates' errors is below this, rad, candidates outside the limits are
 # dropped before the refinement.
 MAX_LIMIT_TEST_ERROR = 1e-6
-# A candidate that exceeds a limit by more than this, rad or m, is dropped: 1000 times
-# MAX_LIMIT_TEST_ERROR.
+# A candidate that exceeds a limit by more than this, rad or m, is dropped. The margin is 1000
+# times MAX_LIMIT_TEST_ERROR.
 LIMIT_MARGIN = 1e-3
 # Number that is added to the squared distance of a candidate outside the limits, so that this
 # candidate is tried last.

@@ -95,9 +95,8 @@ def _error_of(f: Numbers, b: Vector, across: float, point_error: float) -> float
 def _eliminated(
     screws: Numbers, F: Numbers, G: Numbers, w: Vector, turn: float, point_error: float
 ) -> tuple[float, float]:
-    # Returns a number that is 0 if joints 1 and 2 can move w to the target, and the error of this
-    # number. The number is quadratic in w and |w|^2, which are linear in the cosine and sine of
-    # joint 3.
+    # Returns a number and its error. The number is 0 if joints 1 and 2 can move w to the target.
+    # The number is quadratic in w and |w|^2, which are linear in the cosine and sine of joint 3.
     error: float
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     if vectors.slides(screws, 1):

@@ -13,8 +13,8 @@ LANES = 16
 
 # Forms of a chain, for which the kernel has different code. An entry is one joint that moves one
 # element (`ChainTable`). MIXED: entries and joints differ. PLAIN: entry k belongs to joint k.
-# TWISTED: PLAIN, each joint has its own element, and the motion between two elements is Rx(alpha)
-# Tx(a). CLOSED: passive variables of closed loops move some entries.
+# TWISTED: like PLAIN, but each joint has its own element, and the motion between two elements is
+# Rx(alpha) Tx(a). CLOSED: passive variables of closed loops move some entries.
 MIXED, PLAIN, TWISTED, CLOSED = range(4)
 
 # Limits on the size of closed loops, because the kernel stores their numbers in arrays of fixed
@@ -79,7 +79,8 @@ AUTO, FROM_MESSAGE, FROM_DIFFERENCE = range(3)
     NOT_CLOSED,
 ) = range(8)
 
-# `observe` adds this to its result if the stamp stepped back by more than the timeout.
+# If the stamp stepped back by more than the timeout, `observe` adds this number to the result
+# code.
 STARTED_ANEW = 16
 
 # Result of `observe_bytes` if the bytes have another form than expected; the memory of joints is
@@ -123,19 +124,19 @@ FINE, NOT_FINE, NOT_RIGID, ROUGH = range(4)
 MAX_SEARCH_STEPS = 80
 MAX_CANDIDATE_STEPS = 40
 
-# Largest angle, rad, for which the kernel computes sine and cosine itself. The number of quarter
-# turns in the angle has 17 bits, so that its product with a part of pi/2 is exact.
+# Largest angle, rad, for which the kernel computes sine and cosine by its own code. The number of
+# quarter turns in the angle has 17 bits, so that its product with a part of pi/2 is exact.
 LARGEST_REDUCED = 1e5
 # Radius of the search for singular poses, rad (prismatic joints divided by the characteristic
 # length). A distance of this value means that no singular pose was found. The bounds of
 # derivatives for a clearance hold within this radius.
 FARTHEST = 1.0
 # A singular value is taken as zero (for rank and distance) if it is below this multiple of the
-# largest one. Round-off of J is about 1e-15. The reference data of the tests use an equal
-# tolerance.
+# largest singular value. Round-off of J is about 1e-15. The reference data of the tests use an
+# equal tolerance.
 RANK_TOLERANCE = 1e-10
 # The search and the clearance take a pose as singular if a singular value is below this multiple
-# of the largest one. It is not 0, because rounded lengths make singular values nonzero.
+# of the largest one. The ratio is not 0, because rounded lengths make singular values nonzero.
 SINGULAR_VALUE_RATIO = 1e-7
 # A pose is nearly singular if its condition number exceeds this, even if no singular pose was
 # found. With joint errors of 0.1 mrad, an arm of 1 m cannot distinguish such a pose from a
@@ -145,7 +146,7 @@ NEARLY_SINGULAR = 1e4
 # an eighth of a turn.
 LARGEST = 1e15
 # A joint position is taken as inside its limits if it exceeds a limit by at most this, rad or m.
-# It covers the round-off of a solution.
+# The tolerance covers the round-off of a solution.
 AT_LIMIT = 1e-9
 # Initial damping of Levenberg-Marquardt if the start is not near a solution.
 SEARCH_DAMPING = 1e-3

@@ -42,11 +42,11 @@ MAX_STEP_LENGTH = 0.25
 # solutions ends.
 MIN_STEP_LENGTH = 1e-8
 MAX_STEPS = 1000
-# Least ratio of a loop determinant after a step to its value before. If a ratio is smaller, the
-# step is rejected.
+# Least ratio of a loop determinant after a step to the determinant before the step. If a ratio is
+# smaller, the step is rejected.
 MIN_DET_RATIO = 0.4
-# Largest ratio of a loop determinant after a step to its value before, the inverse of
-# MIN_DET_RATIO.
+# Largest ratio of a loop determinant after a step to the determinant before the step; the inverse
+# of MIN_DET_RATIO.
 MAX_DET_RATIO = 2.5
 # A dimensionless loop determinant is round-off if it is below this multiple of a product. The
 # product has one factor for each passive variable: the largest derivative of the residual by the
@@ -212,8 +212,8 @@ def _continue(closure: Closure, q: Numbers, section: Flat) -> int:
 def _begin(closure: Closure, numbers: Flat, q: Flat, other_ways: int, section: Flat) -> int:
     # Copies `numbers` to `section`, and adds full turns to joints without limits, so that these
     # joints are nearest to q. A bit of `other_ways` adds one more turn to one of the first
-    # MAX_OTHER_WAYS of these joints, so that it approaches q from the other side. Returns the
-    # number of joints that a bit can move.
+    # MAX_OTHER_WAYS of these joints, so that this joint approaches q from the other side. Returns
+    # the number of joints that a bit can move.
     ways = 0
     arrays.copy(section, closure.width, numbers)
     for j in range(closure.dof):

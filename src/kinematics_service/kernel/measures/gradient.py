@@ -16,7 +16,7 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat, Numbers, WholeNumbers
 from ..loops import residual
 
-# Largest number of screws of one chain of a loop, places.MAX_LOOP_ENTRIES.
+# Largest number of screws of one chain of a loop; equal to places.MAX_LOOP_ENTRIES.
 LOOP_SCREWS = 32
 
 
@@ -38,8 +38,8 @@ def write_side_by_side(chain: Chain, screws: Flat, Y: Flat, gradient: Flat) -> N
 def _write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat, lanes: int) -> None:
     # Derivation: a joint f rotates all later screws by its screw (v_f, w_f), and moves the tool
     # relative to all earlier screws. For a later entry e (or e = f), dv_e = w_f x v_e and dw_e =
-    # w_f x w_e; for an earlier entry, dv_e = w_e x v_f. So two running sums suffice: g_f = w_f .
-    # sum_later(v_e x Yv + w_e x Yw) + v_f . sum_earlier(Yv x w_e).
+    # w_f x w_e; for an earlier entry, dv_e = w_e x v_f. So the function needs two running sums
+    # only: g_f = w_f . sum_later(v_e x Yv + w_e x Yw) + v_f . sum_earlier(Yv x w_e).
     step = chain.entries * lanes
     earlier, later = [0.0] * 48, [0.0] * 48  # three numbers for each of LANES poses
     arrays.fill(gradient, chain.variables * lanes, 0.0)

@@ -16,8 +16,8 @@ from ..layout.arrays import Flat, Floats, Numbers
 # Largest number of sweeps; a sweep rotates all pairs of rows. Six rows of 6 to 96 numbers needed
 # at most 8 sweeps in experiments.
 MAX_SWEEPS = 60
-# Two rows a and b are taken as orthogonal if (a.b)^2 is at most this times |a|^2 |b|^2. It is the
-# square of 4.5 machine epsilons.
+# Two rows a and b are taken as orthogonal if (a.b)^2 is at most this times |a|^2 |b|^2. The
+# tolerance is the square of 4.5 machine epsilons.
 SQUARED_COSINE_TOLERANCE = 1e-15 * 1e-15
 # The iteration ends if the largest squared cosine in a sweep was at most this. The next sweep
 # would square the cosine (quadratic convergence), or keep it if singular values are equal.
@@ -38,9 +38,9 @@ def _rotate_pair(
     lanes: int,
 ) -> None:
     # Rotates two rows a and b of `width` numbers, so that their first `length` numbers are
-    # orthogonal. Orthogonal rows are rotated by 0. If the squared cosine of the angle before the
-    # rotation is larger than `worst`, it becomes `worst`. `room` holds |a|^2, |b|^2 and a.b, then
-    # the cosine and sine of the rotation.
+    # orthogonal. Orthogonal rows are rotated by 0. If the squared cosine of the angle between the
+    # rows exceeds `worst`, `worst` is set to this squared cosine. `room` holds |a|^2, |b|^2 and
+    # a.b, then the cosine and sine of the rotation.
     for lane in range(lanes):
         room[lane] = room[lanes + lane] = room[2 * lanes + lane] = 0.0
     for column in range(length):

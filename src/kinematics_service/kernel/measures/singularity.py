@@ -125,8 +125,8 @@ def _write_determinant(n: int, W: Flat, spare: Flat, measures: Flat, lanes: int)
 def _write_volume(
     n: int, task: TaskRows, J: Flat, W: Flat, sigma: Flat, measures: Flat, lanes: int
 ) -> int:
-    # Writes the manipulability if J_t is not square or its generic rank is not full. Returns the
-    # bit mask of `_decompose`.
+    # Writes the manipulability if J_t is not square or its generic rank is not full. Returns a bit
+    # mask of the lanes with numbers whose powers overflow.
     m = task.count
     count, length = min(m, n), max(m, n)
     volume = arrays.after(measures, places.MANIPULABILITY * lanes)

@@ -12,7 +12,7 @@ from ..layout.arrays import Flat, Floats
 # sweeps in experiments.
 MAX_SWEEPS = 30
 # An off-diagonal entry is taken as round-off if it is below this multiple of the largest diagonal
-# entry. It is 4.5 machine epsilons.
+# entry. The factor is 4.5 machine epsilons.
 ROUND_OFF = 1e-15
 
 

@@ -16,8 +16,8 @@ from .curve_point import CurvePoint
 
 # Largest number of steps of the Illinois method to a root; ten steps are usual.
 MAX_ROOT_STEPS = 100
-# The root is found if a joint's distance from the wanted position is below this, rad or m. It is
-# the round-off of 100 operations at 3 rad.
+# The root is found if a joint's distance from the wanted position is below this, rad or m. The
+# tolerance is the round-off of 100 operations at 3 rad.
 LEVEL_TOLERANCE = 1e-13
 # A turning point of a joint is found if the joint's slope along the curve is below this. The
 # nearest point is found if the slope of the distance is below this. At a turning point, a joint

@@ -30,10 +30,11 @@ DOUBLING_COSINE = 0.995
 # Largest ratio of the corrector's motion to the step. The ratio is 0.18 on a circle whose tangent
 # turns by 0.35 rad.
 MAX_CORRECTION = 0.25
-# Largest motion of a joint between two samples, rad: MAX_STEP plus its largest correction.
+# Largest motion of a joint between two samples, rad: the sum of MAX_STEP and of the largest
+# correction of such a step.
 MAX_GAP = 0.125
 # Two sets of joint positions are taken as one solution if no joint differs by more than this, rad
-# or m. It is ten times the last step of Newton's method.
+# or m. The tolerance is ten times the last step of Newton's method.
 SOLUTION_TOLERANCE = 1e-6
 
 

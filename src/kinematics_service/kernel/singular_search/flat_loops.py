@@ -157,7 +157,7 @@ def _move_before(
 def _write_step(n: int, onto: float, back: float, slope: Flat, d: Flat, step: Flat) -> float:
     # Writes to `step` a motion onto the plane with linearised D^2 = 0, plus a motion along this
     # plane. The motion along the plane is cut to the length of the motion onto the plane. Returns
-    # its length before the cut, rad.
+    # the length of the motion along the plane before the cut, rad.
     for j in range(n):
         step[j] = back * slope[j] - d[j]
     slide = rank_equations.length_of(step, n)

@@ -38,8 +38,8 @@ DOUBTFUL_DISTANCE = 0.1
 MIXTURES = 8
 # Largest number of steps of a projection along the set of singular poses.
 STEPS = 14
-# A start is dropped if its estimated distance exceeds the best distance by this factor. The factor
-# is above 1 because the estimate is linear and the set of singular poses is curved.
+# A start is dropped if its estimated distance exceeds the best distance times this factor. The
+# factor is above 1, because the estimate is linear and the set of singular poses is curved.
 DROP_MARGIN = 1.3
 # Largest number of singular poses that the search follows while the joints move.
 MEMORY = 6

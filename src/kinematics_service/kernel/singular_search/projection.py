@@ -19,7 +19,8 @@ from ..measures.task_rows import TaskRows
 from . import rank_equations
 from .rank_equations import RankEquations
 
-# Longest step of the projection, rad: the sine of this angle differs from the angle by 1.5 %.
+# Longest step of the projection, rad. The sine of this angle differs from the angle by 1.5 %, so a
+# linear equation is nearly exact within the step.
 TRUST_RADIUS = 0.3
 # A projection has converged if its next step onto the set of singular poses is at most this,
 # relative to the whole motion.
@@ -136,8 +137,8 @@ class Projection:
         return rank_equations.length_of(self.result, n)
 
     def _linearise(self) -> bool:
-        # Fills `onto`, the step onto the set of singular poses from d, and `along`, the step along
-        # it. Returns False if a loop does not close at d, or if no motion changes S.
+        # Fills `onto`, the step from d onto the set of singular poses, and `along`, the step along
+        # this set. Returns False if a loop does not close at d, or if no motion changes S.
         if not self.equations.move_to(self.origin, self.d):
             return False
         self.equations.linearise()

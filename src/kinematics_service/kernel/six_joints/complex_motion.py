@@ -30,17 +30,18 @@ MAX_STEP = 0.5
 # of a UR5e whose table has errors of 1e-5.
 SINGULAR_STEP = 1e6
 # Newton's method ends after a step shorter than this, rad or units of the loop. Convergence is
-# quadratic, so the next step would be 1e-14.
+# quadratic, so the next step would be about 1e-14, which is round-off.
 STEP_TOLERANCE = 1e-7
 # Largest element of the residual at a solution (1, or units of the loop). The equations also hold
 # if the product of screws differs from the goal by a rotation of 180 degrees; then an element is
 # at least 2/3.
 MAX_RESIDUAL = 0.5
 # Largest accepted h of the Newton-Kantorovich theorem. If h < 1/8, two iterates near one solution
-# are within half a radius of each other; 1/16 adds a safety factor of two.
+# are within half a radius of each other; the value 1/16 adds a safety factor of two.
 MAX_KANTOROVICH_H = 0.0625
-# If round-off grows by more than this factor, `certify` also weights joints by the lengths of
-# their twists. The factor is about 10 at real positions, and larger only far from real positions.
+# If round-off grows by more than this factor, `certify` tries a second proof, with joints weighted
+# by the lengths of their twists. Round-off grows by about 10 at real positions, and by more only
+# far from real positions.
 MIN_GROWTH = 1e3
 # Number of columns of the linear system: six of J, one of the residual, and six of the identity.
 WIDTH = 13
@@ -129,8 +130,9 @@ class Motion:
         pairs).
 
         Fills `weights` and `radius`. If the longest prismatic motion exceeds the loop's unit of
-        length, this motion becomes the unit. If h is too large, each joint is weighted by the
-        length of its twist, because twists are long far from real positions.
+        length, this motion becomes the unit. If h is too large and round-off grows by more than
+        MIN_GROWTH, each joint is weighted by the length of its twist, because twists are long far
+        from real positions.
         """
         if not self.residual(loop, t) < MAX_RESIDUAL:
             return False

@@ -25,7 +25,8 @@ from .six_screws import SixScrews
 # Number of equations: the components p, p.p, l, p.l, m and h of a line (lines.py), without the
 # leading 1.
 EQUATIONS = 14
-# Number of products on the left sides, 3^3: one of the three parts of each of joints 3, 4 and 5.
+# Number of products on the left sides, 3^3. Each product has one of three parts of joint 3, one of
+# joint 4 and one of joint 5.
 LEFT = 27
 # Number of products on the right sides: three parts for each of joints 1 and 2, without 1 times 1.
 RIGHT = 8

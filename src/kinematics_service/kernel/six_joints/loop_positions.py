@@ -17,7 +17,7 @@ from .pencils import Pencil
 from .six_screws import SixScrews
 
 # The columns of the cosine and of the sine of joint 2 are taken as dependent if the sine of the
-# angle between them is at most this. It is the square root of round-off.
+# angle between them is at most this. The bound is the square root of round-off.
 DEPENDENT_SINE = 1e-8
 
 
@@ -42,8 +42,8 @@ def _rotated(a: Complex, b: Complex, sign: float) -> Complex:
 
 
 def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
-    # Returns e^(i t) of the multiplied joint (4 or 5), or its position if it is prismatic, from
-    # the null vector x (4, 3).
+    # Returns e^(i t), where t is the angle of the multiplied joint (4 or 5), from the null vector
+    # x (4, 3). If the joint is prismatic, returns the joint position.
     terms = [0.0] * 24
     for b in range(3):
         for i in range(4):
@@ -58,8 +58,8 @@ def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
 
 
 def _last_joint(x: Numbers, slides: bool) -> Complex:
-    # Returns e^(i t) of the joint (4 or 5) that is not multiplied, or its position if it is
-    # prismatic, from the null vector x (4, 3).
+    # Returns e^(i t), where t is the angle of the joint (4 or 5) that is not multiplied, from the
+    # null vector x (4, 3). If the joint is prismatic, returns the joint position.
     terms = [0.0] * 24
     for k in range(4):
         constant = pairs.pair(x, 3 * k)

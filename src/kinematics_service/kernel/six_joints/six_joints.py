@@ -32,9 +32,9 @@ from .spherical_linkage import SphericalLinkage
 # increase round-off to 1e-7. If the determinant of a target vanishes at every angle, the noise is
 # near 1.
 MAX_NOISE = 1e-6
-# The search for roots starts from points on two circles about 0. This is the radius of the inner
-# circle; the outer circle has twice this radius. Roots come in pairs z and 1 / conj(z), one inside
-# the unit circle.
+# Radius of the inner circle of starting points of the search for roots. The outer circle has twice
+# this radius; both have the center 0. Roots come in pairs z and 1 / conj(z), one inside the unit
+# circle.
 START_RADIUS = 0.7
 # A root z may belong to a real solution if |log |z|| is at most this; log |z| is, up to sign, the
 # imaginary part of the angle of z, rad. If the noise is 1e-6, a double root is off by sqrt(1e-6) =
@@ -43,8 +43,8 @@ MAX_REAL_DEVIATION = 0.05
 # If the relative error of a root is below this, one start of Newton's method is enough, because
 # Newton's method converges from it.
 SHARP_ROOT = 1e-6
-# Least allowed difference between the angle of a root and the angle of its solution, rad. It
-# covers the round-off of a solution near a singular pose.
+# Least allowed difference between the angle of a root and the angle of its solution, rad. The
+# tolerance covers the round-off of a solution near a singular pose.
 ANGLE_TOLERANCE = 1e-9
 # A root is taken as spurious if its residual in the original equations is more than this factor
 # times the residual that the error of the root can cause.
@@ -293,7 +293,8 @@ class Roots:
             self.weights[k] = weight
             self.solution[2 * k] = scale * self.t[2 * j]
             self.solution[2 * k + 1] = scale * self.t[2 * j + 1]
-        # The solution is real if it equals its conjugate, which is also a solution.
+        # The conjugate of a solution is also a solution, so the solution is real if the two are
+        # equal.
         real = 2.0 * imaginary < 0.5 * radius
         self._add_once(real, radius, length)
         if not real:

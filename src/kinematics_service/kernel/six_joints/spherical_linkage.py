@@ -43,7 +43,8 @@ RESULTANT_SAMPLES = 16
 # times 2/3.
 ROOT_THIRD = math.sqrt(1.0 / 3)
 # Two directions are taken as parallel if the sine of their angle is below this, and as
-# perpendicular if the cosine is below this. It is a thousand times the round-off of unit vectors.
+# perpendicular if the cosine is below this. The bound is a thousand times the round-off of unit
+# vectors.
 PARALLEL_SINE = 1e-12
 
 
@@ -168,7 +169,7 @@ class SphericalLinkage:
         self.bound += math.sqrt(vectors.dot(twice, twice)) + 3 * abs(self.offset)
         self.bound += math.sqrt(vectors.dot(between, between) / square)
         # Test whether both prismatic joints are perpendicular to axis A, one before and one after
-        # joint A. If so, they span the plane normal to axis A at every angle.
+        # joint A. If so, the prismatic joints span the plane normal to axis A at every angle.
         slide, other = vectors.axis_of(screws, 0), vectors.axis_of(screws, self.second)
         self.across = self.before == 1 and abs(vectors.dot(slide, first)) < PARALLEL_SINE
         self.across = self.across and abs(vectors.dot(other, first)) < PARALLEL_SINE
@@ -238,7 +239,7 @@ class SphericalLinkage:
             self.values, RESULTANT_SAMPLES, self.circle, largest, degree, self.coefficients
         )
         # Add a bound of the errors of the equations. The samples do not show these errors, because
-        # they change no harmonic beyond the degree.
+        # the errors change no harmonic beyond the degree.
         error = 10.0 * complex_numbers.ROUND_OFF
         error *= 1.0 if degree == 1 else self.bound * math.sqrt(steepest)
         self.noise = max(self.noise, error / largest)
@@ -299,7 +300,8 @@ class SphericalLinkage:
                 pairs.put(M, 3 * k + i, axis)
         if self.turning == 4:
             # If there are two prismatic joints, add a third direction to make the system square.
-            # It is the complex conjugate of their normal, which is never in their plane.
+            # This direction is the complex conjugate of the normal of the two prismatic axes; it
+            # is never in their plane.
             normal = arrays.after(M, 12)
             pairs.write_cross(M, arrays.after(M, 6), normal)
             for i in range(3):

@@ -49,8 +49,7 @@ def answer(
         return result
     if not problem.target.is_reached_at(nearest.q, nearest.residual):
         return result
-    # Add the result of the search for the nearest pose, because it is a solution inside the
-    # limits.
+    # The search for the nearest pose has found a solution inside the limits, so add this solution.
     more = DistinctSolutions(nearest.q[None], np.array([nearest.residual]))
     return _result_of_found(problem, found.joined(more), 'search', None, best)
 

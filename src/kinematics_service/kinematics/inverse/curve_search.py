@@ -24,10 +24,10 @@ SLICES = 8
 FIRST_SLICE = 0.05
 # Number of random start positions for Levenberg-Marquardt.
 STARTS = 96
-# Step of the central differences that differentiate J, rad or m. It is about the cube root of
-# round-off.
+# Step of the central differences that differentiate J, rad or m. The step is about the cube root
+# of round-off.
 DIFFERENCE = 1e-5
-# Step from a crossing of curves to a seed on a curve, rad. It is half of the first step of a
+# Step from a crossing of curves to a seed on a curve, rad. The step is half of the first step of a
 # continuation.
 STEP_TO_SEED = 0.01
 # Largest number of solution curves that are traced.

@@ -146,8 +146,8 @@ def _positions(screws: Screws, psi: Floats) -> Floats:
 
 
 def _real_ones(psi: Floats) -> Floats:
-    # Returns the real ones (k, 6) of the complex solutions (m, 6, 2): a solution is real if its
-    # conjugate is not in the list.
+    # Returns the real solutions (k, 6) among the complex solutions (m, 6, 2). A solution is real
+    # if its conjugate is not in the list.
     conjugate = psi * (1.0, -1.0)
     paired = [any(np.array_equal(one, other) for other in conjugate) for one in psi]
     return np.asarray(psi[np.logical_not(paired), :, 0])

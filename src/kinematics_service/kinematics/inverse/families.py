@@ -19,8 +19,8 @@ from .search import DistinctSolutions, apart, errors_at, refined
 # If the singular value of a joint motion, divided by the largest singular value, is below this,
 # the motion may lead along a family of solutions.
 FREE_SINGULAR_VALUE_RATIO = 1e-5
-# If the ratio of the last pivot of J to the largest is above this, no singular value is below
-# FREE_SINGULAR_VALUE_RATIO, and the singular values are not computed.
+# If the ratio of the last pivot of J to the largest pivot is above this, singular values are not
+# computed. No ratio of singular values is then below FREE_SINGULAR_VALUE_RATIO.
 SUSPECT_PIVOT_RATIO = 1e-3
 # Trial step along a joint motion that may lead along a family of solutions, rad.
 TRIAL_STEP = 0.05
@@ -28,8 +28,9 @@ TRIAL_STEP = 0.05
 # trial step and of the correction that brings the tool back to the target. At the border of the
 # workspace J is singular, but the correction leads back to the solution.
 MIN_TRIAL_MOTION = 0.01
-# Largest residual after a trial step on a family, relative to the characteristic length. It is
-# round-off. With a larger bound, two solutions beside a singular pose would be taken as a family.
+# Largest residual after a trial step on a family, relative to the characteristic length. The bound
+# is round-off. With a larger bound, two solutions beside a singular pose would be taken as a
+# family.
 RESIDUAL_ROUND_OFF = 1e-13
 # Steps along a family of solutions, rad. The family is straight if the tool is at the target after
 # each of these steps.

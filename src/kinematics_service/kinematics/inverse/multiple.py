@@ -31,8 +31,8 @@ POLYNOMIAL_DEGREE = 9
 SIMPLE_ROOT_RANGE = 0.05
 # Largest multiplicity of a root of g(s) that is tried.
 MAX_ORDER = 6
-# Round-off of g(s) and its derivatives, relative to the characteristic length. It is about 5
-# machine epsilons.
+# Round-off of g(s) and its derivatives, relative to the characteristic length. The bound is about
+# 5 machine epsilons.
 REDUCED_ROUND_OFF = 1e-15
 # Largest number of Newton steps that solve the equations of full rank.
 MAX_NEWTON_STEPS = 12
@@ -132,8 +132,8 @@ def _roots(coefficients: Floats, nothing: float) -> list[tuple[int, float]]:
 
 
 def _root(coefficients: Floats, nothing: float) -> tuple[int, float]:
-    # Returns the highest multiplicity m of a root of g(s) near 0, and its position. The (m - 1)-th
-    # derivative of g has a simple root there.
+    # Returns the highest multiplicity m of a root of g(s) near 0, and its position. At this
+    # position the (m - 1)-th derivative of g has a simple root.
     derivatives = [np.polynomial.Polynomial(coefficients)]
     for _ in range(MAX_ORDER):
         derivatives.append(derivatives[-1].deriv())

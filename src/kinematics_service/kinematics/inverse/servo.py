@@ -29,8 +29,8 @@ from ..tool_state import ToolState, evaluate
 
 # A twist is taken as lost if the tool moves with less than this fraction of the twist.
 LOST_FRACTION = 0.05
-# A twist is taken as followed if at most this fraction of the twist is missing. It is the
-# round-off of the least squares.
+# A twist is taken as followed if at most this fraction of the twist is missing. The fraction is
+# the round-off of the least squares.
 FOLLOWED_ROUND_OFF = 1e-9
 
 

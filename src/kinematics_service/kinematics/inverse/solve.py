@@ -63,8 +63,8 @@ from .search import (
     starts,
 )
 
-# Default tolerance of a target, m and rad. It is 1e-6, because typed numbers have about seven
-# digits.
+# Default tolerance of a target, m and rad. The tolerance is 1e-6, because typed numbers have about
+# seven digits.
 TOLERANCE = 1e-6
 # Number of random starts in the search for a single solution. If none of them leads to a solution,
 # all solutions are searched.
@@ -354,8 +354,8 @@ def _degenerate(problem: IkProblem, arm: kernel.SixJoints, eliminated: Eliminate
     isolated, singular, families = isolated_or_not(problem, known)
     if not families and np.count_nonzero(~singular) == real:
         found = with_multiplicities(problem, isolated, singular)
-        # Prove the result only if all multiplicities exceed 1: multiplicity 0 is unknown, and a
-        # singular solution of multiplicity 1 may already be counted in `certified`.
+        # Take the result as proved only if all multiplicities exceed 1. A multiplicity of 0 is
+        # unknown, and a singular solution of multiplicity 1 may already be counted in `certified`.
         multiples = found.multiplicities[np.count_nonzero(~singular) :]
         if all(m > 1 for m in multiples) and certified + sum(multiples) == arm.bound:
             return result_of(problem, found, (), _method_of(every), every)

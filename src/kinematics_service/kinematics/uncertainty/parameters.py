@@ -173,7 +173,7 @@ def scaled_jacobian(
 
 def _built(description: RobotDescription, extra: set[str] | None) -> ArmParameters:
     # Builds the chain with a correction for each parameter. `extra` has the names of the extra
-    # parameters, or is None for all of them.
+    # parameters; None means all extra parameters.
     still: list[list[Part]] = [[]]
     moving: list[Row] = []
     table: list[ArmParameter] = []
@@ -211,8 +211,8 @@ def _arranged(
     kept: Sequence[PlacedParameter],
     motions: dict[str, CorrectingMotion],
 ) -> tuple[list[Part], list[Part]]:
-    # Returns the constant motions and corrections of a row of the table: those before its joint
-    # screw, and those after it.
+    # Returns the constant motions and corrections of a row of the table in two lists, before and
+    # after the joint screw of the row.
     if isinstance(link, DhRow):
         at = {one.parameter.place: motions[one.parameter.name] for one in kept}
         product = CONVENTIONS[convention]

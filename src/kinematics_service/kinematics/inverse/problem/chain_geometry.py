@@ -11,14 +11,14 @@ import numpy as np
 from ....kernel import Floats
 from .screws import Screws
 
-# Tolerance for parallel axes (rad) and for axes that meet (relative to the arm's size). It is
-# 1e-9, because tables have ten digits.
+# Tolerance for parallel axes (rad) and for axes that meet (relative to the arm's size). The
+# tolerance is 1e-9, because tables have ten digits.
 GEOMETRY_TOLERANCE = 1e-9
 # Size of an arm whose lengths are all 0, m. It is not 0, because distances are divided by the
 # size.
 MIN_SIZE = 1e-300
-# Two rates of rotation per joint motion are taken as equal if they differ by at most this. It is
-# 45 machine epsilons.
+# Two rates of rotation per joint motion are taken as equal if they differ by at most this. The
+# tolerance is 45 machine epsilons.
 RATIO_TOLERANCE = 1e-14
 
 

@@ -43,7 +43,8 @@ RANK_RATIO = 1e-9
 # A number of turns of a screw per turn of a joint is taken as whole if its distance from a whole
 # number is at most this.
 WHOLE_TOLERANCE = 1e-12
-# Relative round-off of a closed form, after a product of ten matrices. It is 9 machine epsilons.
+# Relative round-off of a closed form, after a product of ten matrices. The round-off is 9 machine
+# epsilons.
 CLOSED_FORM_ROUND_OFF = 2e-15
 # If no imaginary part of a complex solution exceeds this, rad or m, the solution may be real.
 # Refinement then decides whether the solution is real.
@@ -174,8 +175,8 @@ def _idle_motions(
     # move the target's rows.
     least = least_motion(robot.chain)
     rank = int(np.max(np.sum(sigma > np.maximum(RANK_RATIO * sigma[:, :1], least), axis=1)))
-    # Find the null space common to all joint positions. At each of them sigma V^T has the null
-    # space of J, so stack the rows of all these matrices.
+    # Find the null space common to all joint positions. At each joint position the matrix sigma
+    # V^T has the null space of J, so stack the rows of all these matrices.
     moving = (sigma[:, :, None] * motions).reshape(-1, n)
     _, size, right = np.linalg.svd(moving, full_matrices=False)
     return signed(right[size <= max(RANK_RATIO * size[0], least)]), rank

@@ -23,7 +23,7 @@ IDENTITY = np.eye(4)
 # Accepted shapes of a target: a pose and a position.
 SHAPES = ((4, 4), (3,))
 TOOL_AXES = ('x', 'y', 'z')
-# A solution is exact if its residual is at most this, m. It covers the round-off of forward
+# A solution is exact if its residual is at most this, m. The bound covers the round-off of forward
 # kinematics of usual arms.
 EXACT_ERROR = 1e-10
 # Upper bound of EXACT_ERROR relative to the reach of the arm. It applies to arms smaller than 1

@@ -19,8 +19,8 @@ from ..problem.target import TOOL_AXES
 # number. A curve may not end if the arm's lengths are very different, or if all postures are
 # singular.
 MAX_SAMPLES = 1 << 12
-# Number that replaces the period of a joint without a period, rad or m. It is more than any joint
-# moves.
+# Number that replaces the period of a joint without a period, rad or m. The number is larger than
+# any motion of a joint.
 NO_PERIOD = 1e12
 
 
@@ -85,7 +85,7 @@ def point_of(problem: IkProblem) -> kernel.CurvePoint:
     residual = target.residual
     if target.axis:
         # Express the error in the axes of the target, so that the turn about the tool's axis is
-        # one row. This row does not count, so its weight is 0.
+        # one row. The target does not fix this turn, so the weight of the row is 0.
         k = TOOL_AXES.index(target.axis)
         weights = np.array([1.0] * 3 + [robot.singularity.task.length] * 3)
         weights[3 + k] = 0.0

@@ -31,10 +31,10 @@ EXIT_MARGIN = 5e-10
 # Otherwise the joint rests, or reverses at a sample.
 MAX_SLOPE_PRODUCT = -1e-18
 # Two places of the curve are taken as equal if they differ by less than this fraction of a sample
-# distance. It is 2e-10 rad for samples 0.1 rad apart.
+# distance. For samples 0.1 rad apart this is 2e-10 rad.
 PLACE_TOLERANCE = 2e-9
-# Number that replaces an infinite joint limit, rad or m. It is less than NO_PERIOD, and more than
-# a joint moves.
+# Number that replaces an infinite joint limit, rad or m. The number is less than NO_PERIOD, and
+# larger than any motion of a joint.
 NO_LIMIT = 1e9
 
 
