@@ -62,8 +62,8 @@ def as_exported(value: Any) -> Any:
     Prepare a class, function or type of the kernel for export, and return it.
 
     A class gets its exported name, by which pickle finds it in the compiled kernel and in plain
-    Python. A function in plain Python is wrapped, so that numpy prints no warnings: as in the
-    compiled kernel, overflows and invalid numbers appear only in the results.
+    Python. A function in plain Python is wrapped, so that numpy prints no warnings. Overflows and
+    invalid numbers then appear only in the results, as in the compiled kernel.
     """
     if isinstance(value, FunctionType):
         return _quiet(value)

@@ -112,7 +112,8 @@ def check_fit(messages: OutgoingMessages, chain: Chain, width: int, numbers: int
     Raise TypeError if the messages need more than `numbers` numbers, or have the errors of another
     arm.
 
-    `width` is the length of a row of results; `numbers` is its length with tail and measures.
+    `width` is the length of a row of results; `numbers` is the length of a row of results with its
+    tail and measures.
     """
     if messages.errors is not None:
         if messages.errors.chain is not chain or width < chain.width:
@@ -154,8 +155,8 @@ def fill(
 
 def fill_covariances(messages: OutgoingMessages, row: Flat, q: Flat, qdot: Flat) -> None:
     """
-    Compute the covariances of pose and twist and store them in `messages`, if its messages have
-    covariances.
+    If `messages` need covariances, compute the covariances of pose and twist and store them in
+    `messages`.
     """
     if messages.errors is not None:
         work = arrays.scratch(pose_errors.room(messages.errors))

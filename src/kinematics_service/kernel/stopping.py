@@ -7,8 +7,8 @@ from .layout import stop_timer
 
 def end_in_time(number: int, seconds: int) -> None:
     """
-    Let the process end `seconds` after the first signal with number `number`, with the exit code
-    128 + `number`.
+    Let the process end with the exit code 128 + `number`, `seconds` after the first signal with
+    number `number`.
 
     `signal.alarm(0)` cancels the deadline. Set Python's own signal handler before you call this
     function.

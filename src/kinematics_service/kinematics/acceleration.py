@@ -3,9 +3,11 @@ Compute the exact time derivative of the Jacobian from its screws, and the accel
 tool.
 
 Each column of the Jacobian is a sum of screws, which the kernel computes with the pose. The
-elements of the arm before an element move the screw (s, w) of this element. They give the
-reference point the velocity V and the arm the angular velocity W. So dw/dt = W x w and ds/dt = W x
-s + w x (V_all - V), where V_all is the velocity of the reference point by all elements.
+elements of the arm before an element move the screw (s, w) of this element. These elements give
+the reference point the velocity V, and turn with the angular velocity W. So dw/dt = W x w and
+ds/dt = W x s + w x (V_all - V), where V_all is the velocity of the reference point by all
+elements.
+
 
 If the arm has closed loops, J = J_open [1; C]. The passive joints move so that Phi_x [1; C] = 0 at
 all times, so Phi_psi dC/dt = -dPhi_x/dt [1; C]. The derivatives Phi_x of a loop's residual are

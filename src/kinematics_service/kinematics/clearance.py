@@ -16,8 +16,8 @@ from .threads import in_parts
 
 def clearances(robot: Robot, q: Floats) -> Floats:
     """
-    Return the proved radius around each q within which no pose is singular, shape (N,), rad, at
-    most 1.
+    Return for each q a proved radius, shape (N,), rad, at most 1, within which no pose is
+    singular.
 
     A radius is a norm of a joint motion: the root of the sum of squares, with prismatic joints
     divided by the characteristic length. If the arm has closed loops or more than 16 joints, the

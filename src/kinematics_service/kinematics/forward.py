@@ -74,7 +74,8 @@ def link_frames(robot: AnyRobot, q: npt.ArrayLike) -> Floats:
     """
     Return every frame of the table in the base frame, shape (..., rows + 1, 4, 4).
 
-    [0] is the table's frame 0, [i] the frame after row i; the tool is not included.
+    Result [0] is the table's frame 0, and result [i] is the frame after row i. The tool is not
+    included.
 
     Parameters
     ----------

@@ -60,8 +60,9 @@ class PseudoInverse(FrozenArrays):
 @dataclass(frozen=True, eq=False)
 class Inverted(FrozenArrays):
     """
-    Damped inverses of singular values: `gains` (..., k), 1/m, the `rank` (...), and the `damping`
-    (..., k) of each singular value, relative to the characteristic length.
+    Damped inverses of singular values. `gains` (..., k), 1/m, are the inverses. `rank` (...) is
+    the rank. `damping` (..., k) is the damping of each singular value, relative to the
+    characteristic length.
     """
 
     gains: Floats

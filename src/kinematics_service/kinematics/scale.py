@@ -117,7 +117,8 @@ MotionScales: TypeAlias = MotionScale[Floats, npt.NDArray[np.str_]]
 
 class _Shares(NamedTuple):
     """
-    Factors, margins and times of some constraints on a motion, shape (..., number of constraints).
+    Factors, margins and times of some constraints on a motion. Each array has the shape (...,
+    number of constraints).
     """
 
     constraints: tuple[Constraint, ...]

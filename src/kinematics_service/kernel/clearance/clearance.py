@@ -333,7 +333,10 @@ class Clearance:
 
 
 def unit(v: Flat, count: int) -> bool:
-    """Scale v (count,) to length 1 with its first number >= 0; return False if v is 0."""
+    """
+    Scale v (count,) to length 1, with the sign that makes the first number >= 0. Return False if v
+    is 0.
+    """
     size = directions.length_of(v, count)
     if not size > 0.0:
         return False

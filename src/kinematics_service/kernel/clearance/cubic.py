@@ -54,7 +54,8 @@ class Cubic:
         self, expansion: Expansion, F: Flat, shares: Flat, count: int, constant: float
     ) -> None:
         """
-        Set this polynomial to the sum of `count` polynomials, the rows of F, weighted by `shares`.
+        Set this polynomial to a weighted sum of `count` polynomials. The rows of F are the
+        polynomials, and `shares` has the weights.
         """
         d, begins = self.count, expansion.begins
         self.constant, self.weight, self.size_of_l, self.size_of_M = constant, 0.0, 0.0, 0.0
@@ -172,8 +173,8 @@ class Cubic:
         Return a lower bound of this polynomial over all joint motions |d| <= r.
 
         Call `write_sizes` and `diagonalise` before. The bound of g.d + d'Qd is the Lagrange dual.
-        It is a lower bound for each multiplier for which 2 Q + multiplier 1 is positive (Boyd and
-        Vandenberghe, Convex Optimization, 5.2).
+        The dual is a lower bound for each multiplier for which the matrix 2 Q + multiplier 1 is
+        positive (Boyd and Vandenberghe, Convex Optimization, 5.2).
         """
         d = self.count
         least, size = 0.0, 0.0

@@ -18,8 +18,9 @@ class Directions:
     J_t (m, n).
 
     The max(m, n) singular vectors of one side are called lines, and the min(m, n) singular vectors
-    of the other side are called turns. For a redundant arm (n > m) the lines are joint motions and
-    the turns are tool motions; else the reverse.
+    of the other side are called turns. If the arm is redundant (n > m), the lines are joint
+    motions and the turns are tool motions; otherwise the lines are tool motions and the turns are
+    joint motions.
 
     Attributes
     ----------

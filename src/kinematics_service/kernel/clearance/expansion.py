@@ -22,8 +22,8 @@ class Expansion:
     The Taylor expansion of the scaled task Jacobian J_t, to third order in the motions of some
     joints.
 
-    A term is a product of one, two or three motions of joints. The terms of first order come
-    first, then those of second and of third order.
+    A term is a product of one, two or three motions of joints. The terms are sorted by order:
+    first, second, third.
 
     Parameters
     ----------
@@ -221,10 +221,10 @@ class Expansion:
         """
         Return an upper bound of the norm of a matrix whose entries are Taylor terms of one order.
 
-        The bound holds for all joint motions of length 1. In `terms`, rows are `step` numbers
-        apart, columns `stride` and terms `apart`. The bound is the least of up to three norms,
-        those of three matrices with these numbers. The rows of the three matrices are the given
-        rows, the given columns, and the terms.
+        The bound holds for all joint motions of length 1. In `terms`, successive rows are `step`
+        numbers apart, successive columns `stride` numbers, and successive terms `apart` numbers.
+        The bound is the least of up to three norms, those of three matrices with these numbers.
+        The rows of the three matrices are the given rows, the given columns, and the terms.
         """
         count, W = self.sizes[order], self.norms.W
         root = arrays.after(self.root, self.begins[order])

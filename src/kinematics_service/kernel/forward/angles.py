@@ -8,7 +8,8 @@ from . import chain_pass
 
 def shortest_angle(step: float) -> float:
     """
-    Return `step`, rad, minus full turns. The result has the bits of math.remainder(step, 2 pi).
+    Return the angle `step`, rad, minus full turns, so that it is at most half a turn. The result
+    has the bits of math.remainder(step, 2 pi).
     """
     size = abs(step)
     if not math.isfinite(size):

@@ -81,8 +81,8 @@ def sincos(x: float) -> tuple[float, float]:
 
 def sines_and_cosines(angles: Numbers, sines: Numbers, cosines: Numbers) -> None:
     """
-    Write the sines and cosines of LANES angles, rad, each up to LARGEST_REDUCED; equal to
-    `sincos`.
+    Write the sines and cosines of LANES angles, rad, each up to LARGEST_REDUCED. The results equal
+    those of `sincos`.
     """
     # Use local arrays, because the compiler then knows that they do not overlap with the
     # coefficients, and computes several lanes at once.
@@ -222,7 +222,7 @@ def _write_frames(chain: Chain, element: int, frame: int, T: Numbers, row: Flat)
 def evaluate_row(chain: Chain, q: Flat, qdot: Flat, depth: int, row: Flat) -> float:
     """
     Fill `row` with the results of `evaluation.evaluate` at one q; return a number that is finite
-    if all results are.
+    if all results are finite.
     """
     T, twist = [0.0] * 12, [0.0] * 12
     return _evaluate(chain, q, qdot, depth, True, row, T, twist, 1)
@@ -255,8 +255,8 @@ def evaluate_rows(
     work: Flat,
 ) -> bool:
     """
-    Fill the rows of results of LANES poses at once, each with the results of `evaluate_row`, with
-    depth POSE or JACOBIAN.
+    Fill the rows of results of LANES poses at once, with depth POSE or JACOBIAN. Each row has the
+    results of `evaluate_row`.
 
     Return False if a number is too large or not finite. The caller must then fill the rows one by
     one.

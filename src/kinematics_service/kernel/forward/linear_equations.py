@@ -5,7 +5,8 @@ from ..layout.arrays import Numbers, WholeNumbers
 
 def factorise(A: Numbers, size: int, order: WholeNumbers) -> float:
     """
-    Overwrite A (size, size) with its LU factors for `solve`; return the determinant of A.
+    Overwrite A (size, size) with the LU factors of A, which `solve` needs; return the determinant
+    of A.
 
     The determinant is 0 if A is singular. `order` (size,) gets the pivot row of each elimination
     step.

@@ -229,8 +229,8 @@ def write_covariances(
     work: Flat,
 ) -> None:
     """
-    Write the covariances (6, 6) of pose and twist at one row of results; skip the pose unless
-    `of_pose`, the twist unless `of_twist`.
+    Write the covariances (6, 6) of pose and twist for one row of results: that of the pose if
+    `of_pose`, that of the twist if `of_twist`.
 
     Both are in base axes; if `in_tool_axes`, the covariance of the twist is in tool axes.
 

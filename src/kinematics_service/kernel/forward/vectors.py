@@ -25,7 +25,7 @@ def cross(a: Vector, b: Vector) -> Vector:
 
 
 def plus(a: Vector, factor: float, b: Vector) -> Vector:
-    """Return a + factor b."""
+    """Return a + factor b for two vectors a and b."""
     return (a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2])
 
 

@@ -71,8 +71,8 @@ def pivot_ratio(residual: Residual, scales: Flat, q: Flat) -> float:
 
 def pivots(residual: Residual, scales: Floats, q: Floats, shares: Floats) -> None:
     """
-    Fill `shares` (N,) with the ratio of the last to the first pivot of J at each q: 0 if J has
-    lost rank.
+    Fill `shares` (N,) with the ratio of the last to the first pivot of J at each q. The ratio is 0
+    if J has lost rank.
 
     The ratio is rarely more than ten times the ratio of the least to the largest singular value.
 

@@ -63,7 +63,8 @@ class Joints:
 
     def square_to(self, near: Flat, q: Flat) -> float:
         """
-        Return the squared distance from q (n,) to `near` (n,), each joint divided by its scale.
+        Return the squared distance from q (n,) to `near` (n,). The difference of each joint is
+        divided by the scale of the joint.
         """
         square = 0.0
         for j in range(self.n):

@@ -221,7 +221,7 @@ def linearise(
 ) -> None:
     """
     Fill `error` (6,) with the weighted error at q (n,), and `columns` (n, 6) with the columns of
-    its Jacobian, each times its scale.
+    the Jacobian of this error, column j multiplied by scales[j].
 
     All six errors are infinite if a loop does not close.
     """

@@ -12,7 +12,7 @@ from .solutions import Solutions
 
 def first_solution(refinement: Refinement, starts: Floats, solution: Solutions) -> None:
     """
-    Refine start positions one by one until one converges to a solution inside the limits, and
+    Refine start positions one by one until a start converges to a solution inside the limits, and
     store this solution.
 
     The first start is `solution.near`; the rows of `starts` follow. If no start converges,

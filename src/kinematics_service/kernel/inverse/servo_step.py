@@ -68,7 +68,7 @@ class Servo:
 
     def lower(self, q: Flat, j: int) -> float:
         """
-        Return the lowest allowed velocity of joint j, towards its lower limit at q, <= 0, rad/s or
+        Return the lowest allowed velocity of joint j at q, towards its lower limit, <= 0, rad/s or
         m/s.
         """
         return min((self.limits[2 * j] - q[j]) / self.horizon, 0.0)
@@ -76,7 +76,7 @@ class Servo:
 
 class ServoOutput:
     """
-    The joint velocities of one step of the servo, and the limits that changed them.
+    The joint velocities of one step of the servo, and the limits that changed the velocities.
 
     Parameters
     ----------
@@ -206,8 +206,8 @@ class ServoOutput:
 
     def worst(self, q: Flat) -> int:
         """
-        Return the index in `free` of the joint whose velocity exceeds its bound most, or -1 if
-        none does.
+        Return the index in `free` of the joint whose velocity exceeds its bound most; -1 if no
+        velocity exceeds its bound.
         """
         worst, over = -1, REST_VELOCITY
         for k in range(self.count):

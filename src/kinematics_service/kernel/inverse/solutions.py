@@ -103,7 +103,8 @@ class Solutions:
 
     def share(self, k: int) -> float:
         """
-        Return the ratio of the last to the first pivot of J at solution k: 0 if J has lost rank.
+        Return the ratio of the last to the first pivot of J at solution k. The ratio is 0 if J has
+        lost rank.
         """
         self.require(k)
         return self.shares[k]

@@ -37,7 +37,7 @@ def rotation_error(T: Flat) -> float:
 
 def take_target(target: Floats, pose: Floats) -> int:
     """
-    Copy a target to `pose` and check it; return FINE, ROUGH, NOT_FINE or NOT_RIGID.
+    Copy a target to `pose` and check the target; return FINE, ROUGH, NOT_FINE or NOT_RIGID.
 
     - FINE: the pose can be used.
     - ROUGH: the rotation has to be made orthogonal before the pose is used.

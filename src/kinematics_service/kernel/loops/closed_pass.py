@@ -10,7 +10,7 @@ from . import closing
 def evaluate_row(chain: Chain, q: Flat, qdot: Flat, depth: int, row: Flat) -> float:
     """
     Fill `row` with the results of `evaluation.evaluate` at one q; return a number that is finite
-    if all results are.
+    if all results are finite.
 
     The number is NaN if a loop does not close.
     """

@@ -251,8 +251,8 @@ def close(closure: Closure, q: Flat, section: Flat) -> int:
     the known start.
 
     The result depends on q only. The continuation goes along a straight line from the start to q.
-    If this fails, joints without limits turn in the other direction. If this fails, too, the line
-    is bent to both sides, to avoid isolated joint positions with determinant 0.
+    If this line fails, joints without limits turn in the other direction. If all these lines fail,
+    the line is bent to both sides, to avoid isolated joint positions with determinant 0.
 
     Returns 0 if all loops close. Otherwise returns the number of groups from the first open one to
     the last, and the section belongs to the last point of the straight line at which the loops

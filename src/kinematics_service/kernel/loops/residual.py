@@ -68,7 +68,8 @@ def _write_gap(there: Numbers, back: Numbers, gap: Numbers) -> None:
 
 def write_residual(group: LoopGroup, x: Numbers, residual: Numbers, screws: Flat) -> float:
     """
-    Fill the residual (p,) of a group of loops at the variables x, and the screws of its entries.
+    Fill the residual (p,) of a group of loops at the variables x, and the screws of the entries of
+    the group.
 
     Returns the largest component of the residual, divided by the scale of the component.
 

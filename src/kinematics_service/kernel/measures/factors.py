@@ -186,7 +186,7 @@ def judge_factors(
     each factor.
 
     The values begin at index `distances`. Returns False if an angle is too large for several lanes
-    at once. The caller must then call this function for each pose alone.
+    at once. The caller must then call `judge_factors` for each pose alone.
     """
     if lanes == 1:
         return _judge_factors(tape, task, distances, q, judged, steps, 1)

@@ -253,8 +253,8 @@ def _add_end(chain: Chain, sign: float, screws: Flat, work: Flat) -> None:
 
 def write_determinants(chain: Chain, row: Flat, results: Flat, work: Flat) -> None:
     """
-    Fill the determinant of each group of loops and its gradient by the joints: 1 + n numbers per
-    group.
+    Fill the determinant of each group of loops and the gradient of the determinant by the joints:
+    1 + n numbers for each group.
 
     The determinant is that of the matrix of derivatives of the group's residual by the passive
     variables of the group.

@@ -85,10 +85,10 @@ def orthogonalise(W: Flat, count: int, length: int, width: int, lanes: int) -> N
     """
     Rotate the rows of A until they are orthogonal, and rotate the rows of V by the same rotations.
 
-    The method is one-sided Jacobi (Hestenes, 1958). It keeps all digits of small singular values;
-    the eigenvalues of A A^T would lose digits. V is stored beside A, so that one loop rotates
-    both. Without V, `width` equals `length`. A matrix that has converged is not rotated while
-    other lanes continue.
+    The method is one-sided Jacobi (Hestenes, 1958). The method keeps all digits of small singular
+    values; the eigenvalues of A A^T would lose digits. V is stored beside A, so that one loop
+    rotates A and V. If `width` equals `length`, there is no V. A matrix that has converged is not
+    rotated while other lanes continue.
     """
     if lanes == 1:
         room = [0.0] * 3
@@ -142,7 +142,7 @@ def _swap(numbers: Flat, first: int, second: int, count: int, lanes: int) -> Non
 def sort_by_norm(W: Flat, sigma: Flat, count: int, length: int, width: int, lanes: int) -> None:
     """
     Write the norms of the rows of A to `sigma` in descending order, and sort the rows of A and V
-    by them.
+    by the norms.
     """
     if lanes == 1:
         _sort_by_norm(W, sigma, count, length, width, 1)

@@ -100,7 +100,7 @@ def _decompose(W: Flat, sigma: Flat, count: int, length: int, width: int, lanes:
 
 
 def write_directions(n: int, task: TaskRows, row: Flat, W: Flat, sigma: Flat) -> None:
-    """Fill sigma with the singular values of the scaled J_t, and W with its singular vectors."""
+    """Fill sigma with the singular values of the scaled J_t, and W with the singular vectors."""
     m = task.count
     count, length = min(m, n), max(m, n)
     _fill_task_rows(n, task, arrays.after(row, places.JACOBIAN_AT), W, m + n, 1)

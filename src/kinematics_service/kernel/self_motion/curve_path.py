@@ -86,8 +86,8 @@ class CurvePath:
 
     def root(self, a: float, low: float, b: float, high: float) -> float:
         """
-        Return the place between a and b at which the function is 0. Its values `low` at a and
-        `high` at b differ in sign.
+        Return the place between a and b at which the function is 0. The values of the function,
+        `low` at a and `high` at b, differ in sign.
         """
         x = b
         tolerance: float = LEVEL_TOLERANCE if not math.isnan(self.level) else SLOPE_TOLERANCE

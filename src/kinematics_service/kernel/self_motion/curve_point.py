@@ -25,7 +25,7 @@ STEP_TOLERANCE = 1e-7
 class CurvePoint:
     """
     Joint positions on a curve of inverse kinematics solutions, and the tangent of the curve at
-    them.
+    these positions.
 
     Parameters
     ----------
@@ -67,8 +67,9 @@ class CurvePoint:
     def look_along(self, side: float) -> None:
         """
         Set `border` to the null vector of the derivative at q that has the orientation `side`, 1
-        or -1. The elements of the null vector are cofactors: determinants with a unit vector as
-        border.
+        or -1.
+
+        The elements of the null vector are cofactors: determinants with a unit vector as border.
         """
         n, null = self.n, self.tangent
         arrays.fill(self.border, n, 0.0)

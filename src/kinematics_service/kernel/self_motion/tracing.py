@@ -40,8 +40,8 @@ SOLUTION_TOLERANCE = 1e-6
 
 def trace(point: CurvePoint, side: float, samples: Floats) -> int:
     """
-    Fill `samples` by following the curve of solutions from a first solution until the curve
-    closes.
+    Follow the curve of solutions from a first solution until the curve closes, and fill `samples`
+    with points of the curve.
 
     Returns the number of samples. The returned number is negative if the curve is closed; then the
     last sample is the first sample plus full turns. If the number is positive, the curve ends at a

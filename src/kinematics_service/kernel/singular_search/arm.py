@@ -57,7 +57,10 @@ class Arm:
         self._atlas: SingularAtlas | None = None
 
     def atlas(self) -> SingularAtlas:
-        """Return samples of the singular poses of the arm; the first call computes them."""
+        """
+        Return the `SingularAtlas` of the arm, samples of its singular poses; the first call
+        computes the samples.
+        """
         if self._atlas is None:
             self._atlas = SingularAtlas(self.chain, self.task, self.spans)
         return self._atlas

@@ -57,8 +57,8 @@ SEARCH_FLOOR = 0.02
 
 class NearestSearch:
     """
-    Searches the singular pose nearest to the joint positions of one arm, and follows it while the
-    joints move.
+    Searches the singular pose nearest to the joint positions of one arm, and updates this pose
+    while the joints move.
 
     Parameters
     ----------

@@ -101,8 +101,8 @@ class RankEquations:
 
     def begin_assembled(self) -> None:
         """
-        Let the next `restart` begin at the joint positions at which the loops are known to close,
-        without `decompose`.
+        Let the next `restart` begin at the joint positions at which the loops are known to close;
+        `decompose` need not be called.
         """
         if self.chain.loops > 0:
             section = arrays.after(self.home, self.chain.closure_at)
@@ -232,8 +232,8 @@ class RankEquations:
 
     def are_singular(self, ratio: float) -> bool:
         """
-        Return whether S is at most `ratio` times the largest singular value of J_t, so that J_t is
-        singular.
+        Return whether J_t is singular: the norm of S is at most `ratio` times the largest singular
+        value of J_t.
 
         The largest singular value is taken as the larger of `size` and the largest singular value
         in the row of `decompose`.
@@ -297,12 +297,11 @@ class RankEquations:
 
     def write_steps(self, d: Flat, onto: Flat, along: Flat) -> bool:
         """
-        Fill two steps (n,) from a motion d to the solutions of the linear equations S + dS step =
-        0.
+        Fill two steps (n,) from a motion d to solutions of the linear equations S + dS step = 0.
 
         `onto` is the least-norm step to a solution. `along` is the component of -d within the set
-        of solutions. Their sum leads to the solution nearest to d = 0. Returns False if no motion
-        changes S.
+        of solutions. The sum of both steps leads to the solution nearest to d = 0. Returns False
+        if no motion changes S.
         """
         n, count = self.n, self.count
         for j in range(n):

@@ -54,10 +54,10 @@ def write_zero_between(
     Fill d (n,), rad, with the joint motion to the nearest pose whose lost direction is a given
     combination of the last two singular directions.
 
-    Returns the length of d, rad; infinite if it exceeds `limit`, or if the generic rank is 1. If
-    the elimination stops one pivot earlier, S has two rows (or columns). The rank of J_t is below
-    k if the sum of these rows with weights cos(turn) and sin(turn) is zero. So Newton's method
-    does not divide by a small pivot.
+    Returns the length of d, rad; infinite if it exceeds `limit`, or if the generic rank is 1. The
+    elimination stops one pivot earlier than usual, so that S has two rows (or columns). The rank
+    of J_t is below k if the sum of these rows with weights cos(turn) and sin(turn) is zero. So
+    Newton's method does not divide by a small pivot.
     """
     n, rank, length = equations.n, equations.task.generic_rank, places.INFINITY
     if rank < 2 or rank < min(equations.m, n):

@@ -49,8 +49,8 @@ WIDTH = 13
 
 def angle_left(loop: SixScrews, t: Numbers, k: int, v: Vector) -> Complex:
     """
-    Return the complex angle of joint k, rad, with which joints 0 to k rotate v to its direction in
-    the goal.
+    Return the complex angle of joint k, rad, for which joints 0 to k rotate v to the direction
+    that the goal gives v.
 
     Joints before k are at positions t (6 pairs); joints after k do not change v.
     """

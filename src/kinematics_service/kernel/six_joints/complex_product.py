@@ -32,7 +32,8 @@ def write_turned(re: Vector, im: Vector, axis: Vector, turn: Numbers, row: Numbe
 
 class Product:
     """
-    The product of exponentials of six screws, and each screw moved by the screws before it.
+    The product of exponentials of six screws, and each screw after the motion by the screws before
+    it.
 
     Attributes
     ----------

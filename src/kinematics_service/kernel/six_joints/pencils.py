@@ -145,7 +145,8 @@ class Pencil:
 
     def sample(self) -> None:
         """
-        Compute the coefficients and the noise of the determinant, divided by its largest sample.
+        Compute the coefficients and the noise of the determinant; both are divided by the largest
+        sample of the determinant.
         """
         count = SAMPLES if self.degree == DEGREE else MAX_SAMPLES
         polynomials.write_circle(count, self.circle)
@@ -214,8 +215,10 @@ class Pencil:
     def residual(self, z: Complex, x: Numbers) -> float:
         """
         Return the relative residual of the original equations for products x at e^(i t) = z, |z|
-        near 1. The residual is large if z solves only the twelve combined equations and not the
-        original ones.
+        near 1.
+
+        The residual is large if z solves only the twelve combined equations and not the original
+        ones.
         """
         inverse = pairs.over((1.0, 0.0), z)
         c = (0.5 * (z[0] + inverse[0]), 0.5 * (z[1] + inverse[1]))

@@ -371,8 +371,8 @@ def complex_solutions(arm: SixJoints, T: Floats, psi: Floats, accuracy: Floats) 
 
 def followed_solutions(arm: SixJoints, T: Floats, count: int, psi: Floats) -> int:
     """
-    Replace the complex solutions in `psi` for one motion by those for a motion T near it; return
-    their number.
+    `psi` has the complex solutions for one motion. Replace them by the solutions for a nearby
+    motion T; return the number of solutions.
 
     Newton's method starts from each given solution. Solutions that cannot be certified are left
     out.

@@ -65,8 +65,8 @@ class SixScrews:
 
     def close(self, screws: Flat, T: Numbers, first: int, backwards: bool) -> None:
         """
-        Fill the loop from the screws of an arm (6, 7) and a motion T, so that it begins at screw
-        `first`.
+        Fill the loop from the screws of an arm (6, 7) and a motion T, so that the loop begins at
+        screw `first`.
         """
         back = [0.0] * 12
         write_inverse(T, back)

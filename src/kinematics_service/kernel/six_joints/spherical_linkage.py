@@ -246,7 +246,8 @@ class SphericalLinkage:
 
     def write_positions(self, loop: SixScrews, motion: Motion, z: Complex, t: Numbers) -> bool:
         """
-        Write to t the joint positions (6 pairs) of a root z = e^(i t); return whether they exist.
+        Write to t the joint positions (6 pairs) of a root z = e^(i t); return False if the root
+        has no joint positions.
         """
         arrays.fill(t, 12, 0.0)
         pairs.put(t, self.hidden, complex_numbers.angle_of(z))

@@ -255,7 +255,7 @@ def _nearest(
 def nearest_pose(problem: IkProblem, q: Floats, error: float) -> NearestPose:
     """
     Return a `NearestPose` with joint positions q (n,) and the errors of the tool's position and
-    rotation there.
+    rotation at q.
     """
     linear, angular = kernel.parts_of_error(problem.target.residual, np.array(q))
     return NearestPose(q.copy(), error, linear, angular)

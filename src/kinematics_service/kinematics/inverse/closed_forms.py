@@ -44,11 +44,10 @@ def closed_solutions_of_each(
     problem: IkProblem, form: kernel.ClosedForm, poses: Floats
 ) -> tuple[kernel.Solutions, Integers]:
     """
-    Return all solutions of N target poses (N, 4, 4) in one array, pose by pose, and the number of
-    solutions of each pose.
+    Return all solutions of N target poses (N, 4, 4), pose by pose, and an array with their
+    numbers.
 
-    The second result (N, 2) has the number of solutions of each pose, and 1 if no solution is
-    missing.
+    The array (N, 2) has for each pose the number of solutions, and 1 if no solution is missing.
     """
     solutions = room_for(kernel.MOST_CANDIDATES * len(poses), problem)
     counts = np.zeros((len(poses), 2), dtype=np.int64)

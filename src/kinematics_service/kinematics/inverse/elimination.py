@@ -68,8 +68,8 @@ def eliminated_solutions(problem: IkProblem, arm: kernel.SixJoints) -> Eliminate
 
 def completed_solutions(problem: IkProblem, arm: kernel.SixJoints) -> DistinctSolutions | None:
     """
-    Return all solutions of an arm of six joints: by elimination, completed by solutions from
-    random starts.
+    Return all solutions of an arm of six joints. Elimination finds solutions, and random starts
+    add solutions that elimination has missed.
 
     Returns None unless the number of certified complex solutions is the largest possible number.
     """

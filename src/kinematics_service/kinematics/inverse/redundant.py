@@ -1,7 +1,9 @@
 """
 Solve the inverse kinematics of arms with more joints than the target has equations. The solutions
-of such arms form continua. If one joint is redundant, the result has the solution curves. If
-several joints are redundant, the result has one posture of the continuum.
+of such arms form continua.
+
+If one joint is redundant, the result has the solution curves. If several joints are redundant, the
+result has one posture of the continuum.
 """
 
 import math
@@ -169,8 +171,8 @@ def redundant_family(problem: IkProblem) -> tuple[SolutionFamily | None, Floats]
 
 def into_limits(robot: Robot, q: Floats, random: np.random.Generator) -> Floats:
     """
-    Return joint positions (m, n), where joints outside their limits get new random positions
-    inside them.
+    Return joint positions (m, n), in which joints outside their limits have new random positions
+    inside the limits.
     """
     low, high = robot.limits.T
     bounded = np.isfinite(low) & np.isfinite(high)

@@ -156,7 +156,9 @@ class IkFamily(FrozenArrays):
 def off_motions(away: Floats, motions: Floats) -> Floats:
     """
     Return a joint difference `away` (n,) minus the multiples of the motions (k, n) that make k of
-    its joints 0. So full turns of these k joints do not change the result.
+    its joints 0.
+
+    So full turns of these k joints do not change the result.
     """
     left = motions.copy()
     for i in range(len(left)):

@@ -48,7 +48,7 @@ class DistinctSolutions(NamedTuple):
     multiplicities: tuple[int, ...] = ()
 
     def joined(self, others: DistinctSolutions) -> DistinctSolutions:
-        """Return the solutions of this object followed by those of `others`."""
+        """Return the solutions of this object followed by the solutions of `others`."""
         errors = np.concatenate([self.errors, others.errors])
         return DistinctSolutions(np.concatenate([self.q, others.q]), errors)
 

@@ -65,9 +65,10 @@ class TableErrors(NamedTuple):
 
 class NamedErrors(NamedTuple):
     """
-    The parameters that a robot file may name, with their screws as in `TableErrors`. Screw k
-    belongs to the parameter with index of[k]. The gear ratio of a joint that moves several rows
-    has several screws.
+    The parameters that a robot file may name, with their screws as in `TableErrors`.
+
+    Screw k belongs to the parameter with index of[k]. The gear ratio of a joint that moves several
+    rows has several screws.
     """
 
     parameters: tuple[ArmParameter, ...]

@@ -317,8 +317,8 @@ class SixSolver(NamedTuple):
 
 def closed_solvers(screws: Screws) -> Iterator[SixSolver]:
     """
-    Yield solvers for the closed forms of six screws, ordered from base to tool, then from tool to
-    base.
+    Yield solvers for the closed forms of six screws. The screws are ordered first from base to
+    tool, then from tool to base.
     """
     ways = _closed_solver(screws, False), _closed_solver(reversed_screws(screws), True)
     return (solver for solver in ways if solver is not None)

@@ -115,7 +115,8 @@ def best_posture(
 
 def has_arcs(robot: Robot, rows: tuple[str, ...], axis: str) -> bool:
     """
-    Return whether an arm has one joint more than a target with these rows and this axis needs.
+    Return whether an arm has one joint more than a target with the given rows and tool axis has
+    equations.
     """
     return sliced_arm_of(robot, rows, axis) is not None
 
