@@ -382,7 +382,7 @@ class Estimator:
     def is_settled(self, state: ToolState, arrival: int) -> bool:
         """
         Return True if `judge` would return OK without a warning. The test reads only the level
-        that the kernel computed. If the result is False, the level can still be OK: call `judge`.
+        that the kernel computed. If the result is False, call `judge`.
         """
         alarm, measures = self._alarm, state.measures
         if measures is None or alarm.level is not Level.OK:
@@ -431,9 +431,9 @@ class Estimator:
         Return the tool's state and measures after a message, or the reason why the message was
         refused.
 
-        Returns None if the bytes must be read as a sample: they have another form or no stamp, or
-        have a fault that an error sentence must name. In these cases the estimator's memory has
-        not changed.
+        Returns None if the bytes must be read as a sample. This is so if they have another form,
+        no stamp, or a fault that an error sentence must name. In these cases the estimator's
+        memory has not changed.
 
         Parameters
         ----------

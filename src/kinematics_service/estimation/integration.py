@@ -79,8 +79,8 @@ class Integration:
         self, sample: JointSample, velocities: Floats, memory: NamedJoints, ours: OurJoints
     ) -> Floats | None:
         """
-        Return integrated positions for a message without positions, one for each of its joint
-        names.
+        Return integrated positions for a message without positions: one position for each joint
+        name of the message.
 
         Returns None in three cases. A joint of the arm in the message has no position yet, or a
         stale one. A velocity is not finite. The stamp is missing or does not advance.

@@ -17,15 +17,15 @@ class JointAccelerations(StreamQuantity):
     Estimates each joint's acceleration as the slope of a least-squares line through its last
     velocities.
 
-    The slope is the acceleration half a window ago. It is exact if the acceleration changes at a
-    constant rate and messages come at equal intervals. If N velocities in a window of T seconds
-    have the standard deviation s (rad/s), the standard deviation of the slope is about 3.5 s / (T
-    sqrt(N)).
+    The slope is the acceleration half a window ago. The slope is exact if the acceleration changes
+    at a constant rate and messages come at equal intervals. If N velocities in a window of T
+    seconds have the standard deviation s (rad/s), the standard deviation of the slope is about 3.5
+    s / (T sqrt(N)).
 
-    Only reported velocities are used: differences of positions would divide their noise by the
-    square of the time step. Velocities older than the window are left out, except the last two. If
-    stamps have a gap longer than the timeout or step back, the joint's earlier velocities are
-    forgotten.
+    Only reported velocities are used, because differences of positions would divide the noise of
+    positions by the square of the time step. Velocities older than the window are left out, except
+    the last two. If stamps have a gap longer than the timeout or step back, the joint's earlier
+    velocities are forgotten.
 
     Attributes
     ----------

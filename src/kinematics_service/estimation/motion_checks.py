@@ -61,7 +61,7 @@ def jumps(robot: Robot, j: int, t: Floats, q: Floats, qdot: Floats) -> Integers:
     Return the indices of the intervals between messages in which joint j moves too far for its
     speed.
 
-    The speed is the largest reported one within `LAG_LIMIT` of the interval. If an interval is
+    The speed is the largest reported speed within `LAG_LIMIT` of the interval. If an interval is
     shorter than the median, the median is used. Two messages may have nearly equal stamps although
     they were measured at different times.
 

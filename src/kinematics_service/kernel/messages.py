@@ -1,6 +1,6 @@
 """
-Read joint states from serialized messages, compute the tool state, and write it into outgoing
-messages.
+Read joint states from serialized messages, compute the tool state, and write this state into
+outgoing messages.
 """
 
 from typing import Any

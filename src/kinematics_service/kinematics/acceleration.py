@@ -8,7 +8,6 @@ the reference point the velocity V, and turn with the angular velocity W. So dw/
 ds/dt = W x s + w x (V_all - V), where V_all is the velocity of the reference point by all
 elements.
 
-
 If the arm has closed loops, J = J_open [1; C]. The passive joints move so that Phi_x [1; C] = 0 at
 all times, so Phi_psi dC/dt = -dPhi_x/dt [1; C]. The derivatives Phi_x of a loop's residual are
 also screws.

@@ -7,7 +7,7 @@ left side is the distance covered in the reaction time T and during a stop with 
 So the scaled motion stops at the margin and never brakes harder than a. All joints are slowed by
 one factor, which keeps the path. The joint that brakes slowest determines the time of a stop.
 
-The factor is not a safety function: it depends on the reported positions and speeds.
+The factor is not a safety function, because it depends on the reported positions and speeds.
 """
 
 from dataclasses import dataclass

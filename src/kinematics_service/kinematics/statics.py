@@ -3,8 +3,8 @@ Compute the joint torques J^T F for a wrench F, and estimate the wrench from tor
 squares.
 
 A wrench is a force and then a torque at a reference point, in N and N m; a joint's torque is in N
-m, or the force of a prismatic joint in N. The power of the joints equals the power of the wrench,
-so tau = J^T F.
+m; for a prismatic joint it is a force in N. The power of the joints equals the power of the
+wrench, so tau = J^T F.
 """
 
 from dataclasses import dataclass

@@ -41,8 +41,8 @@ def _found(robot: Robot, rows: tuple[str, ...], of: str | int) -> Task:
 
 def task_jacobian(task: Task, J: Floats) -> Floats:
     """
-    Return the task Jacobian J_t, the task's rows of J: unscaled, in the axes of frame 0, (..., m,
-    n).
+    Return the task Jacobian J_t (..., m, n): the task's rows of J, unscaled, in the axes of frame
+    0.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """
-Solve the inverse kinematics of three joints, or of six with a spherical wrist or three parallel
-axes, in closed form.
+Solve the inverse kinematics of three joints, or of six joints with a spherical wrist or three
+parallel axes, in closed form.
 
 - Three joints for a position: three_joints.py (Pieper 1968).
 - Axes 4, 5 and 6 meet in a point: joints 1 to 3 move this point to its position, and joints 4 to 6

@@ -1,12 +1,12 @@
 """
-Find the roots of A cos x + B sin x = C, of quadratic and of quartic equations, with bounds of
-their errors.
+Find the roots of A cos x + B sin x = C, of quadratic and of quartic equations, with bounds of the
+errors of the roots.
 
 The coefficients have errors. If the discriminant is larger than its error, the returned bound of
 the root errors is finite. Otherwise the bound is infinite, because the equation with exact
 coefficients may have another number of roots. Quartics are solved by the iteration of Aberth and
-Ehrlich (polynomials.py). Their error bound is the radius of a disc of Smith (J. ACM 17 (1970)
-661).
+Ehrlich (polynomials.py). The error bound of a root of a quartic is the radius of a disc of Smith
+(J. ACM 17 (1970) 661).
 """
 
 import math

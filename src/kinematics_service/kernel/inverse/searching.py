@@ -1,6 +1,6 @@
 """
 Search one solution of inverse kinematics inside the limits: Levenberg-Marquardt from several
-starts, until one converges.
+starts, until a start converges.
 """
 
 from ..layout import arrays

@@ -2,9 +2,10 @@
 Solve inverse kinematics without a search. A closed form or elimination gives candidates, and
 Levenberg-Marquardt refines them.
 
-A candidate becomes a solution if Levenberg-Marquardt (refinement.py) reduces its error by forward
-kinematics below the tolerance. The list of solutions is complete in two cases: the errors of the
-closed form exclude other solutions, or elimination has certified every root.
+A candidate becomes a solution if Levenberg-Marquardt (refinement.py) reduces the error of its tool
+pose, computed by forward kinematics, below the tolerance. The list of solutions is complete in two
+cases: the errors of the closed form exclude other solutions, or elimination has certified every
+root.
 """
 
 from ..layout import arrays, places

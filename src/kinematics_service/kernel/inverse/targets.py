@@ -2,8 +2,8 @@
 Check that the numbers of a target pose are finite, its rotation is orthogonal, and its last row is
 0 0 0 1.
 
-A matrix R is a rotation if R R^T = 1 and det R = 1; its error is the largest element of
-|R R^T - 1|.
+A matrix R is a rotation if R R^T = 1 and det R = 1. The error of a rotation is the largest element
+of |R R^T - 1|.
 """
 
 import math

@@ -1,6 +1,6 @@
 """
 Interpolate a curve of inverse kinematics solutions between its samples, and find roots of
-functions along it.
+functions along the curve.
 
 A place on the curve is a number k + x: the fraction x of the way from sample k to sample k + 1.
 Cubic Hermite interpolation predicts the solution, and Newton's method corrects the prediction

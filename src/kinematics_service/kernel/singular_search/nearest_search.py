@@ -8,7 +8,7 @@ The starts of the projection are:
 - a motion of each joint in both directions;
 - the nearest samples of the atlas, a list of singular poses.
 
-If the joints move, the search follows the singular poses that it has found, and tries the starts
+If the joints move, the search updates the singular poses that it has found, and tries the starts
 again one by one. While the joints move by a quarter of the distance to the nearest singular pose,
 the search tries all starts once.
 """

@@ -6,8 +6,8 @@ S is zero if J_t has lost rank (`rank_equations.py`), and dS is the derivative o
 motion from the given positions after step i. Each step solves min |d|^2 with S + dS (d - d_i) = 0
 (Nocedal and Wright, Numerical Optimization, section 18.1, with the identity as Hessian). The
 solution is d - d_i = -dS^+ S - (1 - dS^+ dS) d_i: a step onto the set and a step along the set. A
-trust radius bounds both. The last iterations leave out the step along the set, so that they are
-Newton's method, which converges to a singular pose.
+trust radius bounds both steps. The last iterations leave out the step along the set, so that they
+are Newton's method, which converges to a singular pose.
 """
 
 import math

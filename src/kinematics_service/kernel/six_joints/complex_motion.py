@@ -2,12 +2,12 @@
 Solve for six complex joint positions that reach a goal by Newton's method, and prove that a
 solution is near.
 
-The equations compare the product of the screws with the goal. They require equal positions, and a
-relative rotation with zero skew part. The derivatives are twists (Pluecker coordinates of the
-screws). The proof is the Newton-Kantorovich theorem (L. V. Kantorovich 1948; P. Deuflhard, Newton
-Methods for Nonlinear Problems, 2004, section 2.1). Let beta >= |J^-1|, K be a Lipschitz constant
-of J, and s the Newton step. If h = beta K |s| <= 1/2, there is a solution within 2 |s|, and no
-other solution within 1 / (beta K).
+The equations compare the product of the screws with the goal. The equations require equal
+positions, and a relative rotation with zero skew part. The derivatives are twists (Pluecker
+coordinates of the screws). The proof is the Newton-Kantorovich theorem (L. V. Kantorovich 1948; P.
+Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 2.1). Let beta >= |J^-1|, K be a
+Lipschitz constant of J, and s the Newton step. If h = beta K |s| <= 1/2, there is a solution
+within 2 |s|, and no other solution within 1 / (beta K).
 """
 
 import math

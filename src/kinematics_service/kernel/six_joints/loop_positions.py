@@ -3,7 +3,7 @@ Compute the six joint positions that belong to a root of the determinant, which 
 joint 3 (back substitution, Raghavan and Roth 1993).
 
 The null vector of the pencil contains powers of e^(i t) of joints 4 and 5. The ratio of successive
-powers is e^(i t). Then joints 3, 4 and 5 are known. Least squares solve the line equations for the
+powers is e^(i t). So joints 3, 4 and 5 are known. Least squares solve the line equations for the
 cosine and sine of joint 2. Joints 1 and 6 each rotate a known direction onto another.
 """
 

@@ -2,10 +2,10 @@
 Interpolate a real trigonometric polynomial from samples, and find its complex roots z = e^(i t).
 
 The polynomial of degree n is the sum of c[k] z^k for k from -n to n, where c[-k] and c[k] are
-conjugate. A discrete Fourier transform computes it from samples at equally spaced angles. The
-iteration of Aberth and Ehrlich (O. Aberth, Math. Comp. 27 (1973) 339; L. W. Ehrlich, Comm. ACM 10
-(1967) 107) finds the 2n roots at once. Gershgorin discs (B. T. Smith, J. ACM 17 (1970) 661) bound
-the errors of the roots.
+conjugate. A discrete Fourier transform computes the coefficients c[k] from samples at equally
+spaced angles. The iteration of Aberth and Ehrlich (O. Aberth, Math. Comp. 27 (1973) 339; L. W.
+Ehrlich, Comm. ACM 10 (1967) 107) finds the 2n roots at once. Gershgorin discs (B. T. Smith, J. ACM
+17 (1970) 661) bound the errors of the roots.
 """
 
 import math

@@ -1,6 +1,6 @@
 """
-Find all inverse kinematics solutions of six joints by elimination, and prove that no real one is
-missing.
+Find all inverse kinematics solutions of six joints by elimination, and prove that no real solution
+is missing.
 
 The method is that of Raghavan and Roth (J. Mech. Des. 115 (1993) 502): elimination
 (elimination.py) and a determinant in one hidden joint (pencils.py). In this package the

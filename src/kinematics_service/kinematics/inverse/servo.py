@@ -4,8 +4,8 @@ Compute joint velocities for a wanted twist of the tool, by damped least squares
 One step solves J_t qdot = twist, with the rows of the arm's task scaled by the characteristic
 length. Only small singular values are damped, and smaller singular values are damped more. So all
 other directions stay exact (Nakamura and Hanafusa 1986; Maciejewski and Klein 1988). Then all
-velocities are scaled down by one factor until none exceeds its limit. Joints near a position limit
-are slowed, and the other joints compensate.
+velocities are scaled down by one factor, so that no velocity exceeds its limit. Joints near a
+position limit are slowed, and the other joints compensate.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """
 Solve inverse kinematics by closed form, elimination or search.
 
-Forward kinematics proves each candidate solution. Solutions are isolated, or belong to families
+Forward kinematics checks each candidate solution. Solutions are isolated, or belong to families
 (continua).
 """
 

@@ -31,8 +31,8 @@ class CorrectingMotion(NamedTuple):
 
 class GearMotion(NamedTuple):
     """
-    The relative error of a joint's gear ratio, as a correction: index of the joint, column of the
-    correction.
+    The relative error of a joint's gear ratio as a correction. The fields are the index of the
+    joint and the column of the correction.
     """
 
     joint: int
@@ -129,8 +129,8 @@ class _Stills(NamedTuple):
 
 def small_motion(turns: bool, axis: int, value: float) -> Floats:
     """
-    Return the matrix (4, 4) of a turn (rad) about, or a translation (m) along, axis 0, 1 or 2 by
-    `value`.
+    Return the matrix (4, 4) of a rotation about, or a translation along, axis 0, 1 or 2. `value`
+    is the angle, rad, or the distance, m.
     """
     return rigid_motion.screw('xyz'[axis], *((value, 0.0) if turns else (0.0, value)))
 

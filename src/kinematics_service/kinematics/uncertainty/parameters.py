@@ -158,9 +158,10 @@ def scaled_jacobian(
     Return R (P, P) of the QR factorisation of the Jacobian of the tool at random poses by P
     parameters.
 
-    Each column of the Jacobian is multiplied by the usual error of its parameter. The unit is
-    LENGTH, RMS over the poses. Angles of the tool are multiplied by the characteristic length. If
-    `positions`, only the rows of the tool's origin are used.
+    Each column of the Jacobian is multiplied by the usual error of its parameter. The matrix is
+    divided by LENGTH and by the square root of the number of poses (RMS). Angles of the tool are
+    multiplied by the characteristic length. If `positions`, only the rows of the tool's origin are
+    used.
     """
     q = seeded_poses(robot.limits, robot.prismatic)[:POSES]
     scales = np.array([one.scale for one in parameters])

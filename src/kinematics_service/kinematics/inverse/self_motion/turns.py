@@ -2,11 +2,11 @@
 Find maximal runs (sequences) of pieces of a curve inside the joint limits, by intersection of
 boxes.
 
-A piece may be inside all limits with several numbers of full turns of its joints. These numbers
-are a box of integers: one interval for each joint. A run of pieces is inside with every vector of
-turns in the intersection of its boxes. The run is maximal with a vector if neither the piece
-before nor the piece after is inside with this vector. Inclusion and exclusion of four boxes gives
-the number of such vectors.
+A piece may be inside all limits with several vectors of full turns, one whole number for each
+joint. These vectors are a box: one interval for each joint. A run of pieces is inside the limits
+with every vector of turns in the intersection of the boxes of its pieces. The run is maximal with
+a vector if neither the piece before nor the piece after is inside with this vector. Inclusion and
+exclusion of four boxes gives the number of such vectors.
 """
 
 import functools
