@@ -95,6 +95,27 @@ def test_what_a_robot_says_goes_into_json(name):
     assert again['source'] == robot.source
 
 
+FACTORED = (
+    *('anthropomorphic_3r', 'craig_3r', 'planar_2r', 'planar_3r', 'puma560', 'rrp_elementary'),
+    *('offset_stanford_dh', 'offset_stanford_printed', 'offset_stanford_shape'),
+    *('parallelogram_left', 'parallelogram_right', 'scara_hsr065', 'spherical_rrp'),
+    *('ur10e', 'ur3e', 'ur5e'),
+)
+
+
+@pytest.mark.parametrize('name', FACTORED)
+def test_the_factors_of_the_file_are_those_of_its_determinant(name):
+    # det = c times the product of the factors, each to a whole power: linear in logarithms.
+    robot = robot_of(name)
+    measures = ks.singularity(robot, np.random.default_rng(3).uniform(-2.5, 2.5, (50, robot.dof)))
+    logs = np.log(np.abs(np.column_stack([measures.factors.values, np.full(50, math.e)])))
+    det = np.log(np.abs(measures.determinant))
+    powers = np.linalg.lstsq(logs, det, rcond=None)[0]
+    np.testing.assert_allclose(powers[:-1], np.rint(powers[:-1]), atol=1e-9)
+    assert np.all(powers[:-1] > 0.5)
+    np.testing.assert_allclose(logs @ powers, det, atol=1e-9)
+
+
 def test_both_chains_of_the_parallelogram_are_one_arm():
     left, right = robot_of('parallelogram_left'), robot_of('parallelogram_right')
     q = poses(left, 100)
