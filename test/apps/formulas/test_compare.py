@@ -723,7 +723,7 @@ def test_exit_codes_and_output(capsys, tmp_path):
     assert main(['compare', 'craig_3r', str(broken)]) == 2
     assert capsys.readouterr().err.startswith(f'{broken}:1:8: ')
     assert main(['compare', 'craig_3r', str(tmp_path / 'none.txt')]) == 2
-    assert 'cannot read' in capsys.readouterr().err
+    assert 'none.txt: cannot be read' in capsys.readouterr().err
     assert main(['compare', 'nobody', str(broken)]) == 2
     assert "no robot 'nobody'" in capsys.readouterr().err
     broken.write_bytes(b'T = \xff')
