@@ -25,8 +25,8 @@ from .fitting import FitProblem, Identified, normal_scores, one_more
 from .identified_table import KNOWN_RATIO
 from .result import Calibration
 
-# Largest share of the measured rows that may be outliers. If more rows contradict the arm, the
-# calibration is refused.
+# Largest share of the measured rows that may be outliers. The calibration is refused if a larger
+# share are outliers with an error above the limit.
 OUTLIER_SHARE = 0.1
 # Significance level of two tests, each for all joints together. Fisher's exact test detects
 # outliers in one part of a joint's range. The score test detects errors that depend on a joint
@@ -96,9 +96,10 @@ def noise_remarks(fit: JudgedFit) -> Iterator[str]:
 
 def _by_joint(found: Calibration, out: Flags) -> str:
     # Return a sentence if the outliers lie in one part of the range of a joint; else an empty
-    # text. For each joint and each outlier, take the rows whose joint position is at or above that
-    # of the outlier. Then take those at or below it, and those at least as far from the median.
-    # Count the outliers among the rows taken, and compute the probability of this count by chance.
+    # text. For each joint and each outlier, test three parts of the range. They are the positions
+    # at or above the outlier, the positions at or below the outlier, and the positions at least as
+    # far from the median. For each part, count its outliers, and compute the probability of at
+    # least this count if outliers were spread at random.
     left, count, rows = int(np.sum(out)), len(out), found.rows
     if left < MIN_POSES or left == count:
         return ''
@@ -122,8 +123,8 @@ def _by_joint(found: Calibration, out: Flags) -> str:
 
 
 def _by_chance(count: int, left: int, drawn: int, found: int) -> float:
-    # Return the hypergeometric probability that `drawn` random rows of `count` contain at least
-    # `found` of the `left` outliers.
+    # Draw `drawn` of `count` rows at random; `left` of the rows are outliers. Return the
+    # probability that at least `found` outliers are drawn (hypergeometric distribution).
     ways = (
         math.comb(left, k) * math.comb(count - left, drawn - k)
         for k in range(found, min(left, drawn) + 1)
@@ -160,8 +161,8 @@ def _nearly_still(robot: Robot, problem: FitProblem, found: Identified) -> Itera
 
 
 def _by_gear(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
-    # The derivative of a pose by a gear ratio is its derivative by the joint position, times the
-    # joint position.
+    # The derivative of a pose by a gear ratio equals the derivative of the pose by the joint
+    # position, multiplied by the joint position.
     moves = problem.moves_with_joints(found.values) * problem.given.q[:, None, None, :]
     shown = np.any(moves != 0.0, axis=(0, 1, 2))
     joints = np.flatnonzero(shown)

@@ -24,16 +24,16 @@ from .placing import Free, offsets_of
 if TYPE_CHECKING:
     from ...printing import Json
 
-# A flat board looks nearly equal in two different poses. The second pose is excluded if its sum of
-# squared corner residuals is larger by 25 variances of the corner noise.
+# A flat board looks nearly equal in two different poses. The pose that fits worse is excluded if
+# its sum of squared corner residuals is larger by 25 (5 squared) variances of the corner noise.
 POSE_DEVIATIONS = 5.0
-# OpenCV's criteria of a refinement: flag 3 (both criteria end it), largest number of steps,
-# smallest change.
+# Stop criteria of OpenCV's pose refinement: flag 3 (stop at either of the two limits), largest
+# number of steps, smallest change.
 REFINED = (3, 50, float(np.finfo(np.float64).eps))
 # Largest usual noise of a corner's coordinate, px. A larger noise causes a warning.
 USUAL_PIXELS = 0.3
-# Proposed poses bring the board at most this factor nearer to the camera, or farther, than the
-# images show it.
+# Largest ratio of the distance between board and camera in proposed poses to that in the images,
+# and largest inverse ratio.
 DISTANCE_RATIO = 1.2
 # Least cosine of the angle between the board's normal and the camera's axis in proposed poses: the
 # angle is at most 60 degrees.
@@ -111,7 +111,7 @@ class BoardViews(FrozenArrays):
 
     @property
     def doubt(self) -> str:
-        """Return a warning if the noise of the corners is large; empty if it is not."""
+        """Return a warning if the noise of the corners is large, else an empty text."""
         if self.noise < USUAL_PIXELS:
             return ''
         return (
@@ -136,8 +136,8 @@ class BoardViews(FrozenArrays):
 
     def whitening_at(self, poses: Floats) -> Floats:
         """
-        Return whitening matrices (N, 6, 6) for given poses (N, 4, 4) of the board. All corners of
-        the image with most corners are assumed to be seen at each pose.
+        Return whitening matrices (N, 6, 6) for given poses (N, 4, 4) of the board. The function
+        assumes that each pose shows the corners of the image with most corners.
         """
         return self._whitening(poses, [self._whole] * len(poses))
 
@@ -235,8 +235,8 @@ def board_views(
     Parameters
     ----------
     seen, names : N
-        The corners of each image, or a sentence that says why it has none; and the name of each
-        image.
+        `seen` has the corners of each image, or a sentence that says why the image has no corners.
+        `names` has the names of the images.
 
     Raises
     ------

@@ -236,8 +236,9 @@ def calibrate(
         return TriedCalibration(one.accepted, left, len(one.outliers))
 
     if frames is not None and frames.cause is not None:
-        # The frame check has named a cause that the fit can correct. The fit is refused, so the
-        # cause is probably far beyond its prior: report this cause alone.
+        # The frame check found an error that the fit can correct, but the fit is refused. The
+        # error is probably far larger than its prior standard deviation, so report only this
+        # error.
         causes = RefusalCauses((frames.cause.sentence,), True, True)
     else:
         changes, scores = mistakes_of(robot, names.given, read), names.scores_of(found.used)
@@ -306,8 +307,8 @@ def _fitted(
 
 def _blocks(problem: FitProblem) -> Integers:
     # Return the block number of each row, for cross-validation. Consecutive joint positions of a
-    # set form a block. Rows with equal joint positions are in one block: otherwise one of them
-    # would predict another one that is held out.
+    # set form a block. Rows with equal joint positions are in one block, because a fitted row
+    # would predict a held-out row with equal joint positions.
     numbers, begin = position_numbers(problem.given.q), 0
     blocks = np.full(len(problem.given.q), -1)
     for k in range(len(problem.chains)):

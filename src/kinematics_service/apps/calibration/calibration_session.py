@@ -93,7 +93,7 @@ def collect_poses(
         spinner.spin(lambda: stop.came or time.monotonic() >= end or not context.ok())
         spinner.close()
         session.finish()
-        # Destroy the node without a time limit: a time-out would lose the collected poses.
+        # Destroy the node without a time limit, because a time-out would lose the collected poses.
         node.destroy_node()
         return session.collector.collected()
 

@@ -93,8 +93,8 @@ def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) 
     if size > 0.0 and abs(size - 1.0) > REFUSED_SHARE:
         scaled = B.copy()
         scaled[:, :3, 3] *= size
-        # A smaller board has smaller residuals. Divide them by the size, so that they are
-        # comparable with those before the correction.
+        # Positions scaled by a size below 1 have smaller residuals. Divide the residuals by this
+        # size, so that they are comparable with the residuals before the correction.
         after = offsets_of(A, scaled, False, Free()).remainder / min(size, 1.0)
         sentence = f'the squares of the board are {size:.3g} times as large as given'
         refuse_mistake(sentence, 'board-size', float(np.median(after)), float(np.median(left)))

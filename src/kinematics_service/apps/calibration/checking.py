@@ -44,12 +44,14 @@ OUTLIER_MEDIANS = 5.0
 # A correction gets a remark if it is above 4 prior standard deviations; a wrong size of a board if
 # it is above 4 of its standard deviations.
 REMARKED_DEVIATIONS = 4.0
-# A mistake is named if its correction divides the residuals by 3 or more.
+# The error message names a mistake of the input if a correction of this mistake divides the
+# residuals by 3 or more.
 NAMED_RATIO = 3.0
 # Two mistakes are rivals if the residuals after their correction differ by less than a factor of
 # 2: then neither is certain.
 RIVAL_RATIO = 2.0
-# Number of rows of all hypotheses that are evaluated at once, about 20 MB.
+# Largest number of rows that are evaluated at once, summed over all hypotheses. These rows take
+# about 20 MB of memory.
 ROWS_AT_ONCE = 20_000
 # A sentence lists at most this number of names.
 NAMES_IN_SENTENCE = 8
@@ -57,7 +59,7 @@ NAMES_IN_SENTENCE = 8
 ROUND_OFF = 1e-9
 # The sentence on poses that are 1000 times too small: a wrong unit divided them by 1000.
 IN_METRES = 'the poses are in metres, not millimetres'
-# The option of the command that corrects a mistake; the keys are the sentences on the mistakes.
+# Maps the sentence on a mistake to the option of the command that corrects the mistake.
 OPTIONS = {
     INVERSE: '. Poses of a board take calibrate-camera, with the right --camera',
     DEGREES: '; add --joint-format deg',
@@ -74,8 +76,8 @@ PLACEMENT, ZEROS, COMPLIANCE = 'placement', 'zeros', 'compliance'
 # joints. Each joint stops half the backlash before its measured position.
 LAG = ArmParameter('lag', 'lag', False)
 BACKLASH = ArmParameter('backlash', 'backlash', True)
-# If the frame check finds one of these causes, the calibration goes on, since it corrects the
-# cause.
+# The calibration continues if the frame check finds one of these causes, because the fit corrects
+# such errors.
 FOUND_HERE = ('joint_offset', 'link_length', 'link_twist')
 # Keys of causes that are wrong units.
 UNIT_KEYS = ('degrees', 'millimetres')
@@ -334,8 +336,8 @@ def _checked(
     q, poses, positions = given.q, given.poses, given.positions
     middle = float(np.median(found.remainder))
     if positions and len(q) >= CAUSE_POSES:
-        # Require CAUSE_POSES positions: the offsets of base and point alone fit any three
-        # positions.
+        # Require at least CAUSE_POSES positions, because the offsets of base and point alone fit
+        # any three positions.
         _check_positions(robot, q, poses, middle, free)
     near = np.flatnonzero(found.remainder <= OUTLIER_MEDIANS * middle + MIN_CHANGE)
     near = near[np.unique(np.linspace(0, len(near) - 1, MAX_POSES).astype(int))]
@@ -345,7 +347,8 @@ def _checked(
         cause = diagnosis.cause
         left = middle if cause is None else cause.errors.position_rms
         if min(left, middle) > MAX_ERROR:
-            # No mistake of whole poses explains the errors: test mistakes of positions alone.
+            # No mistake of whole poses explains the errors, so test mistakes of the positions
+            # alone.
             alone = offsets_of(forward_kinematics(robot, q), poses, True, free)
             _check_positions(robot, q, poses, float(np.median(alone.remainder)), free)
         if cause is not None and cause.key not in FOUND_HERE:
@@ -408,8 +411,8 @@ def explained_by_joints(
 
 
 def _is_in_metres(robot: Robot) -> bool:
-    # Return whether the table is in metres: the arm's length is nearer to 1 than to 1000, as a
-    # ratio.
+    # Return whether the table is in metres, not millimetres. The length of the arm must be below
+    # sqrt(1000) = 32 units, the geometric mean of 1 and 1000.
     return robot.singularity.task.length**2 < 1000
 
 

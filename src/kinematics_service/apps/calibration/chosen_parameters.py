@@ -230,7 +230,9 @@ class ChosenParameters:
         return combinations_of(usual_motions(problem, noise, used), problem.parameters)
 
     def ends_of(self, problem: FitProblem, values: Floats) -> PlacedEnds:
-        """Return the offsets of base and tool and the poses that their fit starts from."""
+        """
+        Return the fitted offsets of base and tool, and the poses of base and tool before the fit.
+        """
         description = self.robot.description
         B, T = description.base.motion.matrix, description.tool.motion.matrix
         chains, every = problem.chains[: self.given.set_count], problem.every(values)
@@ -286,10 +288,11 @@ def usual_motions(problem: FitProblem, noise: Noise, used: Flags) -> Floats:
     """
     Return the QR factor R (P, P) of the Jacobian of the poses, scaled by usual errors and noise.
 
-    Column k of the scaled Jacobian tells how a usual error of parameter k moves the poses, in
+    Column k of the scaled Jacobian is the motion of the poses by a usual error of parameter k, in
     standard deviations of the noise. Priors are not used, since they must not decide which
-    parameters are identifiable. The Jacobian is computed for the nominal arm, with exactly
-    parallel axes: corrections turn these axes by too little to be measured.
+    parameters are identifiable. The Jacobian is computed for the nominal arm, whose axes may be
+    exactly parallel. Corrections would turn these axes by angles that are too small to be
+    measured.
     """
     scales = np.array([one.scale for one in problem.parameters]) / problem.prior
     return weighted_jacobian(problem, np.zeros(len(scales)), noise, used) * scales

@@ -34,8 +34,8 @@ COMPLIANCE_PRIOR = {True: 1e-4, False: 1e-5}
 # Prior standard deviations of drifts of the instrument: the usual errors of a table. The key is
 # whether the parameter is an angle (rad) or a length (m).
 PLACEMENT_PRIOR = {True: float(ANGLE), False: LENGTH}
-# The prior standard deviation of a zero's drift is this share of the usual error of the zero in a
-# datasheet. Temperature causes the drift.
+# Prior standard deviation of the drift of a joint zero between sessions, divided by the usual
+# error of the zero in a datasheet. Temperature causes the drift.
 DRIFT_SHARE = 0.5
 STANDARD_GRAVITY = 9.80665  # m/s^2
 # Largest load (kg) of an arm whose tool is 1 m from its base (RMS). For other arms, the limit
@@ -112,8 +112,8 @@ def with_conditions(
             check_mark('session', name)
         number = np.array([names.index(str(one)) for one in sessions])
         remarks += _elsewhere(q, number, [f'session {name}' for name in names], 'a drift')
-        # If each set has its own base and only one session, this base already contains the drift:
-        # add no placement parameters.
+        # If each set has its own base and only one session, this base contains the drift of the
+        # instrument, so add no placement parameters.
         pairs = np.unique(np.stack([given.sets, number]), axis=1).shape[1]
         six = () if own_base and pairs == given.set_count else SIX
         for k, name in enumerate(names[1:], 1):

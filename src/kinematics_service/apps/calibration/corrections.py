@@ -72,8 +72,8 @@ def corrected_robot(robot: Robot, parameters: Sequence[ArmParameter], values: Fl
 
 def task_of(robot: Robot) -> tuple[str, ...] | None:
     """
-    Return the task rows that a corrected arm keeps; None if the file has no task and all rows
-    count.
+    Return the task rows of the nominal arm, which the corrected arm keeps; None if the file has no
+    task and all six rows belong to the task.
 
     Small corrections move a planar arm slightly out of its plane. If motion out of the plane
     became part of the task, no pose would be singular.
@@ -118,7 +118,9 @@ def of_joints_alone(given: Uncertainty | None) -> Uncertainty | None:
 
 
 def rigid_motion(T: Floats, description: RobotDescription) -> RigidMotion:
-    """Return a pose (4, 4) with its texts for the file: x y z roll pitch yaw in file units."""
+    """
+    Return a pose (4, 4) together with its six numbers as text: x y z roll pitch yaw in file units.
+    """
     six = enumerate([*T[:3, 3].tolist(), *exact_rpy(T[:3, :3])])
     return RigidMotion(T, tuple(number_text(in_file_units(x, k > 2, description)) for k, x in six))
 
@@ -168,11 +170,11 @@ class _Corrections:
         return replace(motion, argument=argument)
 
     def links(self) -> tuple[tuple[Link, ...], tuple[int, ...]]:
-        # Return the corrected rows, and for each frame of the nominal table the number of
-        # corrected rows before the frame.
+        # Return the corrected rows of the table. Return too, for each frame of the nominal table,
+        # the number of corrected rows before the frame.
         links: list[Link] = []
         ends_at = [0]
-        turn = 0.0  # rotation (rad) of an extra row that the next row turns back
+        turn = 0.0  # rotation (rad) about z in an extra row; the next row turns back
         for k, link in enumerate(self.description.links):
             if isinstance(link, DhRow):
                 rows, turn = self._dh_rows(k, link, turn)
@@ -201,15 +203,15 @@ class _Corrections:
         beta, b = self.of(k, 'Ry'), self.of(k, 'Ty')
         if not beta and not b:
             return [_row(link, cells)], 0.0
-        # Ry(beta) Ty(b) = Rz(90 deg) Rx(beta) Tx(b) Rz(-90 deg): write an extra row, and turn back
-        # in the row after it.
+        # A DH row has no Ry and Ty, but Ry(beta) Ty(b) = Rz(90 deg) Rx(beta) Tx(b) Rz(-90 deg). So
+        # write an extra row, and turn back by -90 deg in the row after the extra row.
         quarter = self._turned(ZERO, math.pi / 2.0)
         extra = {'a': self._number(b, False), 'alpha': self._number(beta, True)}
         if self.description.convention == 'standard':
             own = _row(link, cells)
             return [own, _row(link, {**extra, 'theta': quarter})], -math.pi / 2.0
-        # In the modified convention, the row's own a and alpha come before the extra a and alpha,
-        # and its theta and d come after them.
+        # In the modified convention, the a and alpha of the nominal row come before the extra a
+        # and alpha; its theta and d come after them.
         first = _row(link, {'a': cells['a'], 'alpha': cells['alpha'], 'theta': quarter})
         back = corrected('theta', self._turned(link['theta'], -math.pi / 2.0))
         return [first, _row(link, {**extra, 'd': cells['d'], 'theta': back})], 0.0
@@ -229,7 +231,7 @@ class _Corrections:
         T = np.eye(4)
         for axis, number in zip(ORDER, numbers):
             T = T @ small_motion(axis[0] == 'R', 'xyz'.index(axis[1]), number)
-        # Keep the matrix `in` of the file in a row of its own, and write the correction after it.
+        # Write the matrix `in` of the file unchanged as a row, and the correction as the next row.
         extra = ShapeRow(rigid_motion(T, self.description), joint, link.outer)
         if link.inner == IDENTITY:
             return [extra]
@@ -265,7 +267,7 @@ def _row(like: DhRow, cells: Mapping[str, Expression]) -> DhRow:
 
 
 def _shifted(given: Expression, value: float, size: str) -> Expression:
-    # Return an expression with a value (rad or m) added; `size` is the text of its absolute value.
+    # Return an expression with a value (rad or m) added; `size` is the absolute value as text.
     if value == 0.0:
         return given
     affine = replace(given.affine, constant=given.affine.constant + value)
@@ -273,5 +275,5 @@ def _shifted(given: Expression, value: float, size: str) -> Expression:
 
 
 def _sum(given: Expression, value: float, size: str) -> str:
-    # Return the text of an expression plus a value; `size` is the text of the absolute value.
+    # Return the text of an expression plus a value; `size` is the absolute value as text.
     return f'{given.text} {"-" if value < 0.0 else "+"} {size}'

@@ -117,8 +117,8 @@ def mistakes_of(robot: Robot, given: Measured, read: str) -> list[Hypothesis]:
         return list(joint_hypotheses_of(robot, given.q))
     A = forward_kinematics(robot, given.q)
     whole = hypotheses_of(ComparedData(robot, given.q, given.poses, read=read))
-    # Leave out other conventions: their tables have other parameters. Only the frame check tries
-    # them.
+    # Leave out hypotheses on other DH conventions, because their tables have other parameters.
+    # Only the frame check tries other conventions.
     own = [one for one in whole if one.robot is None]
     return own + list(order_hypotheses_of(given.poses, A, read))
 

@@ -97,9 +97,8 @@ def import_ur_calibration(path: Path, robot: Robot, text: str, date: str) -> Fac
     expected = _poses(given, robot, q)
     nominal = float(np.max(apart(forward_kinematics(robot, q), expected)[0]))
     some, rest = slice(0, FITTED_POSES), slice(FITTED_POSES, None)
-    # First keep the frames of base and tool. The factory's first joint axis may differ from that
-    # of the base frame, or its last axis from that of the tool frame. Then correct base and tool
-    # as well.
+    # First keep the frames of base and tool. If this fit is not exact, correct base and tool in a
+    # second fit: the first or last joint axis of the factory may not be an axis of these frames.
     tried: tuple[tuple[tuple[str, ...], Frames], ...] = ((ENDS, 'robot'), ((), 'measured'))
     for fix, frames in tried:
         found = calibrate(robot, q[some], expected[some], fix=fix)

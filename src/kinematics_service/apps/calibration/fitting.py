@@ -27,8 +27,8 @@ from .checking import Measured
 
 # Noise (m and rad) below this is round-off.
 NOISE_FLOOR = 1e-10
-# A noise estimate with f degrees of freedom has the relative standard deviation 1 / sqrt(2 f). It
-# is above an eighth if f is below 30: then USUAL_NOISE is a lower bound of the estimate.
+# If the noise estimate has fewer degrees of freedom f than this, USUAL_NOISE is its lower bound.
+# Its relative standard deviation 1 / sqrt(2 f) is then above an eighth.
 NOISE_FREEDOM = 30.0
 # Usual noise of encoders and trackers (m and rad).
 USUAL_NOISE = 2e-5
@@ -386,8 +386,8 @@ def find_values(
         distances = distances_of(problem, remainders, found)
         moved = np.max(np.abs(solved.step) / np.linalg.norm(inverse, axis=1), initial=0.0)
         accepted = normal_scores(distances, freedom) < limit
-        # A row near the outlier limit may be left out in every other round. Keep the choice of
-        # rows in the second half of the rounds, so that the rounds converge.
+        # A row near the outlier limit may be left out in one round and used in the next. So the
+        # used rows stay unchanged in the second half of the rounds, and the rounds converge.
         same = bool(np.array_equal(accepted, used)) or k > MAX_ROUNDS // 2
         used = used if same else accepted
         changed = max(abs(b / a - 1.0) if a else 0.0 for a, b in zip(before, found))
@@ -511,8 +511,8 @@ def one_more(
 
 
 def _stepped(equations: _Equations, values: Floats, remainders: Floats) -> tuple[Floats, Floats]:
-    # Return a step, halved until the sum of squares does not grow, and the residuals after it;
-    # `remainders` are the residuals before the step.
+    # Return a step that is halved until the sum of squares does not grow, and the residuals after
+    # this step. `remainders` are the residuals before the step.
     step = equations.problem.prior * equations.solved(values).step
     before = equations.squares(values, remainders)
     for _ in range(MAX_ROUNDS):
@@ -568,9 +568,9 @@ def median_noise(lengths: Floats) -> Floats:
 def _evident_noise(
     problem: FitProblem, remainders: Floats, rows: Floats, inverse: Floats, used: Flags
 ) -> tuple[Noise, Noise]:
-    # Return the noise and its degrees of freedom. The degrees of freedom are the measured numbers
-    # minus those that determine parameters. The noise is the root of the sum of squared residuals
-    # divided by the degrees of freedom.
+    # Return the noise and its degrees of freedom. The degrees of freedom are the count of measured
+    # numbers minus the number of parameters that they determine. The noise is the root of the sum
+    # of squared residuals divided by the degrees of freedom.
     kinds, count = problem.kinds, len(problem.given.q)
     basis = rows[: 3 * kinds * count] @ inverse
     leverage = np.sum(basis.reshape(count, kinds, -1) ** 2, axis=(0, 2))

@@ -37,8 +37,8 @@ KNOWN_RATIO = 3.0
 PROJECTOR_TOLERANCE = 1e-6
 # A singular value is round-off if its ratio to the largest one is below this.
 SINGULAR_VALUE_RATIO = 1e-9
-# A robot counts as the calibrated one if its poses differ by at most this value (m, rad) from
-# those of the calibration. They differ slightly, since the robot file rounds numbers.
+# A robot is taken for the calibrated robot if its poses differ by at most this value (m, rad) from
+# the poses of the calibration. They may differ, because the robot file rounds numbers.
 POSE_TOLERANCE = 1e-8
 
 
@@ -84,7 +84,7 @@ class CalibratedParameter(ArmParameter):
     @property
     def identifiable(self) -> bool:
         """
-        Return whether the poses identify the parameter; else it mostly keeps its nominal value.
+        Return whether the poses identify the parameter; if not, it mostly keeps its nominal value.
         """
         # The priors of base and tool are wide: compare the standard deviation with the usual error
         # instead.
@@ -160,7 +160,10 @@ class TableCorrections(NamedTuple):
 def table_corrections(
     robot: Robot, found: IdentifiedTable, ends: bool = False
 ) -> TableCorrections:
-    """Return the corrections of an arm; arguments are as in `calibrated_errors`."""
+    """
+    Return the fitted corrections of an arm and its chain; the arguments are those of
+    `calibrated_errors`.
+    """
     if robot.dof != found.robot.dof:
         raise CalibrationError(
             f'calibration: it belongs to {found.robot.name}, not to {robot.name}; give the '
@@ -211,7 +214,8 @@ def calibrated_errors(robot: Robot, found: IdentifiedTable, ends: bool = False) 
     rows = [k for k, column in enumerate(own.columns) if column not in of_gear]
     columns = [own.columns[k] for k in rows]
     parts = [TableErrors(frames[columns], screws[columns], np.full(len(rows), -1), factor[rows])]
-    # Convert a relative change of the nominal gear ratio to one of the calibrated ratio.
+    # Convert a relative change of the nominal gear ratio to a relative change of the calibrated
+    # ratio.
     moving = joint_screws(robot)
     for k, column in enumerate(own.columns):
         if column in of_gear:
@@ -248,7 +252,7 @@ class ParameterCombination:
 
 
 def structural_rank(J: Floats) -> int:
-    """Return the rank of a scaled Jacobian: singular values below round-off count as zero."""
+    """Return the rank of a scaled Jacobian; singular values below round-off are taken as zero."""
     values = np.linalg.svd(J, compute_uv=False)
     return int(np.sum(values > SINGULAR_VALUE_RATIO * values[0])) if len(values) else 0
 
@@ -277,7 +281,8 @@ def combinations_of(
         # Rows of `null` span the null space of J, up to round-off.
         _, values, right = np.linalg.svd(J, full_matrices=len(J) < J.shape[1])
         null = right[int(np.sum(values > SINGULAR_VALUE_RATIO * values[0])) :]
-    # The projector onto the null space has a block for each set of coupled parameters.
+    # The projector onto the null space is block diagonal: each set of coupled parameters has one
+    # block.
     projector = null.T @ null
     projector[np.abs(projector) < PROJECTOR_TOLERANCE] = 0.0
     sets: list[set[int]] = []

@@ -10,13 +10,15 @@ from ....kernel import Floats
 from .intrinsics import Intrinsics
 from .opencv import MAX_PIXELS, opencv
 
-# Smallest number of corners from which the pose of a board is found: four suffice, two are spare.
+# Smallest number of corners from which the pose of a board is computed. Four corners determine the
+# pose; two more are required because corners have noise.
 CORNERS = 6
 # Least spread of the corners across a line, divided by the edge of a square. Below it, corners are
 # in one line and determine no pose.
 LINE_WIDTH_RATIO = 0.5
-# Limits of the half window (px) in which a corner is refined. OpenCV's criteria of the refinement:
-# flag 3 (both criteria end it), largest number of steps, smallest change (px).
+# Smallest and largest half width (px) of the window in which a corner is refined. Stop criteria of
+# OpenCV's refinement: flag 3 (stop at either limit), largest number of steps, smallest change
+# (px).
 HALF_WINDOWS, REFINED = (2, 10), (3, 50, 1e-3)
 
 
@@ -144,8 +146,9 @@ class BoardFinder:
         return SeenCorners(file.name, points, self._refined(image, found))
 
     def _refined(self, image: Any, corners: Any) -> Floats:
-        # Refine the corners: some that the detector returns are off by a tenth of a pixel or more.
-        # The window is so small that it does not reach a marker in the smallest squares.
+        # Refine the corners, because some corners that the detector returns are wrong by a tenth
+        # of a pixel or more. Choose a window so small that it does not reach a marker, even in the
+        # smallest squares of the image.
         between = np.linalg.norm(corners.reshape(-1, 1, 2) - corners.reshape(1, -1, 2), axis=2)
         edge = float(np.min(between[between > 0.0]))
         half = int(0.5 * edge * (1.0 - self.board.marker / self.board.square))

@@ -20,7 +20,8 @@ from .calibration_options import (
 
 # The value of --sessions if each file is one session.
 EACH_FILE = 'file'
-# Default values of --load-at and --gravity: typer before 0.10 accepts no None for three numbers.
+# Default values of --load-at and --gravity. They are not None, because typer before 0.10 does not
+# accept None for an option of three numbers.
 ORIGIN, DOWN = (0.0, 0.0, 0.0), (0.0, 0.0, -1.0)
 
 

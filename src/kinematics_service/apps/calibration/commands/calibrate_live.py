@@ -30,7 +30,7 @@ from .calibration_options import (
     run_calibration,
 )
 
-TIME_LIMIT = 86_400.0  # s, a day
+TIME_LIMIT = 86_400.0  # largest time of collecting, s: one day
 
 
 class LiveOptions(NamedTuple):
@@ -127,7 +127,9 @@ def collected(
 
 @contextmanager
 def kept_when_refused(robot: Robot, poses: CollectedPoses) -> Iterator[None]:
-    """Write the poses to a CSV file if the code in the context fails: collecting took minutes."""
+    """
+    Write the poses to a CSV file if the code in the context fails, since collecting took minutes.
+    """
     try:
         yield
     except BaseException:

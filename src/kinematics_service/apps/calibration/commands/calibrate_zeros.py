@@ -29,8 +29,8 @@ from .calibration_options import (
     run_calibration,
 )
 
-# Default value of --motors: typer before 0.10 accepts no None for two files. No file has such a
-# path.
+# Default value of --motors: two paths that no file has. It is not None, because typer before 0.10
+# does not accept None for an option of two files.
 NO_FILES = (Path(os.devnull, 'none'), Path(os.devnull, 'none'))
 
 

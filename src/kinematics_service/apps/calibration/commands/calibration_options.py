@@ -42,7 +42,7 @@ BOARD = re.compile(r'(\d{1,3})x(\d{1,3}),([^,]+),([^,]+),\s*(DICT_\w+)(,\s*legac
 # Allowed number of squares along each edge of a board. With 1 or 2 squares, a board has no inner
 # corners or only one row of them; boards with more than 100 do not exist.
 SQUARES = range(3, 101)
-LARGEST_SQUARE = 10.0  # m; a longer edge was given in other units
+LARGEST_SQUARE = 10.0  # m; if an edge is longer, its unit was not metres
 
 FilesArgument = Annotated[Optional[list[Path]], typer.Argument(metavar='FILE...', hidden=True)]
 

@@ -177,7 +177,7 @@ class CalibrationRun(NamedTuple):
     def calibrated(self, q: Floats, qdot: Floats | None = None, **rows: Any) -> Calibration:
         """Return the calibration; `rows` are arguments of the library's `calibrate`."""
         moves = qdot is not None and np.max(np.abs(qdot)) > MOVING
-        # Tolerances of single numbers in the robot file override the option.
+        # Tolerances that the robot file has for single numbers override the option.
         limit, named = self.limit, dict(self.arm.description.tolerances.named)
         table = [one for one in parameters_of(self.arm).table if one.name not in named]
         sizes = {one.name: limit[one.angle] for one in table} if limit else {}

@@ -31,7 +31,8 @@ TOP = 10
 BOTTOM = 34
 # Largest number of decades of a logarithmic axis.
 PLOT_DECADES = 4
-# Number of decades below the prior that the bars of standard deviations show.
+# Number of decades that a bar of a standard deviation spans; it ends at the prior standard
+# deviation.
 DECADES = 3
 
 
@@ -142,7 +143,8 @@ def _parameters(found: Calibration) -> str:
 
 
 def _bar(one: CalibratedParameter) -> str:
-    # Return an SVG bar with a logarithmic axis from a thousandth of the prior to the prior.
+    # Return an SVG bar for a standard deviation. Its logarithmic axis goes from a thousandth of
+    # the prior standard deviation to the prior standard deviation.
     def across(value: float) -> float:
         share = 1.0 + math.log10(max(value / one.prior, 10.0**-DECADES)) / DECADES
         return 200 * min(share, 1.0)

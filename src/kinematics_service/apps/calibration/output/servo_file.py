@@ -39,8 +39,8 @@ def servos_text(servos: dict[str, dict[str, int]], zeros: Sequence[JointZero]) -
     """
     Return the text of the calibration file, with the identified zeros of `zeros`.
 
-    A servo reports its encoder minus the homing offset. The joint is zero in the middle of
-    range_min and range_max. So only the homing offset is changed, and the range stays.
+    A servo reports its encoder minus the homing offset. The joint position is zero in the middle
+    of range_min and range_max. The function changes only the homing offset, and keeps the range.
 
     Raises
     ------
