@@ -141,8 +141,8 @@ def twist_covariance(
 def _of_joints_alone(
     robot: Robot, joints: npt.ArrayLike | None, calibration: IdentifiedTable | None
 ) -> Floats:
-    # Return the standard deviations of the joints. Errors of table numbers are not propagated
-    # through loops: refuse a calibration.
+    # Return the standard deviations of the joints. Raise an error for a calibration, because
+    # errors of table numbers are not propagated through closed loops.
     if calibration is not None or joints is None:
         raise CalibrationError(
             f'{robot.name} has closed loops, where errors of the table are not known; give '
@@ -158,9 +158,10 @@ def _products(moved: Floats) -> Floats:
 
 def _twist_derivatives(robot: Robot, state: ToolState, axes: str) -> tuple[Floats, Floats]:
     # Return the derivatives of the twist by q and by qdot, (..., 6, n) each, for any arm, with or
-    # without loops. The derivative of the linear velocity by q is dJ/dt, a second derivative of
-    # the position. The angular one differs from dJ/dt by w_k x w, since rotations do not commute.
-    # Tool axes turn with the error.
+    # without loops. The derivative of the linear velocity by q equals dJ/dt, a second derivative
+    # of the position. The derivative of the angular velocity by q differs from dJ/dt by w_k x w,
+    # since rotations do not commute. If the twist is in tool axes, an error of q also turns these
+    # axes.
     J, V = state.jacobian, state.twist[..., None]
     by_q = jacobian_rate(robot, state.q, velocities_of(state))
     by_q[..., 3:, :] += cross(J[..., 3:, :], V[..., 3:, :])

@@ -185,7 +185,7 @@ def propose_poses(
             )
         if not np.all(np.isfinite(q)):
             raise CalibrationError('among: must be finite numbers', code='not-finite')
-        # Remove repeated joint positions: each is one candidate.
+        # Remove repeated joint positions, so that each joint position is one candidate.
         rows = np.sort(np.unique(q, axis=0, return_index=True)[1])
         if len(rows) > MAX_GIVEN:
             rows = rows[np.linspace(0, len(rows) - 1, MAX_GIVEN).astype(int)]
@@ -217,7 +217,8 @@ def propose_poses(
 
 def _candidates(robot: Robot) -> Floats:
     q = seeded_poses(robot.limits, robot.prismatic)
-    # Limit joints to half a turn each way: a full turn more brings the tool to the same poses.
+    # Limit turning joints to half a turn each way, because a full turn more does not change the
+    # pose of the tool.
     turn = np.where(robot.prismatic, np.inf, np.pi)
     low, high = np.clip([q.min(axis=0), q.max(axis=0)], -turn, turn)
     share = (q - q.min(axis=0)) / np.ptp(q, axis=0)
@@ -240,8 +241,8 @@ def _board(after: Calibration, poses: Floats) -> Floats:
 
 
 def _around(robot: Robot, after: Calibration, views: BoardViews) -> Floats:
-    # Return random joint positions near those of the images. Elsewhere the board is seldom in
-    # view.
+    # Return random joint positions near those of the images, because at other positions the camera
+    # seldom sees the board.
     random = np.random.default_rng(SEED)
     q = after.q[random.integers(after.count, size=MAX_GIVEN)]
     q = q + random.uniform(-1.0, 1.0, q.shape) * SPREAD * robot.singularity.task.column_scales
@@ -286,9 +287,9 @@ def _equations(
 
 
 def _after(covariance: Floats, J: Floats) -> Floats:
-    # Return the covariance after a measurement with the Jacobian rows J and unit noise. Joseph's
-    # form stays positive definite, though the numbers of the covariance differ by ten powers of
-    # ten.
+    # Return the covariance after a measurement with the Jacobian rows J and unit noise. Use
+    # Joseph's form, because its result stays positive definite although entries of the covariance
+    # differ by ten powers of ten.
     S = J @ covariance @ J.T + np.eye(len(J))
     gain = np.linalg.solve(S, J @ covariance).T
     kept = np.eye(len(covariance)) - gain @ J
@@ -300,9 +301,9 @@ def _chosen(J: Floats, information: Floats, count: int) -> list[int]:
     for _ in range(count):
         chosen.append(_best(J, information, chosen))
     value, exchanged = _value(J, information, chosen), True
-    # Compare the log determinants of whole sets of poses. They grow with each exchange, so no set
-    # occurs twice, and the loop ends. Differences of gains would be round-off if M is
-    # ill-conditioned.
+    # Compare the log determinants of whole sets of poses, because differences of gains would be
+    # round-off if M is ill-conditioned. The log determinant grows with each exchange, so no set
+    # occurs twice and the loop ends.
     while exchanged:
         exchanged = False
         for place in range(count):
@@ -325,7 +326,7 @@ def _value(J: Floats, information: Floats, chosen: Sequence[int]) -> float:
 
 
 def _best(J: Floats, information: Floats, others: Sequence[int]) -> int:
-    # Return the index of the pose with the largest gain, without poses that are chosen already.
+    # Return the index of the pose with the largest gain among the poses that are not chosen yet.
     gains = _gains(J, _measured(J, information, others))
     gains[np.array(others, dtype=np.int64)] = -np.inf
     return int(np.argmax(gains))
@@ -339,7 +340,8 @@ def _gains(J: Floats, M: Floats) -> Floats:
 
 
 def _order(q: Floats) -> list[int]:
-    # Return an order of the poses that goes from each pose to the nearest remaining pose.
+    # Return the order in which the arm visits the poses: from each pose to the nearest remaining
+    # pose.
     left, order = set(range(1, len(q))), [0]
     while left:
         order.append(min(left, key=lambda k: float(np.max(np.abs(q[k] - q[order[-1]])))))

@@ -146,7 +146,7 @@ def _lag_of(robot: Robot, chosen: ChosenPoses, kind: str, on_tool: bool) -> floa
     try:
         cause = diagnose_frames(robot, q, poses, stamps, motion=motion, read=kind).cause
     except KinematicsError:
-        return 0.0  # the calibration will report this error
+        return 0.0  # no lag; the calibration will raise the error again
     return cause.value or 0.0 if cause is not None and cause.key == 'time_lag' else 0.0
 
 
@@ -284,8 +284,8 @@ def read_images(
     file: Path, wanted: Selection, folder: Path, finder: BoardFinder
 ) -> tuple[TouchRecording, tuple[SeenCorners | str, ...]]:
     """
-    Return the rows of a table that name images, and the corners of the board in each image; or,
-    instead of the corners, a sentence that says why they are missing.
+    Return the rows of a table that name images, and the corners of the board in each image; or, if
+    corners are missing, a sentence with the reason.
 
     Raises
     ------

@@ -17,13 +17,14 @@ from .checking import COMPLIANCE, NAMES_IN_SENTENCE, PLACEMENT, ZEROS, in_words,
 from .identified_table import CalibratedParameter
 from .result import BLOCKS, Calibration
 
-# First words of the sentence about each group of drifts or compliances.
+# Maps a group of drifts or compliances to the first words of the sentence about the group.
 OF_CONDITION = {
     PLACEMENT: 'Drifts of where the instrument stands, from the first session',
     ZEROS: 'Drifts of the zeros of the joints, from the first session',
     COMPLIANCE: 'Compliances of the joints, by the torque of the load alone',
 }
-# Fields that the document has for each parameter, each combination, and each camera or board.
+# Fields that the JSON document has for each parameter, each combination of parameters, and each
+# pose of the camera or the board.
 OF_PARAMETER = ('name', 'group', 'unit', 'correction', 'deviation', 'prior', 'identifiable')
 OF_COMBINATION = ['names', 'determined', 'coefficients', 'sentence']
 OF_PLACED = ['name', 'frame', 'pose', 'deviation']
@@ -217,9 +218,9 @@ def placed_camera(found: Calibration) -> tuple[PlacedThing, ...]:
 
 
 def _deviation(found: Calibration, end: str, behind: Floats, R: Floats) -> Floats:
-    # Standard deviations (2, 3) of a pose, propagated from the corrections (t, w) of base or tool.
-    # These corrections move a point at p in the corrected frame by t + w x p. Parameters that are
-    # not fitted are exact.
+    # Propagate the standard deviations of the corrections (t, w) of base or tool to the pose,
+    # shape (2, 3). These corrections move a point at p in the corrected frame by t + w x p.
+    # Parameters that are not fitted are taken as exact.
     own, columns = found.fitted_of([one.name for one in end_parameters(end, 0)])
     moved = np.eye(6)
     moved[:3, 3:] = -np.cross(np.eye(3), behind[:3, 3])

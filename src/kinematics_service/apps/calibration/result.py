@@ -20,7 +20,7 @@ from .explanations import RefusalCauses
 from .fitting import UNKNOWN_NOISE_FREEDOM, Noise
 from .identified_table import KNOWN_RATIO, IdentifiedTable, ParameterCombination
 
-# Number of blocks of rows for cross-validation: each block is held out once.
+# Number of blocks of rows for cross-validation; each block is held out once.
 BLOCKS = 5
 
 
@@ -135,7 +135,7 @@ class Calibration(IdentifiedTable):
 
     @property
     def accepted(self) -> bool:
-        """Return whether the calibration is accepted: no reason in `refusals` is against it."""
+        """Return whether the calibration is accepted, that is, whether `refusals` is empty."""
         return not self.refusals
 
     @property
@@ -144,8 +144,8 @@ class Calibration(IdentifiedTable):
         Return a sentence if held-out rows are worse with the corrections; else an empty text.
 
         Held-out rows are worse if the corrections increase their mean squared error by more than
-        that of the noise. If the rows outside a held-out block suffice only for base and tool, the
-        sentence says that held-out rows do not judge the calibration.
+        the mean squared noise. If the rows outside a held-out block determine only base and tool,
+        the sentence says that held-out rows do not judge the calibration.
         """
         kind, more = self.kind, f'measure more {self.kind}, far apart (calibrate-propose)'
         before, after = self.held_out_before.position_rms, self.held_out.position_rms
@@ -176,7 +176,10 @@ class Calibration(IdentifiedTable):
 
     @property
     def only_worse(self) -> bool:
-        """Return whether the only reason for a refusal is `worse`: then more rows help."""
+        """
+        Return whether the only reason for a refusal is that held-out rows became worse. In this
+        case more rows help.
+        """
         return self.refusals == (self.worse,)
 
     @property

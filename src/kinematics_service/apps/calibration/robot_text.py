@@ -51,8 +51,8 @@ from .result import Calibration
 KNOWN_POSE_COUNT = 5
 MAX_SOURCE_LENGTH = 2000
 
-# Digits of the factor L of the covariance L L^T. Many digits are needed if poses are known far
-# better than each number of the table.
+# Digits of the factor L of the covariance L L^T. Six digits are written, because the standard
+# deviations of poses may be far smaller than those of single numbers of the table.
 DIGITS = 6
 # Entries of L smaller than this share of the norm of their row are written as zero.
 NEGLIGIBLE_RATIO = 1e-7
@@ -120,7 +120,8 @@ def calibrated_text(
     source = '; '.join(part for part in parts if part)[:MAX_SOURCE_LENGTH]
     sections: dict[str, Sequence[str] | None] = {
         'source': [f'source: {json.dumps(source, ensure_ascii=False)}'],
-        # None removes the section: tolerances describe the nominal table, not a calibrated one.
+        # None removes the section `tolerance`, because tolerances describe the nominal table, not
+        # the calibrated table.
         'tolerance': None,
         'links': links_section(robot.description.links),
         'singularity': singularity_section(text, factors, task_of(found.robot) or ()),
@@ -146,8 +147,9 @@ def calibrated_text(
 def _without_unused_constants(
     text: str, nominal: RobotDescription
 ) -> tuple[str, RobotDescription]:
-    # Remove constants that only base, tool or factors used. Repeat, since a removed constant may
-    # have been the only use of another constant. Return the text and what is read from it.
+    # Remove constants that only base, tool or factors used. Repeat, because a removed constant may
+    # have been the only one that used another constant. Return the new text and its robot
+    # description.
     def unused(description: RobotDescription) -> list[str]:
         where = {one.where for one in description.warnings}
         return [one.name for one in description.constants if f'constants.{one.name}' in where]
@@ -221,10 +223,10 @@ def certificate(
 def _known_poses(
     found: Calibration, robot: Robot, q: Floats, poses: Floats, frames: Frames
 ) -> list[str]:
-    # Return the lines of the section `known_poses`. They are measured poses, evenly spread over
-    # the rows, as poses of the tool in the base frame of the written file.
+    # Return the lines of the section `known_poses`: measured poses from rows that are evenly
+    # spread. They are written as poses of the tool in the base frame of the written file.
     X, Y = found.base_offsets[0], found.tool_offsets[0]
-    # If the calibration is refused, take also the rows that contradict it.
+    # Leave outliers out if the calibration is accepted. If it is refused, take all rows.
     outliers = set(found.outliers) if found.accepted else set()
     rows = np.array([k for k in range(len(q)) if k not in outliers])
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, KNOWN_POSE_COUNT).astype(int))]
@@ -256,9 +258,9 @@ def _known_poses(
 
 
 def _tolerances(found: Calibration, poses: Floats, frames: Frames) -> tuple[float, float]:
-    # Return the tolerances (m, rad) of known poses. The tolerances follow from the noise, so that
-    # all used poses are within the tolerances. The noise is estimated from the residuals, and is
-    # at most the largest residual of a calibration.
+    # Return the tolerances (m, rad) of known poses. They are a multiple of the noise, so that all
+    # used poses are within the tolerances. If no noise of the instrument is given, the tolerances
+    # are at most the error limit of a calibration.
     known, limit = found.instrument or (0.0, 0.0), outlier_limit(2)
     length, angle = (
         limit * min(noise, max(most / limit, of_instrument))
@@ -266,8 +268,8 @@ def _tolerances(found: Calibration, poses: Floats, frames: Frames) -> tuple[floa
     )
     lever = 0.0
     if found.camera is not None:
-        # The written pose is that of a point at this distance from the measured point: an error of
-        # the rotation moves the written point by this distance times the angle.
+        # `lever` is the distance from the measured point to the origin of the written pose. An
+        # error of the rotation moves this origin by `lever` times the angle.
         seen = np.linalg.norm(poses[:, :3, 3], axis=1).max() if found.camera == ON_TOOL else 0.0
         beyond = inverse(found.tool_offsets[0])[:3, 3] if frames == 'robot' else np.zeros(3)
         lever = float(seen + np.linalg.norm(beyond))
@@ -336,8 +338,8 @@ def named_factor(
             own = np.flatnonzero(there)
             made_of[own, column] = np.linalg.lstsq(known.screws[own].T, screw, rcond=None)[0]
     factor = made_of @ errors.factor
-    # A gear ratio has one row for each screw of its joint. These rows are equal: keep the first
-    # one.
+    # A gear ratio has one row for each screw of its joint. These rows are equal, so keep the first
+    # row.
     _, first = np.unique(known.of, return_index=True)
     rows = first[np.any(made_of[first], axis=1)]
     triangle = np.linalg.qr(factor[rows].T, mode='r')

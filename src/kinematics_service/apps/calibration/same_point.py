@@ -62,13 +62,14 @@ from .placing import PLACING_STEPS
 
 # The group of the parameters that are positions of touched points.
 POINTS = 'points'
-# The tip touches a point exactly if their distance is below this value (m): round-off.
+# The tip touches a point exactly if their distance is below this value (m), which is round-off.
 TOUCH_TOLERANCE = 1e-13
 # Longest step (rad, m) of the joints in the search for an exact touch.
 STEP_LIMIT = 0.5
-# No joint turns farther than this angle (rad): larger joint positions are tested for degrees.
+# No joint turns farther than this angle (rad). If joint positions are larger, test whether they
+# are degrees.
 MAX_TURN = 4 * np.pi
-# A reflection that reverses the sign of translations. A correction of a touched point moves the
+# Reverses the sign of translations. It is needed because a correction of a touched point moves the
 # tip, relative to the point, in the opposite direction.
 MIRROR = np.diag([-1.0, -1.0, -1.0, 1.0])
 
@@ -94,8 +95,8 @@ def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> Touc
     Return points and tip that fit the nominal table, by Huber's estimate (reweighted least
     squares).
 
-    The residuals are linear in points and tip. Each step solves for the tip; then each point is
-    the weighted mean of its tips.
+    The residuals are linear in points and tip. Each step solves for the tip. Each point is then
+    the weighted mean of the tip positions in its rows.
 
     Parameters
     ----------
@@ -120,8 +121,8 @@ def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> Touc
         shares /= np.sum(shares, axis=-1, keepdims=True)
         mean_at, mean_R = shares @ at, np.einsum('...kn,...nij->...kij', shares, R)
         if free:
-            # Solve for the tip with the mean of each point subtracted. The prior of the tip is so
-            # wide that it hardly counts.
+            # Subtract the mean of the rows of each point, which eliminates the points, and solve
+            # for the tip. The prior of the tip is so wide that it hardly changes the solution.
             J, off = R - mean_R[..., point, :, :], mean_at[..., point, :] - at
             M = np.einsum('...n,...nij,...nik->...jk', weights, J, J)
             M = M + (noise[..., None] / PLACE_PRIOR) ** 2 * np.eye(3)
@@ -188,8 +189,8 @@ class SamePointParameters(ChosenParameters):
                     f'some {2 * robot.dof} or more at each point identify most of an arm',
                     code='too-few',
                 )
-            # Require only two different poses at a point: an arm of three joints reaches a point
-            # only in a few poses.
+            # Require only two different joint positions at a point, because an arm of three joints
+            # reaches a point at only a few joint positions.
             check_different(own, f'the {len(own)} poses at point {name}', least=2)
         self.marks, self.names, self.apart = marks, names, _checked(apart, names)
         self.chain = (arm := parameters_of(robot, gears)).chain
@@ -269,8 +270,8 @@ class SamePointParameters(ChosenParameters):
         robot, q, middle = self.robot, self.given.q, float(np.median(start.distances))
         if middle < MIN_CHANGE:
             return
-        # Test for degrees only if angles are large: small angles divided by 57 bring the tip to
-        # nearly one point, whatever was touched.
+        # Test for degrees only if angles are large. If small angles are divided by 57, the tip
+        # stays near one point, so the test would always report degrees.
         if np.max(np.abs(q[:, ~robot.prismatic]), initial=0.0) > MAX_TURN:
             left = self._distances(from_degrees(robot, q))
             refuse_mistake(DEGREES, 'wrong-unit', float(np.median(left)), middle)
@@ -325,9 +326,9 @@ class SamePointParameters(ChosenParameters):
         self, problem: FitProblem, noise: Noise, q: Floats, point: Integers
     ) -> Floats:
         # Return the scaled Jacobian of the tip at joint positions with which the nominal arm
-        # touches the points exactly. Only at such joint positions does a common factor of all
-        # lengths keep the touches exact. So the Jacobian shows that this factor is not
-        # identifiable.
+        # touches the points exactly. Only at these joint positions, the touches stay exact if all
+        # lengths grow by one factor. So the null space of the Jacobian contains this factor, which
+        # is not identifiable.
         touching, exact = _touching(self.robot, q, self.start.points[point], self.start.tip)
         if not np.any(exact):
             touching, exact = q, np.ones(len(q), dtype=bool)
@@ -342,8 +343,8 @@ class SamePointParameters(ChosenParameters):
 
     def ends_of(self, problem: FitProblem, values: Floats) -> PlacedEnds:
         """
-        Return the offsets X and Y of tip = X calibrated Y, and the poses of base and tool that the
-        fit starts from. X is the identity; the base is that of the file.
+        Return the offsets X and Y of tip = X calibrated Y, and the poses of base and tool before
+        the fit. X is the identity; the base is that of the file.
         """
         _, tool_offsets, _, tool_starts = super().ends_of(problem, values)
         base = self.robot.description.base.motion.matrix[None]

@@ -25,8 +25,8 @@ from .zero_jump import RECENT, JumpDetector, Watched
 
 # Number of poses of the first diagnosis, and number of new poses before the next diagnosis.
 MIN_NEW = 20
-# A diagnosis may mistake a jump for one of these causes. If a jump is detected and the diagnosis
-# has one of these causes, the jump is reported.
+# A diagnosis may mistake a jump of a joint zero for one of these causes. If a jump is detected,
+# the status reports the jump instead of these causes.
 LOOKS_OF_A_JUMP = ('joint_offset', 'link_length', 'link_twist', 'time_lag')
 # The advice to the user if large errors remain and no mistake explains them.
 ADVICE = 'calibrate-live collects poses for a robot file of this very arm'
@@ -70,8 +70,8 @@ def examined(
     way: list[tuple[int, Floats]],
 ) -> Examined:
     """
-    Return the diagnosis and the jump test, updated by new poses. `way` has the stamps (ns) and
-    joint positions of the path.
+    Return the diagnosis and the jump test after new poses. `way` is a list of pairs: stamp (ns),
+    and joint positions (n,) at this stamp.
     """
     if before is None:
         return restarted(robot, limits, None, new, way)
@@ -99,8 +99,9 @@ def restarted(
     way: list[tuple[int, Floats]],
 ) -> Examined:
     """
-    Return the diagnosis of the newest poses alone. If the status level is the level of the
-    previous diagnosis, a running jump test goes on; else a new jump test starts.
+    Return the diagnosis of the newest poses alone, and a jump test. A running jump test goes on if
+    the new diagnosis has the status level of the previous diagnosis. Otherwise a new jump test
+    starts, if the poses fit the robot file.
     """
     recent, judge = newest.at(slice(-RECENT, None)), judge_of(limits)
     found = diagnosed(robot, recent, way)
@@ -125,8 +126,8 @@ def diagnosed(
     robot: Robot, poses: CollectedPoses, way: list[tuple[int, Floats]]
 ) -> FrameDiagnosis | str:
     """
-    Return the diagnosis of poses, or a sentence that says why there is none; `way` are joint
-    positions at stamps (ns).
+    Return the diagnosis of poses, or a sentence that says why no diagnosis is possible. `way` is a
+    list of pairs: stamp (ns), and joint positions (n,) at this stamp.
     """
     stamps = np.array(poses.stamps)
     rising = np.argsort(stamps, kind='stable')

@@ -26,8 +26,8 @@ PATH_STEP = 10_000_000
 PATH_SAMPLES = 6_000
 # The status is WARN if no pose arrived, or none was used, for this time, s.
 PATIENCE = 5.0
-# If stamps differ by more than this time (s), they come from two clocks: no source of poses is so
-# late.
+# If stamps of poses and joint states differ by more than this time (s), they come from two clocks,
+# because no source of poses is so late.
 CLOCK_DIFFERENCE = 1.0
 
 
@@ -77,8 +77,8 @@ class SecondSourceWatch:
         self._ahead = 0.0 if is_stale else 1e-9 * (stamp - self._way[-1][0])
         is_matched = poses.different > 0 and poses.unmatched == self._unmatched
         if is_stale or is_matched and self._ahead < CLOCK_DIFFERENCE:
-            # Restart the time without a used pose if this pose was used, or if joint states are
-            # missing. The status `input` reports missing joint states.
+            # Restart the timer of the time without a used pose if this pose was used. Restart it
+            # if joint states are missing, because the status `input` reports missing joint states.
             self._used_at, self._arrived = now, 0
         self._unmatched = poses.unmatched
 
@@ -132,7 +132,7 @@ class SecondSourceWatch:
             self.thread = threading.Thread(target=examine, daemon=True)
             self.thread.start()
         if self._examined is not None:
-            # Judge the last result each time: the limits may have changed.
+            # Compute the status again at each call, because the limits may have changed.
             return frames_status(self._examined, limits)
         if refused:
             return StatusText(Level.WARN, f'pose of {self._topic} refused: {refused}', ())

@@ -96,8 +96,8 @@ def _deltas(path: Path, text: str) -> dict[str, Floats]:
 def _six(path: Path, key: str, text: str) -> Floats:
     try:
         given = ast.literal_eval(text)
-        # Accept only lists and tuples: a loop would also get numbers from bytes, sets and the keys
-        # of mappings.
+        # Accept only lists and tuples, because iteration over bytes, sets and mappings would yield
+        # numbers too.
         numbers = given if type(given) in (list, tuple) else []
         six = np.array([float(one) for one in numbers if type(one) in (int, float)])
     except (ValueError, OverflowError, SyntaxError, MemoryError, RecursionError):

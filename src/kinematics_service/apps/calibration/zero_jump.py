@@ -31,13 +31,13 @@ from .collecting import CollectedPoses
 # Quantiles of chi-square with 1 and 6 degrees of freedom at 1e-10. With some 1000 tests for each
 # pose, a healthy arm raises one false alarm in 1e7 poses.
 THRESHOLDS = {1: 41.8, 6: 58.4}
-# Add no poses to the baseline while a likelihood ratio exceeds its threshold minus this share of
-# the smaller threshold.
+# Add no poses to the baseline while the likelihood ratio of a jump exceeds its threshold minus
+# this share of the smaller threshold.
 FREEZE_RATIO = 0.5
 # The window has this number of poses, or up to one batch more. A slip must be detected within 100
 # poses of a camera.
 WINDOW = 128
-# A second source may fail for this number of poses without an alarm.
+# The poses of a second source may be wrong for this number of poses without an alarm.
 MAX_FAILED = 5
 # A jump is proven only if at least this number of poses came after the jump and fit better with
 # the jump.
@@ -46,8 +46,8 @@ MIN_POSES = MAX_FAILED + 1
 BATCH = 16
 # Smallest standard deviations of one number of a pose, m and rad: those of a tracker.
 MIN_NOISE = 1e-4, np.radians(0.02)
-# Prior standard deviation (m and rad) of the offsets about their fit: so wide that it hardly
-# counts.
+# Prior standard deviation (m and rad) of the offsets of base and tool about their fit. It is so
+# wide that it hardly affects the estimate.
 OFFSET = 0.3
 # Prior standard deviation (s) of the lag: two periods of joint states at 200 Hz.
 LAG = 0.01
@@ -63,7 +63,8 @@ ROUNDS = 8
 # Joints that moved less than this are never named (rad; prismatic joints are scaled by a length of
 # the arm).
 MIN_RANGE = 0.02
-# The information of a jump is round-off if it is below this share of its information for known x.
+# The information on the size of a jump is round-off if it is below this share of the information
+# that known x would give.
 MIN_RATIO = 1e-9
 # A joint is not named if its jump is more than 100 times less likely than the likeliest jump.
 RIVAL_GAIN = 2.0 * math.log(100)
@@ -78,7 +79,7 @@ MAX_OUTLIERS = WINDOW // 8
 FORECAST = 50
 
 BASE, TOOL, LAGS = slice(0, 6), slice(6, 12), slice(12, 13)
-# The length (m) that counts as one rad: positions are not scaled.
+# The length (m) that has the weight of one rad. It is 1, so positions are not scaled.
 ONE = np.ones((1, 1, 1))
 
 
@@ -149,8 +150,8 @@ class Watched(NamedTuple):
 
     def sentence(self) -> str:
         """
-        Return the sentence of the status if no jump is detected. It tells how large a detectable
-        jump is, or that the second source fails.
+        Return the sentence of the status if no jump is detected. The sentence names the smallest
+        detectable jump, or says that the second source fails.
         """
         if self.fails:
             return (
@@ -211,10 +212,11 @@ class _Baseline:
 
 
 class _JumpCandidate(NamedTuple):
-    # A parameter that may have jumped: its columns, the number of the first pose after the jump,
-    # the size, and the gain: twice the increase of the log likelihood. `excess` is the test
-    # statistic minus its threshold. `scale` is the variance of the residuals divided by that of
-    # the baseline, at least 1.
+    # A parameter that may have jumped. `own` selects the columns of the parameter, `begin` is the
+    # index of the first pose after the jump, and `size` is the size of the jump. `gain` is twice
+    # the increase of the log likelihood by the jump. `excess` is the test statistic minus its
+    # threshold. `scale` is the variance of the residuals divided by that of the baseline, at least
+    # 1.
     own: slice
     begin: int
     size: Floats
@@ -224,8 +226,8 @@ class _JumpCandidate(NamedTuple):
 
 
 class _LikelihoodRatios:
-    # Likelihood ratios of jumps in a window. x is estimated from baseline and window; residuals
-    # are in units of the noise.
+    # Computes the likelihood ratios of jumps in a window of poses. The unknown x (base, tool, lag,
+    # table) is estimated from baseline and window. Residuals are in units of the noise.
     def __init__(
         self, rows: Floats, used: Flags, unknown: Integers, jumping: int, baseline: _Baseline
     ) -> None:
@@ -239,7 +241,8 @@ class _LikelihoodRatios:
         B, y = K @ whitening.T, whitening @ (prior + K.T @ r)
         self.A, self.B, self.left = A, B.reshape(H.shape), (r - B @ y).reshape(e.shape)
         products = np.concatenate([A, self.B, self.left[:, :, None]], axis=2)
-        # Row k of `sums` is the sum of the products from pose k to the end, for a jump at pose k.
+        # Row k of `sums` belongs to a jump at pose k: it is the sum of the products from pose k to
+        # the last pose.
         self.sums = np.cumsum((np.swapaxes(A, 1, 2) @ products)[::-1], axis=0)[::-1]
         told = float(np.sum(baseline.freedom))
         self.misfit = told + float(r @ r + baseline.mean @ prior - y @ y)
@@ -261,8 +264,8 @@ class _LikelihoodRatios:
         at = int(np.argmax(gains))
         gain, dof = float(gains[at]), u.shape[1]
         rest, left = self.freedom - dof, self.misfit - gain
-        # The scale of the noise is unknown here. Bartlett's factor makes the ratio chi-square
-        # distributed.
+        # The likelihood ratio allows for an unknown scale of the noise. Bartlett's factor makes
+        # the ratio nearly chi-square distributed.
         ratio = (rest + 0.5 * dof - 1.0) * math.log1p(gain / max(left, rest))
         scale = max(1.0, left / self.freedom)
         return _JumpCandidate(own, first + at, sizes[at], gain, ratio - THRESHOLDS[dof], scale)
@@ -278,9 +281,9 @@ class _LikelihoodRatios:
     def is_proven(self, jump: _JumpCandidate) -> bool:
         # Return whether a jump is proven. The gain of a jump is a sum over poses. The part of each
         # pose is clipped, so that MAX_FAILED poses cannot prove a jump. `noise` is the mean
-        # squared residual with the jump: if it is large, the noise has grown, and the threshold
-        # grows. More than half of the poses must fit better with the jump: a jump that a few
-        # outliers suggest makes the healthy poses between them fit worse.
+        # squared residual with the jump. If it is large, the noise has grown, so the threshold is
+        # multiplied by it. More than half of the poses must fit better with the jump, because a
+        # jump that a few outliers suggest makes healthy poses fit worse.
         left, (after, shares) = self.left, self.parts(jump)
         left, after, shares = (part[jump.begin :] for part in (left, after, shares))
         improved = np.sum(left**2 - after**2, axis=1) > 0.0
@@ -335,7 +338,8 @@ class JumpDetector:
             self._rows, self._used = self._linearized(first), np.ones(len(first.q), dtype=bool)
             self._learn(first)
             gains = self._ratios_of_window().outlier_gains()
-            # Outliers also enlarge the noise, so compare the largest gain with the median gain.
+            # Compare the largest gain with the median gain, because outliers enlarge the estimate
+            # of the noise.
             worst = float(np.max(gains))
             if worst <= THRESHOLDS[6] / MEDIAN * float(np.median(gains)):
                 break
@@ -345,8 +349,8 @@ class JumpDetector:
         self._keep(len(first.q))
 
     def _learn(self, poses: CollectedPoses) -> None:
-        # Add poses to the baseline. Linearize at the offsets of base and tool until these hardly
-        # change.
+        # Add poses to the baseline. Linearize and estimate the offsets of base and tool again,
+        # until the offsets hardly change.
         self._learned = self._learned.followed_by(poses).at(slice(-MEMORY, None))
         for _ in range(ROUNDS):
             rows = self._linearized(self._learned)
@@ -402,8 +406,8 @@ class JumpDetector:
         )
 
     def _test(self) -> bool:
-        # Test the poses of the window for a jump, and report a proven jump. Return whether no jump
-        # is suspected: then the baseline may take new poses.
+        # Test the poses of the window for a jump, and report a proven jump. Return True if no jump
+        # is suspected; the baseline may take new poses only then.
         count = len(self._rows)
         self._used = np.ones(count, dtype=bool)
         if count < MIN_POSES:
@@ -429,8 +433,8 @@ class JumpDetector:
             worst = float(np.max(gains))
             if worst <= scale * THRESHOLDS[6]:
                 break
-            # Leave out only poses with more than half of the largest gain: without these poses,
-            # smaller outliers may fit.
+            # Leave out only poses with more than half of the largest gain, because poses with
+            # smaller gains may fit once the worst poses are left out.
             self._used &= gains < 0.5 * worst
         self._ratios = ratios
         if self._jump and (returned := self._returned(ratios, best)):
@@ -471,9 +475,9 @@ class JumpDetector:
         joints = [one for one in candidates if one.own.start >= LAGS.stop]
         joints.sort(key=lambda one: -one.gain)
         if best.own in (BASE, TOOL) and joints:
-            # For a turn by an angle, the linear model loses the share angle^2 of the gain. Prefer
-            # the joint if the gain of base or tool is larger only by this loss and the difference
-            # of the thresholds.
+            # If a joint jumps by an angle, the linear model loses the share angle^2 of the gain.
+            # Name the joint, not base or tool, if the gain of base or tool is larger by at most
+            # this loss plus the difference of the thresholds.
             bent = joints[0].gain * float(joints[0].size[0]) ** 2
             fewer = best.scale * (THRESHOLDS[6] - THRESHOLDS[1])
             best = joints[0] if best.gain - joints[0].gain < bent + fewer else best

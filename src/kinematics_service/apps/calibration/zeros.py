@@ -91,7 +91,7 @@ def calibrate_zeros(
     # Prior standard deviations of the zeros: ten times the precision that is required of them.
     before = {one.name: 10.0 * TOLERANCES[not one.angle] for one in offsets}
     fit = ('offsets', *ENDS, *([] if approach is None else [BACKLASH.group]))
-    # Skip the frame check: it assumes right zeros, and would report another robot.
+    # Skip the frame check, because it assumes right joint zeros and would report another robot.
     fitted = partial(
         calibrate,
         robot,
@@ -129,16 +129,16 @@ def zeros_of(found: Calibration) -> tuple[JointZero, ...]:
     """
     Return the zeros of the joints that follow from the corrections of a table's offsets.
 
-    Several joints may move one row of the table. The pseudoinverse gives the joint motions that
-    move the rows as the corrections do: the zeros.
+    Several joints may move one row of the table. The zeros are the joint motions that move the
+    rows as the corrections do, computed by the pseudoinverse.
     """
     arm = parameters_of(found.robot)
     offsets = [one for one in arm.table if one.group == 'offsets']
     _, _, by_theta, by_d = arm.chain.screws
     moved = np.where(np.array([one.angle for one in offsets])[:, None], by_theta, by_d)
     rows, columns = found.fitted_of([one.name for one in offsets])
-    # A table row whose offset is not fitted adds nothing to the zeros. The zeros of the joints
-    # that move this row are not known.
+    # If the offset of a table row is not fitted, it adds nothing to the zeros. The result marks
+    # the zeros of the joints that move this row as not known.
     by_rows = np.linalg.pinv(moved)
     stays = np.abs(np.delete(by_rows, rows, axis=1)).max(axis=1, initial=0.0) > ROUND_OFF
     by_rows = by_rows[:, rows]
@@ -152,7 +152,9 @@ def zeros_of(found: Calibration) -> tuple[JointZero, ...]:
 
 
 def zero_sentences(found: Calibration) -> list[str]:
-    """Return a sentence for each zero, one for an assumed noise, and one for a backlash."""
+    """
+    Return sentences on the zeros of the joints, an assumed noise of the touches, and a backlash.
+    """
     sentences = [one.sentence for one in zeros_of(found)]
     if found.instrument == (TOUCH_NOISE, 0.0):
         sentences.append(

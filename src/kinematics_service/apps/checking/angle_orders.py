@@ -21,8 +21,8 @@ from .pose_format import MAKERS
 ROTVEC = 'rotvec'
 # Number of poses with which the orders are compared.
 SAMPLES = 40
-# Number of the likeliest orders that are fitted. Orders such as XYX and XZX have equal traces:
-# only a fit of the positions distinguishes them.
+# Number of the likeliest orders that are fitted to the poses. The fit is needed because orders
+# such as XYX and XZX have equal traces; only the positions distinguish them.
 MAX_ORDERS = 150
 # Number of rounds in which the triple of each pose is chosen again.
 ROUNDS = 2
@@ -31,8 +31,8 @@ TOLERANCE = 1e-6
 
 
 class _Taken(NamedTuple):
-    # The kind (an order of angles, or `rotvec`) as which the numbers were written, and the kind as
-    # which they were read.
+    # `written` is the kind (an order of angles, or `rotvec`) in which the orientations were
+    # written; `read` is the kind as which they were read.
     written: str
     read: str
 
@@ -59,8 +59,9 @@ class LikelyOrder(NamedTuple):
 
     def undone(self, poses: Floats, A: Floats) -> Hypothesis:
         """
-        Return the hypothesis with corrected poses, from measured `poses` (N, 4, 4) and poses A
-        (N, 4, 4) of the robot file.
+        Return the hypothesis that the numbers of the orientations were read as the wrong kind,
+        with corrected poses. `poses` (N, 4, 4) are measured; A (N, 4, 4) are the poses of the
+        robot file.
         """
         # For each pose, take the triple of numbers that agrees best with the orientations
         # `chosen`.
@@ -94,8 +95,8 @@ def likely_orders(poses: Floats, A: Floats, read: str = '') -> list[LikelyOrder]
         made[own] = _rotations(kind, np.stack([numbers[pairs[k].read] for k in own]))
     of_file = A[few, :3, :3].reshape(-1, 9)
     chosen, off = _chosen(made.reshape(*made.shape[:3], 9), of_file @ of_file.T)
-    # If the reading is unknown, several pairs of kinds give the same rotations. Keep the first
-    # pair, which has the usual kinds.
+    # If the kind read is unknown, several pairs (kind written, kind read) give the same rotations.
+    # Keep the first pair, which has the usual kinds.
     likely: list[int] = []
     for k in sorted(np.argsort(off, kind='stable')[:MAX_ORDERS].tolist()):
         first = np.max(np.abs(chosen[likely, 0] - chosen[k, 0]), axis=1)
@@ -118,8 +119,9 @@ def order_hypotheses_of(poses: Floats, A: Floats, read: str = '') -> Iterator[Hy
 
 
 def _pairs(read: str) -> list[_Taken]:
-    # Return the pairs (kind written, kind read) to be tried. If the reading is unknown, skip most
-    # readings with moving axes: xyz read as zyx gives the same rotations as ZYX read as XYZ.
+    # Return the pairs (kind written, kind read) to be tried. If the kind read is unknown, skip
+    # most kinds with moving axes, because xyz read as zyx gives the same rotations as ZYX read as
+    # XYZ.
     orders = (*EULER_ORDERS, ROTVEC)
     known = 'xyz' if read == 'rpy' else read
     if known in orders:
@@ -148,10 +150,11 @@ def _rotations(kind: str, numbers: Floats) -> Floats:
 
 
 def _chosen(every: Floats, products: Floats) -> tuple[Floats, Floats]:
-    # For each of H pairs of kinds, choose the triple of each pose that agrees best with the other
-    # poses. `every` (H, 2, N, 9) has the rotations of both triples, `products` (N, N) the traces
-    # of the robot file. Return the chosen rotations (H, N, 9) and the errors (H,) of their traces.
-    # The choice starts from both triples of the first pose.
+    # For each of H pairs of kinds, choose for each pose the triple of angles that agrees best with
+    # the other poses. `every` (H, 2, N, 9) has the rotations of both triples, `products` (N, N)
+    # the traces of the robot file. Return the chosen rotations (H, N, 9) and the errors (H,) of
+    # their traces. The choice starts once from each triple of the first pose; keep the better
+    # result.
     count, _, many, _ = every.shape
     flat = every.reshape(count, 2 * many, 9)
     wrong = (flat @ np.swapaxes(flat, 1, 2)).reshape(count, 2, many, 2, many)

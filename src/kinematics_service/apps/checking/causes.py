@@ -69,19 +69,19 @@ SIFT_STEPS = 4
 BATCH_SIZE = 16
 # Number of preselected hypotheses that are fitted to all poses.
 FITTED_IN_FULL = 4
-# Factor by which a score from few poses may differ from that of all poses.
+# The score of a hypothesis from few poses may differ from its score with all poses by this factor.
 SIFT_MARGIN = 2.0
 # A number of the robot is fitted only if, to first order, it explains more than this share of the
 # squared residuals.
 FIRST_ORDER_SHARE = 0.4
 # Largest number of Levenberg-Marquardt steps that fit a number and the offsets together.
 ROUNDS = 12
-# The fit of a turning joint's scale starts from scales that give its farthest position these
-# values (rad), up to a turn. Newton's method converges if the farthest position is at most 0.5 rad
+# Start values for the fit of the scale of a turning joint: the scaled farthest position of the
+# joint (rad), up to a turn. Newton's method converges if the farthest position is at most 0.5 rad
 # off.
 TURNING_REACHES = (*np.arange(-5.5, 6.0),)
-# The fit of a sliding joint's scale starts from a scale that gives its farthest position this
-# value (m). Newton's method converges from any start.
+# Start value for the fit of the scale of a sliding joint: the scaled farthest position of the
+# joint (m). Newton's method converges from any start.
 SLIDING_REACHES = (0.0,)
 # Known factors of joint positions, by unit, each with the statement of the mistake.
 FACTORS = (
@@ -99,8 +99,8 @@ ROUND_OFF = 1e-15
 # Lower bound of the noise of a score (rad): the last digit of printed poses.
 POSE_DIGIT = 1e-6
 # A wrong number can be the decisive cause only if its model resolution is above this value. With
-# the value 0.55, a wrong angle was named in one of 54 recordings with a nominal table and two
-# moving joints.
+# the value 0.55, the check named a wrong angle in one of 54 recordings with a nominal table and
+# two moving joints.
 MIN_RESOLUTION = 0.75
 
 
@@ -200,9 +200,9 @@ def causes_of(given: ComparedData, A: Floats, fit: Fit, limit: PoseLimit = EXPLA
 
 
 def _decisive(cause: TestedCause, before: Fit, limit: PoseLimit) -> bool:
-    # Return whether a cause is decisive. Without any mistake, a nominal table leaves residuals
-    # within NOMINAL: do not name a gross mistake then. After a lag is corrected, a moving arm
-    # leaves larger residuals, since samples are few and stamps inexact.
+    # Return whether a cause is decisive. If the residuals are within NOMINAL, a nominal table
+    # explains them, so do not name a gross mistake. After a lag is corrected, the residuals of a
+    # moving arm may be larger, because samples are few and stamps inexact.
     gross = cause.value is None or cause.key in ('joint_scale', 'time_lag')
     if gross and errors_of(before.position, before.rotation).within(NOMINAL):
         return False
@@ -212,7 +212,8 @@ def _decisive(cause: TestedCause, before: Fit, limit: PoseLimit) -> bool:
 
 
 def _simplest(tried: Sequence[TestedCause]) -> list[TestedCause]:
-    # Leave out scales of a joint if a cause with fewer numbers explains the residuals as well.
+    # Leave out a wrong scale of a joint if a cause with fewer numbers explains the residuals
+    # equally well.
     said = {one.sentence for one in tried if one.value is None}
     units = [one.ratio for one in tried if one.key in ('degrees', 'millimetres')]
     least = RIVAL_RATIO * max(units, default=0.0)
@@ -245,8 +246,8 @@ def _orders(
 
 
 def _most(fit: Fit, tried: Sequence[TestedCause] = ()) -> float:
-    # Return a limit of the scores from few poses. A cause with a larger score explains too little,
-    # or less than a cause that was already tried.
+    # Return the largest score from few poses with which a hypothesis is fitted to all poses. A
+    # cause with a larger score explains too little, or less than a cause that was already tried.
     ratio = max([LIKELY_RATIO, *(one.ratio / RIVAL_RATIO for one in tried)])
     return SIFT_MARGIN * float(fit.score) / ratio
 
@@ -290,8 +291,8 @@ def undone(
     given: ComparedData, changes: Sequence[Hypothesis], rows: Integers | slice = slice(None)
 ) -> tuple[Floats, Floats]:
     """
-    Return the poses of robot file and second source with each mistake corrected, (H, N, 4, 4)
-    each; `rows` selects some rows.
+    Return the poses of the robot file and of the second source, (H, N, 4, 4) each, with each of H
+    mistakes corrected. `rows` selects the N poses.
     """
     q = np.stack([change.joints(given.q)[rows] for change in changes])
     A = evaluate(given.robot, q, depth=kernel.POSE).pose
@@ -319,8 +320,8 @@ def _numbers(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     if not errors_of(fit.position, fit.rotation).within(EXPLAINED):
         starts += _scale_starts(given, scales, fit)
     found = [cause for start in starts if (cause := _fitted(given, fit, *start))]
-    # Keep one cause for each joint. Prefer a wrong zero to a wrong scale, and a positive scale to
-    # a negative one: a base and tool turned round look like a negative scale.
+    # Keep one cause for each joint. Prefer a wrong zero to a wrong scale. Prefer a positive scale
+    # to a negative scale, because a turned base and tool have the effect of a negative scale.
     found.sort(key=_preference)
     return list({one.name: one for one in found}.values())
 
@@ -387,10 +388,11 @@ def _fitted(
     cause = _cause(number.key, number_in_words(number, value), value, before, fit)
     if cause.ratio < NAMED_RATIO:
         return replace(cause, name=number.name)
-    # Compute the resolution of this number: its diagonal entry of the model resolution matrix
-    # (Menke, Geophysical Data Analysis, chapter 4) of a least-squares fit of all numbers, scaled
-    # by their usual errors. It is 1 if the poses distinguish this number from the others, else
-    # less. Subtract the relative change of this number in that fit.
+    # Compute the resolution of this number. Fit all numbers, scaled by their usual errors, by
+    # least squares. The resolution is the diagonal entry of the model resolution matrix of this
+    # fit (Menke, Geophysical Data Analysis, chapter 4). It is 1 if the poses distinguish this
+    # number from the other numbers, else less. Subtract the relative change of this number in the
+    # fit.
     there, change = given._replace(q=q), number.at(found.values)
     others = [
         one.usual * one.columns[:, :, -1:]

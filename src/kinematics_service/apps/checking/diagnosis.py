@@ -20,8 +20,8 @@ from .joint_motion import SampledMotion
 from .lag import Later, looked_up
 from .offsets import Fit, equations_of, fit_offsets, free_directions, scale_of
 
-# No cause is sought if residuals are below both limits (m, rad): the best laser trackers leave
-# 0.02 mm, and with a 6-DOF probe 0.01 deg.
+# No cause is sought if residuals are below both limits (m, rad). These are errors of the best
+# laser trackers: 0.02 mm, and 0.01 deg with a 6-DOF probe.
 FINE = PoseLimit(2e-5, 2e-4)
 # A base offset that the sentence explains: the frame base_link of UR arms is their base turned by
 # 180 deg about z.
@@ -287,7 +287,8 @@ def _sentence(
 
 
 def _known_offset(fit: Fit) -> str:
-    # Return a text if only the base or only the tool is turned, about its origin; else empty.
+    # Return a text if the fitted offset only turns the base or only turns the tool, about its
+    # origin; else an empty text.
     for end, one, other in (('base', fit.X, fit.Y), ('tool', fit.Y, fit.X)):
         turn, rest = rotation_vector(one[:3, :3]), rotation_vector(other[:3, :3])
         way = max(np.linalg.norm(one[:3, 3]), np.linalg.norm(other[:3, 3]))

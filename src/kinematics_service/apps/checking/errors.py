@@ -20,7 +20,8 @@ def _number(value: float) -> str:
 
 
 def _with_unit(value: float, unit: str) -> str:
-    # Return a value as text; below UNIT_LIMIT in thousandths of the unit, for example mm.
+    # Return a value (m or s) as text. If it is below UNIT_LIMIT thousandths, the text is in
+    # thousandths of the unit, for example mm.
     thousandths = 1e3 * value
     if abs(thousandths) <= ROUND_OFF:
         return f'0 m{unit}'

@@ -9,7 +9,7 @@ from ...kernel import Floats
 from ...rigid_motion import turn_about
 
 # The 24 orders of three angles (Craig, appendix B). Letter k is the axis of angle k. Small letters
-# are axes that stand still, capitals are axes that move along. roll pitch yaw is xyz.
+# are fixed axes; capitals are axes that turn with the body. The order xyz is roll pitch yaw.
 EULER_ORDERS = tuple(
     order
     for axes in itertools.product('xyz', repeat=3)
@@ -49,8 +49,9 @@ def euler_angles(order: str, R: Floats) -> Floats:
     else:
         a = np.arctan2(R[..., j, i], -sign * R[..., last, i])
         b = np.arctan2(np.hypot(R[..., i, j], R[..., i, last]), R[..., i, i])
-    # Near a singular orientation, a and c turn about one axis, and a may have any value. Compute c
-    # from the rest of the rotation, so that the product is right for any a.
+    # Near a singular orientation, the angles a and c turn about one axis, and a may have any
+    # value. Compute c from the rotation that remains after a, so that the product is right for any
+    # a.
     M = np.swapaxes(turn_about(np.eye(3)[i], a), -1, -2) @ R
     other = i if i != k else last
     c = np.arctan2((sign if i != k else -sign) * M[..., j, other], M[..., j, j])

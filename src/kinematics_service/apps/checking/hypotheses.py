@@ -22,7 +22,8 @@ from ...robot.file.parts.parameters import ANGLE, LENGTH, RATIO, SIX
 from ...robot.robot import Robot, with_chain
 from .lag import Later
 
-# Statements of mistakes for measured poses. `known_pose_causes` replaces some for known poses.
+# Statements of mistakes in measured poses. `known_pose_causes` replaces some of these statements
+# if the poses are the known poses of a file.
 DEGREES = 'the joint positions are in degrees, not radians'
 RADIANS_TWICE = 'the joint positions were turned from degrees into radians twice'
 INVERSE = 'the poses are those of the base in the tool frame'
@@ -212,7 +213,7 @@ def read_as(robot: Robot, convention: str) -> Robot:
 def _with_rows(
     robot: Robot, rows: Sequence[Row], base: Floats | None = None, tool: Floats | None = None
 ) -> Robot:
-    # Return the robot with another table, and with another base or tool if they are given.
+    # Return the robot with another table, and with another base or tool if one is given.
     own = robot.description
     base = own.base.motion.matrix if base is None else base
     tool = own.tool.motion.matrix if tool is None else tool
@@ -220,7 +221,7 @@ def _with_rows(
 
 
 def number_signs_of(robot: Robot) -> Iterator[Hypothesis]:
-    """Yield a hypothesis for each constant of the table: its sign is wrong."""
+    """Yield a hypothesis for each constant of the table: the sign of the constant is wrong."""
     rows = list(table_rows(robot.description))
     for k, link in enumerate(robot.description.links):
         if not isinstance(link, DhRow):

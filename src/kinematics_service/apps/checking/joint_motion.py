@@ -9,13 +9,13 @@ from ...kernel import Floats
 
 Flags = npt.NDArray[np.bool_]
 
-# A joint's rate is the slope of a straight line, fitted to the samples in a window of this length,
-# s. Successive samples at 1 kHz differ by less than their noise. The speed of an arm hardly
-# changes in this time.
+# Length of a window (s). The rate of a joint is the slope of a straight line that is fitted to the
+# samples in the window. The fit averages noise, because successive samples at 1 kHz differ by less
+# than their noise. The speed of an arm hardly changes within this time.
 WINDOW = 0.02
 # Smallest number of samples that a line is fitted to.
 MIN_COUNT = 2
-# Largest number of samples that a line is fitted to: more samples add little information.
+# Largest number of samples that a line is fitted to, because more samples add little information.
 MAX_COUNT = 64
 # The motion between two samples further apart (s) is unknown.
 MAX_SAMPLE_GAP = 0.5
@@ -23,7 +23,8 @@ MAX_SAMPLE_GAP = 0.5
 
 class JointsAtTimes(NamedTuple):
     """
-    Joint positions q (N, n), rad or m, their rates (N, n) per s, and whether each row is known.
+    Joint positions q (N, n), rad or m, their rates (N, n) per s, and flags (N,): whether the
+    samples determine each row.
     """
 
     q: Floats

@@ -35,7 +35,8 @@ from .hypotheses import (
 )
 from .known_poses import errors_between, pose_errors, within_digits
 
-# Sentences of mistakes for files in degrees or millimetres; keys are the sentences for rad and m.
+# Maps the sentence on a mistake in a file in rad or m to the sentence for a file in degrees or
+# millimetres.
 IN_DEGREES = {RADIANS_TWICE: 'q of the poses is in radians, not degrees'}
 IN_MILLIMETRES = {LENGTHS_IN_MM: 'xyz of the poses is in metres, not millimetres'}
 # Keys of mistakes that are tried only if the known poses have orientations.
@@ -46,8 +47,8 @@ START_ANGLES = (0.0, 0.5 * math.pi, -0.5 * math.pi, math.pi)
 NEWTON_STEPS = 12
 # Poses whose entries differ by less (m, rad) are equal.
 TOOL_TOLERANCE = 1e-9
-# Mistakes are sought only if the arm misses a rounded pose by 10 times the error that its digits
-# allow. Many wrong numbers could explain a smaller error.
+# Mistakes are sought only if the arm misses a known pose by more than 10 times the rounding error
+# of its digits. Smaller errors are not explained, because many wrong numbers could cause them.
 ERROR_RATIO = 10.0
 
 
@@ -89,9 +90,7 @@ class _Undone(NamedTuple):
 
 
 def pose_causes(robot: Robot) -> PoseCauses:
-    """
-    Return the mistakes that explain all known poses of a robot's file; each one does so alone.
-    """
+    """Return the mistakes of which each one alone explains all known poses of a robot's file."""
     known = within_digits(robot)
     if known != robot.description.known_poses:
         errors = [replace(error, known=known[error.index]) for error in pose_errors(robot)]
@@ -100,8 +99,8 @@ def pose_causes(robot: Robot) -> PoseCauses:
     expected = np.array([pose.motion.matrix for pose in known])
     given = ComparedData(robot, np.array([pose.q for pose in known]), expected)
     count = 0
-    # Fit numbers only if no discrete mistake explains all poses: a wrong sign, for example, would
-    # also be found as a wrong number.
+    # Fit numbers only if no discrete mistake explains all poses, because a wrong sign, for
+    # example, would be found again as a wrong number.
     for mistakes in (_whole(given), itertools.chain(_ends(given), _numbers(given))):
         tried = list(mistakes)
         count += len(tried)
@@ -140,8 +139,8 @@ def _whole(given: ComparedData) -> Iterator[_Undone]:
 
 
 def _angle_units(given: ComparedData) -> Iterator[Hypothesis]:
-    # Yield mistakes: the angles of the poses, or of poses and joints, are in the other unit (rad,
-    # deg).
+    # Yield wrong units of angles: the angles of the poses, or of poses and joints, are in rad
+    # instead of deg or in deg instead of rad.
     description = given.robot.description
     try:
         angles = [_written_rpy(pose) for pose in description.known_poses]
@@ -166,8 +165,8 @@ def _written_rpy(pose: KnownPose) -> Floats:
 
 
 def _ends(given: ComparedData) -> Iterator[_Undone]:
-    # Yield mistakes: a wrong base, or a wrong tool, that explains the first pose. At least two
-    # different poses are needed to test such a mistake.
+    # Yield two mistakes: a wrong base and a wrong tool, each computed from the first pose. At
+    # least two different poses are needed to test such a mistake.
     A, B = evaluate(given.robot, given.q, depth=kernel.POSE).pose, given.poses
     if not _has_orientations(given.robot) or np.abs(A - A[0]).max() <= TOOL_TOLERANCE:
         return
@@ -183,7 +182,7 @@ def _ends(given: ComparedData) -> Iterator[_Undone]:
 
 
 def _numbers(given: ComparedData) -> Iterator[_Undone]:
-    # Require two joint positions: many wrong numbers can explain a single pose.
+    # Require two different joint positions, because many wrong numbers can explain a single pose.
     if len(np.unique(given.q, axis=0)) < 2:
         return
     oriented = _has_orientations(given.robot)

@@ -26,7 +26,8 @@ MOTION_SHARE = 0.25
 SAMPLES = 40
 # Number of steps that fit the offsets for each lag tried.
 TRIAL_STEPS = 4
-# Number of lags that are refined, and number of steps of each refinement.
+# Number of trial lags that are refined, and number of Levenberg-Marquardt steps of each
+# refinement.
 MINIMA = 2
 REFINE_STEPS = 6
 # Smallest number of poses whose joint positions are known at all lags tried.
@@ -104,7 +105,7 @@ def lagged(robot: Robot, later: Later, poses: Floats, A: Floats, fit: Fit) -> La
 
 
 def _valleys(scores: Floats) -> list[int]:
-    # Return the indices of the deepest local minima of the scores.
+    # Return the indices of the local minima with the smallest scores.
     around = np.pad(scores, 1, constant_values=np.inf)
     lowest = np.flatnonzero((scores <= around[:-2]) & (scores <= around[2:]))
     order = np.argsort(scores[lowest], kind='stable')[:MINIMA]
@@ -114,7 +115,8 @@ def _valleys(scores: Floats) -> list[int]:
 def _refined(
     robot: Robot, later: Later, poses: Floats, rows: Integers, before: Fit, begin: Fit, lag: float
 ) -> Lagged:
-    # Fit the lag and the offsets together, starting from the lag and the offsets of a trial.
+    # Fit the lag and the offsets of base and tool together, starting from the lag and the offsets
+    # of a trial.
     def moved(values: Floats) -> tuple[Floats, Floats]:
         lookup = later.at(float(values[0, 0]))
         state = evaluate(robot, lookup.q[rows], np.ascontiguousarray(lookup.rates[rows]))

@@ -18,7 +18,7 @@ RANDOM_STARTS = 400
 BRANCH_TOLERANCE = 1e-6
 # Number of damped steps that bring random starts near to closed loops.
 DAMPED_STEPS = 60
-# Largest damped step, rad; for sliding joints as a share of the size of the loops.
+# Largest damped step: an angle in rad, and for sliding joints a share of the size of the loops.
 STEP_LIMIT = 0.5
 # Damping of the damped steps, in the units of J^T J.
 DAMPING = 1e-6
@@ -92,8 +92,8 @@ def _starts(
 
 
 def _residuals(group: LoopGroup, x: Floats) -> tuple[Floats, Floats]:
-    # Return the gaps (N, p) of a group of loops at variables (N, v), and the derivatives (N, p, v)
-    # of the gaps.
+    # Return the residuals (N, p) of the loop equations of a group at variables (N, v), and the
+    # derivatives (N, p, v) of the residuals.
     gaps, slopes = [], []
     for loop in group.members():
         there, J_there = poses_and_jacobians(loop.there, x)

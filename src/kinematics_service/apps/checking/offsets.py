@@ -23,12 +23,14 @@ GAIN_TOLERANCE = 1e-9
 # Damping after the first failed step (Levenberg-Marquardt), in units of the largest eigenvalue of
 # J^T J.
 FIRST_DAMPING = 1e-3
-# Positions whose spread is below this share of their distance from the origin count as one point.
+# If the spread of the positions is below this share of their distance from the origin, the
+# positions are taken as one point.
 POINT_SPREAD_RATIO = 0.05
 # The poses do not determine a direction of the offsets if its singular value is below this ratio
 # to the largest one.
 WEAK_RATIO = 1e-4
-# Rotations about a second axis are noise if the sines of their angles are below this value.
+# The rotations are taken to have one common axis if the sines of the angles about other axes are
+# below this value.
 AXIS_VARIETY = 0.02
 
 
@@ -81,9 +83,9 @@ def scale_of(poses: Floats) -> Floats:
     Return the length (...,) by which residuals of positions are divided: the spread of the
     positions.
 
-    A residual of this length counts as much as a rotation by one rad. So the unit of the positions
-    makes no difference. If the positions hardly move, the length is 5 % of their distance from the
-    origin.
+    A position residual of this length has the weight of a rotation by one rad. So the fit does not
+    depend on the unit of the positions. If the positions hardly move, the length is 5 % of their
+    distance from the origin.
     """
     p = poses[..., :3, 3]
     far = np.sqrt(np.mean(np.sum(p**2, axis=-1), axis=-1))
@@ -143,8 +145,8 @@ def _better(fit: Fit, new: Fit) -> Fit:
 
 
 def _chosen(which: Flags, some: Sequence[Floats], others: Sequence[Floats]) -> Iterator[Floats]:
-    # Yield arrays of H problems: entries of `some` if the flag in `which` (H,) is set, else of
-    # `others`.
+    # Yield arrays with an entry for each of H problems. The entry is from `some` if the flag in
+    # `which` (H,) is set, else from `others`.
     for one, other in zip(some, others):
         yield np.where(which.reshape(-1, *[1] * (one.ndim - 1)), one, other)
 
@@ -265,8 +267,8 @@ def solved(J: Floats, r: Floats, damping: Floats | float = 0.0) -> Floats:
 
     `damping` is in units of the largest eigenvalue of J^T J.
     """
-    # Solve the normal equations: they have a dozen unknowns with equal scales, and the next step
-    # corrects their round-off.
+    # Solve by the normal equations, because a dozen unknowns have equal scales, and the next step
+    # corrects the round-off.
     Jt = np.swapaxes(J, 1, 2)
     values, vectors = np.linalg.eigh(Jt @ J)
     strong = values > WEAK_RATIO**2 * values[:, -1:]
@@ -278,7 +280,8 @@ def solved(J: Floats, r: Floats, damping: Floats | float = 0.0) -> Floats:
 
 def span_of(J: Floats) -> Floats:
     """Return an orthonormal basis (6 N, k) of the range of J (6 N, 12) of one problem."""
-    # Eigenvectors of J^T J are ten times faster than a QR if BLAS threads wait for each other.
+    # Use eigenvectors of J^T J, because they are ten times faster than a QR if BLAS threads wait
+    # for each other.
     values, vectors = np.linalg.eigh(J.T @ J)
     strong = values > WEAK_RATIO**2 * values[-1]
     return np.asarray(J @ (vectors[:, strong] / np.sqrt(values[strong])))
@@ -331,9 +334,9 @@ def _translated(A: Floats, B: Floats, scale: Floats, RX: Floats, RY: Floats) -> 
 
 def _rotations(A: Floats, B: Floats) -> list[tuple[Floats, Floats]]:
     # Return candidates of the rotations of X and Y. The relative rotations A_i^-1 A_j and B_i^-1
-    # B_j turn about axes that differ only by the rotation of Y (Park and Martin 1994). Instead of
-    # the axes, the fit uses the skew parts of the rotations, sin(angle) times the axis, since they
-    # are smooth.
+    # B_j turn about axes that differ only by the rotation of Y (Park and Martin 1994). The fit
+    # uses the skew parts of the rotations, sin(angle) times the axis. They replace the axes,
+    # because they are smooth functions of the rotation.
     RA, RB = A[..., :3, :3], B[..., :3, :3]
     n = A.shape[1]
     a, b = [], []
@@ -348,8 +351,8 @@ def _rotations(A: Floats, B: Floats) -> list[tuple[Floats, Floats]]:
     if np.sqrt(np.median(strengths[:, 1])) < AXIS_VARIETY:
         RX = RX @ _about_the_axis(A, B, RX, axes[:, :, 0])
         found.append((RX, nearest_rotation(np.einsum('hnji,hnjk->hik', RX[:, None] @ RA, RB))))
-    # Add a candidate with X from positions alone: it is good if the tool turns little or is close
-    # to the flange.
+    # Add a candidate whose X is computed from positions alone. It is good if the tool turns little
+    # or is close to the flange.
     pA = A[..., :3, 3] - A[..., :3, 3].mean(axis=1, keepdims=True)
     pB = B[..., :3, 3] - B[..., :3, 3].mean(axis=1, keepdims=True)
     RX = nearest_rotation(np.swapaxes(pB, 1, 2) @ pA)

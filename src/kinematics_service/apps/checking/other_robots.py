@@ -46,7 +46,8 @@ def left_by(robot: Robot, q: Floats, poses: Floats) -> Errors | None:
 
 def explains(left: Errors | None, errors: Errors, limit: PoseLimit) -> TypeGuard[Errors]:
     """
-    Return whether the residuals `left` of another robot are within `limit` and far below `errors`.
+    Return whether the residuals `left` of another robot are within `limit` and at least 3 times
+    smaller than `errors`.
     """
     return (
         left is not None

@@ -19,7 +19,8 @@ def _numbers(count: int) -> tuple[str, ...]:
 
 
 # Endings of column names in small letters, with their default kind of orientation, in the order of
-# the search. Matrices come first, since their numbers 0 to 6 are also those of a quaternion pose.
+# the search. Matrices come first, because a quaternion pose has the endings 0 to 6, which a matrix
+# has too.
 ENDS = (
     ((*XYZ, 'qx', 'qy', 'qz', 'qw'), 'xyzw'),
     ((*XYZ, 'rx', 'ry', 'rz'), 'rotvec'),
@@ -39,8 +40,8 @@ ENDS = (
     (XYZ, 'position'),
     (_numbers(3), 'position'),
 )
-# Endings of the position's and the orientation's columns if both have their own beginnings, as in
-# `pose=pos_+quat_`.
+# Endings of the column names of the position and of the orientation. They apply if the user gives
+# two beginnings of names, as in `pose=pos_+quat_`.
 PLACES = (XYZ, _numbers(3))
 TURNS = (
     *((ends[3:], kind) for ends, kind in ENDS if ends[:3] == XYZ and ends[3:]),

@@ -21,7 +21,8 @@ def _denavit_hartenberg(description: RobotDescription) -> RenderableType:
     angle, length = description.angle_unit, description.length_unit
     convention = CONVENTIONS[description.convention]
     axes = {name: axis for axis, name in convention.motions}
-    # In Craig's convention, row i has a and alpha of link i-1: their heads get the index (i-1).
+    # In Craig's convention, row i has a and alpha of link i-1, so the heads of these columns get
+    # the index (i-1).
     before = {name for _, name in convention.before_joint}
     heads = (
         f'{name}{"(i-1)" if name in before else ""} [{angle if axes[name][0] == "R" else length}]'

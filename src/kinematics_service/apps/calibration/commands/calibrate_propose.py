@@ -88,7 +88,7 @@ def calibrate_propose(
                 raise CalibrationError(
                     f'this is no calibration to go on from: {refused}', code='not-accepted'
                 )
-    # Read only joint positions, because the file of candidates needs no poses.
+    # Read only the joint positions of the candidates, because no poses were measured there.
     chosen = None if among is None else read_positions(among, reading._replace(pose_topic=None))
     proposed = propose_poses(arm, count, after, positions, among=chosen, line_of_sight=sight)
     for file in plans:

@@ -143,8 +143,9 @@ def _parameters(found: Calibration) -> str:
 
 
 def _bar(one: CalibratedParameter) -> str:
-    # Return an SVG bar for a standard deviation. Its logarithmic axis goes from a thousandth of
-    # the prior standard deviation to the prior standard deviation.
+    # Return an SVG drawing of a parameter: a bar for its standard deviation and a line for its
+    # correction. The logarithmic axis goes from a thousandth of the prior standard deviation to
+    # the prior standard deviation.
     def across(value: float) -> float:
         share = 1.0 + math.log10(max(value / one.prior, 10.0**-DECADES)) / DECADES
         return 200 * min(share, 1.0)
