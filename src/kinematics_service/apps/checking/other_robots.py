@@ -46,8 +46,8 @@ def left_by(robot: Robot, q: Floats, poses: Floats) -> Errors | None:
 
 def explains(left: Errors | None, errors: Errors, limit: PoseLimit) -> TypeGuard[Errors]:
     """
-    Return whether the residuals `left` of another robot are within `limit` and at least 3 times
-    smaller than `errors`.
+    Return whether another robot explains the poses: its residuals `left` are within `limit`, and
+    its position residuals are at least 3 times smaller than those of the given robot, `errors`.
     """
     return (
         left is not None

@@ -187,8 +187,8 @@ def _helper(node: KinematicsNode, name: str) -> Node:
 def _report(
     display: Node, listener: DemoListener, output: StandardOutput, units: Mapping[str, str]
 ) -> Iterator[None]:
-    # Show the messages while the block runs: as lines, or on a terminal as a table on a separate
-    # screen. At the end, the former screen of the terminal is restored.
+    # Show the messages while the `with` block runs. A terminal shows a table on a separate screen;
+    # any other output gets lines. At the end, restore the former screen of the terminal.
     if not output.is_terminal:
         report = PlainReport(listener, output)
         listener.then = report.warn

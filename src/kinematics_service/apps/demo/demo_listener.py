@@ -97,8 +97,8 @@ class DemoListener:
 
     def start(self) -> None:
         """Set the start time to now, and subscribe to the joint states."""
-        # Subscribe only now: the arm waits for the first subscription to the joint states, which
-        # must be that of the node.
+        # Subscribe to the joint states only now. The arm starts at the first subscription to its
+        # joint states, which must be that of the node.
         topic = f'{self.source.rpartition("/")[0]}/{JOINT_STATES}'
         self.joints = LatestMessage(self._node, topic, JointState, OUTPUT_QOS)
         self.started = time.monotonic()
@@ -132,7 +132,8 @@ class DemoListener:
         distance = float(self.distance.message.data)
         now = self.time
         if distance < self.nearest.distance:
-            # The latest pose belongs to this distance, because the node publishes the pose first.
+            # Store the latest pose with this distance: both belong together, because the node
+            # publishes the pose first.
             pose = None if self.pose.message is None else pose_of(self.pose.message)
             self.nearest = Nearest(distance, now, pose)
         while self._intervals * INTERVAL <= now:

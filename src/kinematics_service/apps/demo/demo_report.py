@@ -19,7 +19,8 @@ from .standard_output import StandardOutput
 COMMAND = 'python -m kinematics_service'
 # Largest number of successive levels that the summary lists.
 MAX_LEVELS = 12
-# Environment variables that must have equal values in a second terminal, or ROS finds no node.
+# Environment variables that must have equal values in both terminals. Otherwise ROS does not find
+# the node from the second terminal.
 MUST_MATCH = ('ROS_DOMAIN_ID', 'RMW_IMPLEMENTATION')
 
 

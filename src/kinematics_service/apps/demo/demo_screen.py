@@ -25,13 +25,14 @@ from .demo_listener import INTERVAL, DemoListener
 from .live_table import BARS, STYLES, bars, coloured, matrix_lines, number, scale_lines
 from .readings import pose_of
 
-# Number of lines for the warning. The number is constant, so that the lines below do not move.
+# Number of lines for the text of the warning. The number is constant, so that the lines below the
+# warning do not move.
 SENTENCE_LINES = 2
 # Widths in characters.
 LABEL_WIDTH = 18
 MEASURE_WIDTH = 22
 NUMBER_WIDTH = 8
-HISTORY_SCALE_WIDTH = 13  # of the scale after a history: a full bar and its number
+HISTORY_SCALE_WIDTH = 13  # width of a full bar and its number, after a history
 # Distance for which a bar of the history has full height, rad.
 FULL_BAR = 0.5
 MISSING = '-'
@@ -127,7 +128,8 @@ def _warning(warned: WarningReading | None, width: int) -> list[Text]:
         return [Text('waiting for the node'), *[Text()] * (SENTENCE_LINES - 1)]
     sentence = plain(warned.sentence)
     if warned.level != Level.STALE.name:
-        # Omit the numbers in the warning, which are old: the table shows the present numbers.
+        # Omit the numbers in the warning, because they are old and the table shows the present
+        # numbers.
         head, _, tail = sentence.partition(': ')
         factor = plain(warned.values.get('factor', ''))
         if factor and tail.startswith(factor):
@@ -178,7 +180,7 @@ def _jacobian(listener: DemoListener, width: int) -> list[Text]:
         return [_labelled('Jacobian', str(error))]
     speeds = listener.joint_speeds()
     if set(matrix.columns) <= set(speeds):
-        # Add a last row with the velocity of each column's joint.
+        # Add a last row: the velocity of the joint of each column.
         row = np.array([speeds[name] for name in matrix.columns])
         matrix = JacobianReading(
             (*matrix.rows, QDOT), matrix.columns, np.vstack([matrix.jacobian, row])
@@ -209,7 +211,7 @@ def _scale(listener: DemoListener) -> Text:
 def _measures(listener: DemoListener, width: int, units: Mapping[str, str]) -> list[Text]:
     cells = []
     for name, measure in MEASURES.items():
-        if name != 'distance':  # the distance has a line of its own
+        if name != 'distance':  # the table shows the distance in another line
             number, unit = listener.measure(name), units[name]
             value = _measure(number) if number is None else f'{_measure(number)} {unit}'.rstrip()
             cells.append(_labelled(measure.short or measure.words, value.ljust(MEASURE_WIDTH)))

@@ -36,7 +36,8 @@ from .standard_output import StandardOutput
 SILENCE_TIMEOUT = 5.0
 # Period of the check whether messages come, s.
 CHECK_PERIOD = 0.5
-# Width of lines without a terminal, characters: so large that lines are not broken.
+# Width (characters) of lines if the output is not a terminal. It is so large that no line is
+# broken.
 UNBROKEN_WIDTH = 10_000
 SEPARATOR = '---'
 
@@ -166,13 +167,13 @@ class _Echo:
     def _why_silent(self) -> str:
         topic = self._echoed.awaited or self._latest.topic
         diagnostics = self._diagnostics.message
-        # The first status of the node's diagnostics is that of its input.
+        # Use the first status of the node's diagnostics, which reports on the input of the node.
         report = diagnostics.status[0].message if diagnostics else ''
         return why_no_messages(self._node, topic, self._echoed.answers, report)
 
     def _give_up(self) -> None:
-        # At the time-out, stop if no message has come. Print the likely reason, unless it has been
-        # printed.
+        # Stop at the time-out if no message has come. Print the likely reason, unless the reason
+        # has been printed before.
         if self._latest.count > 0 or self.in_vain:
             return
         if not self._explained:

@@ -24,7 +24,7 @@ from ...robot.measures import Level
 from .readings import PoseReading, StatusesReading
 
 # Widths in characters.
-CELL_WIDTH = 9  # of a number and the gap before it
+CELL_WIDTH = 9  # width of a number and the gap before it
 MAX_CELL_WIDTH = 14  # largest width of a column, if its joint has a long name
 ROW_LABEL_WIDTH = 4
 VECTOR_LABEL_WIDTH = 19

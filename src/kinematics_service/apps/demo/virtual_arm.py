@@ -20,11 +20,12 @@ from .motions.trajectory import Trajectory
 
 # Number of joint states per second along a path.
 RATE = 50.0
-# If a joint state is later than this (s), for example after the process was stopped, the motion
-# continues from there instead of catching up.
+# If a joint state is late by more than this (s), for example after the process was stopped, the
+# simulated arm does not publish the missed joint states faster to catch up.
 MAX_DELAY = 0.5
 QUEUE_DEPTH = 1000
-# Shortest period of the timer (s). One call publishes several joint states of a faster recording.
+# Shortest period of the timer (s). If a recording is faster, one call of the timer publishes
+# several joint states.
 MIN_PERIOD = 0.001
 
 
@@ -108,10 +109,10 @@ class VirtualArm:
         self._command = (
             node.create_publisher(JointState, command, QUEUE_DEPTH) if command else None
         )
-        # Use a timer with a constant period that is started only once. Each reset of a timer adds
-        # an event to the queue of the executor. Each call of a timer that is due again adds an
-        # event too. If a callback reset its timer, calls would double while the queue is slower
-        # than the period.
+        # Use a timer with a constant period that is started only once. Do not reset the timer in
+        # its callback, because each reset adds an event to the queue of the executor. Each call of
+        # a timer that is due again adds another event. So the calls would double while the queue
+        # is slower than the period.
         self._timer = steady_timer(node, period, self._turn, autostart=False)
 
     @property

@@ -16,7 +16,7 @@ HEIGHT = 220
 MARGIN = 16
 # Azimuth and elevation of the view, rad.
 AZIMUTH = -0.9
-ELEVATION = 0.4  # above the horizontal plane
+ELEVATION = 0.4  # angle above the horizontal plane
 VIEW = np.array(
     [
         [-math.sin(AZIMUTH), math.cos(AZIMUTH), 0.0],

@@ -7,9 +7,10 @@ import numpy as np
 from ....kernel import Floats
 from ....robot.robot import Robot
 
-# Smallest distance of a path from the position limits of a joint, divided by their range.
+# Smallest distance of a path from a position limit of a joint, divided by the range between the
+# limits.
 MARGIN_RATIO = 0.05
-# Smallest distance of a path from the limit of a joint with only one limit, rad or m.
+# If a joint has only one position limit: smallest distance of a path from this limit, rad or m.
 ONE_SIDED_MARGIN = 0.05
 # Largest speed of a joint on a path, divided by its velocity limit.
 SPEED_RATIO = 0.5

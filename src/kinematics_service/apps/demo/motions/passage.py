@@ -14,8 +14,8 @@ from ....robot.robot import Robot
 from .motion import JointMotion, allowed_speeds, inside_limits
 
 # Largest distance of a joint position from the middle of the path.
-TURNING_REACH = 0.7  # rad
-SLIDING_REACH = 0.2  # m
+TURNING_REACH = 0.7  # rad, for a turning joint
+SLIDING_REACH = 0.2  # m, for a sliding joint
 # Shortest period of the motion, s, so that a person can read each level on the table.
 MIN_PERIOD = 12.0
 # Number of random directions that are tried through each singular pose, and their random seed.
@@ -28,8 +28,8 @@ class Passage:
     """
     q(t) = centre + x reach with x = cos(u) (1 + 2 cos(u)^2) / 3 and u = 2 pi t / period.
 
-    At x = 0 the joints have a third of the speed that x = cos(u) would have there. Their largest
-    speed is 97 % of that of x = cos(u).
+    At x = 0 the joints have a third of the speed that they would have with x = cos(u). The largest
+    joint speed is 97 % of the largest speed with x = cos(u).
 
     Attributes
     ----------
@@ -91,8 +91,8 @@ def _line(robot: Robot) -> tuple[Floats, Floats]:
 
 
 def _line_of_loops(robot: Robot) -> tuple[Floats, Floats]:
-    # Return a line on which all joints move together. Halve its length until every loop closes
-    # along the line, and the line is inside the limits.
+    # Return the centre and the reach of a line on which all joints move together. Halve the reach
+    # until every loop closes along the line and the line is inside the limits.
     centre, units = robot.chain.closure.assembled(), np.minimum(robot.chain.closure.units(), 1.0)
     x = np.linspace(-1.0, 1.0, 21)[:, None]
     low, high = robot.limits.T

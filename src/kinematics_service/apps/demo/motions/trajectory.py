@@ -53,7 +53,7 @@ def sine_trajectory(robot: Robot) -> Sines:
     low, high = inside[:, 0], inside[:, 1]
     amplitude = np.minimum(1.0, 0.5 * (high - low))
     w = np.arange(1.0, n + 1.0)
-    # Scale the time of the motion by a factor of at most 1, so that every joint keeps its speed
+    # Multiply the time in the sines by a factor of at most 1, so that no joint exceeds its speed
     # limit.
     clock = min(1.0, float(np.min(allowed_speeds(robot) / (amplitude * w))))
     return Sines(

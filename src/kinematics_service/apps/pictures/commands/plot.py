@@ -41,7 +41,7 @@ from ..plots.velocity import velocity_picture
 from ..plots.workspace import workspace
 from ..plots.workspace_picture import workspace_picture
 
-# The options of each kind of picture, besides --of, --save, --show and --deg.
+# Maps a kind of picture to the options that it accepts besides --of, --save, --show and --deg.
 OPTIONS = {
     'arm': ('--q',),
     'ik': ('--xyz', '--rpy', '--quaternion', '--near'),
@@ -54,7 +54,8 @@ OPTIONS = {
 ALL_OPTIONS = {name for names in OPTIONS.values() for name in names}
 # Kinds of pictures that need a target pose or position.
 TARGETS = ('ik', 'family')
-# Number of points on each side of the map: the distances at 80,000 points take 20 s on two cores.
+# Number of grid points along each side of the map. A map of 280 x 280 points takes 20 s on two
+# cores.
 MAP_POINTS = 280
 # Number of random configurations with which the search of a workspace starts.
 WORKSPACE_POINTS = 28_000
@@ -171,8 +172,7 @@ def _refuse_unknown_options(robot: str, kind: str, given: list[str]) -> None:
 
 @contextmanager
 def _wrong_usage() -> Iterator[None]:
-    # An error of the library about an option's value becomes an error of wrong usage (exit code
-    # 2).
+    # If the library refuses the value of an option, report wrong usage (exit code 2).
     try:
         yield
     except PlotError as error:
@@ -187,8 +187,8 @@ def _points(robot: Robot, kind: str, given: int | None) -> int:
                 f'--points: {given} is not accepted; plot {kind} takes {low} to {high}'
             )
         return given
-    # Use fewer points for an arm with closed loops, because closing them takes time. The number
-    # does not depend on the clock: the same command gives the same picture.
+    # Use fewer points for an arm with closed loops, because closing the loops takes time. The
+    # number does not depend on the measured time, so that the same command gives the same picture.
     passive = max(1, len(robot.passive_joint_names))
     points = MAP_POINTS // math.isqrt(passive) if kind == 'map' else WORKSPACE_POINTS // passive
     return max(points, low)

@@ -18,17 +18,18 @@ from .picture import AXIS_COLORS, BLACK, GREY, LIGHT, ORANGE, PURPLE, Draw, with
 from .skeleton import Skeleton, skeleton_of
 
 # Lengths of the drawn parts, divided by the edge of the drawn cube.
-FRAME_LENGTH = 0.06  # of the axes of a link frame
-TOOL_FRAME_LENGTH = 0.11  # of the axes of the tool frame
-AXIS_LENGTH = 0.24  # of a joint axis, and of each arrow along an impossible motion
+FRAME_LENGTH = 0.06  # length of the axes of a link frame
+TOOL_FRAME_LENGTH = 0.11  # length of the axes of the tool frame
+AXIS_LENGTH = 0.24  # length of a joint axis, and of each arrow along an impossible motion
 # Legend entries of the x, y and z axes of all drawn frames; the thick axes are those of the tool.
 FRAME_LABELS = ('x', 'y', 'z (thick: tool)')
 # Gap between the arm and the faces of the drawn cube, divided by the edge of the cube.
 MARGIN_RATIO = 0.08
 # Elevation of the view, degrees.
 ELEVATION = 22.0
-# Azimuths of the view to choose from, degrees. If several azimuths are equally good, the first one
-# is taken. No azimuth is along x or y, because the labels of two axes would overlap.
+# Possible azimuths of the view, degrees. If several azimuths are equally good, the function
+# `azimuth_of` takes the first of them. No azimuth is along x or y, because the labels of two axes
+# would overlap.
 AZIMUTHS = (-55.0, *(float(a) for a in range(-175, 180, 10) if 10 < a % 90 < 80))
 
 
@@ -84,7 +85,7 @@ def azimuth_of(skeleton: Skeleton) -> float:
     """
     Return the azimuth from which an arm looks largest, degrees.
 
-    The criterion is the area of the links' ellipse of inertia after projection.
+    The function compares the areas of the projected ellipsoid of inertia of the links.
     """
     if not skeleton.segments:
         return AZIMUTHS[0]
@@ -102,16 +103,20 @@ def azimuth_of(skeleton: Skeleton) -> float:
     # det(P M P^T) of a projection P along n is n^T adj(M) n.
     adjugate = M @ M - M + (1.0 - np.trace(M @ M)) / 2.0 * np.eye(3)
     areas = np.einsum('in,ij,jn->n', to_viewer, adjugate, to_viewer)
-    # The projected area of a straight arm is 0 from every side. Then choose the longest
-    # projection.
+    # The projected area of a straight arm is 0 from every side, so choose the view with the
+    # longest projection.
     lost = np.einsum('in,ij,jn->n', to_viewer, M, to_viewer)
-    # Round, so that the first of equally good views is taken in spite of round-off.
+    # Round the values, so that the first of several equally good views is taken in spite of
+    # round-off.
     best = np.lexsort((lost.round(9), -areas.round(9)))[0]
     return float(AZIMUTHS[best])
 
 
 def set_space(axes: Axes3D, cube: Floats, azimuth: float, small: bool = False) -> None:
-    """Set equal scales, units and view direction of 3D axes; `small` means one of many panels."""
+    """
+    Set equal scales, units and the view direction of 3D axes. `small` means that the axes are one
+    of many panels.
+    """
     size = 8.0 if small else 10.0
     axes.set(xlim=cube[0], ylim=cube[1], zlim=cube[2])
     axes.set_box_aspect((1.0, 1.0, 1.0))

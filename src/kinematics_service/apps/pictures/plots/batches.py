@@ -19,7 +19,7 @@ from ...recordings.sweep import results_of_workers
 # package; `functools.partial` is allowed.
 Batch = Callable[[Robot, Floats], Floats]
 
-# Number of rows in a batch: 3 MB in a message for six joints.
+# Number of rows in a batch. A message with one batch has 3 MB for six joints.
 ROWS = 65_536
 
 

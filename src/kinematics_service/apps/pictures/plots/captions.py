@@ -45,7 +45,7 @@ def positions(robot: Robot, q: Floats, width: int, skip: Sequence[int] = ()) -> 
 
 
 def nearness(robot: Robot, singularity: Singularity) -> str:
-    """Return a text with the distance of one pose to a singular pose, and the nearest factor."""
+    """Return a text with the distance to a singular pose, and the name of the nearest factor."""
     distance = float(singularity.distance)
     farther = none_found(singularity)
     if singularity.rank < singularity.generic_rank:

@@ -29,7 +29,8 @@ DAMPING = 1e-9
 DIFFERENCE_STEP = 1e-5
 # Largest residual of a solution (without unit).
 RESIDUAL_TOLERANCE = 1e-8
-# A point gets a factor's name if its estimated distance to the factor's zero is below this, rad.
+# A point gets the name of a factor if its estimated distance (rad) to a zero of the factor is
+# below this value.
 FACTOR_TOLERANCE = 1e-5
 
 
@@ -80,15 +81,16 @@ def critical_points(robot: Robot, plane: Plane, starts: int | None = None) -> Cr
         q = np.where(robot.prismatic, q, np.remainder(q + np.pi, 2.0 * np.pi) - np.pi)
     F, _ = _system(robot, plane, q, c)
     inside = np.all((q >= ranges[:, 0]) & (q <= ranges[:, 1]), axis=1)
-    # If c is normal to the plane, the arm can move in the plane but not leave it. Drop such poses.
+    # Drop poses at which c is normal to the plane, because there the tool can move in every
+    # direction of the plane.
     within = np.linalg.norm(c[:, :2], axis=1) > 1e-3
     q = q[(np.linalg.norm(F, axis=1) < RESIDUAL_TOLERANCE) & inside & within]
     return CriticalPoints(plane.coordinates(evaluate(robot, q).position), _names(robot, q))
 
 
 def _gradients(robot: Robot, plane: Plane, q: Floats) -> Floats:
-    # Return A, shape (..., k, n): the k gradients of the plane's coordinates times the scaled
-    # Jacobian of the position, divided by the reach. A is nan if a loop does not close.
+    # Return A, shape (..., k, n): the product of the k gradients of the plane's coordinates and
+    # the scaled Jacobian of the position, divided by the reach. A is nan if a loop does not close.
     position, J = _position_and_jacobian(robot, q)
     return (
         plane.gradients(position)
@@ -107,7 +109,8 @@ def _position_and_jacobian(robot: Robot, q: Floats) -> tuple[Floats, Floats]:
 
 
 def _number_of_vectors(robot: Robot, plane: Plane, q: Floats) -> int:
-    # Return 3 if the arm can move along the plane's normal, else 2.
+    # Return the number of gradients: 3 if the arm can move the tool along the plane's normal, else
+    # 2.
     A = _gradients(robot, plane, q[:50])
     moved = np.max(np.abs(A), axis=(0, 2)) > 1e-9
     return 2 if len(moved) == 2 or not moved[2] else 3

@@ -17,7 +17,10 @@ FARTHER = '#D9E6EE'
 
 
 class ColourScale(NamedTuple):
-    """The ends of a colour scale, rad; `open` is True if larger distances than `high` exist."""
+    """
+    The lower and upper limit of a colour scale, rad; `open` is True if distances above `high`
+    exist.
+    """
 
     low: float
     high: float

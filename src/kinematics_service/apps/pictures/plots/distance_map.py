@@ -19,7 +19,8 @@ from .ranges import clear_pose, finite_ranges, random_positions
 POSITIONS = 24
 # Number of random configurations of the other joints in the search of `_pair_with_most_change`.
 POSES = 16
-# If a factor is below this value on the whole map, it counts as zero because of the held joints.
+# If a factor is below this value on the whole map, the map lists the factor as zero because of the
+# held joints.
 TOLERANCE = 1e-12
 
 

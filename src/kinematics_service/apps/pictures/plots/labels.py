@@ -11,12 +11,12 @@ import numpy as np
 from ....kernel import Floats
 from .artists import Axes3D
 
-# Directions in which a label may be placed from its point, and distances in points of 1/72 inch.
+# Directions from a labelled point to its label, and distances between both in points (1/72 inch).
 DIRECTIONS = [(np.cos(a), np.sin(a)) for a in np.arange(12) * np.pi / 6.0]
 RADII = (9.0, 15.0, 23.0, 33.0)
 # Width of a letter and height of a line, divided by the font size.
-LETTER_WIDTH = 0.62  # mean of DejaVu Sans
-LINE_HEIGHT = 1.25  # with the gap to the next line
+LETTER_WIDTH = 0.62  # mean width in the font DejaVu Sans
+LINE_HEIGHT = 1.25  # contains the gap to the next line
 # Points at these fractions of a segment's length are tested for collisions with labels.
 ALONG = np.linspace(0.0, 1.0, 25)[:, None]
 

@@ -17,8 +17,8 @@ from .picture import Draw, words
 from .ranges import not_all_closed
 from .set_styles import set_styles
 
-# On the border of the map, a factor counts as zero below this share of its largest value on the
-# map.
+# On the border of the map, a factor is taken as zero if its value divided by its largest value on
+# the map is below this.
 ZERO_RATIO = 1e-9
 QUARTER = math.pi / 4.0
 # Colour of positions at which a loop does not close.
@@ -79,8 +79,8 @@ def _draw_sets(axes: Axes, numbers: DistanceMap) -> list[Artist]:
 
 def with_border_crossed(values: Floats) -> Floats:
     """
-    Return values (rows, columns) in which zeros on the border have the sign opposite to the
-    inside.
+    Return values (rows, columns) in which each zero on the border gets the opposite sign of its
+    neighbour inside.
 
     matplotlib draws a curve only between values of different signs. A factor that is zero along
     the border, for example sin(q) at pi, has only round-off of any sign on the border.

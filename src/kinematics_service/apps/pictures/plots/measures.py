@@ -18,10 +18,11 @@ from .picture import GREY, VERMILION, Draw, with_unit, words
 
 # Width of a letter of a factor's name, divided by the width of the panel.
 LETTER_WIDTH = 0.014
-# A minimum of the distance is labelled with a factor's name if it is below this share of the
-# largest distance.
+# The picture labels a minimum of the distance with the name of the nearest factor if the minimum
+# is below this share of the largest distance.
 NAMED_RATIO = 0.3
-# Largest drawn condition number: larger ones are round-off at a singular pose.
+# Largest drawn condition number. Larger condition numbers are not drawn, because at a singular
+# pose they are only round-off.
 MAX_CONDITION = 1e4
 # Maximum number of letters in a line of an axis label.
 LABEL_LETTERS = 14
@@ -76,7 +77,7 @@ def _label(measure: Measure, unit: str) -> str:
 def _draw_thresholds(axes: Axes, robot: Robot) -> None:
     limits = robot.singularity.thresholds
     measure = MEASURES[limits.measure]
-    both = measure.of_square  # the measure has both signs: draw each threshold with both signs
+    both = measure.of_square  # the measure may be negative: draw thresholds with both signs
     for value, name, style in ((limits.warn, 'warn', '--'), (limits.stop, 'stop', '-')):
         for sign in (1.0, -1.0) if both else (1.0,):
             label = f'{name} {value:g}' if sign > 0 else None
@@ -87,7 +88,7 @@ def _draw_thresholds(axes: Axes, robot: Robot) -> None:
 
 
 def _scale_without_end(axes: Axes, values: Floats, least: float) -> None:
-    # Set the vertical axis of a measure without an upper bound.
+    # Set the vertical axis for a measure that has no upper bound.
     largest = min(float(np.max(values[np.isfinite(values)], initial=least)), MAX_CONDITION)
     if least and largest >= 10.0:
         axes.set_yscale('log')
@@ -112,7 +113,7 @@ def _name_factors(robot: Robot, axes: Axes, motion: PlottedMotion, near: Singula
         if robot.singularity.factors.is_loop(nearest) and not flat_loop(
             robot, singularity(robot, motion.q[k])
         ):
-            continue  # the nearest factor is a loop's, but the loop is not singular
+            continue  # the factor belongs to a loop that is not singular
         t, name = float(motion.times[k]), factors.names[nearest]
         half = 0.5 * LETTER_WIDTH * span * (len(name) + 1)
         if any(t - half < b and t + half > a for a, b in taken):

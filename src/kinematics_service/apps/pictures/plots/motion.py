@@ -15,9 +15,9 @@ from ...recordings.readers.recording import read_recording
 
 # Number of points of one period of a trajectory.
 SAMPLES = 2001
-# A pause between two rows is a gap if it is longer than both limits.
+# A pause between two rows is a gap if it is longer than both of these limits.
 MIN_GAP = 1.0  # s
-MIN_GAP_STEPS = 5.0  # median steps
+MIN_GAP_STEPS = 5.0  # in units of the median time between two rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,8 +141,8 @@ def _gaps(times: Floats) -> Integers:
 
 
 def _differentiated(robot: Robot, times: Floats, q: Floats, name: str) -> PlottedMotion:
-    # Differentiate each part between gaps; a single row between two gaps has no velocity and is
-    # left out. At least half of the steps are shorter than a gap, so one part has two rows.
+    # Differentiate each part between gaps. A single row between two gaps has no velocity and is
+    # left out. At least one part has two rows, because the median time step is no gap.
     parts = [
         (t, positions)
         for t, positions in zip(np.split(times, _gaps(times)), np.split(q, _gaps(times)))

@@ -18,7 +18,8 @@ GREY, LIGHT = '#606060', '#C8C8C8'
 # Colours of x, y and z of a frame, as in other viewers of robots.
 AXIS_COLORS = ('#D7191C', '#2CA02C', '#1F5FD7')
 SERIES = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
-# Dashes as matplotlib takes them: a sign, or an offset with the lengths of dashes and gaps.
+# A line style of matplotlib: a sign such as `--`, or an offset with the lengths of dashes and
+# gaps.
 Dashes = str | tuple[float, tuple[float, ...]]
 DASHES: tuple[Dashes, ...] = ('-', '--', '-.', ':', (0, (6, *5 * [1.5])), (0, (3, 1)), '-')
 
@@ -33,7 +34,7 @@ STYLE = {
     'axes.spines.right': False,
     'lines.solid_capstyle': 'round',
     'savefig.dpi': 120,
-    # A constant, so that the same picture gives the same bytes.
+    # Use a constant instead of a random salt, so that the same picture gives the same bytes.
     'svg.hashsalt': 'kinematics_service',
 }
 # Metadata by suffix, without a date, so that the same picture gives the same bytes.
@@ -49,7 +50,7 @@ Draw = Callable[[Figure], None]
 
 def suffix_of(file: Path, other: str = '') -> str:
     """
-    Return the suffix of a picture's file; if no picture has this suffix, return `other`.
+    Return the suffix of the file of a picture; if it is not a suffix of pictures, return `other`.
 
     Raises
     ------
@@ -156,7 +157,7 @@ def show_picture(draw: Draw, title: str) -> None:
         try:
             figure = pyplot.figure()
         except Exception as error:
-            # Each toolkit has its own errors for a missing display.
+            # Catch all errors, because each toolkit has its own errors for a missing display.
             reason = ' '.join(str(error).split()) or type(error).__name__
             raise PlotError(nowhere.format(reason), code='no-display') from None
         backend = matplotlib.get_backend()

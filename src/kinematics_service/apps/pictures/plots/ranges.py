@@ -26,8 +26,8 @@ CANDIDATES = 4000
 CANDIDATES_OF_LOOPS = 400
 # Distances to singularity above this value (rad) do not improve a configuration's score further.
 MAX_DISTANCE = 0.9
-# Weight of the joints' distances from the middle of their ranges, in the score: 1 rad of them
-# costs this distance to singularity, rad.
+# Weight of the joint angles in the score. 1 rad from the middle of a joint's range reduces the
+# score as much as a distance to singularity that is smaller by this (rad).
 BEND_WEIGHT = 0.06
 # Number of configurations whose distances are computed in one call.
 BATCH_SIZE = 128
@@ -67,7 +67,7 @@ def clear_pose(robot: Robot) -> Floats:
     read only. The same arm has the same configuration each time.
     """
     ranges = finite_ranges(robot)
-    # Draw within the middle 80 % of each range, and at most 2 pi / 3 from the middle.
+    # Draw random positions in the middle 80 % of each range, at most 2 pi / 3 from the middle.
     count = CANDIDATES_OF_LOOPS if robot.chain.loops else CANDIDATES
     middle, half = ranges.mean(axis=1), 0.4 * np.ptp(ranges, axis=1)
     q = middle + np.minimum(half, 2.0 * math.pi / 3.0) * np.random.default_rng(SEED).uniform(
@@ -81,8 +81,8 @@ def clear_pose(robot: Robot) -> Floats:
     bent = np.sum(np.abs(q - middle) * ~robot.prismatic, axis=1)
     lowest = np.min(evaluate(robot, q, depth=kernel.ALL_FRAMES).link_frames[..., 2, 3], axis=-1)
     hangs = np.maximum(-lowest, 0.0) / robot.singularity.task.reach
-    # Computing distances takes most of the time, so compute upper bounds of the scores first. Skip
-    # a batch if its best bound is below the best score.
+    # Compute upper bounds of the scores first, because computing distances takes most of the time.
+    # Skip a batch if its largest bound is below the best score so far.
     score = MAX_DISTANCE - BEND_WEIGHT * bent - hangs
     order, best = np.argsort(-score, kind='stable'), -math.inf
     for batch in np.split(order, range(BATCH_SIZE, len(q), BATCH_SIZE)):
@@ -94,7 +94,7 @@ def clear_pose(robot: Robot) -> Floats:
             np.minimum(distance, MAX_DISTANCE) - BEND_WEIGHT * bent[batch] - hangs[batch]
         )
         best = max(best, np.max(score[batch]))
-    result: Floats = q[int(np.argmax(score))] + 0.0  # no negative zero
+    result: Floats = q[int(np.argmax(score))] + 0.0  # turns -0.0 into 0.0
     result.setflags(write=False)
     return result
 

@@ -19,7 +19,8 @@ POINT_TOLERANCE = 1e-9
 @dataclass(frozen=True, eq=False)
 class JointAxis:
     """
-    The line about or along which a row of the table moves, in the base frame.
+    The axis of a joint: the line, in the base frame, about or along which a row of the table
+    moves.
 
     Attributes
     ----------
@@ -39,7 +40,9 @@ class JointAxis:
 
 @dataclass(frozen=True, eq=False)
 class Segment:
-    """A straight part of the arm between two points (3,), m; `slides` if its length changes."""
+    """
+    A straight part of the arm between two points (3,), m; `slides` is True if its length changes.
+    """
 
     start: Floats
     end: Floats

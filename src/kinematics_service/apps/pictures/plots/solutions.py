@@ -20,17 +20,17 @@ from .captions import positions, signed
 from .picture import BLACK, PURPLE, VERMILION, Draw, words
 from .skeleton import skeleton_of
 
-# Largest number of panels; if there are more solutions, the picture gives their number.
+# Largest number of panels. If more solutions exist, the title gives their number.
 MAX_PANELS = 16
 # Largest number of panels in a row.
 MAX_COLUMNS = 4
 # Sizes, inches.
 PANEL_WIDTH = 3.4
-PANEL_HEIGHT = 4.3  # with the text above the drawing
-DRAWING_HEIGHT = 3.13  # of the arm in a panel
-GAP = 0.12  # below each drawing
-MIN_WIDTH = 6.0  # of the picture
-LINE_HEIGHT = 0.18  # of the title
+PANEL_HEIGHT = 4.3  # contains the text above the drawing
+DRAWING_HEIGHT = 3.13  # height of the arm in a panel
+GAP = 0.12  # height of the gap below each drawing
+MIN_WIDTH = 6.0  # least width of the picture
+LINE_HEIGHT = 0.18  # height of a line of the title
 # Number of letters of the title per inch of width.
 LETTERS = 12.5
 

@@ -24,7 +24,7 @@ from .ranges import finite_ranges, not_all_closed, random_positions
 
 # Number of cells along the longer side of the workspace.
 CELLS = 100
-# Smallest width of a workspace, divided by the reach: a smaller one is drawn as a point.
+# Smallest width of a workspace, divided by the reach. A smaller workspace is drawn as a point.
 MIN_WIDTH_RATIO = 1e-6
 # Maximum number of Newton steps that move a configuration until the tool is in the plane.
 MAX_STEPS = 8
@@ -35,8 +35,8 @@ ROUNDS = 24
 # Number of configurations that all rounds together try, divided by the number of first random
 # configurations.
 CHANGED_RATIO = 2
-# Exponents to base 10 of the smallest and the largest scale of a change, relative to each joint's
-# range.
+# Smallest and largest standard deviation of a random change of a joint position, divided by the
+# joint's range; as exponents of 10.
 CHANGE_POWERS = (-3.0, -0.7)
 
 
@@ -72,7 +72,8 @@ class Workspace:
 
 def section_rows(robot: Robot, q: Floats, plane: Plane) -> Floats:
     """
-    Return for each row of q (N, n) the plane's coordinates (m), distance (rad) and q, (N, 3 + n).
+    Return for each row of q (N, n) two coordinates of the tool in the plane (m), the distance to a
+    singular pose (rad), and q: shape (N, 3 + n).
 
     If the plane is along base axes, the least joint motion first moves the tool into the plane. A
     row is nan if the tool does not get into the plane with joints inside the limits and loops
@@ -89,8 +90,9 @@ def section_rows(robot: Robot, q: Floats, plane: Plane) -> Floats:
 
 
 def _into_plane(robot: Robot, q: Floats, plane: Plane) -> tuple[Floats, npt.NDArray[np.bool_]]:
-    # Move tools into the plane by Newton's method with least-norm steps, scaled by the task's
-    # column scales. Return joint positions (N, n), and whether the tool is in the plane (N,).
+    # Move the tool into the plane by Newton's method, with least-norm steps that are scaled by the
+    # task's column scales. Return joint positions (N, n), and flags (N,): whether the tool is in
+    # the plane.
     ranges, near = finite_ranges(robot), PLANE_TOLERANCE * robot.singularity.task.reach
     scales, normal = robot.singularity.task.column_scales, plane.normal
     at = float(plane.origin @ normal)
@@ -173,7 +175,7 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
         count += each
         tried = tried[closes_at(robot.chain, tried)]
         open_poses += each - len(tried)
-        # Compute in this process: a round takes less time than sending it to workers.
+        # Compute in this process, because a round takes less time than its transfer to workers.
         found = _best_of_cells(np.vstack([found, function(robot, tried)]), size)
     cells = _cells(found[:, :2], size)
     low = cells.min(axis=0)
@@ -188,7 +190,7 @@ def _cells(coordinates: Floats, size: float) -> Integers:
 
 
 def _best_of_cells(rows: Floats, size: float) -> Floats:
-    # Return for each cell the row with the largest distance.
+    # Return for each cell of the plane the row with the largest distance to singularity.
     rows = rows[np.isfinite(rows[:, 0])]
     rows = rows[np.argsort(-rows[:, 2], kind='stable')]
     first = np.unique(_cells(rows[:, 1::-1], size), axis=0, return_index=True)[1]
@@ -196,8 +198,8 @@ def _best_of_cells(rows: Floats, size: float) -> Floats:
 
 
 def _parents(random: np.random.Generator, found: Floats, size: float, count: int) -> Floats:
-    # Return `count` joint positions to change; half of them are from cells with an empty
-    # neighbour.
+    # Return `count` joint positions that are to be changed. Half of them are from cells with an
+    # empty neighbour cell.
     cells = _cells(found[:, :2], size)
     cells = cells - cells.min(axis=0) + 1
     taken = np.zeros(cells.max(axis=0) + 2, dtype=bool)

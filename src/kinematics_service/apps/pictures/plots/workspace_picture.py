@@ -20,10 +20,10 @@ MAX_SETS = 4
 SIDE_LENGTH = 7.0
 # Width of the colour bar with its labels, inches.
 BAR_WIDTH = 1.6
-# The colour scale ends at this percentile of the distances, so that a few cells do not dominate
-# the scale.
+# The colour scale ends at this percentile of the distances, so that a few cells with large
+# distances do not determine the scale.
 HIGH_PERCENTILE = 98.0
-# Smallest length of a colour scale, rad.
+# Smallest difference between upper and lower limit of a colour scale, rad.
 MIN_SCALE = 1e-3
 
 
@@ -45,7 +45,7 @@ def workspace_picture(robot: Robot, space: Workspace, critical: CriticalPoints) 
         _draw_critical(axes, critical)
         axes.plot(0.0, 0.0, marker='+', markersize=11, color=BLACK, markeredgewidth=1.5, zorder=7)
         margin = 0.04 * float(np.max(high - low))
-        # If the workspace is a line, add a margin beside it.
+        # If the workspace is narrow, for example a line, enlarge the margin beside the workspace.
         beside = max(margin, 0.1 * float(np.max(high - low)) - float(high[0] - low[0]))
         left = 0.0 if space.plane.half else low[0] - beside
         axes.set(
@@ -78,8 +78,8 @@ def scale_of(values: Floats) -> ColourScale:
     """
     Return the colour scale for distances in rad, some of which may be nan.
 
-    The scale begins at 0, unless more than half of the scale would then be below the smallest
-    distance.
+    The scale begins at 0, unless the smallest distance is above the middle of such a scale; then
+    it begins at the smallest distance.
     """
     finite = values[np.isfinite(values)]
     low, high = float(np.min(finite)), float(np.percentile(finite, HIGH_PERCENTILE))
@@ -93,7 +93,7 @@ def _draw_border(axes: Axes, space: Workspace) -> None:
     # closed.
     reached = np.pad(np.isfinite(space.best), 2).astype(float)
     if np.max(_blurred(reached)) < 1.0:
-        return  # a line does not have an outline
+        return  # a workspace that is a line has no outline
     x = space.corner[0] + space.size * (np.arange(reached.shape[1]) - 1.5)
     y = space.corner[1] + space.size * (np.arange(reached.shape[0]) - 1.5)
     axes.contour(x, y, _blurred(reached), levels=[0.5], colors=[BLACK], linewidths=1.2, zorder=4)

@@ -58,7 +58,8 @@ class MessageError(ValueError):
 
 def is_taken(data: bytes | str, panel: Mapping[str, Any]) -> bool:
     """
-    Return whether viser may read a message; False if the message's element no longer exists.
+    Return whether viser may read a message; False if the message is for an element of the panel
+    that no longer exists.
 
     Parameters
     ----------

@@ -14,10 +14,10 @@ from ....robot.measures import MEASURES, Level
 FULL_RATIO = 5.0
 # The gauge of the time to the threshold is full from this time on, s.
 FULL_TIME = 10.0
-# Time to the threshold below which its gauge has the colour of WARN, s.
+# If the time to the threshold is below this (s), its gauge has the colour of WARN.
 WARN_TIME = 2.0
-# A joint is near a limit if its distance from the limit is below this. The distance is divided by
-# the joint's range, or in rad or m if only one limit is finite.
+# A joint is near a limit if its distance from the limit, divided by the joint's range, is below
+# this value. If only one limit is finite, the distance is in rad or m.
 LIMIT_MARGIN = 0.05
 
 LEVEL_WORDS = {
@@ -92,7 +92,9 @@ def gauges_of(seen: Observation) -> tuple[Gauge, ...]:
     full = FULL_RATIO * thresholds.warn if measure.small_is_bad else thresholds.warn / FULL_RATIO
 
     def fraction(value: float) -> float:
-        if not measure.small_is_bad:  # a condition number: 1 is best, infinite is worst
+        if (
+            not measure.small_is_bad
+        ):  # the measure is a condition number: 1 is best, infinity is worst
             return min(1.0, full / value)
         return min(1.0, max(0.0, value / full))
 
@@ -108,7 +110,8 @@ def gauges_of(seen: Observation) -> tuple[Gauge, ...]:
 
 
 def _scale_gauges(seen: Observation) -> tuple[Gauge, ...]:
-    # The node publishes a scale only if it receives commands.
+    # Return no gauge without a scale, because the node publishes a scale only if it receives
+    # commands.
     if seen.scale is None:
         return ()
     value, cause, level = seen.scale

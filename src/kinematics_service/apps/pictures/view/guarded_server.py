@@ -56,7 +56,7 @@ def guarded_server(
         Pages of other sites could connect to the server.
     """
     panel: dict[str, Any] = {}
-    discarded = io.StringIO()  # text that viser prints
+    discarded = io.StringIO()  # receives the text that viser prints
     with redirect_stdout(discarded), _serving(origin_check, lambda: panel):
         server = viser.ViserServer(host=host, port=port, label=label, verbose=False)
     try:
@@ -70,7 +70,8 @@ def guarded_server(
 
 @contextmanager
 def _serving(origin_check: OriginCheck, panel: Callable[[], Mapping[str, Any]]) -> Iterator[None]:
-    # Replace `serve` within the `with` block by a function that adds the checks.
+    # Replace the `serve` of websockets within the `with` block by a function that adds the checks
+    # of origin and messages.
     original = websocket_server.serve
 
     class PageConnection(ServerConnection):  # type: ignore[misc]

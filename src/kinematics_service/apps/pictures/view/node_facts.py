@@ -19,8 +19,8 @@ from ....rigid_motion import exact_rpy, pose_of
 from ....robot.measures import Thresholds
 from ....robot.robot import Robot, with_singularity, with_tool
 
-# Two tool frames are equal if they differ by less than this (m, rad): the node's description has
-# rounded numbers.
+# Two tool frames are equal if they differ by less than this (m, rad). They may differ, because the
+# description of the node has rounded numbers.
 TOOL_TOLERANCE = 1e-9
 
 
@@ -142,5 +142,9 @@ def ask_node(node: Node, executor: Executor, source: str, timeout: float) -> Nod
             sha256=str(facts['file']['sha256']),
             tool=pose_of(facts['tool']['xyz'], facts['tool']['rpy']),
         )
-    except (ValueError, KeyError, TypeError):  # another program's service with this name
+    except (
+        ValueError,
+        KeyError,
+        TypeError,
+    ):  # the service with this name belongs to another program
         return None

@@ -126,7 +126,8 @@ class OriginCheck(NamedTuple):
             return False
         if '@' in parts.netloc:
             return False
-        # The owner of a foreign name can resolve it to this computer; an address is safe.
+        # Accept addresses, because no name server resolves an address. Refuse unknown names,
+        # because the owner of a name can resolve it to this computer.
         return is_loopback(name) or name in self.names or name == called.removeprefix('::ffff:')
 
     def _is_remembered(self, headers: Headers, port: int) -> bool:

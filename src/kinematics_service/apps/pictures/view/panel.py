@@ -29,8 +29,8 @@ INK = {Level.OK: '#fff', Level.WARN: '#000', Level.ERROR: '#fff', Level.STALE: '
 # Symbols of the levels, for readers who cannot see the colours, and for print.
 SIGNS = {Level.OK: '●', Level.WARN: '▲', Level.ERROR: '■', Level.STALE: '○'}
 
-# On a narrow screen viser's panel would cover the picture; the last rules of this style limit the
-# height of the panel.
+# CSS of the panel. On a narrow screen viser's panel would cover the picture, so the last rules of
+# this style limit the height of the panel.
 STYLE = """<style>
 .kin{font-size:12px;line-height:1.35;padding:2px 10px 4px 8px}
 .kin table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}

@@ -44,7 +44,10 @@ class ArmSource:
 
     @property
     def status(self) -> str:
-        """Return the source of the observation, or why it is missing, in one line."""
+        """
+        Return one line of text: the source of the observation, or the reason why the observation
+        is missing.
+        """
         return self._status
 
     @property

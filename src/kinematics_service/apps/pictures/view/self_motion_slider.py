@@ -34,8 +34,8 @@ class SelfMotionSlider:
         self._rows = next((rows for rows in tasks if has_arcs(robot, rows, '')), None)
         self._arc: IkArc | None = None
         self._searched = False
-        # `_shown` has the rounded joint positions of the sliders, `_q` the exact joint positions
-        # on the arc.
+        # `_shown` are the joint positions of the sliders, which round them. `_q` are the exact
+        # joint positions on the arc.
         self._shown = self._q = np.empty(0)
         self._ratio = 0.5
         if self._rows is None:

@@ -107,8 +107,8 @@ class ViewListener:
 
     def changed(self) -> bool:
         """
-        Return whether the kinematics node has appeared, restarted or changed; then read its
-        description.
+        Return whether the kinematics node has appeared, restarted or changed. If so, read the
+        description of the node first.
         """
         answer = self._request
         if answer is not None and answer.done():
@@ -162,7 +162,7 @@ class ViewListener:
         self._joint_states += 1
         try:
             output = self._estimator.take(sample_of(message, self._node.get_clock()))
-        except Exception as error:  # a message must not end the view
+        except Exception as error:  # no message may end the view
             self._node.get_logger().error(f'joint state: {error!a}')
             return
         if isinstance(output, EstimatorOutput):

@@ -29,7 +29,7 @@ from ....robot.measures import Level
 
 # A message older than this is not shown as live, s.
 MAX_AGE = 1.0
-# The view shows only the last message of a topic.
+# The queue is short, because the view shows only the last message of a topic.
 LAST_QOS = QoSProfile(depth=5, reliability=ReliabilityPolicy.RELIABLE)
 
 
