@@ -37,7 +37,9 @@ NOISE_RATIO = 2.0
 
 
 class JudgedFit(NamedTuple):
-    """A calibration, and whether all numbers of its table except gear ratios were fitted."""
+    """
+    A calibration; `whole` is True if all numbers of its table except gear ratios were fitted.
+    """
 
     found: Calibration
     whole: bool
@@ -133,7 +135,10 @@ def _by_chance(count: int, left: int, drawn: int, found: int) -> float:
 
 
 def joint_remarks(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
-    """Yield sentences on joints that move too little, and on a joint that the errors depend on."""
+    """
+    Yield sentences on joints that move too little, and on a joint if the errors depend on its
+    position.
+    """
     yield from _nearly_still(robot, problem, found)
     if not any(one.group == GEARS for one in problem.parameters):
         yield from _by_gear(robot, problem, found)

@@ -28,11 +28,11 @@ from .checking import (
     position_numbers,
 )
 
-# Prior standard deviations of compliances: those of soft gears. The key is whether the joint turns
-# (rad/Nm) or slides (m/N).
+# Prior standard deviations of the compliance of a joint, with the values of soft gears. The key is
+# True for a turning joint (rad/Nm), False for a sliding joint (m/N).
 COMPLIANCE_PRIOR = {True: 1e-4, False: 1e-5}
-# Prior standard deviations of drifts of the instrument: the usual errors of a table. The key is
-# whether the parameter is an angle (rad) or a length (m).
+# Prior standard deviations of the drift of the instrument between sessions. They equal the usual
+# errors of a table. The key is True for an angle (rad), False for a length (m).
 PLACEMENT_PRIOR = {True: float(ANGLE), False: LENGTH}
 # Prior standard deviation of the drift of a joint zero between sessions, divided by the usual
 # error of the zero in a datasheet. Temperature causes the drift.

@@ -133,8 +133,8 @@ def in_file_units(value: float, angle: bool, description: RobotDescription) -> f
 
 @dataclass(frozen=True, eq=False)
 class _Corrections:
-    # Corrections (rad or m) of a table. The keys of `found` are the row of the table and the name
-    # of a number in this row.
+    # Adds corrections (rad or m) to a table. Each key of `found` is the index of a table row and
+    # the name of a number in this row.
     description: RobotDescription
     found: Mapping[tuple[int, str], float]
 
@@ -183,8 +183,8 @@ class _Corrections:
             else:
                 rows = self._elementary_rows(k, link)
             links += rows
-            # Do not count an extra row that the next row turns back: the axes between these two
-            # rows differ from those of the nominal frame.
+            # Do not count an extra row that the next row turns back, because the frame between
+            # these two rows has other axes than the nominal frame.
             ends_at.append(len(links) - (1 if turn else 0))
         if turn and isinstance(link, DhRow):
             links.append(_row(link, {'theta': self._turned(ZERO, turn)}))

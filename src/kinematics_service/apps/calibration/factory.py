@@ -25,8 +25,8 @@ from .corrections import corrected_robot
 from .robot_text import CalibrationOrigin, Frames, calibrated_text, placed_robot
 from .ur_calibration import JOINTS, UrCalibration, read_ur_calibration
 
-# Number of seeded poses that the corrections are fitted to. The other poses are held out and
-# prove the corrections.
+# Number of seeded poses that the corrections are fitted to. The other poses are held out, and test
+# the corrections.
 FITTED_POSES = 100
 
 

@@ -56,7 +56,8 @@ STEP = float(np.cbrt(np.finfo(np.float64).eps))
 # Residuals (N, 2, 3) and the Jacobian of the poses (N, 2, 3, P), as `FitProblem.equations` returns
 # them.
 Equations: TypeAlias = tuple[Floats, Floats]
-# Flags of the rows of a chain, the chain, all its corrections, and joint positions in these rows.
+# One chain with its rows: flags of the rows, the chain, all corrections of the chain, and the
+# joint positions in the rows.
 _ChainRows: TypeAlias = tuple[Flags, CorrectedChain, Floats, Floats]
 
 
@@ -290,8 +291,9 @@ class Identified:
 
 
 class _Step(NamedTuple):
-    # A Gauss-Newton step, divided by the prior standard deviations; the triangle R of the scaled
-    # equations; their Jacobian `rows`, and their right-hand side.
+    # A Gauss-Newton step, divided by the prior standard deviations, and the scaled equations that
+    # it solves. `rows` is the Jacobian of the equations, `right` their right-hand side, and
+    # `triangle` the QR factor R of `rows`.
     step: Floats
     triangle: Floats
     rows: Floats

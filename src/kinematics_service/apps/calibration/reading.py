@@ -152,8 +152,8 @@ def _lag_of(robot: Robot, chosen: ChosenPoses, kind: str, on_tool: bool) -> floa
 
 def standing_poses(file: Path, wanted: Selection) -> Selection:
     """
-    Return the selection, with the stamp format `none` if the file is a table without stamps: then
-    the arm stands still in each row.
+    Return the selection of what is read from a file. If the file is a table without stamps, set
+    the stamp format `none`, because the arm stood still in each row.
     """
     if file.suffix.lower() not in TABLES or not file.is_file() or wanted.stamps != StampFormat():
         return wanted

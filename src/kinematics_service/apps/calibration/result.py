@@ -231,7 +231,7 @@ class Calibration(IdentifiedTable):
 
     @cached_property
     def without(self) -> FitErrors:
-        """Return the errors without the outliers."""
+        """Return the errors of the rows that are not outliers."""
         return self._errors(self.used)
 
     @cached_property

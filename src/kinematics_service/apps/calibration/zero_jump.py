@@ -34,8 +34,8 @@ THRESHOLDS = {1: 41.8, 6: 58.4}
 # Add no poses to the baseline while the likelihood ratio of a jump exceeds its threshold minus
 # this share of the smaller threshold.
 FREEZE_RATIO = 0.5
-# The window has this number of poses, or up to one batch more. A slip must be detected within 100
-# poses of a camera.
+# The window has this number of poses, or up to one batch more. It has more than 100 poses, because
+# a slip of a joint must be detected within 100 poses of a camera.
 WINDOW = 128
 # The poses of a second source may be wrong for this number of poses without an alarm.
 MAX_FAILED = 5
@@ -184,9 +184,9 @@ class Watched(NamedTuple):
 
 
 class _Baseline:
-    # The estimate of x from healthy poses: its mean and information matrix, in units of the prior
-    # of x. The noise follows from the residuals and from the number of entries of x that the poses
-    # determine (MacKay 1992).
+    # Estimates x from healthy poses. `mean` and `information` are the mean and the information
+    # matrix of x, in units of the prior of x. The noise follows from the residuals and from the
+    # number of entries of x that the poses determine (MacKay 1992).
     def __init__(self, rows: Floats, unknown: Integers, floor: Floats) -> None:
         e, H = rows[:, :, 0], rows[:, :, 1:][:, :, unknown]
         r = np.moveaxis(e.reshape(len(e), 2, 3), 1, 0).reshape(2, -1, 1)
@@ -201,8 +201,9 @@ class _Baseline:
             told = weights * np.einsum('ij,kji->k', covariance, gram)
             self.freedom = np.maximum(3.0 * len(e) - told, 1.0)
             # Successive poses share errors that x does not contain, for example by an elastic arm
-            # or a distorted image. `longer` successive poses count as one pose with an independent
-            # error: the ratio of von Neumann (1941).
+            # or a distorted image. `longer` is the number of successive poses that together have
+            # the weight of one pose with an independent error. It is estimated by the ratio of von
+            # Neumann (1941).
             left = e - H @ self.mean
             scaled = left / np.repeat(self.noise, 3)
             sums, differences = scaled[1:] + scaled[:-1], scaled[1:] - scaled[:-1]

@@ -235,7 +235,7 @@ def _orders(
     given: ComparedData, A: Floats, fit: Fit, tried: Sequence[TestedCause]
 ) -> list[TestedCause]:
     if errors_of(fit.position, fit.rotation).rotation_rms < NOMINAL.angle:
-        return []  # small angles hardly depend on their order
+        return []  # small angles in any order give nearly one rotation
     likely = likely_orders(given.poses, A, given.read)
     few = few_of(len(A))
     # Joint positions and A stay; only the orientations of the second source change.

@@ -341,7 +341,7 @@ def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
     robot = given.robot
     yield from _of_joints(given, 'joint_offset', 1)
     if robot.chain.loops:
-        return  # skip the table: with a wrong length, closed loops would close elsewhere
+        return  # with another table, closed loops would close at other joint positions
     arm, own = parameters_of(robot), robot.description
     ends = len(arm.table), len(arm.table) + len(SIX)
     chain = placement(arm.chain, own.base.motion.matrix, own.tool.motion.matrix, ends)

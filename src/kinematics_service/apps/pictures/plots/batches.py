@@ -2,7 +2,7 @@
 Compute a function of many configurations in batches, in this process or by workers of a dask
 cluster.
 
-Both use the same batches, so that their results are equal bit for bit.
+This process and the workers use equal batches, so that their results are equal bit for bit.
 """
 
 from collections.abc import Callable

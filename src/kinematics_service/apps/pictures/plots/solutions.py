@@ -20,7 +20,7 @@ from .captions import positions, signed
 from .picture import BLACK, PURPLE, VERMILION, Draw, words
 from .skeleton import skeleton_of
 
-# Largest number of panels. If more solutions exist, the title gives their number.
+# Largest number of panels. If more solutions exist, the picture gives their number as text.
 MAX_PANELS = 16
 # Largest number of panels in a row.
 MAX_COLUMNS = 4

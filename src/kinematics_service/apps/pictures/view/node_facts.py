@@ -142,9 +142,5 @@ def ask_node(node: Node, executor: Executor, source: str, timeout: float) -> Nod
             sha256=str(facts['file']['sha256']),
             tool=pose_of(facts['tool']['xyz'], facts['tool']['rpy']),
         )
-    except (
-        ValueError,
-        KeyError,
-        TypeError,
-    ):  # the service with this name belongs to another program
+    except (ValueError, KeyError, TypeError):  # the service is that of another program
         return None
