@@ -28,9 +28,9 @@ from .result import Calibration
 # Largest share of the measured rows that may be outliers. The calibration is refused if a larger
 # share are outliers with an error above the limit.
 OUTLIER_SHARE = 0.1
-# Significance level of two tests, each for all joints together. Fisher's exact test detects
-# outliers in one part of a joint's range. The score test detects errors that depend on a joint
-# position.
+# Significance level of two tests. Each test is for all joints together. Fisher's exact test
+# detects outliers in one part of a joint's range. The score test detects errors that depend on a
+# joint position.
 TEST_LEVEL = 1e-3
 # If the noise of the instrument is known, errors up to this factor times the noise are accepted.
 NOISE_RATIO = 2.0

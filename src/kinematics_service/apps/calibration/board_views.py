@@ -38,8 +38,8 @@ DISTANCE_RATIO = 1.2
 # Least cosine of the angle between the board's normal and the camera's axis in proposed poses: the
 # angle is at most 60 degrees.
 FACING_COSINE = 0.5
-# In proposed poses, the board stays away from each edge of the image by this share of its width
-# and height.
+# In proposed poses, the board keeps this distance from each edge of the image, as a share of the
+# width and height of the image.
 RIM_SHARE = 0.04
 TOO_FLAT = 'the board is seen too flat, or from too far, to tell which way it is inclined'
 
@@ -129,8 +129,8 @@ class BoardViews(FrozenArrays):
     @property
     def whitening(self) -> Floats:
         """
-        Return whitening matrices (N, 6, 6): they scale the residuals of each pose to the noise of
-        a typical pose.
+        Return whitening matrices (N, 6, 6). Multiplied by its matrix, the residual of each pose
+        has the noise of a typical pose.
         """
         return self._whitening(self.poses, self.seen)
 

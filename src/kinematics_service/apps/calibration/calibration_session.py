@@ -34,7 +34,8 @@ PERIOD = 0.25
 SILENCE = 5.0
 # Number of poses of the first fit.
 MIN_POSES = 8
-# The next fit starts when the number of poses has grown by this factor since the last fit.
+# The next fit starts when the number of poses has reached this multiple of the number at the last
+# fit.
 NEXT_FIT_RATIO = 1.25
 
 

@@ -63,8 +63,8 @@ def wrong_size(problem: FitProblem, fit: Identified) -> WrongSize | None:
 
 def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) -> Measured:
     """
-    Return the measured rows of a camera as `calibrate` takes them: for a camera on the tool, the
-    poses of the board in the frame of the camera are inverted.
+    Return the measured rows of a camera as `calibrate` takes them. If the camera is on the tool,
+    invert the poses of the board in the frame of the camera.
 
     Raises
     ------

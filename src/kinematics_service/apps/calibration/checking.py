@@ -33,22 +33,22 @@ from ..checking.hypotheses import (
 from ..recordings.readers.source import MAX_POSES
 from .placing import Free, Offsets, offsets_of, shared_offsets
 
-# Joint positions, tool positions or rotations that differ by less than this (rad, m) count as
-# equal.
+# Two joint positions, tool positions or rotations are equal if they differ by less than this (rad,
+# m).
 MIN_CHANGE = 1e-3
 # Largest median error (m) of the nominal table after base and tool are fitted. If the error is
 # larger, the input has a mistake.
 MAX_ERROR = 0.02
 # The frame check leaves out rows whose residual is above 5 times the median.
 OUTLIER_MEDIANS = 5.0
-# A correction gets a remark if it is above 4 prior standard deviations; a wrong size of a board if
-# it is above 4 of its standard deviations.
+# A correction causes a remark if it is above 4 prior standard deviations. A wrong size of a board
+# causes a remark if it is above 4 standard deviations of the estimated size.
 REMARKED_DEVIATIONS = 4.0
 # The error message names a mistake of the input if a correction of this mistake divides the
 # residuals by 3 or more.
 NAMED_RATIO = 3.0
 # Two mistakes are rivals if the residuals after their correction differ by less than a factor of
-# 2: then neither is certain.
+# 2. If mistakes are rivals, none of them is reported as certain.
 RIVAL_RATIO = 2.0
 # Largest number of rows that are evaluated at once, summed over all hypotheses. These rows take
 # about 20 MB of memory.

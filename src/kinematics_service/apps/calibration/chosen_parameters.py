@@ -214,8 +214,8 @@ class ChosenParameters:
         """
         Return the largest number of parameter combinations that measured poses can determine.
         """
-        # `J` is the Jacobian of the first set. Each further set adds a base or tool of its own,
-        # which the poses of this set determine: count these parameters separately.
+        # `J` is the Jacobian of the first set. Count the parameters of further sets separately,
+        # because each further set adds a base or tool of its own, which its poses determine.
         J = scaled_jacobian(self.robot, problem.chains[0], self.every, problem.given.positions)[
             :, problem.columns
         ]

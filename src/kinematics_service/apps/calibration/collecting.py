@@ -13,14 +13,15 @@ from ...robot.robot import Robot
 from ..recordings.readers.block import Flags
 
 SECOND = 1_000_000_000  # ns
-# A pose between two joint states that are more than this time (0.1 s, in ns) apart is left out.
+# If the joint states before and after a pose are more than this time (0.1 s, in ns) apart, the
+# pose is left out.
 MAX_GAP = SECOND // 10
 # Largest number of kept joint states: four seconds at 500 Hz.
 STATES = 2048
 # Largest number of kept poses whose stamps are later than the newest joint state.
 MAX_AHEAD = STATES // 8
-# Two poses count as one if each joint moved less than this angle between them (rad; prismatic
-# joints are scaled by a length of the arm).
+# Two poses are taken as one pose if each joint moved less than this angle between the poses (rad).
+# Prismatic joints are scaled by a length of the arm.
 MIN_CHANGE = 0.02
 # Largest number of poses kept.
 MAX_POSES = 2000
@@ -40,7 +41,7 @@ class CollectedPoses(NamedTuple):
         return CollectedPoses(q, rates, poses, tuple(np.array(self.stamps)[rows].tolist()))
 
     def followed_by(self, other: 'CollectedPoses') -> 'CollectedPoses':
-        """Return these poses, followed by the poses of `other`."""
+        """Return the poses of `self`, followed by the poses of `other`."""
         q, rates, poses = (np.concatenate(pair) for pair in zip(self[:3], other[:3]))
         return CollectedPoses(q, rates, poses, (*self.stamps, *other.stamps))
 

@@ -170,8 +170,8 @@ class _Corrections:
         return replace(motion, argument=argument)
 
     def links(self) -> tuple[tuple[Link, ...], tuple[int, ...]]:
-        # Return the corrected rows of the table. Return too, for each frame of the nominal table,
-        # the number of corrected rows before the frame.
+        # Return the corrected rows of the table; and, for each frame of the nominal table, the
+        # number of corrected rows before the frame.
         links: list[Link] = []
         ends_at = [0]
         turn = 0.0  # rotation (rad) about z in an extra row; the next row turns back
@@ -210,8 +210,8 @@ class _Corrections:
         if self.description.convention == 'standard':
             own = _row(link, cells)
             return [own, _row(link, {**extra, 'theta': quarter})], -math.pi / 2.0
-        # In the modified convention, the a and alpha of the nominal row come before the extra a
-        # and alpha; its theta and d come after them.
+        # In the modified convention, a and alpha of the nominal row come before the extra a and
+        # alpha; theta and d of the nominal row come after the extra a and alpha.
         first = _row(link, {'a': cells['a'], 'alpha': cells['alpha'], 'theta': quarter})
         back = corrected('theta', self._turned(link['theta'], -math.pi / 2.0))
         return [first, _row(link, {**extra, 'd': cells['d'], 'theta': back})], 0.0

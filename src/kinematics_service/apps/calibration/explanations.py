@@ -95,7 +95,7 @@ def explained(
         try:
             found.append((changes[k].sentence, outcome_of(changes[k])))
         except CalibrationError:
-            continue  # with this correction the rows are refused before a fit
+            continue  # `calibrate` refuses the corrected rows before a fit
     found.sort(key=lambda one: (not one[1].accepted, one[1].left.position_rms))
     good = [one for one in found if one[1].accepted]
     rms = [one.left.position_rms for _, one in good]

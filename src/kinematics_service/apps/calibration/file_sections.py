@@ -85,7 +85,7 @@ def singularity_section(
 
 
 def constants_section(text: str, without: Sequence[str]) -> list[str] | None:
-    """Return the section `constants` without the named constants; None if it becomes empty."""
+    """Return the section `constants` without the named constants; None if no constant is left."""
     lines = _entries(text, 'constants', without)
     return ['constants:', *lines] if lines else None
 

@@ -25,10 +25,11 @@ from ...robot.file.parts.parameters import ArmParameter
 from ..recordings.readers.block import Flags
 from .checking import Measured
 
-# Noise (m and rad) below this is round-off.
+# If the noise (m and rad) is below this value, it is round-off.
 NOISE_FLOOR = 1e-10
-# If the noise estimate has fewer degrees of freedom f than this, USUAL_NOISE is its lower bound.
-# Its relative standard deviation 1 / sqrt(2 f) is then above an eighth.
+# If the noise estimate has fewer degrees of freedom f than this, USUAL_NOISE is a lower bound of
+# the noise. The relative standard deviation of the estimate, 1 / sqrt(2 f), is then above an
+# eighth.
 NOISE_FREEDOM = 30.0
 # Usual noise of encoders and trackers (m and rad).
 USUAL_NOISE = 2e-5
@@ -38,11 +39,11 @@ HUBER_QUANTILE = 0.95
 OUTLIER_CHANCE = 3e-6
 # Largest number of Gauss-Newton steps in each phase of the fit.
 MAX_ROUNDS = 25
-# A phase ends if the step, in standard deviations, and the relative change of the noise are below
-# this value.
+# A phase of the fit ends if two numbers are below this value: the length of the step, in standard
+# deviations, and the relative change of the noise.
 STEP_TOLERANCE = 1e-3
-# Student's distribution with f degrees of freedom has the variance f / (f - 2), which is infinite
-# at f = 2. This lower bound of f keeps the variance finite.
+# Lower bound of the degrees of freedom f in Student's distribution. It keeps the variance f / (f -
+# 2) finite, which is infinite at f = 2.
 LEAST_STUDENT_FREEDOM = 3.0
 # With at most 1 degree of freedom the rows do not determine the noise.
 UNKNOWN_NOISE_FREEDOM = 1.0
@@ -421,7 +422,7 @@ def _robust_noise(least: Noise, remainders: Floats) -> Noise:
 
 def widened(noise: Noise, freedom: Noise) -> Noise:
     """
-    Return the noise, widened since it is estimated with few degrees of freedom f.
+    Return the noise, enlarged because its estimate has few degrees of freedom f.
 
     The errors have a Student distribution. Its variance is f / (f - 2) times the estimate (Gelman
     et al., Bayesian Data Analysis, section 3.2); the factor is 1 if f is infinite.
@@ -436,7 +437,7 @@ def refined(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> F
         solved = _Equations(problem, noise, used).solved(values)
         values = values + problem.prior * solved.step
         # Stop if the step is small compared with the standard deviations after the fit. For exact
-        # poses these standard deviations are tiny: then stop if the step is far below the prior
+        # poses these standard deviations are tiny, so stop if the step is far below the prior
         # standard deviations.
         moved = np.linalg.norm(solved.triangle @ solved.step)
         if moved < STEP_TOLERANCE or np.all(np.abs(solved.step) < STEP_TOLERANCE**2):

@@ -30,12 +30,12 @@ from ...typography import listed
 from ..checking.errors import angle_in_words, length_in_words, time_in_words
 from .checking import COMPLIANCE, LAG, NAMES_IN_SENTENCE
 
-# A direction of the parameters is identified if the poses reduce its standard deviation at least
-# by this factor.
+# A combination of parameters is identified if the poses divide its prior standard deviation by
+# this factor or more.
 KNOWN_RATIO = 3.0
 # Entries of the null space projector below this value are round-off.
 PROJECTOR_TOLERANCE = 1e-6
-# A singular value is round-off if its ratio to the largest one is below this.
+# A singular value is round-off if its ratio to the largest singular value is below this.
 SINGULAR_VALUE_RATIO = 1e-9
 # A robot is taken for the calibrated robot if its poses differ by at most this value (m, rad) from
 # the poses of the calibration. They may differ, because the robot file rounds numbers.

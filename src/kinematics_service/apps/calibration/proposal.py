@@ -40,8 +40,8 @@ from .result import Calibration
 NOISE = 5e-5
 # Share of the range of a joint that is kept free at either end.
 LIMIT_MARGIN = 0.02
-# An exchange of one pose for another must increase the log determinant of the information matrix
-# by at least this.
+# An exchange of a pose is accepted only if it increases the log determinant of the information
+# matrix by at least this.
 MIN_GAIN = 1e-6
 MAX_COUNT = 200
 # Largest number of candidate poses, from given joint positions or around those of images.
@@ -63,7 +63,7 @@ DIGITS = 6
 
 class LineOfSight(NamedTuple):
     """
-    A cone at the tool in which the instrument must lie, so that it sees the tool.
+    A cone at the tool. The instrument must lie in the cone, so that the instrument sees the tool.
 
     Attributes
     ----------

@@ -68,7 +68,7 @@ class MeasuredRecording:
 
     @property
     def measured(self) -> Floats:
-        """Return the poses (N, 4, 4), or the positions (N, 3) if only these were measured."""
+        """Return the poses (N, 4, 4), or the positions (N, 3) if only positions were measured."""
         return self.poses[:, :3, 3] if self.positions else self.poses
 
 

@@ -189,7 +189,7 @@ class Calibration(IdentifiedTable):
 
     @property
     def used(self) -> Flags:
-        """Return which rows (N,) were used: all but the outliers."""
+        """Return flags (N,): True for the rows that are not outliers."""
         return ~np.isin(np.arange(self.count), self.outliers)
 
     @property
@@ -224,8 +224,8 @@ class Calibration(IdentifiedTable):
     @property
     def known(self) -> int:
         """
-        Return the number of identified combinations of parameters: the poses determine them at
-        least three times better than the priors.
+        Return the number of identified combinations of parameters. The poses divide the prior
+        standard deviations of these combinations by three or more.
         """
         return int(np.sum(self.singular_values > KNOWN_RATIO))
 

@@ -54,7 +54,8 @@ MAX_SOURCE_LENGTH = 2000
 # Digits of the factor L of the covariance L L^T. Six digits are written, because the standard
 # deviations of poses may be far smaller than those of single numbers of the table.
 DIGITS = 6
-# Entries of L smaller than this share of the norm of their row are written as zero.
+# An entry of the factor L is written as zero if it is smaller than this share of the norm of its
+# row.
 NEGLIGIBLE_RATIO = 1e-7
 OF_JOINTS = ('encoder_noise', 'encoder_resolution', 'backlash', 'velocity_noise')
 
@@ -147,9 +148,8 @@ def calibrated_text(
 def _without_unused_constants(
     text: str, nominal: RobotDescription
 ) -> tuple[str, RobotDescription]:
-    # Remove constants that only base, tool or factors used. Repeat, because a removed constant may
-    # have been the only one that used another constant. Return the new text and its robot
-    # description.
+    # Remove constants that only base, tool or factors used. Repeat, because another constant may
+    # have been used only by a removed constant. Return the new text and its robot description.
     def unused(description: RobotDescription) -> list[str]:
         where = {one.where for one in description.warnings}
         return [one.name for one in description.constants if f'constants.{one.name}' in where]
@@ -233,8 +233,8 @@ def _known_poses(
     expected = forward_kinematics(robot, q[rows])
     T = poses[rows]
     if found.positions:
-        # Only positions of a point of the tool were measured. Compute the tool's origin from this
-        # point by the calibrated orientation.
+        # Only positions of a point of the tool were measured, so compute the origin of the tool
+        # from this point and the calibrated orientation.
         point = (np.linalg.inv(X) @ poses[rows])[:, :3, 3]
         T = expected.copy()
         T[:, :3, 3] = point - T[:, :3, :3] @ Y[:3, 3]

@@ -69,8 +69,8 @@ STEP_LIMIT = 0.5
 # No joint turns farther than this angle (rad). If joint positions are larger, test whether they
 # are degrees.
 MAX_TURN = 4 * np.pi
-# Reverses the sign of translations. It is needed because a correction of a touched point moves the
-# tip, relative to the point, in the opposite direction.
+# A matrix that reverses the sign of translations. A correction of a touched point moves the tip,
+# relative to the point, in the opposite direction.
 MIRROR = np.diag([-1.0, -1.0, -1.0, 1.0])
 
 

@@ -28,7 +28,7 @@ MIN_NEW = 20
 # A diagnosis may mistake a jump of a joint zero for one of these causes. If a jump is detected,
 # the status reports the jump instead of these causes.
 LOOKS_OF_A_JUMP = ('joint_offset', 'link_length', 'link_twist', 'time_lag')
-# The advice to the user if large errors remain and no mistake explains them.
+# The advice to the user if large errors remain that no mistake explains.
 ADVICE = 'calibrate-live collects poses for a robot file of this very arm'
 
 

@@ -24,7 +24,7 @@ MAX_POSES = 256
 PATH_STEP = 10_000_000
 # Number of kept samples of the joints' path, to find a lag: the last minute at 100 Hz.
 PATH_SAMPLES = 6_000
-# The status is WARN if no pose arrived, or none was used, for this time, s.
+# The status is WARN if no pose arrived for this time (s), or if no pose was used for this time.
 PATIENCE = 5.0
 # If stamps of poses and joint states differ by more than this time (s), they come from two clocks,
 # because no source of poses is so late.
@@ -77,8 +77,9 @@ class SecondSourceWatch:
         self._ahead = 0.0 if is_stale else 1e-9 * (stamp - self._way[-1][0])
         is_matched = poses.different > 0 and poses.unmatched == self._unmatched
         if is_stale or is_matched and self._ahead < CLOCK_DIFFERENCE:
-            # Restart the timer of the time without a used pose if this pose was used. Restart it
-            # if joint states are missing, because the status `input` reports missing joint states.
+            # `_used_at` is the time of the last used pose. Set it to now if this pose was used.
+            # Set it to now if joint states are missing too, because the status `input` reports
+            # missing joint states.
             self._used_at, self._arrived = now, 0
         self._unmatched = poses.unmatched
 
@@ -104,7 +105,8 @@ class SecondSourceWatch:
         return found
 
     def _why_unused(self, refused: str) -> str:
-        # Return why no pose was used within the last PATIENCE seconds; empty if one was used.
+        # Return the reason why no pose was used within the last PATIENCE seconds; empty if a pose
+        # was used.
         if (silence := time.monotonic() - self._used_at) < PATIENCE:
             return ''
         if not self._arrived:

@@ -44,24 +44,25 @@ MAX_FAILED = 5
 MIN_POSES = MAX_FAILED + 1
 # Number of poses that are tested together and then enter the baseline together.
 BATCH = 16
-# Smallest standard deviations of one number of a pose, m and rad: those of a tracker.
+# Smallest standard deviations of one number of a pose, m and rad. They are the noise of a tracker.
 MIN_NOISE = 1e-4, np.radians(0.02)
 # Prior standard deviation (m and rad) of the offsets of base and tool about their fit. It is so
 # wide that it hardly affects the estimate.
 OFFSET = 0.3
 # Prior standard deviation (s) of the lag: two periods of joint states at 200 Hz.
 LAG = 0.01
-# Number of poses of the baseline. It keeps the newest poses, to follow an arm that warms up.
+# Largest number of poses of the baseline. The baseline keeps the newest poses, to follow an arm
+# that warms up.
 MEMORY = 2 * WINDOW
-# Linearize again if the offsets of base and tool moved by this or more (m, rad); the square of a
-# smaller step is negligible.
+# Linearize again if the offsets of base and tool moved by this value or more (m, rad). If they
+# moved less, the error of the linearization, the square of the motion, is negligible.
 STEP = 2e-3
 # The median of chi-square with 6 degrees of freedom.
 MEDIAN = 5.35
 # Largest number of successive linearizations of the offsets.
 ROUNDS = 8
-# Joints that moved less than this are never named (rad; prismatic joints are scaled by a length of
-# the arm).
+# A joint that moved less than this (rad) is never named as the joint that jumped. Prismatic joints
+# are scaled by a length of the arm.
 MIN_RANGE = 0.02
 # The information on the size of a jump is round-off if it is below this share of the information
 # that known x would give.
@@ -75,7 +76,8 @@ POWER_Z = NormalDist().inv_cdf(0.9)
 RECENT = WINDOW // 2
 # The second source fails if more than an eighth of the poses of the window are outliers.
 MAX_OUTLIERS = WINDOW // 8
-# The status predicts the smallest jump that this number of poses after the jump would reveal.
+# The status names the smallest jump that the test would detect with this number of poses after the
+# jump.
 FORECAST = 50
 
 BASE, TOOL, LAGS = slice(0, 6), slice(6, 12), slice(12, 13)
@@ -425,8 +427,9 @@ class JumpDetector:
             if is_proven := ratios.is_proven(best):
                 if self._jump:
                     break
-                # A few bad poses may have caused this jump. Test again without poses that do not
-                # fit the jump, or that contribute far more to its gain than the other poses.
+                # A few wrong poses may look like this jump. Test again without the poses that do
+                # not fit the jump, and without poses that contribute far more to the gain of the
+                # jump than other poses.
                 (after, shares), begin = ratios.parts(best), best.begin
                 usual = np.median(shares[begin:][self._used[begin:]])
                 gains = np.maximum(np.sum(after**2, axis=1), MEDIAN * shares / max(usual, 1e-9))

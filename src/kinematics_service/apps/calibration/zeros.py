@@ -24,10 +24,10 @@ from .calibration import calibrate
 from .checking import BACKLASH, OPTIONS, ROUND_OFF
 from .result import Calibration
 
-# A zero is identified if its standard deviation is below this value (rad, m).
+# The zero of a joint is identified if its standard deviation is below this value (rad, m).
 TOLERANCES = (float(np.radians(1.0)), 0.003)
-# Standard deviation (m) of each number of a touched position, if the touches are too few to
-# estimate it.
+# Standard deviation (m) of each coordinate of a touched position. It is assumed if the touches are
+# too few to estimate the noise.
 TOUCH_NOISE = 1e-3
 
 
@@ -88,7 +88,8 @@ def calibrate_zeros(
         As in `calibrate`.
     """
     offsets = [one for one in parameters_of(robot).table if one.group == 'offsets']
-    # Prior standard deviations of the zeros: ten times the precision that is required of them.
+    # Prior standard deviations of the joint zeros. They are ten times the standard deviation below
+    # which a zero is identified.
     before = {one.name: 10.0 * TOLERANCES[not one.angle] for one in offsets}
     fit = ('offsets', *ENDS, *([] if approach is None else [BACKLASH.group]))
     # Skip the frame check, because it assumes right joint zeros and would report another robot.

@@ -132,8 +132,8 @@ def _pairs(read: str) -> list[_Taken]:
 
 
 def _numbers(kind: str, R: Floats) -> Floats:
-    # Return both triples of numbers (2, N, 3) that describe the rotations R (N, 3, 3) as this
-    # kind.
+    # Return the two triples of numbers (2, N, 3) that give the rotations R (N, 3, 3), if read as
+    # this kind of orientation.
     if kind == ROTVEC:
         vectors = rotation_vector(R)
         turns = np.linalg.norm(vectors, axis=1, keepdims=True)

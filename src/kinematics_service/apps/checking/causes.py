@@ -71,8 +71,8 @@ BATCH_SIZE = 16
 FITTED_IN_FULL = 4
 # The score of a hypothesis from few poses may differ from its score with all poses by this factor.
 SIFT_MARGIN = 2.0
-# A number of the robot is fitted only if, to first order, it explains more than this share of the
-# squared residuals.
+# A number of the robot is fitted only if it explains more than this share of the squared
+# residuals, to first order.
 FIRST_ORDER_SHARE = 0.4
 # Largest number of Levenberg-Marquardt steps that fit a number and the offsets together.
 ROUNDS = 12
@@ -92,7 +92,7 @@ FACTORS = (
     ('m', 0.18 / math.pi, 'is in millimetres, turned from degrees into radians'),
     *((unit, -1.0, 'counts the other way round') for unit in ('rad', 'm')),
 )
-# Largest relative difference of an estimated factor from a known one in FACTORS.
+# An estimated factor is taken as a factor of FACTORS if their relative difference is at most this.
 FACTOR_TOLERANCE = 5e-3
 # Lower bound of a score (rad): smaller scores are round-off.
 ROUND_OFF = 1e-15
@@ -186,7 +186,7 @@ def causes_of(given: ComparedData, A: Floats, fit: Fit, limit: PoseLimit = EXPLA
 
     def about(factor: float) -> tuple[TestedCause, ...]:
         # Return the causes whose ratio is at least the best ratio divided by `factor`. Put
-        # discrete mistakes first: they are likelier than a number that happens to fit.
+        # discrete mistakes first, because they are likelier than a number that fits by chance.
         kept = [cause for cause in tried if cause.ratio * factor >= best]
         return tuple(sorted(kept, key=lambda cause: (cause.value is not None, -cause.ratio)))
 
@@ -333,8 +333,9 @@ def _preference(cause: TestedCause) -> float:
 
 
 def _beyond(given: ComparedData, A: Floats, fit: Fit, columns: Floats) -> tuple[Floats, Floats]:
-    # Return the derivatives (6 N, c) of the poses by the numbers, and the residuals (6 N,). Both
-    # are projected onto the orthogonal complement of the derivatives by the offsets.
+    # Return the derivatives (6 N, c) of the poses by the numbers, and the residuals (6 N,).
+    # Derivatives and residuals are projected onto the orthogonal complement of the derivatives by
+    # the offsets of base and tool.
     scale = np.reshape(scale_of(given.poses), (1, 1, 1))
     J, r = equations_of(A, fit, scale)
     basis = span_of(J)

@@ -52,7 +52,7 @@ class PoseLimit(NamedTuple):
     angle: float
 
     def in_words(self) -> str:
-        """Return both limits as text."""
+        """Return the limits of position and rotation as text."""
         return f'{length_in_words(self.position)} or {angle_in_words(self.angle)}'
 
 
@@ -63,7 +63,8 @@ NOMINAL = PoseLimit(4e-3, math.radians(0.5))
 # mistake. If each number of a table is off by 1 mm and 0.2 deg, residuals are 4 to 10 mm and 0.5
 # to 1 deg.
 EXPLAINED = PoseLimit(12e-3, math.radians(1.25))
-# Residuals of a right table are always below 20 mm and 2 deg; larger ones are an error.
+# Residuals above these limits are an error, because the residuals of a right table are always
+# below 20 mm and 2 deg.
 ERROR_LIMIT = PoseLimit(20e-3, math.radians(2.0))
 
 
@@ -85,11 +86,13 @@ class Errors(NamedTuple):
         return self.position_rms < limit.position and self.rotation_rms < limit.angle
 
     def in_words(self) -> str:
-        """Return both RMS values as text, in mm or m and in deg."""
+        """Return the RMS errors of position (mm or m) and orientation (deg) as text."""
         return f'{length_in_words(self.position_rms)}, {angle_in_words(self.rotation_rms)}'
 
     def cells(self) -> list[str]:
-        """Return all four values as texts, in the order of the fields."""
+        """
+        Return four texts: RMS and largest position error, then RMS and largest orientation error.
+        """
         words = (length_in_words, length_in_words, angle_in_words, angle_in_words)
         return [in_words(value) for in_words, value in zip(words, self)]
 

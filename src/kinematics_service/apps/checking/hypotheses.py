@@ -163,8 +163,8 @@ def from_degrees(robot: Robot, q: Floats) -> Floats:
 
 def _coupled(robot: Robot, q: Floats) -> Iterator[Hypothesis]:
     # Yield hypotheses that one joint turns with another joint. If a parallelogram or a belt drives
-    # a joint, it turns with the joint that carries its motor: joint 3 with joint 2 for FANUC and
-    # palletizers.
+    # a joint, this joint turns with the joint that carries its motor. An example is joint 3, which
+    # turns with joint 2 in FANUC arms and palletizers.
     turning = np.flatnonzero(~robot.prismatic).tolist()
     if len(turning) > MAX_SWAPPED_JOINTS:
         return
@@ -252,8 +252,8 @@ def _with_constants(robot: Robot, row: DhRow, constants: Floats) -> Row:
 
 def exchanges_of(robot: Robot) -> Iterator[Hypothesis]:
     """
-    Yield hypotheses for exchanged numbers: any two constants of the table, or a column that is one
-    row too low or too high.
+    Yield hypotheses that numbers of the table are exchanged: any two constants, or a whole column
+    that is one row too low or too high.
     """
     links = robot.description.links
     rows = [link for link in links if isinstance(link, DhRow)]
@@ -281,8 +281,8 @@ def exchanges_of(robot: Robot) -> Iterator[Hypothesis]:
 def _with_numbers(
     robot: Robot, rows: Sequence[DhRow], table: Floats, sentence: str, tried: set[bytes]
 ) -> Iterator[Hypothesis]:
-    # Yield a hypothesis that has the constants `table` (rows, quantities), unless they were
-    # already tried.
+    # Yield a hypothesis that has the constants `table` (rows, quantities), unless these constants
+    # were already tried.
     if table.tobytes() in tried:
         return
     tried.add(table.tobytes())

@@ -10,9 +10,9 @@ from ...robot.file.parts.description import RobotDescription
 from ...robot.file.parts.loop_groups import loop_groups, passive_of
 from ...robot.loops import closure_of, gap_between
 
-# Number of start values of each variable, for one or two passive joints.
+# Number of start values of each passive joint, if a group of loops has one or two passive joints.
 GRID_POINTS = 24
-# Number of random starts, for more passive joints.
+# Number of random starts, if a group of loops has more than two passive joints.
 RANDOM_STARTS = 400
 # Two solutions are different branches if a passive joint differs by more than this (rad, m).
 BRANCH_TOLERANCE = 1e-6
@@ -70,8 +70,8 @@ def _starts(
     turning: npt.NDArray[np.bool_],
     strokes: Floats,
 ) -> Floats:
-    # Return the starts of Newton's method. For one or two variables, they are a grid that is
-    # denser than needed. For more variables, they are random positions after damped steps
+    # Return the start values of Newton's method. For one or two variables, the starts are a dense
+    # grid. For more variables, the starts are random positions after damped steps
     # (Levenberg-Marquardt).
     ends = np.where(turning, np.pi, strokes)
     if len(turning) <= 2:

@@ -124,7 +124,10 @@ class DemoListener:
         return None if message is None else float(message.data)
 
     def joint_speeds(self) -> dict[str, float]:
-        """Return the latest velocity of each joint by name, rad/s or m/s; empty if none came."""
+        """
+        Return the latest velocity of each joint by name, rad/s or m/s; empty if no velocities
+        came.
+        """
         message = None if self.joints is None else self.joints.message
         return {} if message is None else dict(zip(message.name, message.velocity))
 
@@ -132,8 +135,8 @@ class DemoListener:
         distance = float(self.distance.message.data)
         now = self.time
         if distance < self.nearest.distance:
-            # Store the latest pose with this distance: both belong together, because the node
-            # publishes the pose first.
+            # Store the latest pose with this distance. They belong to one joint state, because the
+            # node publishes the pose before the distance.
             pose = None if self.pose.message is None else pose_of(self.pose.message)
             self.nearest = Nearest(distance, now, pose)
         while self._intervals * INTERVAL <= now:

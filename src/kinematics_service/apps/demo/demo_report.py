@@ -70,7 +70,10 @@ def invitation(motion: str, source: str, discovery: str, set_aside: Sequence[str
 
 
 class PlainReport:
-    """Writes a line once a second, and one at each change of the level, without a terminal."""
+    """
+    Writes a line once a second, and a line at each change of the level; used if the output is not
+    a terminal.
+    """
 
     def __init__(self, listener: DemoListener, output: StandardOutput) -> None:
         self._listener, self._output = listener, output

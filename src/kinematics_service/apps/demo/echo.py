@@ -117,7 +117,8 @@ class _Echo:
     @property
     def over(self) -> bool:
         """
-        Return whether the command must stop: it is done or timed out, or the output is closed.
+        Return whether the command must stop, because it is done, has timed out, or the output is
+        closed.
         """
         return (self._once and self._latest.count > 0) or self.in_vain or self._output.closed
 

@@ -13,8 +13,8 @@ from .opencv import MAX_PIXELS, opencv
 # Smallest number of corners from which the pose of a board is computed. Four corners determine the
 # pose; two more are required because corners have noise.
 CORNERS = 6
-# Least spread of the corners across a line, divided by the edge of a square. Below it, corners are
-# in one line and determine no pose.
+# Least spread of the corners across a line, divided by the edge of a square. If the spread is
+# smaller, the corners are in one line and determine no pose.
 LINE_WIDTH_RATIO = 0.5
 # Smallest and largest half width (px) of the window in which a corner is refined. Stop criteria of
 # OpenCV's refinement: flag 3 (stop at either limit), largest number of steps, smallest change

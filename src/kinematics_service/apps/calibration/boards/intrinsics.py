@@ -15,15 +15,16 @@ from ...recordings.readers.block import Flags
 from ...recordings.readers.yaml_values import read_documents
 from .opencv import opencv
 
-# Accepted keys of each entry: those of ROS's camera_calibration and messages, and those of
-# OpenCV's samples.
+# Accepted keys of each entry of a file. The keys are those that ROS (camera_calibration and
+# messages) and the samples of OpenCV write.
 MATRIX = ('camera_matrix', 'k', 'K', 'mtx')
 DISTORTION = ('distortion_coefficients', 'dist_coeffs', 'dist_coeff', 'd', 'D', 'dist')
 WIDTH, HEIGHT = ('image_width', 'width'), ('image_height', 'height')
 KEYS_OF_FILE = f'{MATRIX[0]}, {DISTORTION[0]}, {WIDTH[0]} and {HEIGHT[0]}'
 # Accepted models of distortion, by ROS's names. Files of OpenCV have no model name.
 MODELS = ('plumb_bob', 'rational_polynomial', '')
-# Accepted numbers of distortion coefficients: those of OpenCV's model.
+# Accepted counts of distortion coefficients: the counts that the distortion model of OpenCV can
+# have.
 COUNTS = (4, 5, 8, 12, 14)
 # Matches the first line that OpenCV writes, and OpenCV's tag of matrices. The YAML reader cannot
 # read these two.
@@ -60,8 +61,8 @@ class Intrinsics(FrozenArrays):
         """
         zero = np.zeros(3)
         seen, J = opencv().projectPoints(points, zero, zero, self.matrix, self.distortion)
-        # Columns 3 to 5 of J are derivatives by the translation `tvec`. They equal the derivatives
-        # by the point.
+        # Columns 3 to 5 of J are derivatives of the pixels by the translation `tvec`, which equal
+        # the derivatives by the point.
         return seen.reshape(-1, 2), J[:, 3:6].reshape(-1, 2, 3)
 
     def sees(self, points: Floats, rim: float = 0.0) -> Flags:

@@ -11,8 +11,8 @@ INSTALL = (
 )
 
 
-# Largest number of pixels of an image that OpenCV reads: ten times those of a usual camera. OpenCV
-# reads this limit when it is imported.
+# Largest number of pixels of an image that OpenCV reads, ten times the pixels of a usual camera.
+# OpenCV takes this limit at its import.
 MAX_PIXELS = 2**28
 
 

@@ -39,8 +39,9 @@ from ..reading import read_images
 from ..robot_text import Frames
 
 BOARD = re.compile(r'(\d{1,3})x(\d{1,3}),([^,]+),([^,]+),\s*(DICT_\w+)(,\s*legacy)?')
-# Allowed number of squares along each edge of a board. With 1 or 2 squares, a board has no inner
-# corners or only one row of them; boards with more than 100 do not exist.
+# Allowed numbers of squares along an edge of a board. With 1 or 2 squares, the board would have no
+# inner corners or only one row of inner corners. Boards with more than 100 squares along an edge
+# do not exist.
 SQUARES = range(3, 101)
 LARGEST_SQUARE = 10.0  # m; if an edge is longer, its unit was not metres
 

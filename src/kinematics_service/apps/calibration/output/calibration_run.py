@@ -37,7 +37,7 @@ from ..robot_text import CalibrationOrigin, Frames, calibrated_text
 from ..zeros import JointZero
 from .page import PageOrigin, page_of
 
-# A lag is fitted if some joint is faster than this, rad/s or m/s.
+# The calibration fits a lag if some joint is faster than this, rad/s or m/s.
 MOVING = 0.05
 
 

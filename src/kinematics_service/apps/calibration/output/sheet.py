@@ -5,15 +5,16 @@ from typing import NamedTuple
 
 from ....errors import CalibrationError
 
-# Names of the columns from left to right and of the rows from the lower edge up, and the spacing
-# of both, mm.
+# Names of the columns of crosses from left to right, and of the rows from the lower edge up. The
+# next constant is the spacing of columns and rows, mm.
 COLUMNS, ROWS = 'ABC', '1234'
 SPACING = 80
 # Width and height of each paper format, mm (ISO 216, ANSI Y14.1).
 SIZES = {'a4': (210.0, 297.0), 'letter': (215.9, 279.4)}
 # Half length of the lines of a cross, mm.
 CROSS = 5.0
-# Lengths of the two printed rulers, mm: the user measures them to check the scale of the print.
+# Lengths of the two printed rulers, mm. The user measures the rulers to check the scale of the
+# print.
 ACROSS, UP = 2 * SPACING, 3 * SPACING
 STYLE = (
     'body{margin:0}svg{display:block}text{font:4px sans-serif;text-anchor:middle}'

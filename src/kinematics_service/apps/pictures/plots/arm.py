@@ -58,7 +58,7 @@ def arm_picture(robot: Robot, q: Floats) -> Draw:
             y=0.985,
         )
         handles, names = axes.get_legend_handles_labels()
-        entries = dict(zip(names, handles))  # keep one entry for each name
+        entries = dict(zip(names, handles))  # keep one legend entry for each name
         figure.legend(entries.values(), entries.keys(), loc='lower center', ncols=5, frameon=False)
 
     return draw

@@ -14,9 +14,9 @@ from ....kernel import Floats
 from ....robot.robot import Robot
 from ...recordings.sweep import results_of_workers
 
-# A function of a robot and an array of shape (k, ...) that returns shape (k, ...). It computes
-# each row independently. Workers import the function by name, so it must be in a module of this
-# package; `functools.partial` is allowed.
+# A function of a robot and an array of shape (k, ...) that returns an array of shape (k, ...). The
+# function computes each row independently. It must be in a module of this package, because workers
+# import it by name; `functools.partial` of such a function is allowed.
 Batch = Callable[[Robot, Floats], Floats]
 
 # Number of rows in a batch. A message with one batch has 3 MB for six joints.

@@ -93,7 +93,8 @@ def _best(
     # collisions with labels and the border, fewest covered points of the arm, smallest distance.
     choices = []
     for radius, direction in itertools.product(RADII, DIRECTIONS):
-        # Place the box so that its nearer edge is about `radius` from the labelled point.
+        # Place the box of the label so that its nearest edge is about `radius` from the labelled
+        # point.
         offset = np.array(direction) * (radius + half * np.abs(direction) - half.min() / 2)
         low, high = at + offset - half, at + offset + half
         collisions = sum(bool(np.all((low < b) & (high > a))) for a, b in taken)

@@ -77,7 +77,8 @@ class PlottedMotion:
 
 def motion_of(robot: Robot, path: str) -> PlottedMotion:
     """
-    Return the motion in a CSV file, or one period of the built-in trajectory with this name.
+    Return the motion in the CSV file `path`, or one period of the built-in trajectory that is
+    named `path`.
 
     Raises
     ------

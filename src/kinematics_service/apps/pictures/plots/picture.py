@@ -177,7 +177,7 @@ def with_unit(quantity: str, unit: str) -> str:
 
 def words(text: str) -> str:
     """
-    Return a user's text such that matplotlib shows it literally: without formulas and control
-    characters.
+    Return a text of the user in a form that matplotlib shows literally, without formulas and
+    control characters.
     """
     return plain(text).replace('$', r'\$')

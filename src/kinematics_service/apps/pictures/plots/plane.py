@@ -99,7 +99,7 @@ class Plane(FrozenArrays):
 
 def plane_of(robot: Robot, name: str | None = None, at: float | None = None) -> Plane:
     """
-    Return the plane with this name, or the plane in which the workspace is largest.
+    Return the plane that is named `name`, or the plane in which the workspace is largest.
 
     Parameters
     ----------

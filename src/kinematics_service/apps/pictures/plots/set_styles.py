@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 from .picture import DASHES, GREEN, ORANGE, PURPLE, SKY, VERMILION, YELLOW, Dashes
 
-# Colours of singular sets. They are visible on the colour scale of maps and workspaces, which goes
-# from dark blue to yellow.
+# Colours of singular sets. They are visible on maps and workspaces, whose colours go from dark
+# blue to yellow.
 COLORS = (VERMILION, SKY, PURPLE, GREEN, ORANGE, YELLOW, '#FFFFFF')
 # Names of factors in robot files; the index of a name is the index of its style.
 FACTOR_NAMES = ('elbow', 'shoulder', 'wrist', 'det J', 'boom_length', 'boom_vertical', 'loop')

@@ -49,8 +49,8 @@ class SolutionPose:
 
 def poses_of(result: IkResult) -> tuple[SolutionPose, ...]:
     """
-    Return the configurations to show: those of solutions and solution curves. If the target has no
-    solution, return the configuration nearest to it.
+    Return the configurations that the picture shows: solutions, and points of solution curves. If
+    the target has no solution, return the configuration nearest to it.
     """
     poses = []
     for k, solution in enumerate(result.solutions):

@@ -12,7 +12,7 @@ from ....robot.measures import MEASURES, Level
 
 # Value of a measure at which its gauge is full, divided by the threshold of WARN.
 FULL_RATIO = 5.0
-# The gauge of the time to the threshold is full from this time on, s.
+# If the time to the threshold is this (s) or longer, its gauge is full.
 FULL_TIME = 10.0
 # If the time to the threshold is below this (s), its gauge has the colour of WARN.
 WARN_TIME = 2.0

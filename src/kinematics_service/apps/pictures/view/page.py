@@ -20,8 +20,8 @@ from .self_motion_slider import SelfMotionSlider
 from .sliders import Sliders, singular_pose
 from .viewpoint import Viewpoint
 
-# For each group of drawn objects: its name, the label of its check box, and whether it is shown at
-# first.
+# One entry for each group of drawn objects: name of the group, label of its check box, and whether
+# the group is shown at first.
 SWITCHES = (
     ('linear', 'ellipsoid of velocities (blue)', True),
     ('angular', 'ellipsoid of rotations (green)', False),

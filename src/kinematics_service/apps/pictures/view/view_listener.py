@@ -123,7 +123,7 @@ class ViewListener:
                 return self.ask(ANSWER_TIMEOUT) is not before
         if time.monotonic() - self._request_time > REQUEST_PERIOD:
             self._request_time = time.monotonic()
-            if self._request is not None:  # the node ended before it answered
+            if self._request is not None:  # the node ended without an answer
                 self._client.remove_pending_request(self._request)
             ready = self._client.service_is_ready()
             self._request = self._client.call_async(Trigger.Request()) if ready else None
@@ -178,7 +178,7 @@ class ViewListener:
 
     @property
     def status(self) -> str:
-        """Return the source of the picture in one line."""
+        """Return one line of text: whether sliders, joint states or a node move the shown arm."""
         if self._mismatch:
             return self._mismatch
         topic = JOINT_STATES if self._subscription is None else self._subscription.topic_name
@@ -202,7 +202,10 @@ class ViewListener:
         return seen
 
     def publish(self, q: Floats) -> str:
-        """Publish joint positions; return the reason if another publisher prevents this."""
+        """
+        Publish joint positions. If another node publishes joint states, publish nothing and return
+        the reason.
+        """
         assert self._subscription is not None
         topic = self._subscription.topic_name
         if self._publisher is None or self._publisher.topic_name != topic:

@@ -27,7 +27,7 @@ from ....node.messages.topics import SCALE, SCALE_REASON, WARNING, WARNING_QOS
 from ....node.process.latest_message import LatestMessage
 from ....robot.measures import Level
 
-# A message older than this is not shown as live, s.
+# If a message is older than this (s), the view does not show it as live.
 MAX_AGE = 1.0
 # The queue is short, because the view shows only the last message of a topic.
 LAST_QOS = QoSProfile(depth=5, reliability=ReliabilityPolicy.RELIABLE)

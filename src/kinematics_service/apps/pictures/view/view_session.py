@@ -101,11 +101,14 @@ class ViewSession(ArmSource):
 
     @property
     def status(self) -> str:
-        """Return the source of the picture in one line."""
+        """Return one line of text: whether sliders, joint states or a node move the shown arm."""
         return self._listener.status
 
     def publish(self, q: Floats) -> str:
-        """Publish joint positions; return the reason if another publisher prevents this."""
+        """
+        Publish joint positions. If another node publishes joint states, publish nothing and return
+        the reason.
+        """
         return self._listener.publish(q)
 
     def _go_to(self, node: str) -> None:
