@@ -93,7 +93,8 @@ def with_ends(description: RobotDescription, base: Floats, tool: Floats) -> Robo
 
 def built_nearly(description: RobotDescription) -> Robot:
     """
-    Return the robot of a description whose singular factors belong to a slightly different arm.
+    Build the robot of a description whose singular factors were computed for a slightly different
+    arm.
 
     The factors are marked as approximate. They are left out if their zeros are far from singular
     poses.

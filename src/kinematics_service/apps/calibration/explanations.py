@@ -127,7 +127,8 @@ def scores_of_poses(
     robot: Robot, given: Measured, used: Flags
 ) -> Callable[[Sequence[Hypothesis]], Floats]:
     """
-    Return a function that corrects mistakes of the input and returns the misfits of the poses.
+    Return a function that takes mistakes of the input. It corrects each mistake, and returns the
+    misfits of the poses after the correction.
 
     Base and tool are fitted to the used rows of the set with most outliers. A row counts at most 1
     in a misfit: errors above 20 mm or 2 deg count no more.
@@ -153,5 +154,5 @@ def scores_of_poses(
 
 
 def truncated(squares: Floats) -> Floats:
-    """Limit each of the squares (..., N) to 1, and return their means (...,)."""
+    """Limit each squared error (..., N) to 1, and return the means (...,) over the rows."""
     return np.asarray(np.mean(np.minimum(squares, 1.0), axis=-1))

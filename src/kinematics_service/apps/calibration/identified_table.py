@@ -86,8 +86,8 @@ class CalibratedParameter(ArmParameter):
         """
         Return whether the poses identify the parameter; if not, it mostly keeps its nominal value.
         """
-        # The priors of base and tool are wide: compare the standard deviation with the usual error
-        # instead.
+        # For base and tool, compare the standard deviation with the usual error instead of the
+        # prior, because their priors are wide.
         before = self.prior if self.group in TABLE_GROUPS else min(self.prior, self.scale)
         return KNOWN_RATIO * self.deviation < before
 

@@ -92,8 +92,8 @@ class TouchStart(NamedTuple):
 
 def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> TouchStart:
     """
-    Return points and tip that fit the nominal table, by Huber's estimate (reweighted least
-    squares).
+    Return the touched points and the tip that fit the touches best with the nominal table, by
+    Huber's estimate (reweighted least squares).
 
     The residuals are linear in points and tip. Each step solves for the tip. Each point is then
     the weighted mean of the tip positions in its rows.

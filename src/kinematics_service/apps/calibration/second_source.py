@@ -155,7 +155,10 @@ def judge_of(limits: ReferenceLimits) -> FrameLimits:
 
 
 def frames_status(known: Examined, limits: ReferenceLimits) -> StatusText:
-    """Return the status of the second source: its errors against the robot file, and a jump."""
+    """
+    Return the status of the second source: its differences from the robot file, and a detected
+    jump.
+    """
     judge, watched, found = judge_of(limits), known.watched, known.diagnosis
     jump = watched.jump if watched else None
     cause = None if isinstance(known.since_jump, str) else known.since_jump.cause

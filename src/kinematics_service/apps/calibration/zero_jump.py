@@ -325,7 +325,7 @@ class JumpDetector:
 
     def __init__(self, robot: Robot, first: CollectedPoses) -> None:
         self._jump: ZeroJump | None = None
-        self._begun = self._count = 0  # index of the first pose after the jump; number of poses
+        self._begun = self._count = 0  # first pose after the jump; number of poses so far
         self._robot, self._table = robot, _table_of(robot)
         self._jumping = LAGS.stop + robot.dof
         causes = self._jumping + np.arange(self._table.factor.shape[1])

@@ -83,7 +83,8 @@ TURNING_REACHES = (*np.arange(-5.5, 6.0),)
 # Start value for the fit of the scale of a sliding joint: the scaled farthest position of the
 # joint (m). Newton's method converges from any start.
 SLIDING_REACHES = (0.0,)
-# Known factors of joint positions, by unit, each with the statement of the mistake.
+# Factors that common mistakes cause in joint positions: unit of the joint, factor, statement of
+# the mistake.
 FACTORS = (
     ('rad', math.pi / 180.0, 'is in degrees, not radians'),
     ('rad', 180.0 / math.pi, 'was turned from degrees into radians twice'),
@@ -94,7 +95,7 @@ FACTORS = (
 )
 # An estimated factor is taken as a factor of FACTORS if their relative difference is at most this.
 FACTOR_TOLERANCE = 5e-3
-# Lower bound of a score (rad): smaller scores are round-off.
+# Lower bound of a score (rad), because smaller scores are round-off.
 ROUND_OFF = 1e-15
 # Lower bound of the noise of a score (rad): the last digit of printed poses.
 POSE_DIGIT = 1e-6
@@ -238,7 +239,8 @@ def _orders(
         return []  # small angles in any order give nearly one rotation
     likely = likely_orders(given.poses, A, given.read)
     few = few_of(len(A))
-    # Joint positions and A stay; only the orientations of the second source change.
+    # Repeat joint positions and A for each order, because only the orientations of the second
+    # source change.
     others = np.tile(given.poses[few], (len(likely), 1, 1, 1))
     others[..., :3, :3] = np.reshape([one.chosen for one in likely], (len(likely), -1, 3, 3))
     sifted = _sifted(np.broadcast_to(A[few], others.shape), others, _most(fit, tried))

@@ -134,7 +134,7 @@ def _whole(given: ComparedData) -> Iterator[_Undone]:
     if robot.description.length_unit == 'mm':
         words |= IN_MILLIMETRES
     for change, poses, expected in zip(changes, *undone(given, changes)):
-        sentence = change.sentence.partition(' (--')[0]  # drop options of other commands
+        sentence = change.sentence.partition(' (--')[0]  # without the option at its end
         yield _Undone(words.get(sentence, sentence), poses, expected)
 
 

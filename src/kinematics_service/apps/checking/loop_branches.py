@@ -28,7 +28,7 @@ SEED = 20240523
 
 def other_branches(description: RobotDescription, g: int) -> tuple[tuple[float, ...], ...]:
     """
-    Return other positions of a loop group's passive joints at which the group is closed.
+    Return further positions of the passive joints of a group of loops at which these loops close.
 
     The active joints stay at the known position of the file. Newton's method starts at many
     positions of the passive joints, and may miss branches. Positions that differ by full turns

@@ -156,8 +156,8 @@ class _Echo:
         self._output.line(*lines, *([] if self._once else [SEPARATOR]))
 
     def _watch(self) -> None:
-        # Without a live screen: print the likely reason for missing messages to standard error,
-        # once for each time without messages.
+        # Print the likely reason for missing messages to standard error, once for each time
+        # without messages. A timer calls this function if there is no live screen.
         if not self._silent:
             self._explained = False
             return

@@ -43,7 +43,7 @@ REDRAW_PERIOD = 0.1
 @contextmanager
 def live(node: Node, draw: Callable[[Console], Group], whole: bool) -> Iterator[None]:
     """
-    While the block runs, redraw what `draw` returns by a timer.
+    Redraw the lines that `draw` returns by a timer, while the `with` block runs.
 
     The drawing fills the terminal if `whole` is True; else it uses the lines below the cursor.
     """

@@ -51,7 +51,7 @@ def _state(state: ToolState) -> list[str]:
 
 def _singularity(result: Singularity) -> list[str]:
     if np.ndim(result.level):
-        return []  # `html_of` shows the levels of a batch of poses
+        return []  # a batch of poses: `html_of` shows its levels
     words = {
         'determinant': None if result.determinant is None else f'{result.determinant:.6g}',
         'manipulability': f'{result.manipulability:.6g}',

@@ -26,7 +26,8 @@ SEED = 560
 @dataclass(frozen=True, eq=False)
 class Passage:
     """
-    q(t) = centre + x reach with x = cos(u) (1 + 2 cos(u)^2) / 3 and u = 2 pi t / period.
+    The motion q(t) = centre + x reach, with x = cos(u) (1 + 2 cos(u)^2) / 3 and u = 2 pi t /
+    period.
 
     At x = 0 the joints have a third of the speed that they would have with x = cos(u). The largest
     joint speed is 97 % of the largest speed with x = cos(u).

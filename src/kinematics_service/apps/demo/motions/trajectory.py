@@ -16,7 +16,7 @@ from .passage import Passage, smooth_trajectory
 @dataclass(frozen=True, eq=False)
 class Sines:
     """
-    q_j(t) = centre_j + amplitude_j sin(frequency_j t + phase_j).
+    The motion q_j(t) = centre_j + amplitude_j sin(frequency_j t + phase_j).
 
     Attributes
     ----------

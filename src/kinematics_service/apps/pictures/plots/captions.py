@@ -18,7 +18,7 @@ MAX_LETTERS = 16
 
 
 def short(name: str) -> str:
-    """Return a name with at most MAX_LETTERS letters."""
+    """Return a name, cut to at most MAX_LETTERS letters."""
     return words(name if len(name) <= MAX_LETTERS else name[: MAX_LETTERS - 1] + '…')
 
 

@@ -21,8 +21,8 @@ from ....robot.task import SEED
 SLIDING_RANGE = 1.0
 # Number of random configurations from which `clear_pose` chooses.
 CANDIDATES = 4000
-# Number of random configurations for an arm with closed loops, where a distance takes 20 times as
-# long.
+# Number of random configurations for an arm with closed loops. It is small, because computing a
+# distance takes 20 times as long with closed loops.
 CANDIDATES_OF_LOOPS = 400
 # Distances to singularity above this value (rad) do not improve a configuration's score further.
 MAX_DISTANCE = 0.9

@@ -19,7 +19,7 @@ MAX_SIZE = 1e6
 
 
 class Strict(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    """Base of the parts of a message: only the declared fields are accepted."""
+    """Base class of the parts of a message; it accepts only the declared fields."""
 
 
 class Camera(Strict, frozen=True, tag='ViewerCameraMessage', tag_field='type'):

@@ -82,7 +82,8 @@ class OriginCheck(NamedTuple):
                 f'This page is not served as {hosts[0]!a}. '
                 'If it should be, start the view with --allow-host NAME.',
             )
-        # A browser always sends the origin of the page that opens a websocket; a program may not.
+        # Check the origin only if the request has one: a browser always sends the origin of the
+        # page that opens a websocket, but other programs may omit the origin.
         if origins and _netloc(origins[0]) != hosts[0]:
             return HttpRefusal(FORBIDDEN, 'Pages of other sites may not connect to this one.')
         if any(name != TOKEN for name, _ in _query(path)):
