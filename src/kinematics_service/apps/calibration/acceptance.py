@@ -98,10 +98,10 @@ def noise_remarks(fit: JudgedFit) -> Iterator[str]:
 
 def _by_joint(found: Calibration, out: Flags) -> str:
     # Return a sentence if the outliers lie in one part of the range of a joint; else an empty
-    # text. For each joint and each outlier, test three parts of the range. They are the positions
-    # at or above the outlier, the positions at or below the outlier, and the positions at least as
-    # far from the median. For each part, count its outliers, and compute the probability of at
-    # least this count if outliers were spread at random.
+    # text. For each joint and each outlier, test three parts of the range. The parts are the
+    # positions at or above the outlier, at or below the outlier, and at least as far from the
+    # median. For each part, count its outliers, and compute the probability of at least this count
+    # if outliers were spread at random.
     left, count, rows = int(np.sum(out)), len(out), found.rows
     if left < MIN_POSES or left == count:
         return ''

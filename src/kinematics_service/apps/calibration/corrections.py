@@ -184,8 +184,8 @@ class _Corrections:
             else:
                 rows = self._elementary_rows(k, link)
             links += rows
-            # Do not count an extra row that the next row turns back, because the frame between
-            # these two rows has other axes than the nominal frame.
+            # Do not count an extra row that the next row turns back, because the axes between
+            # these two rows differ from the nominal axes.
             ends_at.append(len(links) - (1 if turn else 0))
         if turn and isinstance(link, DhRow):
             links.append(_row(link, {'theta': self._turned(ZERO, turn)}))

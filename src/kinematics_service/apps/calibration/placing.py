@@ -18,8 +18,8 @@ TRIM_ROUNDS = 3
 TRIMMED_SHARE = 0.7
 # Number of alternating steps that fit base and tool to positions.
 PLACING_STEPS = 40
-# The positions do not determine a coordinate of the tool's point if a change of the coordinate
-# moves the positions by less than 1e-6 of the change. Such a coordinate stays 0.
+# A coordinate of the tool's point stays 0 if the positions do not determine it. In this case, a
+# change of the coordinate moves the positions by less than 1e-6 of the change.
 MIN_RATIO = 1e-6
 
 

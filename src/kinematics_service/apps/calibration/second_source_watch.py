@@ -26,8 +26,8 @@ PATH_STEP = 10_000_000
 PATH_SAMPLES = 6_000
 # The status is WARN if no pose arrived for this time (s), or if no pose was used for this time.
 PATIENCE = 5.0
-# If stamps of poses and joint states differ by more than this time (s), they come from two clocks,
-# because no source of poses is so late.
+# If stamps of poses and joint states differ by more than this time (s), they come from two clocks.
+# No source of poses is so late.
 CLOCK_DIFFERENCE = 1.0
 
 

@@ -215,9 +215,9 @@ class _Baseline:
 
 
 class _JumpCandidate(NamedTuple):
-    # A parameter that may have jumped. `own` selects the columns of the parameter, `begin` is the
-    # index of the first pose after the jump, and `size` is the size of the jump. `gain` is twice
-    # the increase of the log likelihood by the jump. `excess` is the test statistic minus its
+    # A parameter that may have jumped. `own` selects the columns of the parameter. `begin` is the
+    # index of the first pose after the jump, `size` the size of the jump. `gain` is twice the
+    # increase of the log likelihood by the jump. `excess` is the test statistic minus its
     # threshold. `scale` is the variance of the residuals divided by that of the baseline, at least
     # 1.
     own: slice
@@ -427,9 +427,9 @@ class JumpDetector:
             if is_proven := ratios.is_proven(best):
                 if self._jump:
                     break
-                # A few wrong poses may look like this jump. Test again without the poses that do
-                # not fit the jump, and without poses that contribute far more to the gain of the
-                # jump than other poses.
+                # A few wrong poses may look like this jump. Test again without poses that do not
+                # fit the jump. Leave out poses, too, that contribute far more to the gain of the
+                # jump than the others.
                 (after, shares), begin = ratios.parts(best), best.begin
                 usual = np.median(shares[begin:][self._used[begin:]])
                 gains = np.maximum(np.sum(after**2, axis=1), MEDIAN * shares / max(usual, 1e-9))
@@ -437,8 +437,8 @@ class JumpDetector:
             worst = float(np.max(gains))
             if worst <= scale * THRESHOLDS[6]:
                 break
-            # Leave out only poses with more than half of the largest gain, because poses with
-            # smaller gains may fit once the worst poses are left out.
+            # Leave out only poses with more than half of the largest gain. Poses with smaller
+            # gains may fit once the worst poses are left out.
             self._used &= gains < 0.5 * worst
         self._ratios = ratios
         if self._jump and (returned := self._returned(ratios, best)):
@@ -480,8 +480,8 @@ class JumpDetector:
         joints.sort(key=lambda one: -one.gain)
         if best.own in (BASE, TOOL) and joints:
             # If a joint jumps by an angle, the linear model loses the share angle^2 of the gain.
-            # Name the joint, not base or tool, if the gain of base or tool is larger by at most
-            # this loss plus the difference of the thresholds.
+            # The gain of base or tool must be larger by more than this loss plus the difference of
+            # the thresholds; otherwise name the joint.
             bent = joints[0].gain * float(joints[0].size[0]) ** 2
             fewer = best.scale * (THRESHOLDS[6] - THRESHOLDS[1])
             best = joints[0] if best.gain - joints[0].gain < bent + fewer else best

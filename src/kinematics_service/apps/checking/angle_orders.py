@@ -120,8 +120,7 @@ def order_hypotheses_of(poses: Floats, A: Floats, read: str = '') -> Iterator[Hy
 
 def _pairs(read: str) -> list[_Taken]:
     # Return the pairs (kind written, kind read) to be tried. If the kind read is unknown, skip
-    # most kinds with moving axes, because xyz read as zyx gives the same rotations as ZYX read as
-    # XYZ.
+    # most kinds with moving axes: xyz read as zyx gives the same rotations as ZYX read as XYZ.
     orders = (*EULER_ORDERS, ROTVEC)
     known = 'xyz' if read == 'rpy' else read
     if known in orders:

@@ -26,8 +26,8 @@ FIRST_DAMPING = 1e-3
 # If the spread of the positions is below this share of their distance from the origin, the
 # positions are taken as one point.
 POINT_SPREAD_RATIO = 0.05
-# The poses do not determine a direction of the offsets if the singular value of the direction,
-# divided by the largest singular value, is below this.
+# Ratio of a singular value to the largest singular value. If the ratio is smaller, the poses do
+# not determine this direction of the offsets.
 WEAK_RATIO = 1e-4
 # The rotations are taken to have one common axis if the sines of the angles about other axes are
 # below this value.

@@ -20,8 +20,8 @@ from .motions.trajectory import Trajectory
 
 # Number of joint states per second along a path.
 RATE = 50.0
-# If a joint state is late by more than this (s), for example because the process was stopped, all
-# later joint states are delayed by the same time. The arm does not catch up.
+# If a joint state is late by more than this (s), all later joint states are delayed by the same
+# time. The arm does not catch up, for example after the process was stopped.
 MAX_DELAY = 0.5
 QUEUE_DEPTH = 1000
 # Shortest period of the timer (s). If a recording is faster, one call of the timer publishes

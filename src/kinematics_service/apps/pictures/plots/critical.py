@@ -117,8 +117,8 @@ def _number_of_vectors(robot: Robot, plane: Plane, q: Floats) -> int:
 
 
 def _system(robot: Robot, plane: Plane, q: Floats, c: Floats) -> tuple[Floats, Floats]:
-    # Return the residuals of the equations for q and c, shape (N, n + 1) or (N, n + 2), and the
-    # derivatives of the residuals by q (scaled) and c.
+    # Return the residuals of the equations for q and c, shape (N, n + 1) or (N, n + 2), and their
+    # derivatives by q (scaled) and c.
     n, k = robot.dof, c.shape[1]
     scales = robot.singularity.task.column_scales
     A = _gradients(robot, plane, q)[:, :k]

@@ -17,8 +17,8 @@ from .picture import Draw, words
 from .ranges import not_all_closed
 from .set_styles import set_styles
 
-# On the border of the map, a factor is taken as zero if its value divided by its largest value on
-# the map is below this.
+# On the border of the map, a factor is taken as zero if it is below this share of its largest
+# value on the map.
 ZERO_RATIO = 1e-9
 QUARTER = math.pi / 4.0
 # Colour of positions at which a loop does not close.

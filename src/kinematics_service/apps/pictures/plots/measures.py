@@ -18,8 +18,8 @@ from .picture import GREY, VERMILION, Draw, with_unit, words
 
 # Width of a letter of a factor's name, divided by the width of the panel.
 LETTER_WIDTH = 0.014
-# The picture labels a minimum of the distance with the name of the nearest factor if the minimum
-# is below this share of the largest distance.
+# A minimum of the distance gets the name of the nearest factor if the minimum is below this share
+# of the largest distance.
 NAMED_RATIO = 0.3
 # Largest drawn condition number. Larger condition numbers are not drawn, because at a singular
 # pose they are only round-off.

@@ -72,8 +72,8 @@ class Workspace:
 
 def section_rows(robot: Robot, q: Floats, plane: Plane) -> Floats:
     """
-    Return for each row of q (N, n) two coordinates of the tool in the plane (m), the distance to a
-    singular pose (rad), and q: shape (N, 3 + n).
+    Return rows (N, 3 + n) for joint positions q (N, n): two coordinates of the tool in the plane
+    (m), distance to a singular pose (rad), and q.
 
     If the plane is along base axes, the least joint motion first moves the tool into the plane. A
     row is nan if the tool does not get into the plane with joints inside the limits and loops
