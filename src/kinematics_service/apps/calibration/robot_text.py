@@ -258,9 +258,9 @@ def _known_poses(
 
 
 def _tolerances(found: Calibration, poses: Floats, frames: Frames) -> tuple[float, float]:
-    # Return the tolerances (m, rad) of known poses. They are a multiple of the noise, so that all
-    # used poses are within the tolerances. If no noise of the instrument is given, the tolerances
-    # are at most the error limit of a calibration.
+    # Return the tolerances (m, rad) of known poses: a multiple of the estimated noise, so that all
+    # used poses are within the tolerances. This multiple is at most ERROR_LIMIT, or that multiple
+    # of the noise of the instrument if it is larger.
     known, limit = found.instrument or (0.0, 0.0), outlier_limit(2)
     length, angle = (
         limit * min(noise, max(most / limit, of_instrument))

@@ -11,7 +11,7 @@ from .intrinsics import Intrinsics
 from .opencv import MAX_PIXELS, opencv
 
 # Smallest number of corners from which the pose of a board is computed. Four corners determine the
-# pose; two more are required because corners have noise.
+# pose; two more corners are required as a reserve.
 CORNERS = 6
 # Least spread of the corners across a line, divided by the edge of a square. If the spread is
 # smaller, the corners are in one line and determine no pose.

@@ -88,7 +88,7 @@ def calibrate_propose(
                 raise CalibrationError(
                     f'this is no calibration to go on from: {refused}', code='not-accepted'
                 )
-    # Read only the joint positions of the candidates, because no poses were measured there.
+    # Read only the joint positions of the candidates, because their poses are not measured yet.
     chosen = None if among is None else read_positions(among, reading._replace(pose_topic=None))
     proposed = propose_poses(arm, count, after, positions, among=chosen, line_of_sight=sight)
     for file in plans:
