@@ -71,7 +71,7 @@ BATCH_SIZE = 16
 FITTED_IN_FULL = 4
 # The score of a hypothesis from few poses may differ from its score with all poses by this factor.
 SIFT_MARGIN = 2.0
-# A number of the robot is fitted only if it explains more than this share of the squared
+# A number of the robot is fitted only if it explains more than this fraction of the squared
 # residuals, to first order.
 FIRST_ORDER_SHARE = 0.4
 # Largest number of Levenberg-Marquardt steps that fit a number and the offsets together.

@@ -30,7 +30,7 @@ INVERSE = 'the poses are those of the base in the tool frame'
 LENGTHS_IN_MM = 'the lengths of the table are in millimetres, not metres'
 # Pairs of joints (swapped, or coupled) are tried for arms with at most 12 joints.
 MAX_SWAPPED_JOINTS = 12
-# A joint moves if one of its positions differs from the mean position by more than this (rad, m).
+# A joint moves if a position differs from the mean position by more than this value (rad, m).
 MIN_RANGE = 1e-3
 
 

@@ -20,7 +20,7 @@ REACH = 0.5
 MAX_LAG_SAMPLES = 10.0
 # Number of lags tried.
 TRIALS = 51
-# The largest lag tried is at most this share of the duration of the motion.
+# The largest lag tried is at most this fraction of the duration of the motion.
 MOTION_SHARE = 0.25
 # Number of poses with which the lags are tried.
 SAMPLES = 40

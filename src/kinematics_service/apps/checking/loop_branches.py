@@ -14,7 +14,7 @@ from ...robot.loops import closure_of, gap_between
 GRID_POINTS = 24
 # Number of random starts, if a group of loops has more than two passive joints.
 RANDOM_STARTS = 400
-# Two solutions are different branches if a passive joint differs by more than this (rad, m).
+# Two solutions are different branches if a passive joint differs by more than this value (rad, m).
 BRANCH_TOLERANCE = 1e-6
 # Number of damped steps that bring random starts near to closed loops.
 DAMPED_STEPS = 60

@@ -23,7 +23,7 @@ GAIN_TOLERANCE = 1e-9
 # Damping after the first failed step (Levenberg-Marquardt), in units of the largest eigenvalue of
 # J^T J.
 FIRST_DAMPING = 1e-3
-# If the spread of the positions is below this share of their distance from the origin, the
+# If the spread of the positions is below this fraction of their distance from the origin, the
 # positions are taken as one point.
 POINT_SPREAD_RATIO = 0.05
 # Ratio of a singular value to the largest singular value. If the ratio is smaller, the poses do
