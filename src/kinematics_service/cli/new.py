@@ -65,7 +65,7 @@ def new(
       kinematics_service new my_arm --convention modified
       kinematics_service new my_ur5e --from ur5e
       kinematics_service new my_arm --table dh.csv
-      kinematics_service new my_arm --table - --columns a,alpha,d,theta --units deg,mm
+      kinematics_service new my_arm --table - --columns a,alpha,d,theta
 
     The command writes NAME.yaml in this folder, or the file of --out; an existing file is kept
     unless you give --force. With --from the file is a copy of a bundled robot's file, with its
