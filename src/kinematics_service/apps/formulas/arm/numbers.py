@@ -38,10 +38,7 @@ class Evaluation:
         self._known: dict[sp.Expr, Floats] = dict(values)
 
     def of(self, expression: sp.Expr) -> Floats:
-        """
-        Return the N values of an expression, NaN or infinite at configurations at which it is
-        undefined.
-        """
+        """Return the N values of an expression: NaN or infinite if the expression is undefined."""
         with np.errstate(all='ignore'):
             return self._of(expression)
 
@@ -60,8 +57,7 @@ class Evaluation:
 
     def with_part(self, expression: sp.Expr, path: Sequence[int], part: sp.Expr) -> Floats:
         """
-        Return the N values of an expression in which the part at `path` is replaced by another
-        part.
+        Replace the part at `path` of an expression, and return the N values of the new expression.
 
         `path` holds the argument indices that lead to the part. The new expression is not built in
         sympy, because that takes five times as long.
@@ -91,7 +87,7 @@ class Evaluation:
         name = type(e).__name__
         if self.degrees and name in ('sin', 'cos', 'tan'):
             arguments = [arguments[0] * DEGREE]
-        if name not in FUNCTIONS:  # sympy uses other functions only for values that are not real
+        if name not in FUNCTIONS:  # sympy returns other functions only if a value is not real
             return np.full_like(arguments[0], np.nan)
         result = FUNCTIONS[name](*arguments)
         return result / DEGREE if self.degrees and name.startswith('a') else result
@@ -99,8 +95,8 @@ class Evaluation:
 
 @lru_cache(maxsize=4096)
 def _entries(matrix: sp.Matrix) -> tuple[Floats, tuple[tuple[int, sp.Expr], ...]]:
-    # Return the plain numbers of a matrix, and the other entries with their indices. The result is
-    # cached: sympy lists the entries more slowly than numpy evaluates them.
+    # Return the plain numbers of a matrix (0 for other entries), and the other entries with their
+    # indices. The function is cached, because sympy takes long to list the entries of a matrix.
     entries = matrix.flat()
     plain = [e.is_number and not e.args for e in entries]
     numbers = [_number(e) if is_plain else 0.0 for e, is_plain in zip(entries, plain)]
@@ -133,7 +129,5 @@ FUNCTIONS: dict[str, Callable[..., Floats]] = {
 
 @lru_cache(maxsize=65536)
 def size_of(expression: sp.Expr) -> int:
-    """
-    Return the number of nodes of an expression tree; a shared part counts each time it occurs.
-    """
+    """Return the number of nodes of an expression tree; repeated parts count every time."""
     return 1 + sum(map(size_of, expression.args))

@@ -30,9 +30,9 @@ from ..derive.algebra.names import Names, angle_in_rad, names_by_use, uses_of
 
 ZERO = sp.Integer(0)
 EYE = sp.ImmutableDenseMatrix(sp.eye(4))
-# Largest difference between an entry of a rotation in the file and the entry that the file's
-# reader returns. If a difference is larger, the reader has replaced a rounded rotation, and the
-# table uses the reader's numbers instead of the file's expressions.
+# The reader of robot files replaces a rounded rotation matrix by the nearest rotation. If this
+# changes an entry by more than the tolerance, the table uses the reader's numbers. Otherwise it
+# uses the file's expressions.
 ROTATION_TOLERANCE = 1e-12
 AXES = {'x': 0, 'y': 1, 'z': 2}
 
@@ -40,8 +40,8 @@ AXES = {'x': 0, 'y': 1, 'z': 2}
 @dataclass(frozen=True)
 class TableRow:
     """
-    One row of the table: a product of motions by named quantities such as a and alpha, or the
-    product inner * motion * inverse(outer).
+    One row of the table. It is a product of motions by named quantities such as a and alpha, or
+    the product inner * motion * inverse(outer).
 
     Parameters
     ----------
@@ -85,16 +85,14 @@ class TableRow:
     @cached_property
     def moving(self) -> sp.Expr:
         """
-        Return the sum of theta, d and argument of the row; it contains all joint variables of the
-        row.
+        Return theta + d + argument of the row; the sum contains all joint variables of the row.
         """
         return sum((self[name] for name in MOVING), self.argument)
 
     @cached_property
     def symbols(self) -> frozenset[sp.Symbol]:
         """
-        Return the symbols in theta, d and argument of the row: joint variables and constants added
-        to these.
+        Return the symbols in theta, d and argument of the row: joint variables and constants.
         """
         return frozenset(self.moving.free_symbols)
 
@@ -194,7 +192,8 @@ def row_matrix(row: TableRow) -> sp.Matrix:
 @lru_cache(maxsize=4096)
 def row_derivative(row: TableRow, variable: sp.Symbol) -> sp.Matrix:
     """Return the derivative of a row's matrix by a joint variable."""
-    # Entry by entry: sympy's derivative of a matrix takes 0.5 s of the 1.6 s of a comparison.
+    # Differentiate entry by entry, because sympy's derivative of a matrix takes 0.5 s of the 1.6 s
+    # of a comparison.
     return row_matrix(row).applyfunc(lambda e: e.diff(variable) if e.has(variable) else ZERO)
 
 
@@ -213,7 +212,8 @@ def _pose(rigid: RigidMotion, names: Names) -> sp.Matrix:
         not entries[k].is_number or abs(float(entries[k]) - value) > ROTATION_TOLERANCE
         for k, value in rotation_read.items()
     ):
-        # The file's reader replaced a rounded matrix by the nearest rotation.
+        # The reader of the file replaced a rounded matrix by the nearest rotation: use its
+        # entries.
         for k, value in rotation_read.items():
             entries[k] = sp.Rational(repr(value))
     return sp.ImmutableDenseMatrix(4, 4, entries)
@@ -237,7 +237,10 @@ def _row(row: Link, convention: str, names: Names) -> TableRow:
 
 
 def general_row(table: Table) -> TableRow:
-    """Return a row of the table's convention with symbols such as a_i, alpha_i, d_i, theta_i."""
+    """
+    Return a general row in the table's convention, with symbols such as a_i, alpha_i, d_i,
+    theta_i.
+    """
     names = CONVENTIONS[table.convention].quantities
     return TableRow(table.convention, tuple((name, sp.Symbol(f'{name}_i')) for name in names))
 
@@ -258,7 +261,7 @@ def table_of(description: RobotDescription) -> Table:
     derived: dict[sp.Symbol, sp.Expr] = {}
     for constant in description.constants:
         name, symbol = constant.name, constants[constant.name]
-        # A constant used as a length and as an angle is a ratio: it has no unit.
+        # If a constant is used both as a length and as an angle, it is a ratio without a unit.
         is_length, is_angle = name in used['length'], name in used['angle']
         factor = sp.Integer(1) if is_length == is_angle else length if is_length else degree
         if names_in(constant.text) & set(constants):

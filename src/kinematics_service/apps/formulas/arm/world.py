@@ -34,7 +34,7 @@ class World:
     coupling : shape (N, P, n)
         Rates of the P passive joints per rate of the n joints; None without closed loops.
     still
-        Matrices of rows that are already known, by row index.
+        Row matrices that are already computed, by row index.
     """
 
     table: Table
@@ -76,7 +76,8 @@ class World:
 
     def frame(self, at: int) -> Floats:
         """
-        Return frame number `at` in the base frame, shape (N, 4, 4); the identity if `at` < 0.
+        Return frame number `at` in the base frame, shape (N, 4, 4). Return the identity if `at` <
+        0.
         """
         return np.broadcast_to(np.eye(4), self.base.shape) if at < 0 else self.frames[at]
 
@@ -92,8 +93,8 @@ class World:
     @cached_property
     def row_columns(self) -> dict[tuple[int, int], Floats]:
         """
-        Return what each row of the table adds to each Jacobian column: key (row, joint), value of
-        shape (N, 6).
+        Return the summand of each Jacobian column from each row of the table: key (row, joint),
+        value of shape (N, 6).
         """
         return self._row_columns(range(len(self.table.variables)))
 
@@ -118,8 +119,7 @@ class World:
 
     def columns_of(self, joints: Sequence[int]) -> Floats:
         """
-        Return the Jacobian columns of `joints` without the coupling by closed loops, shape (N, 6,
-        k).
+        Return the Jacobian columns of `joints`, as if all closed loops were open, shape (N, 6, k).
         """
         parts = self._row_columns(joints)
         J = np.zeros((self.poses, 6, len(joints)), np.result_type(float, *parts.values()))

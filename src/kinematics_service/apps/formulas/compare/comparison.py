@@ -34,8 +34,8 @@ from .text.file import Settings, read_formulas
 
 AGREES, DIFFERS = 'agrees', 'differs'
 BRANCH_POSES = 200
-# If a formula solves fewer poses than this ratio, a remark gives the ratio of poses without a
-# solution. The ratio is below 1, because acos near -1 and 1 loses too many digits at one or two of
+# If a formula solves a smaller ratio of the poses than this, a remark gives the ratio without a
+# solution. The limit is below 1, because acos near -1 and 1 loses too many digits at one or two of
 # 200 poses.
 MIN_REMARKED_RATIO = 0.99
 
@@ -226,8 +226,7 @@ def _verdict(check: Check) -> Verdict:
         base = replace(base, remarks=tuple(_branch(check)))
     if not check.wrong.any():
         return replace(base, remarks=base.remarks + _rounded(check))
-    # The search for causes does not know closed loops, so an arm with passive joints gets no
-    # causes.
+    # Do not search causes if the arm has passive joints, because the search ignores closed loops.
     explained = Explained((), ()) if check.names.table.passive else explain(check)
     entries = tuple(_wrong_entry(check, int(i), int(j)) for i, j in np.argwhere(check.wrong))
     found = {entry for cause in explained.explanations for entry in cause.entries}
@@ -242,8 +241,8 @@ def _verdict(check: Check) -> Verdict:
 
 
 def _rounded(check: Check) -> tuple[str, ...]:
-    # Rounded numbers agree within half a unit of their last digit. If they do, a remark gives the
-    # largest difference.
+    # If the formula has rounded decimals and agrees only within their rounding, return a remark
+    # with the largest difference.
     worst = float(np.max(check.gap(check.person, check.right)))
     rounded = check.statement.decimals or check.statement.half_units
     if not rounded or worst <= ROUND_OFF:
@@ -355,8 +354,8 @@ def _branch(check: SolutionCheck) -> list[str]:
 
 
 def _with_the_others(verdicts: Sequence[Verdict], checks: Sequence[Check]) -> list[Verdict]:
-    # Formulas of joints may each be right alone, but belong to different solutions: such formulas
-    # get the status `differs`.
+    # Inverse kinematics formulas may each be right alone, but belong to different solutions. Give
+    # such formulas the status `differs`.
     right = {verdict.line for verdict in verdicts if verdict.status == AGREES}
     groups: dict[Settings, list[SolutionCheck]] = {}
     for check in checks:

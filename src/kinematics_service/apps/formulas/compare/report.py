@@ -9,7 +9,7 @@ from ....typography import counted
 from .causes.explanation import Explanation
 from .comparison import AGREES, Comparison, Verdict
 
-# Maximum number of wrong entries that a report lists for one formula.
+# Maximum number of wrong entries that the report lists for one formula.
 MAX_ENTRIES = 12
 
 

@@ -29,9 +29,9 @@ from .frames import Frames, frames_of
 from .jacobian import VEE, in_axes_of, may_turn
 from .trigonometry import Writer, writer_of
 
-# A numerator with more operations is not multiplied out, because that would not make it shorter.
+# A numerator with more operations is not multiplied out, because the result would not be shorter.
 MAX_OPERATIONS = 150
-# Maximum number of joints and passive joints of an arm whose determinant is derived.
+# If an arm with closed loops has more joints and passive joints, its determinant is not derived.
 MAX_VARIABLES = 6
 
 
@@ -45,11 +45,11 @@ class LoopEquations:
     name
         The loop's name.
     passive
-        Symbols psi of its passive joints.
+        Symbols psi of the loop's passive joints.
     equations
-        Phi; each equation is 0 if the loop is closed. Phi is the pose difference between the end
-        of the loop's own chain and the frame of the table that it meets. Its axes are those of the
-        frame in which the loop begins.
+        Phi, a list of expressions that are 0 if the loop is closed. Phi is the pose difference
+        between the end of the loop's own chain and the frame of the table that this chain meets,
+        in the axes of the frame in which the loop begins.
     coupling
         d psi / d q by the joints of the arm, one row for each passive joint.
     determinant
@@ -65,21 +65,24 @@ class LoopEquations:
 
 
 def simplified(expression: sympy.Expr) -> sympy.Expr:
-    """Return a quotient of sines and cosines with its numerator in the shorter of two forms."""
+    """
+    Shorten the numerator of a quotient of sines and cosines, if sums of angles make it shorter.
+    """
     numerator, denominator = sympy.fraction(expression)
     forms = [sympy.factor_terms(form, clear=False) for form in _forms(numerator)]
     return min(forms, key=sympy.count_ops) / denominator
 
 
 def _forms(expression: sympy.Expr) -> list[sympy.Expr]:
-    # Return the expression and, if it is not too long, its form with sums of angles.
+    # Return the expression. If it is not too long, return also its form without products of sines
+    # and cosines.
     long = sympy.count_ops(expression) > MAX_OPERATIONS
     return [expression] if long else [expression, _without_products(expression)]
 
 
 def _without_products(expression: sympy.Expr) -> sympy.Expr:
-    # Write products of sines and cosines as sines and cosines of sums: with parallel axes most
-    # terms cancel. This takes a thirtieth of the time of `sympy.trigsimp`.
+    # Write products of sines and cosines as sines and cosines of sums, because most terms then
+    # cancel if axes are parallel. TR8 takes a thirtieth of the time of `sympy.trigsimp`.
     return sympy.expand(TR8(sympy.expand(expression)))
 
 
@@ -129,7 +132,7 @@ def loops_of(
     arithmetic
         The arithmetic; its ring contains the angles of the arm and of its loops' rows.
     tell
-        Called with a short text about the next step.
+        A callback that receives a short text about the next step of the derivation.
 
     Raises
     ------
@@ -138,8 +141,8 @@ def loops_of(
     """
     loops = robot.description.loops
     for group in loop_groups(loops):
-        # Refuse loops that must be solved together: the inverse of their equations is too long to
-        # read.
+        # Refuse loops that must be solved together, because the inverse of their equations is too
+        # long to read.
         if len(group) > 1:
             names = ', '.join(repr(loop.name) for loop in group)
             raise DerivationError(
@@ -168,9 +171,10 @@ def closed_determinant(
     robot: Robot, J: Matrix, frames: Frames, loops: Sequence[LoopEquations], writer: Writer
 ) -> sympy.Expr | None:
     """
-    Return det(J_t) of the task rows of an arm with loops, divided by the loops' determinants.
+    Return det(J_t) of the task rows J_t of an arm with closed loops, as a quotient.
 
-    None if J_t is not square, or the arm has more than MAX_VARIABLES joints and passive joints.
+    The denominator is the product of the loops' determinants. Return None if J_t is not square, or
+    if the arm has more than MAX_VARIABLES joints and passive joints.
 
     Parameters
     ----------
@@ -184,13 +188,14 @@ def closed_determinant(
     symbols = writer.arithmetic.names.variables
     if not robot.singularity.task.square or len(symbols) > MAX_VARIABLES:
         return None
-    # Use the axes of the frame in which the first loop begins: the loop equations do
-    # not depend on the joints before this frame.
+    # Use the axes of the frame in which the first loop begins, because the loop equations do not
+    # depend on the joints before this frame.
     task = robot.singularity.task.axes.tolist()
     frame = robot.description.loops[0].start.row if may_turn(task) else 0
     turned = in_axes_of(J, frames.in_base[frame])
     rows = writer.matrix(turned[task])
-    # det(A - B D^-1 C) det D = det [[A, B], [C, D]], whose entries are no quotients.
+    # Use det(A - B D^-1 C) det D = det [[A, B], [C, D]], because the entries of this block matrix
+    # are not quotients.
     slopes = sympy.Matrix([e for loop in loops for e in loop.equations]).jacobian(list(symbols))
     numerator = rows.col_join(slopes).det(method='berkowitz')
     numerator = sympy.factor(_without_products(numerator))
@@ -200,8 +205,8 @@ def closed_determinant(
 def _equations(
     description: RobotDescription, loop: LoopDescription, arithmetic: Arithmetic
 ) -> tuple[sympy.Expr, ...]:
-    # Return the residual of a loop as the kernel defines it; for a rotation it is the axis times
-    # the sine of the angle.
+    # Return the residual of a loop as the kernel defines it. The residual of a rotation is the
+    # axis times the sine of the angle.
     start = _chain(description, (), loop.start.motion, arithmetic)
     there = start.inv() * _chain(description, loop.there, loop.meets.motion, arithmetic)
     back = _chain(description, loop.links, IDENTITY, arithmetic)

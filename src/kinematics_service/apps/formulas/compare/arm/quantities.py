@@ -41,16 +41,16 @@ class Quantity:
     part
         Rows of the Jacobian: `all`, `v` or `w`.
     start
-        Number of the frame in whose axes the quantity is written, -1 for the tool's; None: as the
-        settings say.
+        Number of the frame in whose axes the quantity is written, -1 for the tool frame. None: the
+        frame that the settings give.
     form
-        Kind of Jacobian: `space`, `body`, `analytic`, or an analytic one by its angles: `zyz`,
-        `rpy`, `ypr`.
+        Kind of Jacobian: `space`, `body`, `analytic`, or an analytic Jacobian named by its angles:
+        `zyz`, `rpy`, `ypr`.
     rows
-        Indices of the Jacobian's rows that the formula has; empty: decided by the number of rows
-        written.
+        Indices of the Jacobian's rows in the formula. Empty: the number of rows in the formula
+        decides.
     either
-        Whether two digits, as in T_12, may also be one frame or row number, 12.
+        Whether two digits, as in H_12, may mean the single number 12 and not 1 and 2.
     """
 
     kind: str
@@ -63,8 +63,8 @@ class Quantity:
     either: bool = False
 
 
-# Patterns of names (without underscores), and the quantities that the names mean. The groups of a
-# pattern set fields of `Quantity`.
+# Patterns of names (without underscores), and the quantity that a matching name means. Each named
+# group of a pattern sets the field of `Quantity` with its name.
 _PATTERNS = {
     r'det(?:J|Jv|Jacobian)?|JacDet': Quantity('det'),
     r'[TH]|TH|[TAH]0[ne]|T0T|T(?:tool|total|0?ee|basetool)': Quantity('tool'),
@@ -94,7 +94,7 @@ _PATTERNS = {
 
 
 def quantity_of(key: str) -> Quantity | None:
-    """Return the quantity of a name without underscores; None if the name means no quantity."""
+    """Return the quantity that a name (without underscores) means, or None if it means none."""
     for pattern, quantity in _PATTERNS.items():
         if found := re.fullmatch(pattern, key):
             groups = {name: text for name, text in found.groupdict().items() if text}
@@ -107,14 +107,14 @@ def quantity_of(key: str) -> Quantity | None:
 
 
 class Refusal(NamedTuple):
-    """Why a quantity has no value: the message and the code of an error."""
+    """The error about a quantity that has no value: its message and its code."""
 
     message: str
     code: str
 
 
 def refusal_of(quantity: Quantity, table: Table, reading: Settings) -> Refusal | None:
-    """Return why an index of a quantity is out of range or ambiguous; None if it is not."""
+    """Return an error if an index of a quantity is out of range or ambiguous, otherwise None."""
     rows, joints = len(table.rows), table.joints
     low, high = 0, rows + reading.first_frame
     if quantity.kind in ('row', 'jacobian', 'numeric'):
@@ -200,7 +200,7 @@ def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) ->
 
 
 def expression_of(quantity: Quantity, arm: SymbolicArm, reading: Settings) -> sp.Matrix | None:
-    """Return a quantity as a matrix of expressions; None if it has no expression."""
+    """Return a quantity as a matrix of expressions; None if its kind has no expressions."""
     if quantity.kind in ('det', 'general') or quantity.form in ANGLES:
         return None
     return sp.ImmutableDenseMatrix(value_of(quantity, arm, reading))
@@ -241,7 +241,7 @@ def row_order(quantity: Quantity, reading: Settings) -> list[int]:
     return [3, 4, 5, 0, 1, 2] if angular_first else list(range(6))
 
 
-# Text that a report prints for the angles of an analytic Jacobian.
+# Texts for reports: the angles whose rates the angular rows of an analytic Jacobian give.
 ANGLES = {
     'rpy': 'rates of roll, pitch, yaw',
     'ypr': 'rates of yaw, pitch, roll',
@@ -250,8 +250,8 @@ ANGLES = {
 
 
 def _rates(R: Floats, form: str) -> Floats:
-    # Return the pseudoinverse E^+ of the matrix E, for which w = E * (rates of the angles). The
-    # columns of E are the axes of the three turns (Siciliano, section 3.6).
+    # Return the pseudoinverse of the matrix E in w = E * (rates of the angles). The columns of E
+    # are the axes of the three rotations (Siciliano, section 3.6).
     last = 2 if form == 'zyz' else 0
     angle = np.arctan2(R[..., 1, last], R[..., 0, last])
     zero, one = np.zeros_like(angle), np.ones_like(angle)

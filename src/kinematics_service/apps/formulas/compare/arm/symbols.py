@@ -17,8 +17,8 @@ from ...arm.table import AXES, EYE, ZERO, Table, inverse_pose, motion, rotation,
 
 @dataclass(frozen=True)
 class _Walk:
-    # The frame is the product M Rz(angle). The angle stays separate until a motion about another
-    # axis follows.
+    # This class stores a frame as the product M Rz(angle). The angle stays separate until a motion
+    # about an axis other than z follows.
     M: sp.Matrix
     angle: sp.Expr
 
@@ -73,8 +73,7 @@ class SymbolicArm:
 
     def frame(self, at: int) -> sp.Matrix:
         """
-        Return frame number `at` of the table in the base frame; the identity if the number is
-        negative.
+        Return frame number `at` of the table in the base frame. Return the identity if `at` < 0.
         """
         return EYE if at < 0 else self.frames[at]
 
@@ -99,13 +98,14 @@ class SymbolicArm:
         return sp.ImmutableDenseMatrix(sp.Matrix.hstack(*columns))
 
 
-# Maximum length, in characters, of a right expression that a report prints beside a wrong entry.
+# A report prints the right expression beside a wrong entry. A longer expression than this, in
+# characters, is left out.
 MAX_SHOWN_CHARACTERS = 160
 
 
 def shown(expression: sp.Expr) -> str:
     """
-    Return an expression in the shorter of two forms, or an empty text if it is too long to read.
+    Return the text of an expression, factored if this is shorter; empty if the text is too long.
     """
     best = min((expression, sp.factor_terms(expression)), key=sp.count_ops)
     text = str(best)

@@ -22,7 +22,7 @@ ARM = ('tool', 'pose', 'rotation', *VECTORS, *JACOBIAN, 'det')
 TABLE = (*ARM, 'row')
 
 CAUSES = (
-    # Many mistakes flip the sign of a determinant, so a wrong sign alone is tested before them.
+    # Test the wrong sign of a determinant first, because many other mistakes change only the sign.
     Cause('sign of the determinant', ('det',), (WHOLE,), slips.sign),
     Cause('axes of the frame itself', ('axis',), (WHOLE,), slips.own_axes),
     Cause('kind of joint', JACOBIAN, (COLUMN,), slips.joint_type),

@@ -1,7 +1,8 @@
 """
 Generate small repairs of a user's expression: a sign, an index, a bracket, exchanged arguments.
 
-`explanation.py` tries each repair; a repair that makes the formula right names the mistake.
+`explanation.py` tries each repair. If a repair makes the formula right, its name is reported as
+the mistake.
 """
 
 from collections.abc import Callable, Iterator
@@ -11,7 +12,7 @@ from itertools import combinations
 
 import sympy as sp
 
-# Argument indices that lead to a part of a sympy expression, the outermost first.
+# The path to a part of a sympy expression: the argument index at each level, outermost first.
 Path = tuple[int, ...]
 
 # Maximum number of tree nodes of an expression for which repairs are tried.
@@ -23,8 +24,8 @@ MAX_COMBINED_TERMS = 7
 @dataclass(frozen=True)
 class Edit:
     """
-    A repair of an expression: `part` replaces the part at `path`. A report prints `sentence` if
-    the repaired formula is right.
+    A repair of an expression: it replaces the part at `path` by `part`. A report prints `sentence`
+    if the repaired formula is right.
     """
 
     sentence: str
@@ -35,7 +36,8 @@ class Edit:
 @dataclass(frozen=True)
 class Repair:
     """
-    A kind of repair: its name in the list of tried causes, and the function that yields its edits.
+    A kind of repair: its name for reports, and the function that yields its edits of an
+    expression.
     """
 
     name: str
@@ -128,7 +130,9 @@ def symbols_exchanged(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Ed
 
 
 def lost_lengths(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """Yield the expression with a length, or its square, added to or subtracted from one part."""
+    """
+    Yield the expression with a length, or its square, added to one part or subtracted from it.
+    """
     for path, part in places(e):
         if part.is_number or (path and _at(e, path[:-1]).is_Add):
             continue
@@ -229,9 +233,7 @@ def arguments(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 
 def units(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """
-    Yield the expression with angles converted between degrees and radians, or mm converted to m.
-    """
+    """Yield the expression with angles converted between deg and rad, or lengths from mm to m."""
     changed, inside = e, False
     for part in {p for _, p in places(e) if p.func in (sp.sin, sp.cos, sp.tan)}:
         number, rest = part.args[0].as_coeff_Add()
@@ -276,10 +278,7 @@ def twos(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 
 def quarter_turns(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """
-    Yield a formula of a joint angle plus 180, 90 or -90 deg, also with the sign of the formula
-    changed.
-    """
+    """Yield plus or minus the formula of a joint angle, plus 180, 90 or -90 deg."""
     turns = ((sp.pi, '180 deg'), (sp.pi / 2, '90 deg'), (-sp.pi / 2, '-90 deg'))
     for turn, text in turns:
         yield Edit(f'{text} must be added', (), e + turn)

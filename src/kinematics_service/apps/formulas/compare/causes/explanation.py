@@ -22,12 +22,13 @@ from .causes import CAUSES
 from .edits import EDITS, EXTRA, MAX_EDITED_NODES, SOLUTION_EDITS, replaced
 from .variant import BLOCK, COLUMN, ENTRY, ROW, WHOLE, Cause, Variant
 
-# Maximum number of alternative causes that a report names beside the first cause.
+# A report names the first cause of a wrong entry, and at most this number of other causes that
+# fit.
 MAX_ALTERNATIVES = 3
-# The search for dropped terms is skipped if the right entry has more terms than this.
+# If the right entry has more terms than this, terms that the user dropped are not searched.
 MAX_MISSING_TERMS = 12
-# Largest ratio of the wrong entries that a mistake in the whole matrix may leave unexplained. A
-# second mistake is then searched in these entries.
+# A mistake in the whole matrix may leave at most this ratio of the wrong entries unexplained. A
+# second mistake is then searched in the unexplained entries.
 MAX_LEFT_RATIO = 0.34
 
 DROPPED = 'dropped term or factor'
@@ -101,8 +102,8 @@ def _of_matrix(check: QuantityCheck, right: Floats, tried: list[str]) -> list[Ex
 
 
 def _few(found: list[Explanation], wrong: int) -> list[Explanation]:
-    # Return no mistake if there are more than two, and more than a third of the number of wrong
-    # entries: so many mistakes may fit by chance.
+    # Return no mistakes if their number exceeds both 2 and a third of the number of wrong entries,
+    # because many mistakes may fit by chance.
     return found if len(found) <= max(2, wrong // 3) else []
 
 
@@ -143,7 +144,8 @@ def _best_whole(
 
 
 def _parts(scope: str, check: QuantityCheck) -> Iterator[tuple[str, sp.Expr]]:
-    # Yield name and index of each part of the matrix: the whole, blocks, columns, rows or entries.
+    # Yield the name and the numpy index of each part of the matrix that `scope` selects: the
+    # whole, blocks, columns, rows or entries.
     rows, columns = check.shape
     if scope == WHOLE:
         yield '', np.s_[:]
@@ -177,7 +179,9 @@ def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> tuple[list[E
         sentence = best.variant.sentence
         also = {
             rival.variant.sentence: f'{rival.place}{rival.variant.sentence}'
-            for rival in reversed(candidates)  # in reverse: the first of equal sentences is kept
+            for rival in reversed(
+                candidates
+            )  # reversed, so that the first of equal sentences remains
             if rival.variant.sentence != sentence
             and (rival.mask == best.mask).all()
             and (one or rival.cause != best.cause)
@@ -213,19 +217,20 @@ def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> 
     if isinstance(check, QuantityCheck) and check.quantity.kind == 'general':
         symbols = tuple(sp.Symbol(f'{name}_i') for name in QUANTITIES)
     if isinstance(check, SolutionCheck):
-        # Exclude the joint's own symbol: with it, a repair could turn any formula into the joint
-        # itself.
+        # Exclude the symbol of the joint, because a repair with this symbol could replace any
+        # formula by the joint variable itself.
         symbols = tuple(symbol for symbol in symbols if symbol != check.variable)
     known = sorted(expression.free_symbols - set(symbols), key=str)
     kinds = SOLUTION_EDITS if isinstance(check, SolutionCheck) else EDITS
-    found: dict[str, str] = {}  # sentence of an edit: name of its first repair
+    found: dict[str, str] = {}  # key: sentence of an edit; value: name of its repair
     for kind in kinds:
         tried.append(kind.name)
         for edit in kind.edits(expression, (*symbols, *known)):
             values = check.evaluation.with_part(expression, edit.path, edit.part)
             if not check.passes(values, right[:, i, j]):
                 continue
-            # Skip edits that turn the whole entry into 0: the repair EXTRA reports such entries.
+            # Skip edits that make the whole entry 0, because the repair EXTRA reports such
+            # entries.
             may_vanish = kind == EXTRA or not isinstance(check, QuantityCheck)
             if not may_vanish and replaced(expression, edit.path, edit.part) == 0:
                 continue
@@ -273,7 +278,7 @@ def _missing_factor(
     check: QuantityCheck, terms: Sequence[sp.Expr], values: Floats, i: int, j: int
 ) -> list[Explanation]:
     if check.agrees(np.zeros_like(values[:, i, j]), values[:, i, j]):
-        return []  # if the right entry is 0, a dropped factor 0 would always explain it
+        return []  # a dropped factor 0 would explain any wrong formula of an entry 0
     factors = {f for term in terms for f in sp.Mul.make_args(term)}
     for factor in sorted(factors, key=str):
         value = check.world.evaluation.of(factor) * check.person[:, i, j]
@@ -283,7 +288,7 @@ def _missing_factor(
 
 
 def right_entry(check: QuantityCheck, i: int, j: int) -> sp.Expr | None:
-    """Return the right expression of an entry; None if the quantity has no expression."""
+    """Return the right expression of entry (i, j), or None if the quantity has no expression."""
     if check.quantity.kind == 'numeric':
         return None
     if check.quantity.kind == 'general':
@@ -301,7 +306,7 @@ def right_entry(check: QuantityCheck, i: int, j: int) -> sp.Expr | None:
 
 
 def _grouped(found: list[Explanation]) -> list[Explanation]:
-    # Join explanations that name one mistake in several entries.
+    # Join explanations of different entries if they name the same mistake.
     groups: dict[tuple[str, str], Explanation] = {}
     for one in found:
         first = groups.get(key := (one.cause, one.sentence))

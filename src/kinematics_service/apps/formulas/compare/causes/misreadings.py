@@ -29,7 +29,8 @@ def _at(check: QuantityCheck, table: Table, sentence: str) -> Variant:
 
 
 def _by_joints(check: QuantityCheck, changes: dict[sp.Symbol, sp.Expr], sentence: str) -> Variant:
-    # Return the values of the quantity after expressions replace joint variables of the table.
+    # Replace joint variables of the table by the expressions in `changes`, and return the values
+    # of the quantity.
     rows = tuple(
         row
         if row.symbols.isdisjoint(changes)
@@ -75,8 +76,7 @@ def _whose(convention: Convention) -> str:
 
 def joint_zero(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield mistaken values, computed with one joint angle counted from another zero, 90, -90 or 180
-    deg away.
+    Yield mistaken values, computed with the zero of one joint angle shifted by 90, -90 or 180 deg.
     """
     for variable in check.names.table.turning:
         for turn, text in TURNS:
@@ -85,7 +85,9 @@ def joint_zero(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def in_degrees(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield mistaken values, computed with one joint angle, or all of them, taken for degrees."""
+    """
+    Yield mistaken values, computed with one joint angle, or all, read in degrees, not radians.
+    """
     turning = check.names.table.turning
     for chosen in (turning, *([variable] for variable in turning if len(turning) > 1)):
         changes = {variable: check.poses.values[variable] * DEGREE for variable in chosen}
@@ -95,16 +97,17 @@ def in_degrees(check: QuantityCheck) -> Iterator[Variant]:
 
 def sine_for_cosine(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield mistaken values, computed with sines and cosines exchanged, of one joint or of all sums
-    of joints.
+    Yield mistaken values, computed with sine and cosine of one joint angle exchanged, or sines and
+    cosines of all sums with this angle.
     """
     turning = check.names.table.turning
     for variable in turning:
-        # sin(pi/2 - q) = cos(q): inserting pi/2 - q exchanges sin q and cos q in every entry.
+        # Replace q by pi/2 - q: this exchanges sin(q) and cos(q) in every entry.
         changes = {variable: np.pi / 2 - check.poses.values[variable]}
         sentence = f'sin({variable}) and cos({variable}) are exchanged'
         yield _with_values(check, changes, sentence)
-    # sin(q1 + q2) = cos(pi/2 - q1 - q2): change one joint to exchange functions of the whole sum.
+    # Negate all joint angles and add pi/2 to one: this exchanges the sine and cosine of each sum
+    # with this angle, because sin(q1 + q2) = cos(pi/2 - q1 - q2).
     for first in turning if len(turning) > 1 else ():
         changes = {variable: -check.poses.values[variable] for variable in turning}
         changes[first] = changes[first] + np.pi / 2
@@ -118,7 +121,7 @@ def _with_values(check: QuantityCheck, changes: dict[sp.Symbol, Floats], sentenc
 
 
 def joint_direction(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield mistaken values, computed with one joint counted in the opposite direction."""
+    """Yield mistaken values, computed with the sign of one joint variable changed."""
     for variable in check.names.table.variables:
         sentence = f'{variable} is counted in the other direction'
         yield _by_joints(check, {variable: -variable}, sentence)
@@ -133,8 +136,8 @@ def joint_exchange(check: QuantityCheck) -> Iterator[Variant]:
 
 def absolute_angles(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield mistaken values, computed with one joint angle replaced by its sum with another angle, or
-    by their difference. This happens if absolute and relative angles are confused.
+    Yield mistaken values, computed with another joint angle added to one angle, or subtracted. The
+    user makes this mistake if he confuses absolute and relative angles.
     """
     for one, other in permutations(check.names.table.turning, 2):
         for value, text in ((one + other, f'{one} + {other}'), (one - other, f'{one} - {other}')):
@@ -147,7 +150,7 @@ def one_row(check: QuantityCheck) -> Iterator[Variant]:
     for i, row in enumerate(table.rows):
         where = f'row {i + 1}'
         edits: list[tuple[dict[str, sp.Expr], str]] = []
-        # All quantities of the row except theta, in alphabetical order.
+        # List the named quantities of a row with their axes, except theta, in alphabetical order.
         axes = sorted((name, axis) for axis, name in row.order.motions if name != 'theta')
         angles = [name for name, axis in axes if axis[0] == 'R']
         lengths = [name for name, axis in axes if axis[0] == 'T']
@@ -178,7 +181,7 @@ def row_left_out(check: QuantityCheck) -> Iterator[Variant]:
 
 def shifted_column(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield mistaken values, computed from tables in which one column slipped up or down by one row.
+    Yield mistaken values, computed from tables in which one column is shifted up or down by a row.
     """
     table = check.names.table
     convention = CONVENTIONS[table.convention]
@@ -234,9 +237,7 @@ def missing_length(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def exchanged_lengths(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield mistaken values, computed with two lengths exchanged, or one length written for another.
-    """
+    """Yield mistaken values, computed with two lengths exchanged, or one replaced by another."""
     values = check.poses.values
     for one, other in combinations(check.names.table.constants, 2):
         versions = (

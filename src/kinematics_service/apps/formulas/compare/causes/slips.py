@@ -17,7 +17,7 @@ from ..arm.quantities import Quantity, arranged, refusal_of, value_of
 from ..statements.checks import QuantityCheck
 from .variant import Variant
 
-MILLIMETRES_PER_METRE = 1000.0  # definition of the unit
+MILLIMETRES_PER_METRE = 1000.0  # by definition
 
 
 def own_axes(check: QuantityCheck) -> Iterator[Variant]:
@@ -59,7 +59,7 @@ def transposed(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def base_and_tool(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield T without the base or the tool, and T_0n multiplied by base and tool."""
+    """Yield the tool's pose T without the base, the tool or both, and with both."""
     frames = check.world.frames
     versions = (
         (np.linalg.solve(frames[0], frames[-1]), 'the base is left out'),
@@ -73,10 +73,7 @@ def base_and_tool(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def bottom_row(check: QuantityCheck) -> Iterator[Variant]:
-    """
-    Yield the derivative of a pose with a wrong 1 in the lower right corner, whose right entry is
-    0.
-    """
+    """Yield the derivative of a pose with 1 in the lower right corner. The right entry is 0."""
     values = check.right.copy()
     values[:, 3, 3] = 1.0
     yield Variant('(4,4) is the derivative of the constant 1: it is 0, not 1', values)
@@ -119,15 +116,15 @@ def mistaken(
     check: QuantityCheck, sentence: str, J: Floats, columns: tuple[int, ...] = ()
 ) -> Variant:
     """
-    Return a mistaken Jacobian with the rows that the user wrote, in the user's order. The input
-    has base axes and linear rows first.
+    Convert a mistaken Jacobian J to the axes, rows and row order of the user's formula. J has base
+    axes and linear rows first.
     """
     whole = arranged(J, check.world, check.quantity, check.reading)
     return Variant(sentence, check.cut(whole, check.quantity), columns)
 
 
 def row_order(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the Jacobian with its linear and angular rows exchanged."""
+    """Yield the Jacobian with the linear rows and the angular rows exchanged."""
     if check.right.shape[1] == 6:
         other = 'linear' if check.reading.angular_first else 'angular'
         swapped = np.roll(check.right, 3, axis=1)
@@ -275,8 +272,8 @@ def column_order(check: QuantityCheck) -> Iterator[Variant]:
 
 def column_sums(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield the Jacobian with a wrong sum in one column, to which several rows of the table, or
-    another column, contribute.
+    Yield the Jacobian with a wrong column: a row of the table contributes to it with the wrong
+    sign or not at all, or another column is added or subtracted.
     """
     world = check.world
     n = len(world.table.variables)
@@ -314,7 +311,7 @@ def _sum_text(check: QuantityCheck, k: int, rows: list[int], flipped: int = -1) 
 
 
 def per_degree(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the Jacobian for joint velocities in degrees, or with angular rows in degrees."""
+    """Yield the Jacobian for joint velocities in deg/s, or with angular rows in degrees."""
     J = check.world.jacobian
     turning = ~np.array(check.world.table.slides)
     scale = np.where(turning, DEGREE, 1.0)

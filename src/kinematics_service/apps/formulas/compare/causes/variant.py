@@ -1,4 +1,4 @@
-"""Define the types of a mistake to be tested, and of the values that the mistake gives."""
+"""Define a mistake to be tested (`Cause`), and the values of a formula with it (`Variant`)."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

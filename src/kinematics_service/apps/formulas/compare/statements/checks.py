@@ -1,7 +1,8 @@
 """
 Check whether a formula of a matrix, a vector or a determinant is right.
 
-The same check tests likely causes: it compares the values of a mistaken formula with the user's.
+A check also tests likely mistakes: it compares the values of a mistaken formula with the user's
+values.
 """
 
 from abc import ABC, abstractmethod
@@ -70,7 +71,7 @@ class Check(ABC):
 
     @cached_property
     def person(self) -> Floats:
-        """Return the values of the user's formula, shape (N, rows, columns)."""
+        """Return the values of the formula that the person wrote, shape (N, rows, columns)."""
         return self.evaluation.of_matrix(self.expressions)
 
     @property
@@ -108,8 +109,8 @@ class Check(ABC):
     @cached_property
     def wrong(self) -> Mask:
         """
-        Return which entries differ at some pose by more than the rounding of printed decimals
-        explains.
+        Return which entries are wrong. An entry is wrong if at some pose it differs by more than
+        the rounding of printed decimals explains.
         """
         wrong: Mask = ~self.agrees(self.person, self.right)
         if wrong.any() and self.statement.inexact is not None:
@@ -119,11 +120,11 @@ class Check(ABC):
     @cached_property
     def rounding(self) -> Floats:
         """
-        Return how far the rounding of printed decimals can change each entry, shape (N, rows,
+        Return the largest change of each entry by rounding of printed decimals, shape (N, rows,
         columns).
         """
         moved, inexact = np.full_like(self.person, 0.0), self.statement.inexact
-        assert inexact is not None  # `wrong` calls this with rounded numbers only
+        assert inexact is not None  # the only caller, `wrong`, has checked this
         still = {symbol: np.zeros(self.poses.count) for symbol, _ in self.statement.half_units}
         for symbol, half in self.statement.half_units:
             at = {**self.evaluation.values, **still, symbol: np.full(self.poses.count, half)}
@@ -166,13 +167,13 @@ class QuantityCheck(Check):
 
     def right_of(self, world: World, reading: Settings | None = None) -> Floats:
         """
-        Return the quantity of another `World`, with only the rows and columns of the user's
-        formula.
+        Return the quantity computed from another `World`, with only the rows and columns that the
+        user's formula has.
         """
         return self.cut(self.whole_of(world, reading or self.reading), self.quantity)
 
     def whole_of(self, world: World, reading: Settings) -> Floats:
-        """Return the quantity of a `World` with all its rows, shape (N, rows, columns)."""
+        """Return the quantity computed from a `World`, with all rows, shape (N, rows, columns)."""
         if self.quantity.kind == 'det':
             return task_determinant(self.robot, world)[:, None, None]
         if self.quantity.kind == 'general':
@@ -204,7 +205,7 @@ class QuantityCheck(Check):
     @property
     def jacobian_rows(self) -> list[int]:
         """
-        Return the indices of the rows of J that the user wrote: all, the task's rows, or the
+        Return the indices of the rows of J that the user wrote: all rows, the task's rows, or the
         linear rows.
         """
         rows = self.shape[0]
@@ -218,7 +219,7 @@ class QuantityCheck(Check):
     @cached_property
     def readings(self) -> tuple['QuantityCheck', ...]:
         """
-        Return a check for each meaning that textbooks give a Jacobian, the most common first.
+        Return one check for each definition of the Jacobian in textbooks, the most common first.
         """
         quantity, form = self.quantity, self.quantity.form
         if quantity.kind != 'jacobian' or quantity.rows or self.names.table.passive:
@@ -236,8 +237,8 @@ class QuantityCheck(Check):
             check = replace(self, statement=meant)
             found.append(check)
             whole = check.whole_of(self.world, settings)
-            # Indices of the rows that are not 0 at all poses: in a planar arm x, y and the angle
-            # phi.
+            # Select the rows that are nonzero at some pose; in a planar arm they are x, y and the
+            # angle phi.
             rows = tuple(np.flatnonzero(np.abs(whole).max(axis=(0, 2)) > ROUND_OFF).tolist())
             if len(rows) == self.shape[0] < whole.shape[1]:
                 chosen = replace(check.quantity, rows=rows)
@@ -247,7 +248,7 @@ class QuantityCheck(Check):
     @property
     def reading_in_words(self) -> tuple[str, ...]:
         """
-        Return the meaning of the Jacobian as text, in a tuple; empty if only one meaning exists.
+        Return the definition of the Jacobian as text, in a tuple; empty if only one is possible.
         """
         if self.quantity.kind != 'jacobian' or not (self.quantity.rows or self.quantity.form):
             return ()
@@ -272,7 +273,10 @@ class QuantityCheck(Check):
 
 
 def task_determinant(robot: Robot, world: World) -> Floats:
-    """Return det(J_t) of the task's rows in the axes of frame 0, shape (N,); NaN if not square."""
+    """
+    Return det(J_t) of the task's rows J_t in the axes of frame 0, shape (N,); NaN if J_t is not
+    square.
+    """
     R_t = np.swapaxes(world.base[:, :3, :3], 1, 2)
     v, w = R_t @ world.jacobian[:, :3], R_t @ world.jacobian[:, 3:]
     J_t = np.concatenate([v, w], axis=1)[:, robot.singularity.task.axes]

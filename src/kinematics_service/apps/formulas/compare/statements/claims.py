@@ -30,16 +30,16 @@ from .statements import Statement
 
 # Number of random configurations from which zeros of each claim and each factor are searched.
 DRAWS = 200
-# J has rank k - 1 if the ratio of singular value k to the largest is below this. The projected
-# configurations are exact to 1e-9.
+# A singular value is 0 if its ratio to the largest singular value is below this. The ratio is
+# above the error of the projected configurations, 1e-9.
 SINGULAR_VALUE_RATIO = 1e-7
-# Distance (rad or m) within which a pose belongs to a claimed family. Newton's method is exact to
-# 1e-6 at a double zero.
+# A pose belongs to a claimed family if its distance (rad or m) is at most this. The tolerance
+# exceeds 1e-6, the error of Newton's method at a double zero.
 CLAIM_TOLERANCE = 1e-5
-# Step of central differences (rad or m): the errors by round-off and by the third derivative are
-# both below 1e-9.
+# Step of central differences (rad or m). With this step, the errors by round-off and by the third
+# derivative are both below 1e-9.
 DIFFERENCE_STEP = 1e-6
-# Values tried for the integer k in a claim such as `q3 = k*pi`. With k*pi/6 they still cover a
+# Values tried for the integer k in a claim such as `q3 = k*pi`. Even the values of k*pi/6 cover a
 # whole turn.
 INTEGERS = np.arange(-6.0, 7.0)
 
@@ -90,11 +90,11 @@ class _ArmOfLetters:
 
 def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement]) -> list[Claim]:
     """
-    Return a verdict on each claimed family of singular poses. If it can be decided, add a verdict
-    on whether the claims are complete.
+    Return a verdict on each claimed family of singular poses, and last a verdict on whether the
+    claims are complete. The last verdict is missing if the determinant is unknown.
 
-    A claim holds if it holds with two random values of each named constant. A remark says if it
-    holds only with the numbers of the file.
+    A claim holds if it is right with two random values of each named constant. A remark says if it
+    is right only with the numbers of the file.
     """
     task = robot.singularity.task
     square = not task.structurally_deficient and len(task.rows) == robot.dof
@@ -119,7 +119,7 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
             verdicts = [_whole(arm, factors, claims) for arm in arms if factors]
         worst = next((one for one in verdicts if not one.holds), verdicts[-1])
         if worst.holds or not verdicts[-1].holds:
-            # Return the verdict with the numbers of the file, so that its remark names a pose of
+            # Return the verdict for the numbers of the file, so that the remark names a pose of
             # this arm.
             return verdicts[-1]
         numbers = numbers_in_words(exact.arithmetic.names)
@@ -153,7 +153,7 @@ def _sound(arm: _ArmOfLetters, claim: Statement) -> Claim:
     ]
     if equations:
         q = poses_on(equations, q, free)
-    # Drop configurations in which the claimed value is not real: a family need not exist for all
+    # Drop configurations at which the claimed value is not real. A family need not exist at all
     # values of the other joints.
     q = q[np.isfinite(q).all(axis=1)]
     q = q[_belongs(names, claim, q)] if equations else q
@@ -170,8 +170,8 @@ def _sound(arm: _ArmOfLetters, claim: Statement) -> Claim:
 def _value(
     names: FormulaNames, claim: Statement, value: sp.Expr, integers: Floats | float
 ) -> Callable[[Floats], Floats]:
-    # Return a function of N configurations that evaluates an expression of a claim. `integers` has
-    # the value of k at each configuration.
+    # Return a function of N configurations that evaluates the expression `value` of a claim.
+    # `integers` gives the integer k of the claim at each configuration.
     table = names.table
 
     def function(q: Floats) -> Floats:
@@ -194,8 +194,8 @@ def _belongs(names: FormulaNames, claim: Statement, q: Floats) -> npt.NDArray[np
     # Return which of N configurations belong to a claimed family, shape (N,).
     holds = np.ones(len(q), dtype=bool)
     for joint, value in claim.conditions:
-        # Distances (rad or m) of the configurations from the condition, for each integer k. If the
-        # condition is an equation, the distances are exact to first order only.
+        # Compute the distances (rad or m) of the configurations from the condition, for each
+        # integer k. If the condition is an equation, the distances are first-order estimates.
         gaps = []
         for k in INTEGERS.tolist():
             condition = _ZeroCondition(_value(names, claim, value, k))
@@ -215,7 +215,7 @@ def _whole(
     arm: _ArmOfLetters, factors: Mapping[sp.Expr, Laurent], claims: Sequence[Statement]
 ) -> Claim:
     name, line, names, sampler = 'the singular set', claims[-1].line, arm.names, arm.sampler
-    assert sampler is not None  # called for a derived arm only
+    assert sampler is not None  # callers pass only arms whose determinant was derived
     starts = sampler.random(DRAWS)
     for expression, value in factors.items():
         function = Numbers(value, sampler.arithmetic).scaled_to(sampler.random())

@@ -18,7 +18,8 @@ from ..text.build import Value
 from ..text.file import Settings
 from ..text.tokens import FormulaToken
 
-# `c1`, `s23` and `ctheta1`: cosine or sine of a joint angle or of a sum.
+# Matches shorthands such as `c1`, `s23` and `ctheta1`: cosine or sine of a joint angle, or of a
+# sum of joint angles.
 SHORTHAND = re.compile(r'([cCsS])(?:q|theta|th|t|phi)?(\d{1,7})')
 FACTOR = re.compile(r'[A-Za-z]+\d+')
 ALIAS = re.compile(r'(q|theta|th|t|phi|d)(\d{1,2})')
@@ -27,17 +28,18 @@ COORDINATES = {
     **{name: name.lower() for name in 'XYZ'},
     **{f'{p}{name}': name for p in 'pP' for name in 'xyz'},
 }
-# The tool's angle about z, rad; defined if the tool turns about z only.
+# The rotation angle of the tool about z, rad. It is defined only if the tool rotates about z
+# alone.
 ANGLE_IN_PLANE = sp.Symbol('phi')
 ROTATION_ENTRY = re.compile(r'[rR]([123])([123])')
-# Symbols x, y, z of the point in the `point` setting (m), and of the entries of the tool's
-# rotation.
+# Symbols of the coordinates x, y, z (m) of the point in the `point` setting. ROTATION has the
+# symbols of the entries of the tool's rotation matrix.
 POINT = sp.symbols('x y z')
 ROTATION = {(i, j): sp.Symbol(f'r{i + 1}{j + 1}') for i in range(3) for j in range(3)}
 
 
 class FormulaNames:
-    """The names that formulas of one robot may use."""
+    """The names that formulas may use, for one robot."""
 
     def __init__(self, table: Table) -> None:
         self.table = table
@@ -109,8 +111,8 @@ class FormulaNames:
         return matrix
 
     def _factors(self, key: str) -> list[str]:
-        # Split a name such as `L1c23` into factors: joints, constants and shorthands that end in a
-        # number.
+        # Split a name such as `L1c23` into the factors `L1` and `c23`. Each factor is a joint, a
+        # constant or a shorthand, and ends in a number. Return no factors if this fails.
         factors = FACTOR.findall(key)
         is_product = ''.join(factors) == key and len(factors) > 1
         are_scalars = (
@@ -162,6 +164,6 @@ class FormulaNames:
 
 
 def general_symbol(key: str) -> sp.Symbol | None:
-    """Return the symbol of row i's a, alpha, d or theta, as in the general matrix A_i, or None."""
+    """Return the symbol a_i, alpha_i, d_i or theta_i of the general matrix A_i, or None."""
     found = re.fullmatch(rf'({"|".join(QUANTITIES)})(?:i|im1)?', key)
     return sp.Symbol(f'{found[1]}_i') if found else None

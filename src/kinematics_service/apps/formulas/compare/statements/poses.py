@@ -22,9 +22,10 @@ from .names import ANGLE_IN_PLANE, POINT, ROTATION, FormulaNames
 
 SEED = 20240523
 POSES = 8
-# Range of random constants, m (rad for named angles): all of similar size, and never 0.
+# Range of random constants, m (rad for named angles). The constants are of similar size and never
+# 0.
 LENGTH_RANGE = (0.3, 1.3)
-# Assumed range (m) of a prismatic joint whose upper limit is infinite.
+# Length of the range (m) from which a prismatic joint without an upper limit is drawn.
 SLIDE_RANGE = 1.0
 # An arm is planar if 1 minus the cosine of the tool's tilt from z is below this.
 AXIS_TOLERANCE = 1e-9
@@ -117,8 +118,8 @@ def _close(
     given: Mapping[sp.Symbol, Floats],
     count: int,
 ) -> Floats:
-    # Draw joint positions at which the loops close, and compute the positions of the passive
-    # joints.
+    # Draw joint positions at which the closed loops close, and compute the positions of the
+    # passive joints. Return their coupling.
     table, rng = names.table, np.random.default_rng(SEED)
     joints = table.variables[: table.joints]
     for symbol in given:
@@ -133,7 +134,7 @@ def _close(
     q = np.stack([values[joint] for joint in joints], axis=1)
     for k, joint in enumerate(joints):
         drawn[k] = np.full(CLOSURE_SAMPLES, given[joint][0]) if joint in given else drawn[k]
-    # If the at line gives every joint, other draws are the same position.
+    # Draw no further positions if the `at` line gives every joint: all draws would be equal.
     tried = q if given.keys() >= set(joints) else np.concatenate([q, np.stack(drawn, axis=1)])
     good = tried[closes_at(robot.chain, tried)]
     if len(good) < count:
@@ -145,7 +146,7 @@ def _close(
             code='open-loop',
         )
     closure = evaluate(robot, good[:count]).closure
-    assert closure is not None  # called only with passive joints
+    assert closure is not None  # the arm has passive joints, so it has a closure
     for k, joint in enumerate(joints):
         values[joint] = good[:count, k]
     for k, symbol in enumerate(table.variables[table.joints :]):
@@ -158,7 +159,7 @@ def _drawn(robot: Robot, k: int, rng: np.random.Generator, count: int) -> Floats
     if robot.prismatic[k]:
         low = low if np.isfinite(low) else 0.0
         high = high if np.isfinite(high) else low + SLIDE_RANGE
-        low += 0.1 * (high - low)  # avoid a fully retracted joint: it may be a special case
+        low += 0.1 * (high - low)  # a retracted joint may be a special case
     elif not np.isfinite(high - low):
         low, high = -np.pi, np.pi
     return rng.uniform(low, high, count)

@@ -25,39 +25,40 @@ from .statements import Statement
 
 Limits: TypeAlias = Floats  # lower and upper joint limits, shape (n, 2), rad or m
 
-# A formula gives a branch of the inverse kinematics if it gives the joint's value at this ratio of
-# the poses. At a lower ratio, equal values are coincidences.
+# A formula gives a branch of the inverse kinematics if its value equals the joint's value at this
+# ratio of the poses, or more. Below the ratio, equal values are coincidences.
 MIN_HIT_RATIO = 0.1
-# Largest difference (rad or m) between equal values of a formula and a joint. Near -1 and 1, acos
-# loses half the digits.
+# A formula's value equals a joint's value if they differ by at most this (rad or m). The tolerance
+# is large, because acos near -1 and 1 loses half the digits.
 HIT_TOLERANCE = 1e-7
-# A formula gives another branch if, with its values, the tool reaches this ratio of its target
-# poses.
+# A formula gives another branch of the inverse kinematics if the tool reaches at least this ratio
+# of its target poses with the formula's values.
 BRANCH_POSE_RATIO = 0.9
 # Newton's method: number of random starts, and of steps from each start.
 STARTS = 24
 STEPS = 20
-# The search ends if this number of starts reaches no pose.
+# Newton's search ends if the first starts, this many, reach no target pose.
 FIRST_STARTS = 4
 SEED = 1955
-# Maximum number of poses at which another branch is searched for: a pose takes up to STARTS
+# Another branch is searched at most at this number of poses, because a pose takes up to STARTS
 # searches.
 MAX_BRANCH_POSES = 40
-# Maximum number of combinations of formulas that are tried; a combination has one formula for each
-# joint.
+# Maximum number of combinations of inverse kinematics formulas that are tried. A combination has
+# one formula for each joint.
 MAX_CHOICES = 16
-# If a joint moves a point slower than this (m/rad), the speed is round-off, and the joint does not
-# move the point.
+# If a joint moves a point by less than this (m/rad), the motion is round-off, and the joint does
+# not move the point.
 STILL_SPEED = 1e-9
-# Largest difference between entries of equal rotations; a rotation by half a turn differs by 2.
+# Largest difference between entries of two rotation matrices that count as equal. A rotation by
+# half a turn changes an entry by 2.
 ROTATION_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class PoseSearch:
     """
-    A search for joint positions at which the tool reaches its target pose; some joints have given
-    values.
+    A search for joint positions at which the tool reaches its target pose. Some joints are held at
+    given values.
 
     Parameters
     ----------
@@ -68,10 +69,11 @@ class PoseSearch:
     joints
         Indices of the joints that may move.
     given
-        Indices of the joints whose values are given.
+        Indices of the joints that are held at given values.
     out_of_reach
-        Whether positions may be complex. If complex positions exist, the given values are a root
-        of the arm's equations, although the links are too short or too long for a real solution.
+        Whether joint positions may be complex. A complex solution shows that the given values
+        solve the arm's equations, although the links are too short or too long for a real
+        solution.
     """
 
     table: Table
@@ -94,7 +96,7 @@ class PoseSearch:
     @cached_property
     def moving(self) -> list[int]:
         """
-        Return the indices of the free joints that move the tool: its position and, if `whole`, its
+        Return the indices of the free joints that move the tool's position, or, if `whole`, its
         rotation.
         """
         sizes = np.abs(self.target.jacobian[:, : self.rows]).max(axis=(0, 1))
@@ -103,8 +105,7 @@ class PoseSearch:
     @property
     def is_redundant(self) -> bool:
         """
-        Return whether the free joints can compensate every tool motion by the joints with given
-        values.
+        Return whether the free joints can compensate each tool motion that the held joints cause.
         """
         J = self.target.jacobian[:, : self.rows]
         followed, all_of_them = (
@@ -164,8 +165,8 @@ class PoseSearch:
         }
         for step_left in reversed(range(STEPS if self.moving else 1)):
             world = World(table, values, len(at), still=still)
-            # The twist (v, w) moves the tool to its target, to first order. With complex
-            # positions, w is 0 at the target and also half a turn from it.
+            # The twist (v, w) moves the tool to its target, to first order. With complex joint
+            # positions, w is 0 at the target rotation, and also half a turn away from it.
             R = target[:, :3, :3] @ np.swapaxes(world.pose[:, :3, :3], 1, 2)
             w = 0.5 * skew_part(R) if self.out_of_reach else rotation_vector(R)
             twist = np.concatenate([target[:, :3, 3] - world.pose[:, :3, 3], w], axis=1)
@@ -203,7 +204,7 @@ class EquationCheck(Check):
 
 class PassiveJointCheck(Check):
     """
-    The check of a formula for a passive joint: it must be right at every pose, up to whole turns.
+    The check of a passive joint's formula, which must be right at every pose, up to whole turns.
     """
 
     @cached_property
@@ -226,13 +227,12 @@ class PassiveJointCheck(Check):
 @dataclass(frozen=True, eq=False)
 class SolutionCheck(Check):
     """
-    The check of an inverse kinematics formula: it must give the joint's value from the tool's
-    pose.
+    The check of an inverse kinematics formula, which gives a joint's value from the tool's pose.
 
     Parameters
     ----------
     others
-        The inverse kinematics formulas of the file, for this joint and for others.
+        All inverse kinematics formulas of the file, including the formulas of other joints.
     """
 
     others: tuple[Statement, ...] = ()
@@ -268,14 +268,14 @@ class SolutionCheck(Check):
 
     @cached_property
     def share(self) -> float:
-        """Return the ratio of the poses at which the formula gives the joint's own value."""
+        """Return at which ratio of the poses the formula gives the joint's own value."""
         return float(np.mean(self.hits(self.person[:, 0, 0])))
 
     @cached_property
     def is_about_the_pose(self) -> bool:
         """
-        Return whether the search must reach both position and rotation of the tool. It must if the
-        formula uses the rotation, or if the joint does not move the tool's origin.
+        Return whether the search must reach the tool's rotation besides its position. This is so
+        if the formula uses the rotation, or if the joint does not move the tool's origin.
         """
         column = self.world.jacobian[:, :3, self.statement.joint]
         turned = self.statement.value.free_symbols & {ANGLE_IN_PLANE, *ROTATION.values()}
@@ -284,7 +284,7 @@ class SolutionCheck(Check):
     @cached_property
     def together(self) -> float | None:
         """
-        Return the ratio of the poses at which formulas of the file together reach the tool's pose.
+        Return at which ratio of the poses the formulas of the file together give the tool's pose.
 
         Each joint takes one of its formulas, evaluated with the values of the other formulas;
         joints without a formula are free. None if the file has formulas of one joint only, or
@@ -315,8 +315,8 @@ class SolutionCheck(Check):
         return replace(self, statement=statement)
 
     def _in_turn(self, chosen: Mapping[int, Statement]) -> dict[int, Floats] | None:
-        # Evaluate the formulas in the order of their dependencies. Return None if formulas depend
-        # on each other in a circle.
+        # Evaluate the chosen formula of each joint, each with the values of the formulas on which
+        # it depends. Return None if formulas depend on each other in a circle.
         variables, found = self.names.table.variables, dict[int, Floats]()
         needed = {
             k: [j for j in chosen if j != k and variables[j] in one.value.free_symbols]
@@ -340,8 +340,7 @@ class SolutionCheck(Check):
     @cached_property
     def solved(self) -> float:
         """
-        Return the ratio of the poses at which the formula gives the joint's value or another
-        branch.
+        Return at which ratio of the poses the formula gives the joint's value or another branch.
         """
         return self.share + (1.0 - self.share) * self.branches(self.robot.limits)
 
@@ -360,13 +359,13 @@ class SolutionCheck(Check):
 
     def branches(self, limits: Limits | None, out_of_reach: bool = False) -> float:
         """
-        Return the ratio of the missed poses at which the tool reaches its pose if the joint takes
-        the formula's value.
+        Return the ratio of the missed poses that the tool can reach if the joint takes the
+        formula's value.
 
         A pose is missed if the formula's value is not the joint's own value. Joints that the
         formula contains keep their values. Prismatic joints stay inside `limits`, if given. If the
-        other joints can always bring the tool's origin to its target, the search uses the whole
-        pose. With `out_of_reach`, only poses at which the formula has a value count.
+        other joints can always bring the tool's origin to its target, the search also compares
+        rotations. With `out_of_reach`, only poses at which the formula has a value count.
         """
         joint, table = self.statement.joint, self.names.table
         here = self.in_radians(self.person[:, 0, 0])

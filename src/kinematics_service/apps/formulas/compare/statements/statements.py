@@ -1,4 +1,4 @@
-"""Turn the equations of a file of formulas into statements to check, and definitions."""
+"""Turn the equations of a file of formulas into definitions, and statements to be checked."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -18,9 +18,10 @@ from .names import COORDINATES, FormulaNames
 
 # Maximum number of tree nodes of an expression that is compared.
 MAX_NODES = 200_000
-# Maximum depth of definitions that use other definitions.
+# A definition may use other definitions, nested at most this deep.
 MAX_DEFINITION_DEPTH = 40
-# A number with at least 4 decimals counts as rounded; with fewer it is exact, as 0.5 is a half.
+# A number with at least this many decimals counts as rounded. A number with fewer decimals is
+# exact: 0.5 is a half.
 MIN_ROUNDED_DECIMALS = 4
 TOO_DEEP = 'the formula is nested too deep; compare a part of it'
 
@@ -101,7 +102,7 @@ def understand(file: FormulaFile, names: FormulaNames) -> Understood:
 @dataclass(frozen=True)
 class _Context:
     # How to read an expression: the index of its equation, and whether it may contain general
-    # symbols (a_i), the integer k, and a symbol added to each rounded number.
+    # symbols (a_i) and the integer k. If `inexact`, a symbol is added to each rounded number.
     index: int
     general: bool = False
     integers: bool = False
@@ -150,7 +151,7 @@ class _Reader:
             except FormulaError as fault:
                 key = self._definition_key(raw)
                 if key and quantity_of(key) is None:
-                    maybe_unused.append((raw, fault))  # reported if a formula uses the definition
+                    maybe_unused.append((raw, fault))  # an error only if a formula uses it
                 else:
                     self.faults.append(fault)
                 continue
@@ -173,8 +174,8 @@ class _Reader:
         return Understood(tuple(statements), tuple(fixed), tuple(self.faults), tuple(unused))
 
     def _definition_key(self, raw: Raw) -> str:
-        # Return the name that an equation defines; '' if it is a joint, constant or coordinate of
-        # the robot.
+        # Return the name on the left side of an equation, if it defines a new name. Return '' if
+        # the name is a joint, constant or coordinate of the robot.
         key = dict(raw.settings.meanings).get(raw.left.text, raw.left.text)
         if raw.left.kind != 'name' or raw.claim or key in COORDINATES:
             return ''
@@ -186,7 +187,7 @@ class _Reader:
         try:
             inexact = self._statement(context, raw)
         except (FormulaError, RecursionError):
-            return exact  # rounding is not estimated, for example of an exponent
+            return exact  # no estimate of the rounding, for example of an exponent
         assert isinstance(inexact, Statement)
         half_units = tuple(
             (s, half) for s, half in self.half_units.items() if s in inexact.symbols
@@ -321,8 +322,7 @@ def _refuse_long(value: sp.Expr, at: FormulaToken) -> None:
 
 
 def _is_formula(key: str, right: Node) -> bool:
-    # Return whether an equation after `where` is a formula to be compared. Such a formula ends the
-    # definitions that belong to `where`.
+    # Return whether an equation after `where` is a formula to be compared, not a definition.
     quantity = quantity_of(key)
     return quantity is not None and (quantity.kind == 'det' or right.kind == 'matrix')
 
@@ -340,7 +340,7 @@ def _decimals(text: str) -> int:
 
 
 def _text(root: Node) -> str:
-    # Return the left side of an equation as text for reports.
+    # Return the tree of an equation's left side as text for reports.
     return folded(root, PARTS, _text_of)
 
 

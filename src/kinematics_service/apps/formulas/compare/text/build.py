@@ -18,7 +18,7 @@ Value: TypeAlias = sp.Expr | sp.ImmutableDenseMatrix
 Lookup: TypeAlias = Callable[[FormulaToken], Value]
 ReadNumber: TypeAlias = Callable[[str, FormulaToken], Value]
 
-# Largest number of digits, largest power and deepest nesting; formulas beyond them would take
+# Limits of numbers, powers and nested calls in a formula. A formula beyond them would take
 # minutes.
 MAX_DIGITS = 40
 MAX_EXPONENT = 24
@@ -26,8 +26,8 @@ MAX_NUMBER_BITS = 4096
 MAX_POWER = 1000
 MAX_CALL_DEPTH = 12
 LARGE_NUMBER = f'the number has more than {MAX_NUMBER_BITS} bits; write a smaller one'
-# If a number has at least this many decimals and is a rounded multiple of pi/12, as 1.5708 is, it
-# is read as the multiple.
+# A rounded multiple of pi/12 with at least this many decimals, such as 1.5708, is read as the
+# exact multiple.
 MIN_PI_DECIMALS = 4
 TWELFTHS = tuple(k for k in range(1, 49) if k % 12 == 0 or k <= 24)
 
@@ -76,7 +76,7 @@ def _combined(node: Node, parts: list[Value], lookup: Lookup, read: ReadNumber) 
 
 
 def _refuse_large(node: Node, value: Value) -> None:
-    # Refuse large numbers early: repeated products double the number of digits each time.
+    # Refuse large numbers early, because each repeated squaring doubles the number of digits.
     for entry in value if is_matrix(value) else (value,):
         for factor in sp.Mul.make_args(entry):
             if factor.is_Rational and _bits(factor) > MAX_NUMBER_BITS:
@@ -150,7 +150,7 @@ def _stacked(node: Node, parts: list[Value]) -> Value:
 
 def _added(node: Node, *terms: Value) -> Value:
     if not any(map(is_matrix, terms)):
-        return sp.Add(*terms)  # in one call: adding one by one takes quadratic time
+        return sp.Add(*terms)  # one call: single additions would take quadratic time
     one, *others = terms
     for other in others:
         if is_matrix(one) != is_matrix(other):
@@ -214,7 +214,7 @@ def _crossed(node: Node, one: Value, other: Value) -> Value:
             message = f'a cross product of {_size(one)} and {_size(other)}; both must be 3 x 1'
             raise node.at.fault(message, 'wrong-shape')
         return one.reshape(3, 1).cross(other.reshape(3, 1))
-    return one * other  # `2 \times 3` is a product of numbers
+    return one * other  # `\times` between numbers, as in `2 \times 3`, is a product
 
 
 def _transposed(node: Node, value: Value) -> Value:
@@ -225,8 +225,8 @@ def _inverse(node: Node, matrix: Value) -> Value:
     if not is_matrix(matrix):
         return 1 / matrix
     if matrix.rows == matrix.cols == 4 and matrix.row(3) == sp.Matrix([[0, 0, 0, 1]]):
-        # Invert the matrix as a pose, without symbolic elimination. If its rotation part is not
-        # orthogonal, the result is wrong, and the comparison reports a difference.
+        # Invert the matrix as a pose, without symbolic elimination. If the rotation part is not
+        # orthogonal, the inverse is wrong, and the comparison reports a difference.
         return sp.ImmutableDenseMatrix(inverse_pose(matrix))
     if matrix.rows != matrix.cols or matrix.rows > 4:
         message = f'the inverse of a matrix of {_size(matrix)}; write a square one, at most 4 x 4'

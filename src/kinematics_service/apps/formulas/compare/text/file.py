@@ -18,13 +18,13 @@ GOES_ON = re.compile(r'(=|(?<![*/])[*/+-]|&|\\\\|\.\.\.)\s*$')
 BEGINS_A_MATRIX = re.compile(r'\s*(\$|\[|\\begin|\\left|\\\[|Matrix|sp\.|sympy\.|np\.)')
 BRACED = re.compile(r'\\(?:begin|end)\s*\{[^{}]{0,40}\}')
 
-# Maximum number of formulas in a file; a formula takes up to a second.
+# Maximum number of formulas in a file, because a formula takes up to a second.
 MAX_FORMULAS = 200
 
 # Names of matrices whose determinant a file may define, as in `det(J) = ...`.
 DETERMINANT_OF = ('J', 'Jv', 'Jt', 'Jacobian')
-# Names that may stand with their variables on the left side, as in `J(q) = ...` or `T(\theta_1,
-# \theta_2) = ...`.
+# Matches names that may have their variables behind them on the left side, as in `J(q) = ...` or
+# `T(\theta_1, \theta_2) = ...`.
 DEPENDS = re.compile(r'\d?[JTRADHzop]\w*')
 JOINTS = re.compile(r'(?:q|theta|Theta|th|phi|d)\d*')
 
@@ -110,7 +110,8 @@ class FormulaFile:
 
 @dataclass(frozen=True)
 class _Chunk:
-    # The text of lines that belong together, from `column` of the first line on.
+    # The text of consecutive lines that form one setting or formula. The text begins at `column`
+    # of line number `line`.
     text: str
     line: int
     by_lines: bool = False
@@ -184,7 +185,7 @@ def _chunks(lines: Sequence[str]) -> Iterator[_Chunk]:
             elif depth <= 0 and not GOES_ON.search(before):
                 break
             elif depth > 0 and (_begins_another(text) or SETTING.fullmatch(text)):
-                break  # else an unclosed bracket would include the rest of the file
+                break  # the bracket before is not closed: stop at this formula
             depth += _depth(lines[at])
             at += 1
         yield _Chunk('\n'.join(lines[first:at]), first + 1, by_lines)
@@ -197,7 +198,8 @@ def _begins_another(text: str) -> bool:
 
 
 def _end_of_rows(lines: Sequence[str], at: int) -> int:
-    # A matrix without brackets ends at a blank line, a setting, or the next formula.
+    # Return the index of the line after a matrix without brackets. The matrix ends before a blank
+    # line, a setting, or the next formula.
     while at < len(lines):
         text = _bare(lines[at])
         if not text or '=' in text or SETTING.fullmatch(lines[at]) or WHERE.match(lines[at]):
@@ -236,7 +238,7 @@ def _equations(chunk: _Chunk, settings: Settings, local: bool = False) -> Iterat
 
 
 def _split(tokens: Sequence[FormulaToken], at: Sequence[str]) -> list[list[FormulaToken]]:
-    # Split tokens at separators that are outside all brackets.
+    # Split tokens at those separators in `at` that are outside all brackets.
     parts: list[list[FormulaToken]] = [[]]
     depth = 0
     for token in tokens:
@@ -271,7 +273,8 @@ def _equation(tokens: list[FormulaToken], settings: Settings, local: bool, by_li
 
 
 def _of_a_jacobian(left: Node) -> Node:
-    # The parser reads det(J) as the product det * J; on a left side it means the determinant.
+    # The parser reads det(J) as the product det * J. On the left side of an equation, replace this
+    # product by the name `det`.
     if left.kind != '*' or left.parts[0].text != 'det':
         return left
     det, of = left.parts
@@ -282,7 +285,7 @@ def _of_a_jacobian(left: Node) -> Node:
 
 
 def _trimmed(tokens: list[FormulaToken]) -> list[FormulaToken]:
-    # Return the tokens without newlines at both ends.
+    # Return the tokens without the newlines before the first and after the last other token.
     words = [k for k, token in enumerate(tokens) if token.kind != 'newline']
     return tokens[words[0] : words[-1] + 1] if words else []
 

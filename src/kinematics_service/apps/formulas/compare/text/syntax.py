@@ -1,8 +1,8 @@
 r"""
 Parse the tokens of a formula into a tree by a Pratt parser; no text is ever executed.
 
-Source: Pratt, Top down operator precedence, POPL 1973. Each operator binds its left operand with a
-power. An expression ends at an operator that binds less than the operator before the expression.
+Source: Pratt, Top down operator precedence, POPL 1973. Each operator has a binding power. An
+expression ends at an operator with a lower binding power than the operator before the expression.
 
 The parser accepts sums, products (also implicit: `2 L1 c1`), powers, functions, `\frac`, `\sqrt`,
 matrices as `[a b; c d]`, `[[a, b], [c, d]]`, `Matrix(...)` or `\begin{bmatrix}`, transposes,
@@ -26,7 +26,8 @@ FUNCTIONS = {
 MATRIX_CALLS = frozenset(('Matrix', 'ImmutableMatrix', 'array'))
 INVERSE = {'sin': 'asin', 'cos': 'acos', 'tan': 'atan'}
 MAX_DEPTH = 60
-# Binding powers of the operators to their left operands; the right operand binds by one more.
+# Binding powers of the operators with respect to their left operands. For right operands the power
+# is larger by 1.
 SUM, PRODUCT, SIGN, POWER, POSTFIX = range(1, 6)
 BINDING = {'+': SUM, '-': SUM, '*': PRODUCT, '/': PRODUCT, 'x': PRODUCT, '^': POWER, "'": POSTFIX}
 TRANSPOSE = (('T',), ('top',), ('{', 'T', '}'), ('{', 'top', '}'))
@@ -106,7 +107,7 @@ class _Parser:
     last: FormulaToken
     at: int = 0
     depth: int = 0
-    by_blanks: bool = False  # whether blanks separate entries in the current matrix row
+    by_blanks: bool = False  # whether blanks separate the entries of a matrix row
 
     @property
     def next(self) -> FormulaToken | None:
@@ -128,7 +129,7 @@ class _Parser:
         return token
 
     def took(self, *texts: str) -> bool:
-        # If the next tokens have these texts, take them all and return True.
+        # If the next tokens have the given texts, skip them and return True.
         if tuple(t.text for t in self.tokens[self.at : self.at + len(texts)]) != texts:
             return False
         self.at += len(texts)
@@ -157,7 +158,7 @@ class _Parser:
         return node
 
     def binding(self) -> int:
-        # Return the binding power of the next token; 0 ends every expression.
+        # Return the binding power of the next token; 0 if the token ends the expression.
         token = self.next
         if token is None:
             return 0
@@ -172,11 +173,11 @@ class _Parser:
 
     def combined(self, left: Node, power: int) -> Node:
         """
-        Return the node of the next operator with its operands; a postfix operator has only a left
+        Return the node of the next operator with `left` as its left operand; parse its right
         operand.
         """
         token = self.next
-        assert token is not None  # a binding power above 0 implies a token
+        assert token is not None  # the binding power is above 0, so a token follows
         if power == POSTFIX:
             return Node("'" if token.text == "'" else 'deg', '', (left,), self.take())
         if token.kind != 'operator' or token.text in CLOSING:
@@ -312,7 +313,8 @@ class _Parser:
         return node if exponent is None else Node('^', '', (node, exponent), power)
 
     def bare_argument(self, function: FormulaToken, name: str) -> Node:
-        # LaTeX: `\cos \phi_1 \cos \phi_2` is a product of two cosines, and `\sin 2 t` is sin(2 t).
+        # Parse a function's argument without brackets. In LaTeX, `\cos \phi_1 \cos \phi_2` is a
+        # product of two cosines, and `\sin 2 t` is sin(2 t).
         token = self.next
         if token is None or token.kind not in ('number', 'name', 'operator', 'begin'):
             message = f'{function.text} has no argument; write {function.text}(...)'
@@ -328,8 +330,8 @@ class _Parser:
 
     def matrix(self, opening: FormulaToken) -> Node:
         """
-        Return a matrix in brackets, or in a LaTeX environment, in which line breaks have no
-        meaning.
+        Parse a matrix in brackets or in a LaTeX environment. Only in brackets a line break ends a
+        row.
         """
         environment, before = opening.kind == 'begin', self.by_blanks
         rows: list[list[Node]] = [[]]
@@ -358,7 +360,7 @@ class _Parser:
         full = [row for row in rows if row]
         nested = all(n.kind == 'matrix' and len(n.rows) == 1 for row in full for n in row)
         if full and nested and has_commas and len(full) == 1 and not environment:
-            # [[a, b], [c, d]]: each inner list is a row.
+            # In a matrix of lists, such as [[a, b], [c, d]], each inner list is a row.
             return self.grid(opening, [list(n.parts) for n in full[0]], 'nested')
         is_list = len(full) == 1 and has_commas and not environment
         return self.grid(opening, full, 'list' if is_list else 'rows')
@@ -383,6 +385,6 @@ class _Parser:
         return Node('matrix', text, parts, opening, tuple(len(row) for row in rows))
 
     def begins_an_entry(self) -> bool:
-        # MATLAB: [a -b] has two entries, [a - b] and [a-b] one.
+        # As in MATLAB, [a -b] has two entries, but [a - b] and [a-b] have one entry.
         sign, after = self.tokens[self.at], self.tokens[self.at + 1 : self.at + 2]
         return self.by_blanks and sign.spaced and bool(after) and not after[0].spaced

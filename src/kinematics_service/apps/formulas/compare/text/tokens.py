@@ -24,8 +24,8 @@ _END = '(?![A-Za-z])'
 _GROUP = r'\{(?:[^{}]|\{[^{}]*\})*\}'
 _MATRIX = r'\s*\{\s*(?:[pbvB]|small)?matrix\*?\s*\}|\s*\{\s*array\s*\}'
 _LETTERED = r'\\(?:text|operatorname|math(?:rm|cal|bf|it|sf|bb)|boldsymbol|bm|mbox|hat|vec)\s*\*?'
-# Kind, pattern and plain text of each token; None: the matched text. A token with an empty kind
-# has no meaning and is skipped. The first pattern that matches is taken.
+# Kind, pattern and plain text of each token; if the plain text is None, it is the matched text. A
+# token with an empty kind has no meaning and is skipped. The first pattern that matches decides.
 TOKENS = tuple(
     (kind, re.compile(pattern), plain)
     for kind, pattern, plain in (
@@ -46,16 +46,18 @@ TOKENS = tuple(
         ('operator', r"\.?'", "'"),
         ('operator', r'[-+()\[\]{},;&]', None),
         ('name', rf'{_LETTERED}\s*{_GROUP}', None),
-        # `s\theta_2` is sin(theta2).
+        # Accept a letter c or s before theta or phi, because `s\theta_2` means sin(theta2).
         ('name', r'(?:[cCsS](?=\\(?:var)?(?:theta|phi)))?\\[A-Za-z]+', None),
         ('name', r'[A-Za-z][A-Za-z0-9]*', None),
     )
 )  # fmt: skip
 WORD = re.compile(r'[A-Za-z][A-Za-z0-9]*')
-# Pattern of a subscript: one letter or a number after a LaTeX command, else a word.
+# Patterns of a subscript. BELOW takes a whole word; BELOW_COMMAND, for the subscript of a LaTeX
+# command, takes one letter or a number.
 BELOW = re.compile(rf'\s*_\s*({_GROUP}|\\[A-Za-z]+|[A-Za-z0-9]+)')
 BELOW_COMMAND = re.compile(rf'\s*_\s*({_GROUP}|\\[A-Za-z]+|\d+|[A-Za-z])')
-# Only after these letters a superscript is a frame; after others it is a power.
+# A superscript after one of these letters may be the number of a frame. After all other letters it
+# is a power.
 FRAMED = ('T', 'A', 'H', 'R', 'z', 'o', 'O', 'p', 'P', 'J')
 ABOVE = re.compile(r'\s*\^\s*(?P<brace>\{\s*)?(?P<index>[0-9n])(?(brace)\s*\}|(?![A-Za-z0-9.]))')
 INDEX = re.compile(r'\s*_\s*\{?\s*[0-9nevwx\\]')
@@ -68,9 +70,10 @@ ADVICE = {
     '|': '; write det(J) for a determinant',
     '_': '; write an index before a power, as in L_1^2',
 }
-# `+-` is ambiguous: it is plus or minus, or the sum with a negative number. So it is an error.
+# `+-` is an error, because it is ambiguous: it means plus or minus, or the sum with a negative
+# number.
 PLUS_MINUS = re.compile(r'[±∓]|\\(?:pm|mp)(?![A-Za-z])|\+/?-')
-# Maximum number of tokens of a file: more would take minutes.
+# Maximum number of tokens of a file, because more tokens would take minutes.
 MAX_TOKENS = 50_000
 
 
@@ -114,7 +117,7 @@ def plain_letters(text: str) -> str:
         text = text.replace(sign, plain)
     text = plain_signs(text)
     text = SUBSCRIPT.sub(lambda found: '_' + found[0].translate(SUBSCRIPTS), text)
-    # `θ1` is one name, `θa` a product.
+    # Join a Greek letter and a following number by `_`: `θ1` is one name, but `θa` is a product.
     text = re.sub(f'([{"".join(GREEK)}])(?=[0-9])', r'\1_', text)
     text = re.sub(f'([{"".join(GREEK)}])(?=[A-Za-z])', r'\1 ', text)
     return text.translate({ord(sign): f'\\{name}' for sign, name in GREEK.items()})
@@ -153,8 +156,8 @@ def _tokens_of_line(text: str, line: int, column: int) -> Iterator[FormulaToken]
 
 
 def _token(text: str, at: int, line: int, column: int) -> tuple[str, str, int]:
-    # Return the kind, the text and the end of a token. The kind is empty for spaces and size
-    # commands.
+    # Return kind, text and end index of the token at `at`. The kind is empty for spaces and size
+    # commands, which are skipped.
     place = line, column + at
     if found := PLUS_MINUS.match(text, at):
         raise FormulaError(
@@ -180,8 +183,9 @@ def _token(text: str, at: int, line: int, column: int) -> tuple[str, str, int]:
 
 
 def _before(text: str, at: int, operand: bool, spaced: bool) -> tuple[str, str, int] | None:
-    # `{}^{0}T_{2}` and `{}^0_2T`: frame 2 in frame 0. After an operand `^` is a power, unless a
-    # name follows the number without a space: `A_1 ^1T_2`.
+    # Return the token of a name with a superscript before it, or None. `{}^{0}T_{2}` and `{}^0_2T`
+    # mean frame 2 in frame 0. After an operand, `^` is a power, unless a name follows the number
+    # without a space, as in `A_1 ^1T_2`.
     found = BEFORE.match(text, at) if text[at] in '{^' else None
     if found is None or (
         operand and text[at] == '^' and not (spaced and found['glued'] is not None)
@@ -206,14 +210,15 @@ def _name(word: str, text: str, at: int, above: str = '', below: str = '') -> tu
         else:
             break
         at = found.end()
-    # T_02 and T^0_2 are one name.
+    # Name a pose with a superscript T, and write the superscript before the subscript: T^0_2 and
+    # A^0_2 become T02, the name of T_02.
     word = 'T' if above and word in 'AH' else word
     return 'name', (word + above if word == 'T' else above + word) + below, at
 
 
 def _is_frame(word: str, found: re.Match[str], below: str) -> bool:
-    # Return whether a superscript is a frame, as in `R^0_1` and `{}^0J`. In `R_1^0` it is a frame,
-    # because a power 0 or 1 makes no sense; in `T_1^2` it is a power.
+    # Return whether a superscript is the number of a frame, as in `R^0_1` and `{}^0J`. In `R_1^0`
+    # it is a frame, because a power 0 or 1 makes no sense. In `T_1^2` it is a power.
     if word not in FRAMED:
         return False
     if below:

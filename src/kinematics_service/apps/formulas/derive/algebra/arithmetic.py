@@ -21,14 +21,14 @@ from .laurent import Laurent, Ring, from_terms
 from .matrices import Matrix
 from .names import Affine, Names
 
-# Maximum number of constant angles, besides quarter turns, that stay symbols of the ring.
-# `exponential` replaces further angles by angles with rational sine and cosine.
+# Maximum number of constant angles, besides quarter turns, that are symbols of the ring.
+# `exponential` replaces other constant angles by near angles with rational sine and cosine.
 MAX_ANGLE_SYMBOLS = 2
-# Largest p and q if a row of the table turns by p/q times a joint's angle. Then the exponents of
-# products of dozens of rows fit 16 bits.
+# If a row of the table turns by p/q times a joint's angle, p and q may be at most this. The
+# exponents in a product of dozens of rows then fit 16 bits.
 MAX_ANGLE_PARTS = 500
-# A decimal angle this close (in quarter turns) to a multiple of pi/2 is read as the multiple:
-# programs print pi/2 as 1.5707963267948966.
+# A decimal angle is read as an exact multiple of pi/2 if it differs by less than this, in quarter
+# turns. The tolerance is needed, because programs print pi/2 as 1.5707963267948966.
 QUARTER_TURN_TOLERANCE = 1e-15
 
 NOTHING: Affine = (sympy.Integer(0), {})
@@ -50,8 +50,9 @@ class Arithmetic:
         All exponents of a joint's generator are multiples of its step: the gcd of the exponents
         over all rows that the joint turns.
     offsets
-        theta = q + offset of each joint variable, rad. The offset is 0 if the table adds whole
-        quarter turns only. In theta the formulas are as short as without offsets.
+        The offset of each joint variable q in theta = q + offset, rad. The offset is 0 if the
+        table adds only whole quarter turns to q. Formulas in theta are as short as without
+        offsets.
     angles
         The symbol of theta; the joint variable itself if its offset is 0.
     """
@@ -73,8 +74,8 @@ class Arithmetic:
     @cached_property
     def values(self) -> npt.NDArray[np.complex128]:
         """
-        Return the complex value of each generator that no joint moves; nan for the other
-        generators.
+        Return the complex values of all generators: numbers for constants, nan for joint
+        variables.
         """
         moving, known = set(self.names.variables), dict(self.names.values)
         values = np.full(len(self.ring.generators), np.nan, dtype=complex)
@@ -100,7 +101,7 @@ class Arithmetic:
 
     def moves(self, exponents: Iterable[Sequence[int]]) -> bool:
         """
-        Return whether any monomial, given by its exponents, contains a joint variable's generator.
+        Return whether a monomial, given by exponents, contains the generator of a joint variable.
         """
         joints = self.joint_indices
         return any(e[k] for e in exponents for k in joints)
@@ -215,8 +216,9 @@ def arithmetic_of(description: RobotDescription, names: Names, parts: int = 1) -
 
 
 def _offsets(turns: Sequence[Affine], names: Names) -> dict[sympy.Symbol, sympy.Expr]:
-    # The constant angle of the first row that a joint turns becomes the joint's offset. Other rows
-    # of the joint keep the difference between their constant angle and the offset.
+    # The offset of a joint is the constant angle of the first row that the joint turns. If the
+    # joint turns further rows, each keeps the difference between its constant angle and the
+    # offset.
     offsets: dict[sympy.Symbol, sympy.Expr] = {}
     for constant, factors in turns:
         unknown = [variable for variable in factors if variable not in offsets]
@@ -245,10 +247,10 @@ def exponential(ring: Ring, angle: sympy.Expr) -> Laurent:
     """
     Return exp(i angle) for a constant angle, a sympy expression in rad; quarter turns are exact.
 
-    The first two angles that are no quarter turns stay symbols. Formulas with more symbols would
-    be too long to read (a calibrated arm has a dozen such angles): further angles become (1 + i
-    t)^2 / (1 + t^2) with a fraction t. The fraction has modulus exactly 1, so rotations stay
-    rotations. Its angle is within 1e-16 rad of the file's.
+    The first two angles that are not quarter turns stay symbols. For further angles, exp(i angle)
+    becomes (1 + i t)^2 / (1 + t^2) with a fraction t, because more symbols would make formulas too
+    long to read. This number has modulus exactly 1, so rotations stay rotations. It changes the
+    angle by at most 1e-16 rad.
     """
     quarters, rest = _in_quarters(angle)
     result = ring.number(1).times_i(quarters)
@@ -256,8 +258,8 @@ def exponential(ring: Ring, angle: sympy.Expr) -> Laurent:
 
 
 def _in_quarters(angle: sympy.Expr) -> tuple[int, sympy.Expr]:
-    # Split an angle into whole quarter turns and the rest. If it contains another multiple of pi,
-    # return 0 and the angle itself.
+    # Split an angle into a number of quarter turns and the rest. If the angle contains pi times a
+    # factor other than k/2, return 0 and the angle itself.
     turns = sympy.expand(angle).coeff(sympy.pi)
     rest = sympy.expand(angle - turns * sympy.pi)
     if rest.is_number and not rest.is_zero:

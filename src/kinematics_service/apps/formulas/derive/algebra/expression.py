@@ -27,8 +27,8 @@ def exact(text: str, meanings: Mapping[str, sympy.Expr], angle_unit: str = 'rad'
 
     def worth(said: float | str, operands: list[sympy.Expr]) -> sympy.Expr:
         if isinstance(said, float):
-            # repr gives the shortest decimal of a double, so 0.0254 becomes 127/5000, not a binary
-            # fraction.
+            # Convert the shortest decimal of the double, which repr gives: 0.0254 becomes
+            # 127/5000, not a binary fraction.
             return sympy.Rational(repr(said))
         return operations[said](*operands) if operands else known[said]
 

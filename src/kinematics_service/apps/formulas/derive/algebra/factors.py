@@ -1,11 +1,12 @@
 """
 Factor a real trigonometric polynomial into real factors in whole angles, without half angles.
 
-As a polynomial in z = exp(i q), a sine has complex coefficients and two factors, z - 1 and z + 1.
-These are sine and cosine of half the angle. The method turns the generators by quarter turns until
-every coefficient is real, factors over the integers, turns back, and multiplies the halves that
-belong together. It factors over the Gaussian integers if no quarter turns make the coefficients
-real, or if a factor may be a product of two complex factors.
+As a polynomial in z = exp(i q), sin q has complex coefficients and the two factors z - 1 and z +
+1. They are sine and cosine of q/2, so they must be multiplied again. The method has four steps. It
+multiplies the generators by powers of i until every coefficient is real. It factors over the
+integers. It undoes the first step. It multiplies pairs of half-angle factors. If powers of i
+cannot make the coefficients real, or if a factor may be a product of two complex factors, the
+method factors over the Gaussian integers.
 """
 
 import math
@@ -27,19 +28,19 @@ from .half_factors import lowered, lowest, paired, upright, upright_half
 from .laurent import Laurent, Terms, from_terms
 from .quotient import quotient_constant
 
-# Number of random lines to which a polynomial is restricted; if a restriction of full degree is
-# irreducible, so is the polynomial.
+# Number of random lines to which a polynomial is restricted. If a restriction of full degree is
+# irreducible, the polynomial is irreducible.
 CUT_LINES = 8
 # Largest integer in a random line a t + b.
 MAX_LINE_COEFFICIENT = 23
 SEED = 1955
-# Primes that are 3 modulo 4; about half of them prove that a polynomial stays irreducible over the
-# Gaussian integers.
+# Primes that are 3 modulo 4. For an irreducible polynomial, about half of these primes prove that
+# it is irreducible over the Gaussian integers.
 PRIMES = (7, 11, 19, 23, 31, 43, 47, 59, 67, 71, 79, 83)
-# Polynomials with more terms are not factored: the time grows steeply.
+# Polynomials with more terms are not factored, because the time grows steeply.
 MAX_TERMS = 6000
-# Polynomials with more terms or more generators are not factored over the Gaussian integers: four
-# generators take seconds.
+# Polynomials with more terms, or more generators, are not factored over the Gaussian integers,
+# because four generators take seconds.
 MAX_GAUSSIAN_TERMS = 40
 MAX_GAUSSIAN_GENERATORS = 3
 # If the product is not proved to be fully factored, each factor with at most this number of terms
@@ -55,10 +56,10 @@ class RealFactor:
     Attributes
     ----------
     halves
-        If the factor is a product of two factors in half angles, these two; else empty. They are
+        The two half-angle factors whose product is the factor; empty if there are none. They are
         real in a ring with half angles.
     alone
-        Whether the factor splits into factors of half angles, which the ring does not contain.
+        Whether the factor splits into half-angle factors that the ring does not contain.
     splits
         Whether the halves are real without half angles, as in `half_factors.Whole`.
     """
@@ -73,7 +74,7 @@ class RealFactor:
 @dataclass(frozen=True)
 class Factored:
     """
-    A product: constant (without joint variables) times factors with them.
+    A product: a constant without joint variables, times factors with joint variables.
 
     Attributes
     ----------
@@ -139,7 +140,7 @@ def _whole(
 ) -> Factored:
     if not arithmetic.moves(value.terms()):
         return Factored(value, (), True)
-    # Lengths that divide every term belong to the constant.
+    # Move lengths that divide every term to the constant.
     terms = value.terms()
     generators = zip(lowest(terms), arithmetic.ring.generators)
     common = [low if generator.kind == 'number' else 0 for low, generator in generators]
@@ -154,9 +155,10 @@ def _whole(
 
 @dataclass(frozen=True)
 class _Polynomial:
-    # `element` is a polynomial over the integers if quarter turns of the generators make all
-    # coefficients real; otherwise it is one over the Gaussian integers. Its lowest exponents are
-    # 0, and the exponents of each generator are divided by `steps`.
+    # A polynomial for sympy. `element` has integer coefficients if quarter turns of the
+    # generators, `turns`, make all coefficients real. Otherwise it has Gaussian integers as
+    # coefficients. Its lowest exponents are 0, and the exponents of each generator are divided by
+    # `steps`.
     element: PolyElement
     turns: tuple[int, ...]
     steps: tuple[int, ...]
@@ -180,8 +182,8 @@ class _Polynomial:
 
 
 def _turned_real(terms: Terms) -> tuple[tuple[int, ...], dict[tuple[int, ...], Any]] | None:
-    # Return quarter turns of the generators that make all coefficients real, and these
-    # coefficients.
+    # Return a number of quarter turns for each generator that make all coefficients real, and the
+    # real coefficients by exponents. Return None if this is impossible.
     turns = _quarter_turns(terms)
     if turns is None:
         return None
@@ -195,9 +197,9 @@ def _turned_real(terms: Terms) -> tuple[tuple[int, ...], dict[tuple[int, ...], A
 
 
 def _quarter_turns(terms: Terms) -> tuple[int, ...] | None:
-    # Find quarter turns t such that sum t_k e_k + [coefficient is imaginary] is even for all
-    # terms, or odd for all. This is a linear system over the field of two elements. Return None if
-    # the system has no solution, or if a coefficient is neither real nor imaginary.
+    # Find quarter turns t_k such that sum t_k e_k (+ 1 if the coefficient is imaginary) is even
+    # for all terms, or odd for all. This is a linear system over the field of two elements. Return
+    # None without a solution, or if a coefficient is neither real nor imaginary.
     if any(a and b for a, b in terms.values()):
         return None
     first, *others = ((*e, bool(b)) for e, (_, b) in terms.items())
@@ -232,8 +234,8 @@ def _pieces(polynomial: _Polynomial) -> tuple[list[tuple[PolyElement, int]] | No
 
 
 def _gaussian_pieces(element: PolyElement) -> tuple[list[tuple[PolyElement, int]], bool]:
-    # Divide first by candidates, which need no Gaussian factoring: most factors are sines and
-    # cosines of half an angle, or lack a generator.
+    # Divide first by candidates, so that most polynomials need no Gaussian factoring. Most factors
+    # are sines or cosines of half an angle, or lack a generator.
     found: list[tuple[PolyElement, int]] = []
     for candidate in _candidates(element):
         power = 0
@@ -251,8 +253,8 @@ def _gaussian_pieces(element: PolyElement) -> tuple[list[tuple[PolyElement, int]
 
 
 def _gaussian_factors(element: PolyElement) -> list[tuple[PolyElement, int]]:
-    # Sympy before 1.13 does not split polynomials that lack the first generator, so unused
-    # generators are removed from each factor.
+    # Remove unused generators from each factor, because sympy before 1.13 does not split
+    # polynomials that lack the first generator.
     ring = element.ring
     used = [symbol for symbol, degree in zip(ring.symbols, _degrees(element)) if degree]
     found: list[tuple[PolyElement, int]] = []
@@ -264,13 +266,13 @@ def _gaussian_factors(element: PolyElement) -> list[tuple[PolyElement, int]]:
 
 
 def _candidates(element: PolyElement) -> Iterator[PolyElement]:
-    # Yield irreducible polynomials that may divide the element; yield linear polynomials first.
+    # Yield irreducible polynomials that may divide `element`, the linear polynomials first.
     ring, degrees = element.ring, _degrees(element)
     for generator, degree in zip(ring.gens, degrees):
         for unit in (1, -1, ZZ_I(0, 1), ZZ_I(0, -1)) if degree else ():
             yield generator - unit
-    # A factor that does not contain a generator divides the coefficients of all powers of this
-    # generator.
+    # Factor the shortest coefficient of the powers of each generator: a factor of `element`
+    # without the generator divides all coefficients.
     for k, degree in enumerate(degrees):
         parts: dict[int, Terms] = {}
         for e, c in element.terms():
@@ -294,16 +296,16 @@ def _degrees(element: PolyElement) -> list[int]:
 
 
 def _factor_list(element: PolyElement) -> list[tuple[PolyElement, int]]:
-    # Sympy's factoring uses random points, and a bad point costs minutes: fix the seed.
+    # Fix the seed, because sympy's factoring uses random points, and a bad point costs minutes.
     seed_random(SEED)
     return [(factor, int(power)) for factor, power in element.factor_list()[1]]
 
 
 def _stays_whole(element: PolyElement) -> bool:
     # Return whether a polynomial that is irreducible over the integers is proved not to be a
-    # product of two complex factors. Complex factors may be real in the angles, as in cos 2q =
-    # (cos q + sin q) (cos q - sin q). They are conjugate, so they have the same degree in every
-    # generator.
+    # product of two complex factors. Such factors are conjugate, so they have equal degrees in
+    # every generator. They matter because they may be real in the angles, as in cos 2q = (cos q +
+    # sin q) (cos q - sin q).
     odd = any(degree % 2 for degree in [*_degrees(element), max(sum(e) for e in element)])
     return odd or _irreducible_on_a_line(element, ZZ, stays_whole_beside_i)
 
@@ -313,9 +315,10 @@ def _irreducible_on_a_line(
     domain: Any,
     is_whole: Callable[[PolyElement], bool] = attrgetter('is_irreducible'),
 ) -> bool:
-    # Restrict the polynomial to a line: set every generator to a_k t + b_k. A factor becomes a
-    # factor of the restriction. If the restriction has full degree, factors keep their degrees. So
-    # if it is irreducible at full degree, the polynomial is, too.
+    # Return whether the polynomial is proved irreducible. Restrict it to a line: set every
+    # generator to a_k t + b_k. Each factor of the polynomial becomes a factor of the restriction.
+    # If the restriction has full degree, factors keep their degrees, so an irreducible restriction
+    # proves that the polynomial is irreducible.
     R, t = polynomial_ring('t', domain)
     degrees, random = _degrees(element), Random(SEED)
     degree = max(sum(e) for e in element)
@@ -338,10 +341,10 @@ def stays_whole_beside_i(cut: PolyElement) -> bool:
     """
     Return whether an integer polynomial of t is proved irreducible over the Gaussian integers.
 
-    The input is primitive. Suppose it were g conj(g), and let p be a prime with p = 3 mod 4.
-    Modulo p, conjugation keeps every factor of odd degree, so the factor would divide both g and
-    conj(g). So a square-free polynomial modulo p with a factor of odd degree proves that it is
-    irreducible.
+    The polynomial is primitive. Suppose that it is g conj(g), and let p be a prime with p = 3 mod
+    4. Modulo p, conjugation keeps every factor of odd degree, so such a factor divides both g and
+    conj(g). Then the polynomial has a square factor modulo p. So if the polynomial is square-free
+    modulo p and has a factor of odd degree, it is irreducible.
     """
     if not cut.is_irreducible:
         return False

@@ -27,7 +27,7 @@ class Whole:
     ----------
     halves
         The two half-angle factors, such as sin q/2 and cos q/2 for sin q, if half a turn of an
-        angle maps one to the other. Else empty.
+        angle maps one factor to the other; otherwise empty.
     splits
         Whether the halves are real without half angles, as for cos 2q. A row that turns by twice a
         joint's angle gives such factors.
@@ -41,8 +41,8 @@ class Whole:
 
 def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[Whole] | None:
     """
-    Return factors in whole angles, which are products of pairs of irreducible factors
-    (terms, power).
+    Multiply pairs of irreducible half-angle factors (terms, power), and return whole-angle
+    factors.
 
     Return None if a factor in half angles has no partner.
 
@@ -95,8 +95,9 @@ def _is_whole(terms: Terms, indices: Sequence[int]) -> bool:
 
 
 def _half_turned(terms: Terms, joints: Sequence[tuple[int, int]]) -> Terms | None:
-    # Add half a turn to one angle of odd degree. Half a turn of two angles would add a full turn
-    # to their sum. Return None if no angle has odd degree.
+    # Add half a turn to one angle of odd degree, and return the terms, or None if no angle has odd
+    # degree. Only one angle is turned, because half a turn of two angles would add a full turn to
+    # their sum.
     for k, step in joints:
         lowest = min(e[k] for e in terms)
         if _turns(terms, k) % (2 * step) == step and all(
@@ -153,24 +154,23 @@ def _product(one: tuple[int, int], other: tuple[int, int]) -> tuple[int, int]:
 
 
 def upright(terms: Terms, arithmetic: Arithmetic) -> Laurent:
-    """
-    Return a factor times the monomial and the number that make it equal to its conjugate: real.
-    """
-    # Multiply by a complex number, then divide by the common divisor of the coefficients.
+    """Multiply a factor by a monomial and a number that make it real (equal to its conjugate)."""
+    # Multiply the terms by a complex number that makes them real, then divide by the common
+    # divisor of the coefficients.
     indices = _angle_indices(arithmetic)
     moved = _centred(terms, indices)
     e = next(iter(moved))
     unit = _unit(moved[e], moved[_mirrored(e, set(indices))])
     real = {e: _product(unit, c) for e, c in moved.items()}
     common = math.gcd(*(x for pair in real.values() for x in pair))
-    # Fix the sign by convention: sin q and cos q, not their negatives.
+    # Choose the sign by convention, so that the factor is sin q and not -sin q.
     a, b = real[max(real)]
     if (a, -b) < (0, 0):
         common = -common
     real = {e: (a // common, b // common) for e, (a, b) in real.items()}
     result = from_terms(arithmetic.ring, real)
-    # Two terms with exponents e and -e sum to 2 cos or 2 sin. Halve the polynomial, unless its
-    # constant part would become a fraction.
+    # Halve the polynomial, because two terms with exponents e and -e sum to 2 cos or 2 sin. Do not
+    # halve it if a term without angles would become a fraction.
     still = [c for e, c in real.items() if not any(e[k] for k in indices)]
     turning = len(still) < len(real)
     balanced = all(a % 2 == 0 and b % 2 == 0 for a, b in still)
@@ -189,9 +189,9 @@ def _centred(terms: Terms, indices: Sequence[int]) -> Terms:
 
 
 def _unit(one: tuple[int, int], opposite: tuple[int, int]) -> tuple[int, int]:
-    # Find a complex number u such that u c(e) is the conjugate of u c(-e): u^2 = conj(c(-e)) /
-    # c(e). Most u are powers of i times 1 + i. If c(e) + c(-e) = 0, then u = i; else u = conj(c(e)
-    # + c(-e)).
+    # Find a complex number u such that u c(e) is the conjugate of u c(-e), where c(e) is the
+    # coefficient `one`, and c(-e) is `opposite`. If a short u fails, conj(c(e) + c(-e)) is a
+    # solution.
     (a, b), (c, d) = one, opposite
     for unit in ((1, 0), (0, 1), (1, 1), (1, -1), (a + c, -b - d)):
         real, imaginary = _product(unit, opposite)
@@ -202,8 +202,8 @@ def _unit(one: tuple[int, int], opposite: tuple[int, int]) -> tuple[int, int]:
 
 def upright_half(terms: Terms, arithmetic: Arithmetic) -> Laurent:
     """
-    Return a factor made real by `upright` if the ring has the half angles of the factor, else
-    unchanged.
+    Make a factor real by `upright`. If the ring lacks the half angles of the factor, return the
+    factor unchanged.
     """
     if _is_whole(terms, _angle_indices(arithmetic)):
         return upright(terms, arithmetic)

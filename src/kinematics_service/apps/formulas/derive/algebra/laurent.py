@@ -13,8 +13,8 @@ from typing import Literal
 
 import sympy
 
-# A monomial is one integer whose digits to the base 2^16 are the signed exponents, so that one
-# addition multiplies two monomials.
+# A monomial is stored as one integer. Its digits to the base 2^16 are the signed exponents, so
+# adding two integers multiplies two monomials.
 BITS = 16
 HALF = 1 << (BITS - 1)
 MASK = (1 << BITS) - 1
@@ -63,7 +63,7 @@ class Ring:
     indices: dict[tuple[Kind, sympy.Expr], int] = field(default_factory=dict)
 
     def index(self, kind: Kind, meaning: sympy.Expr) -> int:
-        """Return the index of a generator, which is added if it is new."""
+        """Return the index of a generator; add the generator if it is new."""
         key = (kind, meaning)
         if key not in self.indices:
             self.indices[key] = len(self.generators)
@@ -72,7 +72,10 @@ class Ring:
 
     @property
     def offset(self) -> int:
-        """Return the integer that makes every digit of a monomial positive when added."""
+        """
+        Return an integer; added to a monomial, it makes all signed digits of the monomial
+        positive.
+        """
         return sum(HALF << (BITS * k) for k in range(len(self.generators)))
 
     def exponents(self, monomial: int) -> tuple[int, ...]:
@@ -210,14 +213,14 @@ class Laurent:
         }
 
     def by_power(self, index: int) -> dict[int, 'Laurent']:
-        """Return the coefficient of each power of a generator; the key is the power."""
+        """Return a dictionary from each power of a generator to the coefficient of the power."""
         groups = self.grouped((index,)).items()
         return {power: from_terms(self.ring, terms, self.divisor) for (power,), terms in groups}
 
     def grouped(self, indices: Sequence[int]) -> dict[Exponents, Terms]:
         """
-        Group the terms by their exponents of some generators, and set these exponents to 0 in the
-        groups.
+        Group the terms by their exponents of the generators in `indices`; set these exponents to 0
+        in each group.
         """
         chosen, groups = set(indices), dict[Exponents, Terms]()
         for e, c in self.terms().items():
@@ -268,7 +271,7 @@ def _add_product(
     for m, c in one.items():
         c *= sign
         for n, d in pairs:
-            # Computing m + n only once reduces the time of this loop to 0.80; the loop is a third
+            # Compute m + n only once: this saves 20 % of the time of the loop, which takes a third
             # of a long derivation.
             monomial = m + n
             into[monomial] = get(monomial, 0) + c * d

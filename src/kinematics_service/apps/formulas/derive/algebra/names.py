@@ -1,7 +1,7 @@
 """
 Turn the names of a robot file into sympy symbols, and its texts into expressions of these symbols.
 
-Joint angles are in rad, so that a Jacobian column of a `deg` file is per rad like every other.
+Joint angles are in rad even if the unit of the file is deg, so that Jacobian columns are per rad.
 """
 
 from collections.abc import Mapping, Sequence

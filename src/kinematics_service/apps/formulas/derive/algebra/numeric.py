@@ -15,7 +15,8 @@ from .laurent import Laurent, from_terms
 Complexes = npt.NDArray[np.complex128]
 
 STEPS = 60
-# Newton's method ends if no step is longer than this (rad or unit of length): round-off.
+# Newton's method ends if no step is longer than this (rad or unit of length), because shorter
+# steps are round-off.
 CONVERGED = 1e-12
 BISECTIONS = 80
 
@@ -56,8 +57,8 @@ class Numbers:
 
     def in_reciprocal(self, joint: int) -> 'Numbers':
         """
-        Return the polynomial in t = 1 / d of a prismatic joint d, times the power of t that makes
-        it a polynomial.
+        Replace the variable d of a prismatic joint by 1 / t, and multiply by a power of t, so that
+        the result is a polynomial in t.
         """
         ring = self.value.ring
         index = ring.index('number', self.arithmetic.names.variables[joint])
@@ -92,7 +93,7 @@ class Numbers:
 @dataclass(frozen=True, eq=False)
 class Sum:
     """
-    The sum of terms c exp(i turns q) q^powers; the values of constants are multiplied into c.
+    A sum of terms c exp(i turns q) q^powers. The factor c contains the values of the constants.
     """
 
     coefficients: Complexes
@@ -133,7 +134,7 @@ def sum_of(value: Laurent, arithmetic: Arithmetic) -> Sum:
 
 def poses_on(functions: Sequence[DifferentiableFunction], starts: Floats, scale: Floats) -> Floats:
     """
-    Return configurations at which every function is 0, by Newton's method with least-norm steps.
+    Find configurations at which all functions are 0, by Newton's method with least-norm steps.
 
     Parameters
     ----------

@@ -16,8 +16,8 @@ def quotient_constant(value: Laurent, product: Laurent, arithmetic: Arithmetic) 
     ours, theirs = product.grouped(joints), value.grouped(joints)
     if set(ours) != set(theirs):
         return None
-    # Divide the shortest group of terms to get a candidate for the quotient. Multiplying back
-    # checks the candidate.
+    # Divide the shortest group of terms to get a candidate for the quotient. Then multiply the
+    # candidate by the product to check it.
     ring, key = arithmetic.ring, min(ours, key=lambda key: len(ours[key]))
     quotient = divided(from_terms(ring, theirs[key]), from_terms(ring, ours[key]))
     if quotient is None:

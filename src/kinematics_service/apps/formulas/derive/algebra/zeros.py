@@ -17,17 +17,17 @@ from .numeric import Numbers, smallest_step, values_and_gradients
 ZERO_DISTANCE = 1e-9
 # Round-off of a sum of a few hundred terms, relative to the sum of their absolute values.
 ROUND_OFF = 1e-13
-# Steps of Newton's method. Every 8 steps, the points with the smallest values are checked for
-# zeros.
+# Largest number of steps of Newton's method. After every STEPS_PER_CHECK steps, the points with
+# the smallest function values are checked for a zero near the point.
 STEPS = 32
 STEPS_PER_CHECK = 8
-# Number of points with the smallest values that are checked for a zero near the point.
+# Number of points in one check for zeros: the points with the smallest function values.
 CHECKED_POSES = 10
-# Largest number of term evaluations, which take seconds. After them the search ends undecided.
+# After this number of evaluated terms, which takes seconds, bisection ends undecided.
 MAX_TERM_EVALUATIONS = 100_000_000
-# Largest number of boxes of joint positions; after them the search ends undecided.
+# After this number of boxes of joint positions, bisection ends undecided.
 MAX_BOXES = 200_000
-BATCH_SIZE = 4096  # boxes evaluated at once, to bound memory
+BATCH_SIZE = 4096  # number of boxes evaluated at once, which bounds the memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +75,8 @@ def common_zero(functions: Sequence[Numbers], box: Box, starts: Floats) -> Zero:
     starts : shape (N, n)
         Configurations in the box at which Newton's method starts.
     """
-    # If a prismatic joint is unlimited, search its length up to twice the largest start, and
-    # beyond that as t = 1 / length.
+    # If a prismatic joint is unlimited, search lengths up to twice the largest start. Search
+    # larger lengths with the variable t = 1 / length.
     free = np.isinf(box.low) | np.isinf(box.high)
     reach = np.where(free, 2 * np.max(np.abs(starts), axis=0) + 1e-6, np.inf)
     near = Box(np.maximum(box.low, -reach), np.minimum(box.high, reach))
@@ -112,8 +112,9 @@ def _round_off(functions: Sequence[Numbers], largest: Floats) -> Floats:
 
 
 def _shown(functions: Sequence[Numbers], q: Floats, box: Box) -> tuple[float, ...] | None:
-    # Take least-norm Newton steps inside the box, and return a point with a proved zero, or None.
-    # A joint at a bound of the box stays there if its step leads outside the box.
+    # Take least-norm Newton steps inside the box. Return a point with a proved zero near it, or
+    # None. If a joint is at a bound of the box, and its step leads outside, the joint stays at the
+    # bound.
     for count in range(STEPS + 1):
         f, G = values_and_gradients(functions, q)
         if count % STEPS_PER_CHECK == 0:
@@ -178,9 +179,9 @@ def _halved(functions: Sequence[Numbers], box: Box, moving: Floats) -> Zero:
 def _undecided(
     functions: Sequence[Numbers], centers: Floats, radii: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    # Return the boxes in which every polynomial may vanish, by their centers and radii. Return
-    # also the largest ratio of a polynomial's value at the center to its change in the box, and
-    # the joint along which to halve.
+    # Return centers and radii of the boxes in which every polynomial may vanish. For each box,
+    # return the largest ratio of a polynomial's value at the center to the bound of its change in
+    # the box, and the joint along which the box is halved next.
     f, G = values_and_gradients(functions, centers)
     largest = np.abs(centers) + radii
     bends = _bends(functions, largest)
@@ -188,8 +189,8 @@ def _undecided(
     bent = np.einsum('kmij,kj->kmi', bends, radii) * radii[:, None, :]
     reach = np.sum(straight + bent / 2, axis=-1) + _round_off(functions, largest)
     kept = np.all(np.abs(f) <= reach, axis=-1)
-    # Divide the change of each polynomial by its bound, so that polynomials with different units
-    # are comparable.
+    # Divide each joint's part of a polynomial's change by the bound of the whole change, so that
+    # polynomials with different units are comparable.
     share = np.sum((straight + bent) / np.maximum(reach, 1e-300)[..., None], axis=1)
     worst = np.max(np.abs(f) / np.maximum(reach, 1e-300), axis=-1)
     return centers[kept], radii[kept], worst[kept], np.argmax(share, axis=-1)[kept]
