@@ -43,8 +43,8 @@ from .singular_set import (
 )
 from .trigonometry import Writer, writer_of
 
-# Maximum number of minors that are derived. The number grows like a binomial coefficient with the
-# redundant joints.
+# Maximum number of minors that are derived. The number of minors is a binomial coefficient, so it
+# grows steeply with the number of redundant joints.
 MAX_MINORS = 100
 
 Progress = Callable[[str], None]
@@ -64,16 +64,17 @@ class Derivation:
     robot
         The arm.
     names
-        The symbols: `variables` (passive joints after the others), `lengths`, and the file's
-        `values` of the lengths.
+        The symbols: `variables` (first the joints, then the passive joints), `lengths`, and the
+        file's `values` of the lengths.
     jacobian_open : 6 x n
-        J by the joints, then by the passive joints, as if each passive joint moved independently.
+        The Jacobian with a column for each joint, then for each passive joint, as if each passive
+        joint moved independently.
     methods
-        The four methods for `jacobian_open`, and the number of terms by which each differs from
-        the first method: 0.
+        Names of the four methods that compute `jacobian_open`. The value of each is the number of
+        terms in its difference from the first method, which is 0.
     coupling
-        C with (rows' theta and d) = C q + constants if a joint moves several rows or no row; else
-        None. With closed loops passive joints follow q.
+        The matrix C in (theta and d of the rows) = C q + constants, if a joint moves several rows
+        or no row; otherwise None. With closed loops, q includes the passive joints.
     loops
         Equations of the closed loops, in the order of the file; empty without loops.
     singular_set
@@ -117,12 +118,12 @@ class Derivation:
 
     @cached_property
     def z(self) -> tuple[sympy.Matrix, ...]:
-        """Return the unit vector along the axis of each row that moves, in base axes."""
+        """Return the unit vector along the axis of each moving row of the table, in base axes."""
         return tuple(self.exact.writer.matrix(axis.z[:, None]) for axis in self._axes)
 
     @cached_property
     def o(self) -> tuple[sympy.Matrix, ...]:
-        """Return a point on the axis of each row that moves, in the base frame."""
+        """Return a point on the axis of each moving row of the table, in the base frame."""
         return tuple(self.exact.writer.matrix(axis.o[:, None]) for axis in self._axes)
 
     @property
@@ -153,8 +154,8 @@ class Derivation:
     @property
     def loop_coupling(self) -> sympy.Matrix:
         """
-        Return C, the derivative of all positions (q, psi) by q; psi are those of the passive
-        joints. `jacobian` is the product of `jacobian_open` and C.
+        Return the derivative C of all joint positions (q, psi) by q; psi belong to passive joints.
+        `jacobian` is the product of `jacobian_open` and C.
         """
         rows = [sympy.eye(len(self.variables)), *(loop.coupling for loop in self.loops)]
         return sympy.ImmutableMatrix(sympy.Matrix.vstack(*rows))
@@ -186,7 +187,7 @@ class Derivation:
     @property
     def angles(self) -> dict[sympy.Symbol, sympy.Expr]:
         """
-        Return q + offset by theta, for joints whose offset is not a multiple of a quarter turn.
+        Return q + offset for each symbol theta, if the offset is not a multiple of a quarter turn.
 
         Examples
         --------
@@ -197,7 +198,9 @@ class Derivation:
         return self.exact.arithmetic.in_variables
 
     def in_angles(self, expression: sympy.Expr) -> sympy.Expr:
-        """Return an expression or matrix written in the theta of `angles`, without the offsets."""
+        """
+        Return an expression or matrix in the symbols theta of `angles`, which replace q + offset.
+        """
         offsets = self.exact.arithmetic.offsets
         symbols = self.exact.arithmetic.angles
         turned = {v: symbols[v] - offsets[v] for v in self.names.variables if offsets[v] != 0}
@@ -230,8 +233,7 @@ class Derivation:
     @cached_property
     def central_difference(self) -> float:
         """
-        Return the largest difference between J and central differences of T at one pose, m and
-        rad.
+        Return the largest difference (m, rad) between J and central differences of T at one pose.
         """
         return self.exact.sampler.central_difference()
 
@@ -303,7 +305,7 @@ def derive(
     loops = loops_of(robot, opened(robot.description), arithmetic, tell)
     singular_set = _closed_set(exact, loops, tell) if loops else _singular_set(exact, tell)
     singular_set = singular_set or _singular_set(exact_of(robot, locked, parts=2), tell)
-    assert singular_set is not None  # a ring with half angles always suffices
+    assert singular_set is not None  # None only without half angles: with them all factors split
     C = ways.coupling(frames, arithmetic)
     plain = C.shape[0] == C.shape[1] and all(sum(map(bool, row)) == 1 for row in C.tolist())
     return Derivation(
@@ -359,7 +361,7 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
     remainder = remainder_of(rests, writer, arithmetic)
     bases = [f.expression if minors.square else sympy.Abs(f.expression) for f in factors]
     powers = [base**factor.power for base, factor in zip(bases, factors)]
-    # Multiply by the constant last: sympy would expand a constant times a single sum.
+    # Multiply by the constant last, because sympy would expand a constant times a single sum.
     expression = constant * sympy.Mul(*powers, remainder)
     determinant = Determinant(
         square=minors.square and square and rank == n,
@@ -387,8 +389,8 @@ def _minors(exact: Exact, columns: Sequence[int], rank: int) -> Minors | None:
     sampler = exact.sampler
     if comb(len(columns), rank) * comb(len(sampler.rows), rank) > MAX_MINORS:
         return None
-    # Let the reference point change only if the rank is 6, since minors of six rows do not depend
-    # on the point. Smaller minors do.
+    # Let `simplest_view` change the reference point only if the rank is 6. Minors of six rows do
+    # not depend on the reference point, but smaller minors do.
     view = simplest_view(exact.J, exact.frames, exact.arithmetic, sampler.rows, columns, rank == 6)
     return minors_of(view, sampler.rows, columns, rank)
 
@@ -405,7 +407,7 @@ def exact_of(robot: Robot, locked: Mapping[str, str] | None = None, parts: int =
     """
     description = robot.description
     arm = opened(description) if description.loops else description
-    # Use all rows, so that the ring contains the angles of the arm and of its loops.
+    # Use the rows of the arm and of its loops, so that the ring contains the angles of both.
     rows_of_loops = (link for loop in description.loops for link in loop.links)
     whole = replace(arm, links=(*arm.links, *rows_of_loops))
     arithmetic = arithmetic_of(whole, names_of(whole, locked), parts)
@@ -423,6 +425,6 @@ def determinant_factors(exact: Exact) -> dict[sympy.Expr, Laurent]:
     """
     sampler = exact.sampler
     minors = _minors(exact, independent_columns(sampler), sampler.generic_rank)
-    assert minors is not None  # a square J_t has one minor
+    assert minors is not None  # J_t is square: one minor, never too many
     product, _ = product_of(minors, exact.arithmetic)
     return {exact.writer.expression(f.value): f.value for f in product.factors}

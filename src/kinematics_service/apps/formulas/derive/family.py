@@ -19,14 +19,14 @@ class Family:
     Attributes
     ----------
     variable
-        The joint for which the factor is solved; None if it stays an equation.
+        The joint variable for which the equation factor = 0 is solved; None if it is not solved.
     solutions
-        Values of that joint as expressions of the others; k is any integer.
+        Values of `variable` as expressions of the other joint variables; k is any integer.
     condition
-        The condition for real solutions, a sympy relation; None: they always exist.
+        The condition for real solutions, a sympy relation; None if real solutions always exist.
     free
-        If all these expressions are 0, every value of the joint is a solution; empty: this never
-        happens.
+        Expressions in the other joints. If all of them are 0, every value of `variable` is a
+        solution. Empty if this never happens.
     """
 
     variable: sympy.Symbol | None
@@ -37,8 +37,8 @@ class Family:
 
 @dataclass(frozen=True)
 class _Solved:
-    # The equation cosine cos y + sine sin y + rest = 0 with y = multiple * joint + shift; for a
-    # prismatic joint it is cosine * joint + rest = 0.
+    # A factor as an equation in one joint: cosine cos y + sine sin y + rest = 0 with y = multiple
+    # * joint + shift. If the joint is prismatic, the equation is cosine * joint + rest = 0.
     variable: sympy.Symbol
     shift: sympy.Expr
     cosine: Laurent
@@ -127,7 +127,7 @@ def _roots(solved: _Solved, writer: Writer) -> tuple[tuple[sympy.Expr, ...], sym
     exists = sympy.Le(rest**2, size)
     if exists == sympy.false:
         return (), exists
-    # If the acos is 0 or pi, both signs give one solution.
+    # Use one sign if the acos is 0 or pi, because both signs then give one solution.
     signs = (1,) if inner in (0, sympy.pi) else (1, -1)
     roots = tuple(phase + sign * inner + turns for sign in signs)
     return roots, None if exists == sympy.true else exists

@@ -24,8 +24,8 @@ from .jacobian import about, axes_seen_from, geometric, in_axes_of
 from .minors import minors
 from .singular_geometry import Lost
 
-# Maximum number of minors of a proof; a statement that needs more is only checked at sampled
-# poses.
+# Maximum number of minors in a proof. A statement that needs more minors is only checked at
+# sampled poses.
 MAX_MINORS = 250
 MAX_TERMS = 3000
 
@@ -33,7 +33,7 @@ MAX_TERMS = 3000
 @dataclass(frozen=True)
 class CommonZeros:
     """
-    The set of poses at which several factors vanish together, and the exact Jacobian of the arm.
+    The set of poses at which several factors are all 0, and the exact Jacobian of the arm.
 
     Attributes
     ----------
@@ -84,8 +84,9 @@ class CommonZeros:
 
 @dataclass(frozen=True)
 class _Branch:
-    # One solution of the equations `factors` = 0: replacements of generators, applied in order,
-    # and a factor that is 0 after the replacements (None: no equation is left).
+    # A part of the set of common zeros of several factors: replacements of generators, applied in
+    # order, and a factor that is 0 after the replacements. The factor is None if the replacements
+    # alone make all factors 0.
     replaced: tuple['_Replaced', ...]
     factor: Laurent | None
 
@@ -99,8 +100,9 @@ class _Branch:
 
 @dataclass(frozen=True)
 class _Replaced:
-    # The replacement of the generator `index`: a length becomes a polynomial without this length;
-    # an angle's generator becomes a product of powers of the other generators and of i.
+    # The replacement of the generator `index`. If it is a length, `length` is a polynomial without
+    # this length. If it belongs to an angle, the replacement is a product of powers of other
+    # generators (exponents `turns`) and of i (exponent `quarter`).
     index: int
     length: Laurent | None
     quarter: int = 0
@@ -118,8 +120,9 @@ class _Replaced:
 
 
 def _branches(factors: Sequence[Laurent], arithmetic: Arithmetic) -> list[_Branch] | None:
-    # Solve one factor for a generator, insert the solution into the other factors, and repeat
-    # until one factor remains. Return None if no factor can be solved.
+    # Split the set of common zeros of factors into branches. Solve one factor for a generator,
+    # insert the solution into the other factors, and repeat until one factor remains. Return None
+    # if no factor can be solved.
     if len(factors) < 2:
         return [_Branch((), next(iter(factors), None))]
     for k, factor in enumerate(factors):
@@ -157,8 +160,8 @@ def _may_vanish(constant: Laurent, arithmetic: Arithmetic) -> bool:
 
 
 def _solutions(factor: Laurent, arithmetic: Arithmetic) -> list[_Replaced]:
-    # Solve a factor that is a sine or cosine of a sum of angles, or has a length alone in one
-    # term.
+    # Solve factor = 0 for a generator. This succeeds if the factor is a sine or cosine of a sum of
+    # angles, or if one of its terms is a length times a number. Return no solution otherwise.
     ring, terms = arithmetic.ring, factor.terms()
     indices = sorted({k for e in terms for k, x in enumerate(e) if x})
     if len(terms) == 2 and all(ring.generators[k].kind != 'number' for k in indices):
@@ -176,7 +179,8 @@ def _solutions(factor: Laurent, arithmetic: Arithmetic) -> list[_Replaced]:
 
 
 def _quarter_turns(terms: Terms) -> list[_Replaced]:
-    # Solve c z^e + d z^-e = 0: z^e is a power of i, which gives one generator by the others.
+    # Solve c z^e + d z^-e = 0 for a generator with exponent 1 or -1 in z^e. If c = d or c = -d,
+    # z^e is a power of i, which gives the generator as a product of powers of the others.
     (e, c), (opposite, d) = terms.items()
     k = next((k for k, x in enumerate(e) if abs(x) == 1), None)
     if k is None or any(x + y for x, y in zip(e, opposite)):
@@ -201,8 +205,8 @@ def proves_lost(lost: Lost, zeros: CommonZeros, frames: Frames) -> bool:
     if not lost.held:
         rows = [i for i in range(3) if (i == lost.axis) != lost.others]
         return zeros.are_zero(e for i in rows for e in J[i + 3 * lost.angular])
-    # The wrench in the null space of J^T consists of the cofactors of a column. The motion is lost
-    # if the wrench's moments about the two other axes are 0.
+    # Use the wrench in the null space of J^T, whose entries are the cofactors of a column. The
+    # rotation about the axis is lost if the moments of this wrench about the two other axes are 0.
     whole = CommonZeros(J, zeros.generic_rank, zeros.factors, arithmetic)
     others = [i for i in (3, 4, 5) if i != lost.axis + 3]
     left = [[i for i in range(6) if i != other] for other in others]

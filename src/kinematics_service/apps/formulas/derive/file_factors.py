@@ -11,7 +11,8 @@ from ....robot.robot import Robot, build_robot
 from .derivation import Derivation
 from .singular_set import evaluated, file_factors
 
-# Largest relative difference of products: round-off of a few dozen operations.
+# Two products count as equal if their relative difference is at most this, the round-off of a few
+# dozen operations.
 AGREEMENT = 1e-12
 POSES = 1000
 
@@ -47,7 +48,7 @@ class FilePrinter(DecimalPrinter):
 
 
 def decimal(number: sympy.Expr) -> str | None:
-    """Return a fraction as an exact decimal text, or None if it has no short one."""
+    """Return a fraction as an exact decimal text, or None if it has no short decimal."""
     q = int(number.q)
     for prime in (2, 5):
         while q % prime == 0:
@@ -83,8 +84,8 @@ def file_text(expression: sympy.Expr, degrees: bool) -> str:
 
 
 def _in_degrees(angle: sympy.Expr) -> sympy.Expr:
-    # Convert the constant part of an angle from rad; joint angles of the file are in degrees
-    # already.
+    # Convert only the constant part of an angle from rad to degrees, because the joint variables
+    # of the file are in degrees already.
     offset, moving = angle.as_independent(*angle.free_symbols, as_Add=True)
     return moving + offset * 180 / sympy.pi
 
@@ -93,8 +94,9 @@ def factors_to_write(derivation: Derivation) -> dict[str, str]:
     """
     Return the factors of a derivation by name, as texts of its robot file.
 
-    A factor that the file lists keeps its name. A factor without a name is called by its
-    expression, or `determinant` if that is long, or by its number.
+    A factor that the file lists keeps its name and text. The name of any other factor is its
+    geometric name or its expression. If the expression is long, the name is `determinant` or
+    `factor_` with a number.
     """
     degrees = derivation.robot.description.angle_unit == 'deg'
     texts: dict[str, str] = {}

@@ -103,7 +103,7 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
             'too many lengths and angles that are no quarter turns; round the angles, or lock '
             'joints'
         )
-        if nearly or (said is not None and said.factor):  # the file is the result of a calibration
+        if nearly or (said is not None and said.factor):  # calibrated file
             advice = (
                 'its table is a nominal one with corrections, and no formula of it is short: '
                 'derive the nominal robot file'
@@ -142,7 +142,8 @@ def _row(link: Link, convention: str, arithmetic: Arithmetic) -> ExactRow:
 
 
 def _constants(motions: Sequence[NamedMotion], link: DhRow, arithmetic: Arithmetic) -> Matrix:
-    # Join motions about and along the same axis into one screw: they commute.
+    # Join consecutive motions about and along one axis into one screw, because such motions
+    # commute.
     names, screws = arithmetic.names, []
     for axis, together in groupby(motions, key=lambda motion: motion.axis[1]):
         angle = length = sympy.Integer(0)
@@ -183,8 +184,8 @@ def _rotation(angles: Sequence[sympy.Expr], arithmetic: Arithmetic) -> Matrix:
 
 
 def _roll_pitch_yaw(turns: list[list[sympy.Expr]], motion: RigidMotion) -> list[sympy.Expr]:
-    # A rotation given by angles is exactly orthogonal. A matrix of rounded decimals is not, so
-    # take the nearest rotation, as the reader of robot files does.
+    # If the file gives a rotation as a matrix of rounded decimals, the matrix is not orthogonal.
+    # Use the nearest rotation, as the reader of robot files does.
     R = sympy.Matrix(turns)
     if sympy.simplify(R * R.T) != sympy.eye(3):
         return [sympy.Rational(repr(angle)) for angle in roll_pitch_yaw(motion.matrix).tolist()]

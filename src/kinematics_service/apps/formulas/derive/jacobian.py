@@ -17,7 +17,7 @@ from .algebra.arithmetic import Arithmetic
 from .algebra.matrices import Matrix, identity, inverse
 from .frames import Frames
 
-# Indices (row, column) of an antisymmetric matrix [w] that give the vector w.
+# Rows and columns of the entries of an antisymmetric matrix [w] that are the vector w.
 VEE = ([2, 0, 1], [1, 2, 0])
 
 
@@ -56,8 +56,8 @@ def axes_seen_from(frames: Frames, frame: int) -> tuple[Axis, ...]:
 
 
 def _row_starts(frames: Frames, frame: int) -> Iterable[tuple[int, Matrix]]:
-    # Yield each row's index, and the pose of the frame before the row in the coordinates of
-    # `frame`. The poses are products that start at `frame`.
+    # Yield the index of each row of the table, and the pose of the frame before the row, in the
+    # coordinates of frame number `frame`.
     if frame < 0:
         yield from enumerate(frames.in_base[:-1])
         return
@@ -88,7 +88,7 @@ def jacobian_of(
     Parameters
     ----------
     linear
-        For each axis, the velocity of the reference point if the axis's row turns at 1 rad/s.
+        The velocity of the reference point for each axis, if the row of the axis turns at 1 rad/s.
     """
     nothing = np.full(3, arithmetic.ring.number(0))
     open_: list[Matrix] = []

@@ -28,10 +28,11 @@ from .jacobian import about, axes_seen_from, in_axes_of, jacobian_of, may_turn
 from .sampled_poses import PoseSampler
 from .trigonometry import Writer
 
-# The minors are divided by their common factors. If these quotients have more terms, the sum of
-# their squares is not multiplied out.
+# The minors are divided by their common factors. If the quotients have more terms than this in
+# total, the sum of their squares is not multiplied out.
 MAX_SQUARED_TERMS = 200
-# If the quotients have more terms in total, they are not factored.
+# If the quotients of the minors have more terms than this in total, the quotients are not
+# factored.
 MAX_FACTORED_TERMS = 600
 
 
@@ -45,7 +46,7 @@ class View:
     J
         The Jacobian, 6 x n.
     axes, point
-        Text: the frame whose axes J has, and the reference point of J.
+        Texts for reports: the frame whose axes J has, and the reference point of J.
     """
 
     J: Matrix
@@ -63,7 +64,7 @@ class Minors:
     view
         The Jacobian of which these are minors.
     columns
-        Indices of the columns in use; redundant columns of dependent joints are left out.
+        Indices of the columns in the minors, without the columns of dependent joints.
     values
         One determinant if the task rows are square, else all minors of the generic rank.
     """
@@ -105,7 +106,7 @@ def simplest_view(
     columns
         Indices of the columns whose terms are counted.
     any_point
-        Whether the reference point may change, which minors of all six rows allow.
+        Whether the reference point may change. It may if the minors contain all six rows.
     """
     if not any_point:
         seen_from = frames.in_base if may_turn(rows) else frames.in_base[:1]
@@ -114,8 +115,8 @@ def simplest_view(
     best: tuple[tuple[int, int, int], View] | None = None
     n = len(frames.rows)
     origin = np.full(3, arithmetic.ring.number(0))
-    # Try frames in the middle of the table first: in them J is usually shortest. Skip a frame if
-    # its angular rows alone have more terms than the best J.
+    # Try frames in the middle of the table first, because J is usually shortest in their axes.
+    # Skip a frame if the angular rows alone have more terms than the best J so far.
     for frame in sorted(range(n + 1), key=lambda k: abs(2 * k - n)):
         axes = axes_seen_from(frames, frame)
         angular = jacobian_of(frames, arithmetic, axes, [origin] * len(axes))
@@ -200,8 +201,8 @@ def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[L
         power, values = _often_divided(values, factor.value, factor.power)
         if power:
             common.append(replace(factor, power=power))
-        # If a factor is a product of two halves and does not divide all minors, one of the halves
-        # may divide all.
+        # If a factor is a product of two half-angle factors and does not divide all minors, try
+        # its halves: one half may divide all minors.
         for half in factor.halves:
             more, rests = _often_divided(values, half, factor.power - power)
             if more:
@@ -226,8 +227,8 @@ def _often_divided(values: list[Laurent], factor: Laurent, most: int) -> tuple[i
 
 def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmetic) -> sympy.Expr:
     """
-    Return sqrt(sum of squares) of the minors without their common factors; a constant factor
-    stands before the root.
+    Divide the minors by their common factors, and return the square root of the quotients' sum of
+    squares. A constant factor is written before the root.
     """
     if not rests:
         return sympy.Integer(1)
@@ -249,8 +250,8 @@ def _product(value: Laurent, writer: Writer, arithmetic: Arithmetic) -> sympy.Ex
 
 
 def _without_pythagoras(terms: Sequence[sympy.Expr]) -> list[sympy.Expr]:
-    # Replace g sin^2 + g cos^2 by g. Such pairs come from minors that differ only in a sine or
-    # cosine.
+    # Replace pairs of terms g sin^2 + g cos^2 by g. Such pairs come from minors that differ only
+    # in a sine or cosine.
     left = list(terms)
     for term in terms:
         squares = [a for a in sympy.Mul.make_args(term) if a.is_Pow and a.exp == 2]
@@ -265,9 +266,10 @@ def _without_pythagoras(terms: Sequence[sympy.Expr]) -> list[sympy.Expr]:
 
 def independent_columns(sampler: PoseSampler) -> tuple[int, ...]:
     """
-    Return the indices of the columns that remain after dependent joints are left out.
+    Return the indices of the columns of J without the columns of dependent joints.
 
-    A joint is left out if the columns, stacked over all sampled poses, keep their rank without it.
+    The columns are stacked over all sampled poses. A joint is dependent if the stacked columns
+    keep their rank without its column.
     """
     J_t = sampler.elsewhere.J_t
     stacked = J_t.reshape(-1, J_t.shape[2])

@@ -19,9 +19,11 @@ from .derivation import Derivation
 
 TIME = sympy.Symbol('t', real=True)
 SAMPLES = 4001
-# Number of steps in the search for a minimum; each step narrows the interval to a sixteenth.
+# Number of steps in the search for a minimum. Each step narrows the interval of time to a
+# sixteenth.
 NARROWING_STEPS = 9
-# Values below 1e-12 of the largest value are 0 up to round-off.
+# A value of a factor is 0 up to round-off if its ratio to the largest value on the path is below
+# this.
 ROUND_OFF = 1e-12
 
 Values = Callable[[Floats], Floats]
@@ -37,7 +39,8 @@ class PathCrossing:
     time, until
         First and last time at which the factor is 0, s; equal unless the path stays on the family.
     touches
-        Whether the factor keeps its sign, so that the path only touches the family.
+        Whether the factor has equal signs before and after. If so, the path only touches the
+        family of singular poses.
     name
         The name of the factor.
     """
@@ -92,9 +95,10 @@ class Path:
         """
         Return the times in [start, end], s, at which the path meets the singular set.
 
-        If a factor changes its sign between samples, bisection finds the time. Between samples of
-        equal sign a search finds the minimum of its size: the path touches the family if it is 0,
-        and crosses twice if the sign changes.
+        If a factor of the determinant changes its sign between two samples, bisection finds the
+        time. If the signs are equal, a search finds the minimum of the factor's absolute value. If
+        the minimum is 0, the path touches the family; if the sign at the minimum differs, the path
+        crosses the family twice.
         """
         along = dict(zip(self.derivation.variables, self.q))
         times = np.linspace(start, end, SAMPLES)
@@ -106,8 +110,8 @@ class Path:
 
 
 def _zeros(value: Values, times: Floats) -> list[tuple[float, float, bool]]:
-    # Return (first time, last time, whether the sign is equal before and after) for each zero of a
-    # function.
+    # Return each zero of a function as a tuple: first time, last time, and whether the function
+    # has equal signs before and after.
     def at(time: float) -> float:
         return float(value(np.array([time]))[0])
 
@@ -138,8 +142,8 @@ def _zeros(value: Values, times: Floats) -> list[tuple[float, float, bool]]:
 
 
 def _bottom(value: Values, low: float, high: float) -> float:
-    # Return the time between `low` and `high` at which |f| is smallest, or a time at which f is 0
-    # or has the other sign.
+    # Return the time between `low` and `high` at which |f| is smallest. If f becomes 0 or changes
+    # its sign between them, return such a time instead.
     for _ in range(NARROWING_STEPS):
         times = np.linspace(low, high, 33)
         f = value(times)

@@ -17,14 +17,15 @@ from .algebra.arithmetic import Arithmetic
 from .algebra.zeros import Box
 from .singular_geometry import ArmAtPoses, rank_at
 
-# Number of sampled poses of a family: a coincidence at all 60 is unlikely, and they take a second.
+# Number of sampled poses of a family. A coincidence at all these poses is unlikely, and their
+# computation takes a second.
 POSES = 60
-# Two random values of each named constant exclude coincidences. They are near the file's value, so
-# that the families of the file exist.
+# Seeds of two random values of each named constant. Two values exclude coincidences. They are near
+# the file's value, so that the families of the file exist.
 SEEDS = (1955, 1964)
-LETTER_FACTORS = (0.8, 1.25)  # random values are between these multiples of the file's value
-# Step of central differences (rad or m): the errors by round-off and by the third derivative are
-# both below 1e-9.
+LETTER_FACTORS = (0.8, 1.25)  # range of the ratio of a random value to the file's value
+# Step of central differences (rad or m). With this step, the errors by round-off and by the third
+# derivative are both below 1e-9.
 STEP = 1e-6
 
 
@@ -43,7 +44,8 @@ class PoseSampler:
     still : shape (n,), rad or m
         Positions of the locked joints.
     to_si : shape (moving,)
-        Metres per length unit of the file for prismatic joints; 1 for angles.
+        Factor from the file's units to SI: metres per length unit for prismatic joints, 1 for
+        angles.
     arithmetic
         The arithmetic of the exact arm, with values of its named constants.
     table
@@ -101,7 +103,7 @@ class PoseSampler:
             The change of each joint after which all frames repeat.
         """
         low, high = np.array(self.robot.limits[list(self.moving)]).T / self.to_si
-        # Limit a revolute joint to one period, which contains all poses.
+        # Limit a revolute joint to one period, because all frames repeat after a period.
         turned = np.where(np.isfinite(high), high - periods, -periods / 2)
         start = np.where(self.slides | np.isfinite(low), low, turned)
         return Box(start, np.where(self.slides, high, np.minimum(high, start + periods)))
@@ -118,8 +120,8 @@ class PoseSampler:
         with np.errstate(invalid='ignore', divide='ignore'):
             axes = np.where(size > 1e-9, omega / size, np.nan)
             velocity = np.swapaxes(J[:, :3], 1, 2) / size
-        # v = w x r, with r from the axis to the tool. So the point of the axis nearest to the tool
-        # p is p + z x v / |w|.
+        # Compute the point of each axis nearest to the tool's origin p. Let r be the vector from
+        # this point to p. Then v = w x r, so the point is p + z x v / |w|.
         origins = tool[:, None] + np.cross(axes, velocity)
         return ArmAtPoses(
             J_t=task_jacobian(task, J) * task.row_scales[:, None] * column_scales,
@@ -144,8 +146,8 @@ class PoseSampler:
     @cached_property
     def in_random_letters(self) -> tuple['PoseSampler', ...]:
         """
-        Return the arm twice, with random named constants; once, unchanged, if it has no named
-        constants.
+        Return two copies of the arm with random named constants. If the arm has no named
+        constants, return only the arm itself.
         """
         names, found = self.arithmetic.names, []
         for seed in SEEDS if names.values else ():
@@ -153,15 +155,15 @@ class PoseSampler:
             by_name = {s.name: float(f) for s, f in zip(names.values, factors)}
             values = {s: v * by_name[s.name] for s, v in names.values.items()}
             other = replace(self.arithmetic, names=replace(names, values=values))
-            # The table has the constants in SI units, so multiply them by the random factors.
+            # Multiply the table's constants by the random factors, because the table has SI units
+            # and `values` may have others.
             given = {s: v * by_name.get(s.name, 1.0) for s, v in self.table.given.items()}
             found.append(replace(self, arithmetic=other, table=replace(self.table, given=given)))
         return tuple(found) or (self,)
 
     def central_difference(self) -> float:
         """
-        Return the largest difference between J and central differences of T at one pose, m and
-        rad.
+        Return the largest difference (m, rad) between J and central differences of T at one pose.
         """
         robot, moving = self.robot, list(self.moving)
         q = self.whole(self.random(1))[0]
@@ -172,7 +174,7 @@ class PoseSampler:
 
     @cached_property
     def elsewhere(self) -> ArmAtPoses:
-        """Return the arm at 200 random poses."""
+        """Return Jacobian, frames and axes of the arm at 200 random poses."""
         return self.arm(self.random(200))
 
     @cached_property

@@ -14,8 +14,8 @@ import numpy as np
 
 from ....kernel import Floats, Integers
 
-# Values below this are 0: Newton's method leaves a round-off of 1e-12, and other values exceed
-# 1e-3.
+# A value below this counts as 0. Newton's method leaves a round-off of 1e-12 in zeros, and other
+# values exceed 1e-3.
 ZERO = 1e-7
 AXES = 'xyz'
 
@@ -30,7 +30,7 @@ class ArmAtPoses:
     J_t : shape (N, m, n)
         The task rows of J, scaled so that metres and radians are comparable.
     frames : shape (N, rows + 1, 4, 4)
-        Frames in the base frame, as `link_frames` returns them.
+        Poses of frame 0 and of the frame after each row, in the base frame.
     axes, origins : shape (N, n, 3)
         Unit vector of each revolute joint's axis, and a point on the axis; nan for prismatic
         joints.
@@ -60,14 +60,15 @@ class Lost:
     text
         The motion as text.
     axis, frame
-        The direction is this axis (0 to 2) of this frame; `axis` is None if it is no frame's axis.
+        Frame number, and the axis (0 to 2) of this frame along which the direction of the motion
+        is. `axis` is None if the direction is not an axis of a frame.
     angular
         Whether the lost motion is a rotation.
     point
         Number of the frame whose origin moves or is held still; None: the tool.
     held
-        Whether only rotations that hold `point` still are lost; else every rotation about the axis
-        is.
+        Whether only rotations that hold `point` still are lost. Otherwise every rotation about the
+        axis is lost.
     others
         Whether all translations except along this direction are lost.
     """
@@ -102,10 +103,11 @@ def parallel(one: Floats, other: Floats) -> bool:
 
 def wrist_point(arm: ArmAtPoses, angular: bool) -> Floats:
     """
-    Return the wrist point of the arm, or the tool's origin if no axes meet, shape (N, 3).
+    Return the wrist point of the arm, or the tool's origin if the wrist axes do not meet, (N, 3).
 
-    The wrist point is the point in which the last three revolute axes meet, or else the last two.
-    If the task has no angular rows, the tool's origin is returned.
+    The wrist point is the point in which the last three revolute axes meet. If they do not meet,
+    it is the point in which the last two meet. If the task has no angular rows, the tool's origin
+    is returned.
     """
     turning = [j for j, turns in enumerate(arm.turns) if turns]
     if not angular or len(turning) < 3:
@@ -115,8 +117,9 @@ def wrist_point(arm: ArmAtPoses, angular: bool) -> Floats:
 
 
 def _meeting_point(arm: ArmAtPoses, joints: Sequence[int]) -> Floats | None:
-    # Find the point p nearest to the axes by least squares: sum (I - z z^T)(p - o) = 0. Return
-    # None if the axes do not meet in p.
+    # Return the point in which the axes of `joints` meet, or None. The point p nearest to the
+    # axes, by least squares, solves sum (I - z z^T)(p - o) = 0. The axes meet if p lies on all of
+    # them.
     z, o = arm.axes[:, joints], arm.origins[:, joints]
     if np.isnan(z).any() or parallel(z[:, 0], z[:, 1]):
         return None
@@ -166,9 +169,10 @@ def _is_wrist(arm: ArmAtPoses) -> bool:
 
 
 def _is_elbow(arm: ArmAtPoses, joints: Sequence[int], point: Floats, angular: bool) -> bool:
-    # An arm is at an elbow singularity if two neighbouring parallel axes lie in a plane with the
-    # wrist point, or with another parallel axis. A factor in one joint is also one if the distance
-    # from shoulder to wrist is at an extreme.
+    # Return whether the arm is at an elbow singularity. It is, if two neighbouring parallel axes
+    # lie in a plane with the wrist point, or with another parallel axis. If the factor contains
+    # only one joint, it is also an elbow singularity if this joint cannot change the distance from
+    # shoulder to wrist to first order.
     n = len(arm.turns)
     for i in range(n - 1):
         if not (arm.turns[i] and arm.turns[i + 1]) or i + 1 not in joints:
@@ -192,9 +196,9 @@ def _is_elbow(arm: ArmAtPoses, joints: Sequence[int], point: Floats, angular: bo
 
 
 def _is_shoulder(arm: ArmAtPoses, point: Floats) -> bool:
-    # An arm is at a shoulder singularity if the wrist point lies in the plane that contains axis 1
-    # and the direction of axis 2. If the arm has no lateral offset, the wrist point lies on axis
-    # 1.
+    # Return whether the arm is at a shoulder singularity. It is, if the wrist point lies in the
+    # plane that contains axis 1 and the direction of axis 2. In an arm without lateral offset, the
+    # wrist point then lies on axis 1.
     if len(arm.turns) < 2 or not arm.turns[0]:
         return False
     z, o = arm.axes[:, 0], arm.origins[:, 0]
@@ -232,7 +236,7 @@ def lost_motion(
     rank
         The rank on the family.
     generic
-        The rank at most poses; if it is not full, some motion is lost at every pose.
+        The rank at most poses. If this rank is not full, some motion is lost at every pose.
     scales : shape (m,)
         Scale factors of the rows of `J_t`.
     """
@@ -283,8 +287,8 @@ def _lost_screw(force: Floats, moment: Floats, frames: Floats, tool: Floats) -> 
 
 
 def _direction(vectors: Floats, frames: Floats) -> Lost | None:
-    # Return the direction (N, 3) in the axes of a frame in which it is constant; prefer a frame
-    # with an axis along the direction.
+    # Express the direction (N, 3) in the axes of a frame in which it is constant at all poses.
+    # Prefer a frame with an axis along the direction. Return None if no such frame exists.
     length = np.linalg.norm(vectors, axis=1)
     if np.any(length < ZERO):
         return None
@@ -323,7 +327,8 @@ class Idle:
 
 def idle_motion(arm: ArmAtPoses, rank: int) -> Idle | None:
     """
-    Return the joint motion in the null space of J_t; None if the joints that move vary by pose.
+    Return the joint motion in the null space of J_t, or None. None is returned if the null space
+    has more than one dimension, if the moving joints vary by pose, or if all joints move.
     """
     n = arm.J_t.shape[2]
     good = ranks_at(arm.J_t) == rank

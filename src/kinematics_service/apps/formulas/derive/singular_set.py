@@ -39,9 +39,9 @@ from .singular_geometry import (
 )
 from .trigonometry import Writer
 
-# The minors are divided by their common factors. The common zeros of the quotients are not solved
-# if a quotient has more terms, or if more sets of factors are needed. The result would be too long
-# to read.
+# The minors are divided by their common factors. The common zeros of the quotients are not
+# computed if a quotient has more terms than the first limit, or if they need more sets of factors
+# than the second. The result would be too long to read.
 MAX_REST_TERMS = 40
 MAX_HITTING_SETS = 20
 
@@ -54,9 +54,10 @@ class SingularFactor:
     Attributes
     ----------
     name
-        The robot file's name of this factor, else a name by the geometry, else the expression.
+        The name of the factor in the robot file; otherwise a name by the geometry, such as elbow;
+        otherwise the expression as text.
     expression
-        Sympy; the file's length unit, joint angles in rad.
+        A sympy expression; lengths in the file's unit, joint angles in rad.
     power
         Power of the factor in the determinant.
     irreducible
@@ -69,8 +70,8 @@ class SingularFactor:
     lost, idle
         Texts: the motion that the tool cannot make, and the joint motion in the null space.
     sampled
-        Which of `rank`, `lost` and `idle` hold at sampled poses and are not proved for the whole
-        family.
+        Names among `rank`, `lost` and `idle` whose values hold at sampled poses and are not proved
+        for the whole family.
     within_limits
         Whether a pose of the family is inside the joint limits, with the lengths of the file; None
         if this is not decided.
@@ -197,8 +198,8 @@ class SingularSet:
 
 @dataclass(frozen=True)
 class _Meaning:
-    # Results at the zeros of a factor: rank, name, and lost and idle motions, for random values of
-    # the named constants. Only `special` is about the values of the file.
+    # Results at the zeros of a factor. Geometric name, rank, lost and idle motion hold for random
+    # values of the named constants. `within` and `special` hold for the values of the file.
     within: Zero
     geometric: str | None = None
     rank: int | None = None
@@ -282,8 +283,8 @@ class FamilySearch:
 
     def is_one_family(self, factor: RealFactor) -> bool:
         """
-        Return whether J has one rank at all sampled zeros of a factor; true if the factor has no
-        halves.
+        Return whether J has equal rank at all sampled zeros of a factor. The result is true if the
+        factor has no half-angle factors.
         """
         if not factor.halves:
             return True
@@ -303,7 +304,7 @@ class FamilySearch:
 
     @property
     def _periods(self) -> Floats:
-        # Return the change of each joint, rad, after which all frames repeat.
+        # Return the change of each joint variable (rad) after which all frames repeat.
         units = self.arithmetic.units
         return 2 * np.pi * np.array([units[v] for v in self.arithmetic.names.variables])
 
@@ -325,11 +326,11 @@ class FamilySearch:
 
 def families_of(product: Factored, search: FamilySearch) -> Factored | None:
     """
-    Return the product with factors split into half-angle factors that are separate families; None
-    if this needs a ring with half angles.
+    Split each factor of the product into its half-angle factors if they are separate families.
+    Return None if this needs a ring with half angles.
 
-    The two half-angle factors of a factor are one family if J has equal rank at the zeros of both.
-    In most arms this holds for sin q, whose halves are the stretched and the folded arm.
+    Two half-angle factors form one family if J has equal rank at the zeros of both. In most arms
+    this holds for sin q: the zeros of its half-angle factors are the stretched and the folded arm.
     """
     found: list[RealFactor] = []
     constant = product.constant
@@ -341,7 +342,8 @@ def families_of(product: Factored, search: FamilySearch) -> Factored | None:
             found.append(factor)
             continue
         found += [RealFactor(half, factor.power) for half in factor.halves]
-        # The factor is a constant times its halves, as in sin q = 2 sin q/2 cos q/2.
+        # Multiply the constant of the product as well, because a factor is a number times its
+        # half-angle factors: sin q = 2 sin q/2 cos q/2.
         one, other = factor.halves
         ratio = quotient_constant(factor.value, one * other, search.arithmetic)
         assert ratio is not None
@@ -350,7 +352,7 @@ def families_of(product: Factored, search: FamilySearch) -> Factored | None:
 
 
 def without_integers(product: Factored, writer: Writer) -> Factored:
-    """Move integers that divide a factor from the factors of the product to its constant."""
+    """Move integers that divide a factor of the product to the constant of the product."""
     constant, factors = product.constant, []
     for factor in product.factors:
         content, _ = writer.expression(factor.value).as_content_primitive()
@@ -374,7 +376,8 @@ def singular_factors(
         sampled: tuple[str, ...] = ()
         if seen.rank is not None:
             zeros = CommonZeros(J_t, search.rank, (factor.value,), arithmetic)
-            # Prove only that the rank is not higher: a sampled pose shows that it is not lower.
+            # Prove only that the rank is not higher than `seen.rank`, because a sampled pose shows
+            # that the rank is not lower.
             proofs = {
                 'rank': zeros.has_rank_at_most(seen.rank),
                 'lost': seen.lost is None or proves_lost(seen.lost, zeros, frames),
@@ -383,7 +386,7 @@ def singular_factors(
             sampled = tuple(claim for claim, proved in proofs.items() if not proved)
         expression = writer.expression(factor.value)
         own = next((n for n, e in listed.items() if _is_multiple(e, factor.value, search)), None)
-        # Add a number to a name that is in use, as in elbow_2.
+        # Add a number to the name if another factor has this name, as in elbow_2.
         stem = own or seen.geometric or str(expression)
         numbered = chain([stem], (f'{stem}_{k}' for k in count(2)))
         name = next(name for name in numbered if name not in taken)
@@ -408,7 +411,9 @@ def singular_factors(
 
 
 def numbers_in_words(names: Names) -> str:
-    """Return a text about equal lengths of a file, such as `L2 = L3`, or `the numbers`."""
+    """
+    Return the equal lengths of a file as text, such as `L2 = L3`, or `the numbers` without any.
+    """
     groups: dict[float, list[str]] = {}
     for symbol, value in names.values.items():
         group = groups.setdefault(abs(value), [])
@@ -426,7 +431,8 @@ def file_factors(robot: Robot, names: Names) -> dict[str, sympy.Expr]:
 
 
 def _is_multiple(expression: sympy.Expr, factor: Laurent, search: FamilySearch) -> bool:
-    # Two expressions are multiples if their ratio is equal at all sampled poses.
+    # Return whether an expression is a constant times a factor. It is, if their ratio is equal at
+    # all sampled poses.
     q = search.sampler.random(20)
     ratio = evaluated(expression, search.arithmetic.names, q) / search.numbers(factor)(q)
     return bool(np.ptp(ratio) < 1e-9 * abs(float(ratio[0])))
@@ -453,7 +459,8 @@ def crossings_of(
 def _crossing(
     named: Sequence[tuple[Laurent, str]], search: FamilySearch, J_t: Matrix
 ) -> FamilyCrossing | None:
-    # Return the crossing of factors; None if it is proved that they have no common zero.
+    # Return the crossing of the families of several factors. Return None if it is proved that the
+    # factors have no common zero.
     values, names = zip(*named)
     functions = [search.numbers(value) for value in values]
     poses, meet = search.poses(functions), None
@@ -478,8 +485,8 @@ def remainder_zeros(
     """
     Return the common zeros of the minors divided by their common factors, or None if not solved.
 
-    A quotient vanishes if one of its factors does. So all quotients vanish if all factors in a
-    minimal hitting set vanish.
+    A quotient is 0 if one of its factors is 0. So all quotients are 0 if all factors in a hitting
+    set are 0, that is, a set with a factor of each quotient. Only minimal hitting sets are used.
     """
     arithmetic, pieces = search.arithmetic, list[Laurent]()
     hitting: list[frozenset[int]] = [frozenset()]

@@ -1,6 +1,6 @@
 """
-Write polynomials in exp(i q) as sums C + P cos u + S sin u, in which C, P and S are such sums in
-the next angles.
+Write polynomials in exp(i q) as sums C + P cos u + S sin u in an angle u. C, P and S are sums of
+this form in the other angles.
 """
 
 import math
@@ -16,14 +16,14 @@ from .algebra.laurent import Exponents, Laurent, Terms, from_terms
 from .algebra.matrices import Matrix
 from .frames import Frames
 
-# Polynomials with more terms are written in one form only; shorter forms are not searched.
+# A polynomial with more terms is written in one form only, without a search for a shorter form.
 MAX_COMPARED_TERMS = 400
 MAX_FACTORED_TERMS = 24
-# If the divisor of a polynomial is larger, it comes from angles that were replaced by fractions,
-# and the coefficients are written as decimals.
+# If the divisor of a polynomial is larger, the coefficients are written as decimals. Such a
+# divisor comes from angles with rational sine and cosine.
 MAX_INTEGER = 10**15
 DIGITS = 17
-# Polynomials with more terms are not simplified: sympy takes minutes.
+# Polynomials with more terms are not simplified, because sympy takes minutes.
 MAX_TIDIED_TERMS = 1000
 
 
@@ -37,7 +37,7 @@ class Basis:
     angles
         Sympy expressions, one for each angle generator.
     to_angles
-        Integers: row k holds the exponents that angle generator k contributes to each angle.
+        Integer matrix. Entry (k, j) is the exponent of exp(i angle j) in angle generator k.
     """
 
     angles: tuple[sympy.Expr, ...]
@@ -52,9 +52,9 @@ class Writer:
     Attributes
     ----------
     sums, singles
-        Bases: sums of angles along parallel joints, and the joint angles themselves.
+        Two bases: sums of the angles of parallel joints, and the joint angles themselves.
     divisor
-        The divisor of a polynomial that is written without simplification; None: simplify.
+        The divisor of the polynomial, if it is written without simplification; None: simplify.
     """
 
     arithmetic: Arithmetic
@@ -63,7 +63,7 @@ class Writer:
     divisor: int | None = None
     _numbers: dict[sympy.Expr, sympy.Expr] = field(default_factory=dict)
     _written: dict[Hashable, sympy.Expr] = field(default_factory=dict)
-    # Cache of inner sums, since the entries of a matrix share many of them.
+    # Cache of inner sums C, P and S. The entries of a matrix share many inner sums.
     _nested_before: dict[Hashable, sympy.Expr] = field(default_factory=dict)
 
     def expression(self, value: Laurent) -> sympy.Expr:
@@ -83,8 +83,8 @@ class Writer:
         if len(value) <= MAX_COMPARED_TERMS and self.singles != self.sums:
             candidates.append(self._products(value, self.singles))
         lengths = [sympy.count_ops(form) for form in candidates]
-        # All terms of a group have equal exponents of the angles, so the coefficient of a group is
-        # a polynomial in lengths.
+        # Group the terms by their exponents of angles. The coefficient of each group is then a
+        # polynomial in lengths.
         moving = range(len(self.arithmetic.names.variables))
         split = value.grouped([*moving, *self._fixed_places()])
         if len(value) <= MAX_COMPARED_TERMS and self._fewest_operations(split) < min(lengths):
@@ -107,8 +107,8 @@ class Writer:
         return tuple(k for k, g in enumerate(generators) if g.kind == 'fixed_angle')
 
     def _leaf(self, terms: Mapping[Exponents, tuple[int, int]], imaginary: bool) -> sympy.Expr:
-        # Return the real or the imaginary part of terms without joint angles, as a polynomial in
-        # lengths.
+        # Return the real part of terms without joint angles, or the imaginary part, as a sympy
+        # polynomial in lengths.
         generators = self.arithmetic.ring.generators
         summands = []
         for exponents, c in terms.items():
@@ -128,15 +128,15 @@ class Writer:
         return fraction if self.divisor <= MAX_INTEGER else sympy.Float(fraction, DIGITS)
 
     def _letter(self, meaning: sympy.Expr) -> sympy.Expr:
-        # Use a symbol for each number while an expression is built: otherwise sympy would write
-        # 0.0825 cos q + 0.4 as a fraction times a sum of integers.
+        # Use a symbol for each number while an expression is built. With numbers, sympy would
+        # write 0.0825 cos q + 0.4 as a fraction times a sum with integers.
         if meaning.is_Symbol:
             return meaning
         return self._numbers.setdefault(meaning, sympy.Symbol(f'_{len(self._numbers)}'))
 
     def _cosines_of_sums(self, groups: Mapping[Exponents, Terms]) -> sympy.Expr:
-        # The polynomial is real, so the terms with exponents e and -e are conjugate and sum to a
-        # cosine and a sine.
+        # Write one cosine and one sine for each pair of exponents e and -e. The polynomial is
+        # real, so the two terms are conjugate.
         angles = self._angles_of_generators()
         result = sympy.Integer(0)
         for exponents, terms in groups.items():
@@ -149,9 +149,9 @@ class Writer:
         return sympy.factor_terms(result)
 
     def _fewest_operations(self, groups: Mapping[Exponents, Terms]) -> int:
-        # Return a lower bound of the operations that `_cosines_of_sums` would write: its
-        # functions, the sums in their arguments, and the outer sum. The bound avoids writing a
-        # long form that is not the shortest.
+        # Return a lower bound of the number of operations in the result of `_cosines_of_sums`. The
+        # bound counts the functions, the sums in their arguments, and the outer sum. It saves
+        # writing a form that is too long.
         functions = 0
         inside = 0
         for exponents, terms in groups.items():
@@ -178,8 +178,8 @@ class Writer:
         return self._nested(from_terms(ring, changed), tuple(angles.items()))
 
     def _nested(self, value: Laurent, angles: Sequence[tuple[int, sympy.Expr]]) -> sympy.Expr:
-        # Write the polynomial as C + P cos u + S sin u in the first angle u; C, P and S are
-        # written in the next angles.
+        # Write the polynomial as C + P cos u + S sin u in the first angle u, and C, P and S in the
+        # other angles.
         if not angles:
             return self._leaf(value.terms(), False)
         key = (frozenset(value.real.items()), frozenset(value.imaginary.items()), angles)
@@ -204,8 +204,9 @@ class Writer:
 
 
 def _taken_out(sum_: sympy.Expr) -> sympy.Expr:
-    # Factor the sum as `sympy.factor_terms` does, but without a pass through every summand. The
-    # summands are factored already, except a sum that has lost its leading number.
+    # Factor the sum as `sympy.factor_terms` does, but save time: do not factor the summands again,
+    # because they are factored already. Only a summand that is itself a sum, after its numeric
+    # factor is taken out, is factored again.
     content, rest = sum_.as_content_primitive(clear=False)
     if not rest.is_Add:
         return sum_
@@ -219,8 +220,9 @@ def _taken_out(sum_: sympy.Expr) -> sympy.Expr:
 
 
 def _nothing_shared(terms: Sequence[sympy.Expr]) -> sympy.Expr | None:
-    # Return the sum as `sympy.gcd_terms` does if no factor is in every term; else None. It takes a
-    # tenth of the time of `gcd_terms`, which saves 13 to 30 % of a derivation.
+    # Return the sum of the terms, as `sympy.gcd_terms` does, if no factor is in every term;
+    # otherwise None. This function takes a tenth of the time of `gcd_terms`, which saves 13 to 30
+    # % of a derivation.
     pairs = [term.as_coeff_Mul() for term in terms]
     if not all(c.is_Integer for c, _ in pairs) or math.gcd(*(int(c) for c, _ in pairs)) != 1:
         return None
@@ -247,7 +249,7 @@ def writer_of(frames: Frames, arithmetic: Arithmetic) -> Writer:
     """
     singles = _basis(arithmetic, ())
     sums = _basis(arithmetic, _parallel_sums(frames, arithmetic))
-    assert singles is not None  # the joint angles are always a basis
+    assert singles is not None  # the joint angles alone always form a basis
     return Writer(arithmetic, sums or singles, singles)
 
 
@@ -264,7 +266,8 @@ def _parallel_sums(frames: Frames, arithmetic: Arithmetic) -> list[tuple[int, ..
                     factor = row.theta[1].get(variable, 0) * arithmetic.units[variable]
                     total[k] += sign * int(factor)
                 if any(total):
-                    # In a ring with half angles the exponents are doubled.
+                    # Divide by `parts`, because the exponents are doubled in a ring with half
+                    # angles.
                     found.append(tuple(e // arithmetic.ring.parts for e in total))
                 continue
             upright = [z for z in (1, -1) if not matrix[2][2] - arithmetic.ring.number(z)]
@@ -276,8 +279,8 @@ def _parallel_sums(frames: Frames, arithmetic: Arithmetic) -> list[tuple[int, ..
 
 
 def _basis(arithmetic: Arithmetic, vectors: Iterable[tuple[int, ...]]) -> Basis | None:
-    # Return the basis of the first linearly independent sums, completed by joint angles; None if
-    # it is not invertible over the integers.
+    # Return a basis: the first linearly independent sums in `vectors`, completed by joint angles.
+    # Return None if the matrix of the basis has no inverse over the integers.
     variables = arithmetic.names.variables
     n = len(variables)
     chosen: list[Sequence[int]] = []
@@ -288,7 +291,8 @@ def _basis(arithmetic: Arithmetic, vectors: Iterable[tuple[int, ...]]) -> Basis 
     matrix = sympy.Matrix(chosen)
     if abs(matrix.det()) != 1:
         return None
-    # exp(i q_k) = prod over angles u_j of exp(i u_j)^(inverse[k, j]).
+    # Use the inverse matrix, because exp(i q_k) is the product of exp(i u_j)^(inverse[k, j]) over
+    # the angles u_j.
     inverse = matrix.inv()
     angles = tuple(
         sympy.Add(

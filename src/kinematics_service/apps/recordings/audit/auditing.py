@@ -34,14 +34,15 @@ from .slowing import Slowing, SlowingSettings, slowing_of
 from .stream import Stream, StreamWatch
 from .timeline import Timeline, TimelineBatch
 
-# Largest number of joint names listed in the error that no message names a joint of the arm.
+# If no message names a joint of the arm, the error lists at most this number of joint names from
+# the messages.
 MAX_NAMES = 12
 
 
 class WorstMoment(NamedTuple):
     """
-    A worst moment of a recording: name of the quantity, row of the state in the timeline, and
-    value as text.
+    The moment of a recording at which a quantity is worst: name of the quantity, row of the state
+    in the timeline, and value as text.
     """
 
     what: str
@@ -66,7 +67,7 @@ class Audit:
         The comparison with a second source of poses, or the reason why no comparison was possible;
         None without a second source.
     trajectories, plans
-        The number of planned trajectories; the checks, by trajectory number from 1.
+        The number of planned trajectories, and their checks, by trajectory number from 1.
     asked
         The settings for plans.
     slowing
@@ -97,8 +98,7 @@ class Audit:
     @property
     def refused(self) -> dict[str, int]:
         """
-        Return the number of messages that yielded no state of the arm, by the reason of the
-        refusal.
+        Return the numbers of messages that gave no state of the arm, by reason of the refusal.
         """
         other = (ACCEPTED, NOT_STAMPED, RESETS, NOT_OURS)
         return {reason: n for reason, n in self.counts.items() if n and reason not in other}
@@ -157,7 +157,8 @@ def audit(
     Raises
     ------
     RecordingError
-        No message makes a state of the arm, the file is damaged, or a setting is only for plans.
+        No message gives a state of the arm, the file is damaged, or a setting applies only to
+        plans.
     """
     asked, prefix = settings.plans, settings.estimator.joint_prefix
     if not source.planned and asked.speeds_told:
@@ -213,7 +214,8 @@ def audit(
 def _without_states(
     where: str, estimator: Estimator, ingest: Ingest, heard: tuple[str, ...]
 ) -> RecordingError:
-    # Returns the error that no message makes a state; `where` is the file and its topic.
+    # Returns the error about a recording in which no message gives a state of the arm. `where`
+    # names the file and its topic.
     robot, wanted = estimator.robot, ', '.join(estimator.names)
     if not ingest.counts:
         return RecordingError(f'{where}: has no messages; record it anew', code='empty')
@@ -274,8 +276,8 @@ def _excess(column: Column[np.float64], joint: JointReport, rows: slice) -> Floa
 
 
 def _largest(count: int, values_of: Callable[[slice], Floats]) -> tuple[int, float]:
-    # Returns the first row with the largest value, and this value, ignoring NaN. The value is -inf
-    # if all are NaN.
+    # Returns the first row with the largest value, and the value. NaN is ignored; the value is
+    # -inf if all values are NaN.
     row, largest = 0, -math.inf
     for rows in spans(count):
         values = values_of(rows)

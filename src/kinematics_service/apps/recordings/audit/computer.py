@@ -1,5 +1,5 @@
 """
-Compute the timeline of a recording from its blocks of messages: the kernel runs on batches, the
+Compute the timeline of a recording from its blocks of messages. The kernel runs on batches; the
 rules for warnings run message by message.
 """
 
@@ -21,8 +21,8 @@ from .ingest import Ingest, KnownJoints
 from .judging import Judge
 from .timeline import PublishedWarning, Timeline, TimelineBatch
 
-# Largest number of warnings kept in the timeline. It bounds the memory for an arm that is often
-# near a threshold.
+# Largest number of warnings in the timeline. It bounds the memory if an arm crosses a threshold
+# very often.
 MAX_WARNINGS = 10_000
 
 
@@ -33,7 +33,7 @@ class Computer:
     Parameters
     ----------
     robot, ingest
-        The arm, and the estimator that takes its messages.
+        The arm, and the object that passes the arm's messages through the estimator.
 
     Attributes
     ----------
@@ -49,7 +49,9 @@ class Computer:
         self.timeline = Timeline(robot)
 
     def take(self, block: Block | UnreadableMessage) -> TimelineBatch | None:
-        """Add the states of the next block to the timeline, and return them if there are any."""
+        """
+        Add the states of the next block to the timeline, and return them, or None without states.
+        """
         known = self._ingest.take(block)
         return self._part(known) if len(known) else None
 
@@ -86,8 +88,8 @@ class Computer:
         return batch
 
     def _computable(self, known: KnownJoints) -> KnownJoints:
-        # Removes states that cannot be computed: large positions can cause an overflow, and closed
-        # loops may have no solution.
+        # Removes states that cannot be computed, because large positions cause an overflow, or
+        # because closed loops do not close. Counts them as refused.
         good, refused = np.ones(len(known), dtype=bool), Counter[str]()
         for k in range(len(known)):
             try:
@@ -103,13 +105,13 @@ class Computer:
         return KnownJoints(**columns, timeouts=kept)
 
     def _signs(self, quaternions: Floats, fresh: Flags) -> Floats:
-        # Returns signs (N,): the estimator publishes each quaternion with the sign that is nearer
-        # to the quaternion published before.
+        # Returns the signs (N,) of the published quaternions. The estimator gives each quaternion
+        # the sign that makes it nearer to the quaternion published before.
         before = quaternions[:1] if self._quaternion is None else self._quaternion[None]
         last = np.concatenate([before, quaternions[:-1]])
         dots = np.einsum('ij,ij->i', quaternions, last)
         for k in np.flatnonzero(np.abs(dots) < 1e-9):
-            # near 0 the sign depends on the order of summation: use np.dot, as the estimator does
+            # near 0 the order of summation matters: use np.dot, as the estimator does
             dots[k] = np.dot(quaternions[k], last[k])
         turns = np.where(dots < 0.0, -1.0, 1.0)
         signs = np.cumprod(turns)

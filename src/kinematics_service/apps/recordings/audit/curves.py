@@ -1,5 +1,6 @@
 """
-Thin curves over time to the resolution of a drawing; each column keeps its extreme values.
+Thin curves over time to the resolution of a drawing. Each column of the drawing keeps its extreme
+values.
 """
 
 from collections.abc import Iterable
@@ -13,23 +14,24 @@ from ..readers.block import Flags
 
 # Width of a drawing in its own units.
 WIDTH = 1000
-# Number of columns of a drawing; each column shows the least and the largest value in its time.
+# Number of columns of a drawing. A column shows the least and the largest value in its interval of
+# time.
 COLUMNS = 800
-# If a curve in memory has more points than this, it is thinned.
+# A curve is thinned in memory if it has more points than this.
 MAX_HELD_POINTS = 2**20
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
     """
-    A curve of a chart: name, style (`c0` to `c5`, or `limit`), and points.
+    A curve of a chart, with its name, its style (`c0` to `c5`, or `limit`), and its points.
 
     Attributes
     ----------
     t : shape (M,), s; values : shape (M,)
         The points; all values are finite.
     begins : shape (M,)
-        Whether the line starts again at a point.
+        Whether a new line starts at each point, after an interruption.
     """
 
     name: str
@@ -65,7 +67,8 @@ def curve_of(
     count = held = groups = 0
     for t, values, breaks in pieces:
         known = np.flatnonzero(np.isfinite(values))
-        # A break or an unknown value starts a new group; each group is drawn as a separate line.
+        # Number the groups of points. A break or an unknown value starts a new group; each group
+        # is drawn as a separate line.
         group = groups + np.cumsum(breaks) + np.cumsum(~np.isfinite(values))
         groups = int(group[-1])
         count, held = count + len(known), held + len(known)
@@ -84,12 +87,14 @@ def _joined(drawn: list[tuple[Any, ...]]) -> tuple[Any, ...]:
 
 
 def _thinned(end: float, t: Floats, values: Floats, group: np.ndarray) -> tuple[Any, ...]:  # type: ignore[type-arg]
-    # Pieces may be thinned together again after they were thinned: the kept points do not change.
+    # Returns the points that a drawing needs. A second call keeps all points of the first call, so
+    # thinned pieces may be thinned again.
     column = np.minimum(across(t, end) * (COLUMNS / WIDTH), COLUMNS - 1).astype(np.int64)
     edges = np.flatnonzero(np.diff(column, prepend=-1) | (np.diff(group, prepend=-1) != 0))
     low, high = np.minimum.reduceat(values, edges), np.maximum.reduceat(values, edges)
     counts = np.diff(edges, append=len(values))
-    # In each column keep the first row with the least value, and the first with the largest value.
+    # Keep in each column the first point with the least value, and the first point with the
+    # largest value.
     least = _first_where(values == np.repeat(low, counts), edges)
     largest = _first_where(values == np.repeat(high, counts), edges)
     kept = np.unique(np.concatenate([edges, edges + counts - 1, least, largest]))

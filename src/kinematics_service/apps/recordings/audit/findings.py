@@ -7,8 +7,8 @@ from ....robot.measures import Level
 
 class Finding(NamedTuple):
     """
-    One finding: `level` OK, WARN or ERROR; `code` names the cause of a refusal or of a fault of
-    the file, empty for other findings.
+    One finding of an audit, with its `level` OK, WARN or ERROR. `code` names the cause of a
+    refusal or of a fault of the file; it is empty for other findings.
     """
 
     level: Level

@@ -21,14 +21,14 @@ from ..readers.source import MAX_POSES, PoseTrack
 from .neighbourhoods import Track, joined
 from .timeline import Timeline
 
-# Largest gap between two states across which joint positions are interpolated, in median
-# intervals. It allows for one or two lost messages.
+# Joint positions are interpolated between two states only if the time between the states is at
+# most this many median intervals. Thus one or two messages may be lost.
 GAP_INTERVALS = 3.0
-# Lower bound of the largest gap for interpolation, s.
+# Lower bound of the largest time between two states for interpolation, s.
 MIN_GAP = 0.05
-# Upper bound of the largest gap for interpolation, s.
+# Upper bound of the largest time between two states for interpolation, s.
 MAX_GAP = 0.5
-# Least number of poses with joint positions that a comparison needs.
+# A comparison needs at least this number of poses with joint positions.
 MIN_POSES = 3
 
 
@@ -43,7 +43,7 @@ class FrameSettings(NamedTuple):
     limits
         RMS pose differences, after constant offsets, at which the level is WARN, and ERROR.
     fine
-        RMS pose differences up to which no cause is searched.
+        If the RMS pose differences are at most this, no cause is searched.
     """
 
     gap: float | None = None
@@ -61,8 +61,8 @@ class FrameReport:
     name, frame
         Name of the source, and frame of the poses.
     poses, considered, matched
-        Number of poses; number of evenly spread poses that were considered; and number of these
-        with joint positions at their time.
+        Number of poses, number of evenly spread poses that were considered, and number of
+        considered poses with joint positions at their time.
     unmatched
         Why the other poses have no joint positions, as text; empty if all have them.
     doubts
@@ -115,8 +115,8 @@ def frames_of(
     robot: Robot, track: PoseTrack, timeline: Timeline, settings: FrameSettings
 ) -> FrameReport | NotCompared:
     """
-    Compare the poses of a second source with those of the recording; return the report, or the
-    reason why a comparison is not possible.
+    Compare the poses of a second source with the poses computed from the recording. Return the
+    report, or the reason why a comparison is not possible.
     """
     none = NotCompared(track.name, track.frame, track.total or len(track.stamps), track.refused)
     if track.refused:
@@ -200,8 +200,8 @@ def chosen_poses(track: PoseTrack, found: Track, use: Flags) -> ChosenPoses:
 
 def matched(found: Track, longest: float | None) -> tuple[Flags, str]:
     """
-    Return which poses have joint positions at their time. Also return, as text, why other poses
-    have none.
+    Return whether each pose has joint positions at its time, shape (M,). Return also, as text, why
+    the other poses have none.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ from ..readers.block import Block, Flags, Times, UnreadableMessage
 
 # Runs with fewer messages are not computed as arrays: each message goes through the estimator.
 MIN_RUN = 8
-# Code of each reason why the estimator refuses a message, for JSON.
+# Code for JSON of each reason for which the estimator refuses a message.
 CODES = {
     UNREADABLE: 'unreadable',
     NOT_OURS: 'unknown-name',
@@ -55,8 +55,8 @@ CODES = {
 
 class JointTimeout(NamedTuple):
     """
-    A joint has had no position for the time-out: the node reports STALE at `moment`
-    (ns, time of receipt).
+    A time-out: the joints `missing` had no position for too long, so the node reports STALE at
+    `moment` (ns, time of receipt).
     """
 
     moment: int
@@ -66,7 +66,7 @@ class JointTimeout(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class KnownJoints:
     """
-    The joint positions and velocities that are known after each message that yields a state.
+    The known joint positions and velocities after each message that yields a state.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class KnownJoints:
     fresh : shape (N,)
         Whether the estimator was reset just before the message.
     timeouts : by row
-        The time-out just before a row, by row number.
+        Time-outs, by the number of the row just after the time-out.
     """
 
     messages: Times
@@ -140,10 +140,7 @@ class Ingest:
         return self._estimator.counts
 
     def take(self, block: Block | UnreadableMessage) -> KnownJoints:
-        """
-        Take the next block of messages; return the joint states after each message that yields a
-        state.
-        """
+        """Take the next block of messages, and return the joint states that its messages yield."""
         if isinstance(block, UnreadableMessage):
             self.counts[UNREADABLE] += 1
             self._refused(0, UNREADABLE, 0, block.reason)
@@ -156,8 +153,9 @@ class Ingest:
                 k += 1
                 if accepted and end - k >= MIN_RUN:
                     self._columns(block, k - 1, end - 1)
-                    # Update the memory of the estimator with the last message of the run. Restore
-                    # the counts afterwards, because `_columns` has counted this message already.
+                    # Update the memory of the estimator: pass the last message that `_columns`
+                    # computed through it. Restore the counts, because `_columns` has counted this
+                    # message already.
                     counts = self.counts.copy()
                     self._estimator.accept(block.sample(end - 2))
                     self.counts.clear()
@@ -167,13 +165,14 @@ class Ingest:
         return self._rows.known()
 
     def _refused(self, k: int, reason: str, stamp: int, sentence: str) -> None:
-        # Keeps the first example of each reason; message k of the block yields no state.
+        # Keeps the first refused message of each reason. Message k of the current block was
+        # refused.
         example = RefusedExample(self._message + k, stamp, sentence, CODES[reason])
         self.examples.setdefault(reason, example)
 
     def _runs(self, block: Block) -> Iterator[tuple[int, int]]:
         # Yields begin and end of each run of messages with complete positions and rising stamps.
-        # Any other message is a run of one.
+        # Every other message forms a run of its own.
         count = len(block)
         columns = self._joint_columns(block)
         if columns is None:
@@ -197,7 +196,8 @@ class Ingest:
         return [block.names.index(name) for name in self._names]
 
     def _one(self, block: Block, k: int) -> bool:
-        # Passes message k through the estimator itself, and returns whether it was accepted.
+        # Passes message k of the block through the estimator, and returns whether the estimator
+        # accepted the message.
         estimator, sample = self._estimator, block.sample(k)
         self._started = sample.arrival if self._started is None else self._started
         self._listen(sample.arrival)
@@ -233,8 +233,8 @@ class Ingest:
             self._rows.timeout = JointTimeout(min(moment, arrival), missing)
 
     def _columns(self, block: Block, first: int, end: int) -> None:
-        # Computes messages first + 1 to end - 1 as arrays; the estimator has accepted message
-        # `first`.
+        # Adds the states of messages first + 1 to end - 1, computed as arrays. The estimator has
+        # accepted message `first`.
         settings = self._estimator.settings
         columns = self._joint_columns(block)
         assert columns is not None

@@ -16,10 +16,7 @@ from .timeline import Stretch, Timeline, stretches_of
 
 
 class FactorPassage(NamedTuple):
-    """
-    The least distance (rad) of a named factor from its zero, and the row of this state in the
-    timeline.
-    """
+    """The least distance (rad) to the zero of a named factor, and its row in the timeline."""
 
     name: str
     distance: float
@@ -35,7 +32,8 @@ class Interval(NamedTuple):
     first, last, worst
         Rows of the timeline.
     begin, end : s
-        Time of the first state that is not OK, and of the next state that is OK, or the last.
+        Time of the first state that is not OK, and time of the next OK state, or of the last
+        state.
     level
         The worst level.
     stopped : s
@@ -75,7 +73,8 @@ class Interval(NamedTuple):
 
 def watched_values(robot: Robot, timeline: Timeline, rows: slice) -> Floats:
     """
-    Return the watched measure of the states in `rows`, |det| for the determinant, shape (N,).
+    Return the watched measure of the states in `rows`, shape (N,). For the determinant, return
+    |det|.
     """
     return np.asarray(np.abs(timeline.measures[robot.singularity.thresholds.measure][rows]))
 
@@ -87,8 +86,8 @@ def watched_at(robot: Robot, timeline: Timeline, row: int) -> float:
 
 def badness(robot: Robot, timeline: Timeline, rows: slice) -> Floats:
     """
-    Return the watched measure, with its sign changed if small values are bad, so that larger is
-    worse, shape (N,).
+    Return the watched measure with a sign such that larger values are worse, shape (N,); NaN
+    becomes inf.
     """
     values = watched_values(robot, timeline, rows)
     sign = -1.0 if MEASURES[robot.singularity.thresholds.measure].small_is_bad else 1.0
@@ -112,7 +111,7 @@ def _interval(robot: Robot, timeline: Timeline, run: Stretch) -> Interval:
         rows = slice(first + span.start, first + span.stop)
         t = timeline.t[rows.start : min(rows.stop, until) + 1]
         levels = timeline.levels[rows]
-        # The level of a state holds until the next state.
+        # Compute the times for which the levels hold: each holds until the next state.
         holds = np.diff(t, append=t[-1:])[: len(levels)]
         level = max(level, Level(int(np.max(levels))))
         stopped += float(np.sum(holds[levels == Level.ERROR]))
@@ -161,8 +160,8 @@ def _named(
 
 
 def _pass(robot: Robot, timeline: Timeline, rows: slice, passed: dict[int, FactorPassage]) -> None:
-    # Updates `passed`, the least distance of each factor. Only states at which the factor is the
-    # nearest one count.
+    # Updates `passed`, which has the least distance of each factor. A state counts only for its
+    # nearest factor.
     if not robot.singularity.factors.names:
         return
     distances = timeline.factors[rows]

@@ -17,7 +17,8 @@ from .reported_velocities import INTERVAL_FACTOR, VelocityCheck, velocity_check
 from .stream import steps_of
 from .timeline import Timeline
 
-# A position is at its limit if the distance to the limit is at most this (rad, m).
+# A joint is at its limit if its distance to the limit is less than this: rad for revolute joints,
+# m for prismatic joints.
 LIMIT_MARGIN = (math.radians(0.5), 1e-3)
 # If a position is beyond its limit by more than this (rad), the positions may be in degrees.
 DEGREES_BEYOND = math.tau
@@ -26,10 +27,7 @@ MAX_JUMPS = 100
 
 
 class Jump(NamedTuple):
-    """
-    A step of a joint (rad, m) that the joint's speed does not explain; `row` is the state after
-    the step.
-    """
+    """A step of a joint (rad, m) that is too large for its speed; `row` is the state after it."""
 
     row: int
     joint: str
@@ -48,11 +46,11 @@ class JointReport(NamedTuple):
     lower, upper
         Limits of the position; infinite without limits.
     beyond, touching
-        Number of states beyond a limit, and at a limit.
+        Number of states in which the joint is beyond a limit, and at a limit.
     worst_beyond
         Largest distance beyond a limit.
     fastest, velocity_limit, too_fast
-        Largest known speed, the limit of the speed, and the number of states above this limit.
+        Largest known speed, limit of the speed, and number of states with a speed above the limit.
     check
         Check of the reported velocities; None without them, or if the joint moves less than the
         noise of its positions.

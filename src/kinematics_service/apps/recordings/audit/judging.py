@@ -16,9 +16,9 @@ Levels = npt.NDArray[np.int8]
 
 class Judged(NamedTuple):
     """
-    Levels (N,) with hysteresis, and the rows of states with a warning.
+    Levels (N,) of states, with hysteresis, and the row numbers of states with a warning.
 
-    `timeouts` has pairs: a time-out with a warning, and the row of the next state.
+    `timeouts` has pairs: the row of a state, and the time-out just before it that gave a warning.
     """
 
     levels: Levels
@@ -28,21 +28,18 @@ class Judged(NamedTuple):
 
 @dataclass
 class Judge:
-    """Judges states in order, with the alarm of the node as memory."""
+    """Judges states in the order of time. It remembers the last level and warning in `alarm`."""
 
     thresholds: Thresholds
     alarm: Alarm = Alarm()
 
     def judge(self, known: KnownJoints, singularity: Singularities) -> Judged:
-        """
-        Return levels and warnings of the next states, and the warnings about time-outs before
-        them.
-        """
+        """Return levels and warnings of the next states, and the time-outs that give a warning."""
         directions, factors = singularity.lost_direction, singularity.factors
         nearest = None if factors is None else np.argmin(factors.estimates, axis=1)
         values = np.abs(getattr(singularity, self.thresholds.measure))
-        # Start from the levels without hysteresis, which already contain the check for nearly
-        # singular poses.
+        # Start from the levels without hysteresis. They include the check for nearly singular
+        # poses.
         levels = np.array(singularity.level, dtype=np.int8)
         judged = Judged(levels, [], [])
         for k, alone in enumerate(levels.tolist()):
@@ -50,7 +47,7 @@ class Judge:
                 timeout = known.timeouts[k]
                 self.alarm, say = self.alarm.step(Level.STALE, None, timeout.moment)
                 judged.timeouts.extend([(k, timeout)] if say else [])
-            # Skip a state if the level stays OK: then neither level nor warnings change.
+            # Skip a state if its level is OK and the last level was OK, because nothing changes.
             if alone == self.alarm.level == Level.OK and self.alarm.last is not None:
                 continue
             level = self.thresholds.level(float(values[k]), self.alarm.level)

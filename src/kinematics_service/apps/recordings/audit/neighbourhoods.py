@@ -18,8 +18,8 @@ from ..readers.columns import spans
 from ..readers.source import MAX_POSES, PoseTrack
 from .reported_velocities import MotionColumns
 
-# States within this time (ns) before and after a pose are kept. It covers the largest time lag
-# that the frame check tries.
+# States are kept in memory if they are within this time (ns) of a pose. The time covers the
+# largest time lag that the frame check tries.
 WINDOW_AROUND_POSES = round((REACH + 2.0 * WINDOW) * 1e9)
 
 
@@ -30,9 +30,10 @@ class Track(NamedTuple):
     Attributes
     ----------
     poses, stamps, t : shape (M,)
-        Rows of the pose track; stamps, ns; times, s since the first state.
+        The poses by their rows in the pose track, their stamps (ns), and their times (s since the
+        first state).
     q : shape (M, n), rad or m
-        Joint positions, NaN without joint positions.
+        Joint positions at the times of the poses, NaN if they are unknown.
     gaps : shape (M,), s
         Time between the joint states around each pose; 0 if a joint state has the row or the stamp
         of the pose.
@@ -59,8 +60,9 @@ def joined(robot: Robot, track: PoseTrack, states: MotionColumns) -> Track:
     """
     Return the poses of a second source with the joint positions of a recording.
 
-    If each pose has its own joint positions, poses are taken at even steps. Otherwise every second
-    pose is dropped, until at most 2 `MAX_POSES` are within the time of the recording.
+    If each pose has its own joint positions, at most `MAX_POSES` poses are taken at even steps.
+    Otherwise every second pose is dropped, until at most 2 `MAX_POSES` poses are within the time
+    of the recording.
     """
     order = np.argsort(track.stamps, kind='stable')
     if track.q is not None and len(order):
@@ -93,8 +95,8 @@ def joined(robot: Robot, track: PoseTrack, states: MotionColumns) -> Track:
 
 
 def _around(states: MotionColumns, at: Times) -> Iterator[tuple[Times, Floats, Floats]]:
-    # Yields stamps, times and joint positions of the states near the times `at`. An interval
-    # between two states is kept, with both states, if it meets the window around a time. The last
+    # Yields stamps, times and joint positions of the states near the times `at`. Two successive
+    # states are kept if the interval between them meets the window around a time of `at`. The last
     # state of a piece is passed on to the next piece.
     begins, ends = at - WINDOW_AROUND_POSES, at + WINDOW_AROUND_POSES
     none = slice(0, 0)
@@ -119,9 +121,9 @@ def _around(states: MotionColumns, at: Times) -> Iterator[tuple[Times, Floats, F
 
 
 def _between(robot: Robot, stamps: Times, q: Floats, at: Times) -> tuple[Floats, Floats]:
-    # Returns joint positions (M, n), interpolated linearly between the states around each time.
-    # Returns also the time (s) between these two states, which is 0 if a state has exactly this
-    # stamp.
+    # Returns joint positions (M, n) at the times `at`, interpolated linearly between the states
+    # before and after. Returns also the time (s) between these two states; it is 0 if a state has
+    # exactly the stamp.
     right = np.clip(np.searchsorted(stamps, at), 0, len(stamps) - 1)
     left = np.where(stamps[right] == at, right, np.maximum(right - 1, 0))
     gaps = np.asarray((stamps[right] - stamps[left]) * 1e-9, dtype=np.float64)

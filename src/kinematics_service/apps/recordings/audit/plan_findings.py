@@ -16,8 +16,8 @@ from ..plans.verdicts import PlanMoment, PlanSingularity, PlanSpeed
 from .auditing import Audit
 from .findings import Finding, seconds
 
-# Largest number of findings on trajectories that are not proved; further trajectories are only
-# counted.
+# Largest number of trajectories with a finding of their own if they are not proved. Further
+# trajectories are only counted.
 MAX_SENTENCES = 3
 # A factor is reported as zero at a singular pose if its distance from zero (rad) is below this.
 ZERO_TOLERANCE = 1e-6
@@ -42,8 +42,7 @@ def _rounded(value: float, way: Callable[[float], int]) -> float:
 
 def joints_refuted(audit: Audit, what: Literal['limits', 'speed']) -> list[str]:
     """
-    Return the names of joints for which a plan is refuted: beyond their limits, or above their
-    speed limits.
+    Return the names of the joints that exceed their position limits, or speed limits, in a plan.
     """
     joints = [joint for plan in audit.plans.values() for joint in plan.joints]
     return [joint.name for joint in joints if getattr(joint, what) == 'refuted']
@@ -57,7 +56,7 @@ def plan_findings(audit: Audit) -> list[Finding]:
 
 
 def _closures(audit: Audit) -> Iterator[Finding]:
-    # Yields a finding on whether the closed loops of the arm close along the plans.
+    # Yields a finding for each plan on whether the closed loops of the arm close along the plan.
     for number, plan in audit.plans.items():
         closure, where = plan.closure, _where(audit, number)
         if closure is None:
@@ -80,7 +79,8 @@ def _where(audit: Audit, number: int) -> str:
 
 
 def _of_those_checked(audit: Audit) -> str:
-    # Returns words that limit a proof to the checked trajectories, if some were not checked.
+    # Returns the begin of a sentence that limits a proof to the checked trajectories; '' if all
+    # were checked.
     if len(audit.plans) == audit.trajectories:
         return ''
     return f'Of {len(audit.plans):,} of {audit.trajectories:,} trajectories: '
@@ -108,7 +108,8 @@ def _singular(audit: Audit) -> list[Finding]:
 
 
 def _named(robot: Robot, found: PlanSingularity) -> str:
-    # Returns the named factors that vanish at the singular pose.
+    # Returns, as text, the names of the factors that are 0 at the singular pose nearest to the
+    # plan.
     if found.nearest_singular is None or not robot.singularity.factors.names:
         return ''
     # for an arm with loops, name only the loop whose equations are singular

@@ -14,8 +14,8 @@ from ..plans.verdicts import PlanCheck
 from ..readers.between_points import PlannedTrajectory
 from ..readers.source import RecordingSource, Remark
 
-# Half of the last printed digit of an angle, degrees. If the motion left after full turns is
-# smaller, the joint is reported to end where it was.
+# Half of the last printed digit of an angle, degrees. If a motion differs from full turns by less,
+# the remark says that the joint ends where it was.
 TURN_RESOLUTION = 0.05
 
 
@@ -30,7 +30,7 @@ class PlanSettings(NamedTuple):
     speed_limit
         Largest allowed speed, m/s; None without a limit.
     speed_of
-        Points besides the tool.
+        Points, besides the tool, whose speed is bounded.
     """
 
     distance: float | None = None
@@ -51,8 +51,8 @@ def checks_of(
     progress: Callable[[int], None] = lambda plans: None,
 ) -> dict[int, PlanCheck]:
     """
-    Return the checks of the trajectories in a file, by trajectory number from 1. A trajectory that
-    cannot be checked gives a remark.
+    Return the checks of the trajectories in a file, by trajectory number from 1. If a trajectory
+    cannot be checked, add a remark to the source.
     """
     checks = {}
     for number, plan in enumerate(source.plans, 1):
@@ -73,7 +73,8 @@ def checks_of(
 def _full_turns(
     robot: Robot, plan: PlannedTrajectory, prefix: str, which: str
 ) -> Iterator[Remark]:
-    # Yields a remark for each joint that could move by full turns less and stay within its limits.
+    # Yields a remark for each joint that moves by unnecessary full turns: without them it would
+    # reach an equal pose within its limits.
     for j, name in enumerate(robot.joint_names):
         q = plan.positions[:, plan.names.index(prefix + name)]
         sides = np.flatnonzero(np.diff(np.sign(np.diff(q)))) + 1

@@ -1,5 +1,5 @@
 """
-Write T, J and the determinant as source code; common parts are computed once, lengths are
+Write T, J and the determinant as source code. Common parts are computed once, and lengths are
 parameters.
 """
 
@@ -24,7 +24,8 @@ def code_of(derivation: Derivation, language: str) -> str:
 def _functions(
     derivation: Derivation,
 ) -> Iterator[tuple[str, list[tuple[sympy.Symbol, sympy.Expr]], sympy.Expr | sympy.Matrix]]:
-    # Yield for each function its name, the common parts that it computes first, and its result.
+    # Yield the name of each function, the common subexpressions (symbol, expression) that the
+    # function computes first, and the expression that it returns.
     found = {'pose': derivation.T, 'jacobian': derivation.jacobian}
     if derivation.determinant is not None:
         name = 'determinant' if derivation.singular_set.determinant.square else 'manipulability'
@@ -35,7 +36,8 @@ def _functions(
 
 
 def _argument(derivation: Derivation) -> str:
-    # The name of the joint positions, which no joint variable may have in C and JavaScript.
+    # Return the name of the joint positions argument. In C and JavaScript it must differ from the
+    # names of the joint variables.
     return 'joint_positions' if 'q' in {v.name for v in derivation.variables} else 'q'
 
 

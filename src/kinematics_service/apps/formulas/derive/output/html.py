@@ -24,14 +24,14 @@ class DecimalMathMLPrinter(MathMLPresentationPrinter):  # type: ignore[misc]
         return super()._print_Rational(expr) if text is None else self._element('mn', text)
 
     def _print_Mul(self, expr: Any) -> Any:
-        # Sympy would write -(a + b) as -a + b, so add the brackets.
+        # Add the brackets of -(a + b), because sympy would write -a + b.
         coefficient, rest = expr.as_coeff_Mul()
         if coefficient == -1 and rest.is_Add:
             return self._element('mrow', self._operator('-'), self._bracketed(rest))
         return super()._print_Mul(expr)
 
     def _print_Add(self, expr: Any, order: Any = None) -> Any:
-        # Sympy would write a - (b + c) as a - b + c, so add the brackets.
+        # Add the brackets of a - (b + c), because sympy would write a - b + c.
         parts = []
         for k, term in enumerate(self._as_ordered_terms(expr, order=order)):
             negative = term.could_extract_minus_sign()
@@ -70,8 +70,8 @@ class DecimalMathMLPrinter(MathMLPresentationPrinter):  # type: ignore[misc]
                 node.removeAttribute(name)
 
     def _print_MatrixBase(self, m: Any) -> Any:
-        # The style sheet draws the brackets of matrices: few systems have a font with growing
-        # brackets.
+        # Let the style sheet draw the brackets of matrices, because few systems have a font with
+        # growing brackets.
         rows = [[self._element('mtd', self._print(entry)) for entry in row] for row in m.tolist()]
         table = self._element('mtable', *(self._element('mtr', *row) for row in rows))
         table.setAttribute('class', 'matrix')
@@ -108,8 +108,8 @@ def mathml(expression: sympy.Expr | sympy.Matrix) -> str:
 
 
 def _as_written(markup: str) -> str:
-    # Make formulas look equal with and without a mathematical font. Brackets get the height of a
-    # letter, letters become italic, words upright, and a minus as long as a plus.
+    # Mark up formulas so that they look equal with and without a mathematical font: brackets as
+    # high as a letter, italic letters, upright words, and a minus as long as a plus.
     markup = re.sub(r'<mo>([()])</mo>', r'<mo stretchy="false">\1</mo>', markup)
     markup = re.sub(r'<mi>(&\w+;|[^<\d])</mi>', r'<mi class="letter">\1</mi>', markup)
     markup = re.sub(r'<mi>([^<\d][^<]*)</mi>', r'<mi class="word">\1</mi>', markup)

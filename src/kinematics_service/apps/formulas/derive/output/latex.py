@@ -8,7 +8,8 @@ from sympy.printing.latex import LatexPrinter
 from ..file_factors import decimal
 from .report import Block, Equation, Heading
 
-# The preamble shrinks wide matrices to the line: one column of a six-joint Jacobian can fill it.
+# The preamble shrinks matrices that are wider than the line, because one column of a six-joint
+# Jacobian can fill a line.
 PREAMBLE = r"""\documentclass{article}
 \usepackage{amsmath,graphicx}
 \usepackage[landscape,margin=15mm]{geometry}

@@ -3,7 +3,7 @@
 from ..derivation import Derivation
 from .latex import formula
 
-# Maximum number of LaTeX characters of a formula, about a page; longer formulas are named, not
+# Maximum number of LaTeX characters of a formula, about a page. A longer formula is named, not
 # shown.
 MAX_CHARACTERS = 2_000
 

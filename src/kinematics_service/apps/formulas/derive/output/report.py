@@ -13,7 +13,7 @@ from ..family import Family
 from ..path import Path
 from ..singular_set import FamilyCrossing, SingularFactor
 
-# An expression with more operations than this is named, not printed again inside a sentence.
+# A sentence names an expression with more operations than this, and does not print it.
 LONG_EXPRESSION_OPERATIONS = 60
 
 
@@ -42,9 +42,9 @@ class Equation:
     right: sympy.Expr | sympy.Matrix
 
 
-# Text after a statement that is not proved for the whole family.
+# Text that follows a statement if the statement is not proved for the whole family.
 SAMPLED = ' (at sampled poses)'
-# Text for whether a crossing is inside the joint limits (True, False, or None if unknown).
+# Texts that say whether a crossing is inside the joint limits; the key None means unknown.
 IN_BRACKETS = {
     True: '',
     False: ' (outside the joint limits)',
@@ -70,9 +70,10 @@ def report_of(
     frame
         Axes of the Jacobian: `base` (default), `tool`, or the number of a frame.
     path
-        A path q(t); if given, the tool's velocity along it is reported, too.
+        A path q(t). If it is given, the report has the tool's velocity along the path.
     span : s
-        Start and end of the time in which crossings of singular sets are searched.
+        Start and end of the time in which crossings of the path with the singular set are
+        searched.
     """
     blocks = [*_frames(derivation), *_loops(derivation)]
     blocks += _jacobian(derivation, frame or 'base')
@@ -123,7 +124,8 @@ def _frames(derivation: Derivation) -> Iterator[Block]:
 
 
 def _once(matrices: Sequence[tuple[str, sympy.Matrix]]) -> Iterator[Block]:
-    # Yield each matrix once: a matrix equal to the identity or to an earlier one is only named.
+    # Yield each matrix once. If a matrix equals the identity or an earlier matrix, yield a
+    # sentence that says so.
     shown: dict[sympy.Matrix, str] = {sympy.ImmutableMatrix(sympy.eye(4)): 'the identity'}
     for left, matrix in matrices:
         known = shown.setdefault(sympy.ImmutableMatrix(matrix), left)
@@ -230,7 +232,8 @@ def _determinant(derivation: Derivation) -> Iterator[Block]:
 
 
 def _in_both(derivation: Derivation, left: str, expression: sympy.Expr) -> Iterator[Block]:
-    # Write the expression in the angles theta, and again in the joint variables if these differ.
+    # Write the expression in the angles theta. If theta differs from the joint variable q, write
+    # it also in q.
     in_angles = derivation.in_angles(expression)
     yield Equation(left, in_angles)
     if in_angles != expression:

@@ -8,13 +8,15 @@ import sympy
 from ..file_factors import DecimalPrinter
 from .report import Block, Equation, Heading
 
-# Maximum number of characters in a row of a matrix; a wider matrix is printed entry by entry.
+# Maximum number of characters in a row of a matrix. A wider matrix is printed entry by entry.
 MAX_WIDTH = 150
 COLUMN_GAP = 3  # spaces between two columns of a matrix
 
 
 def text_of(blocks: Sequence[Block]) -> str:
-    """Return blocks as plain text; matrices in columns, or entry by entry if they are too wide."""
+    """
+    Return blocks as plain text. Matrices have columns; wide matrices are written entry by entry.
+    """
     lines: list[str] = []
     for block in blocks:
         if isinstance(block, Heading):

@@ -1,7 +1,4 @@
-"""
-Detect missing, repeated and outlying frames of a motion from the steps of the joints between
-frames.
-"""
+"""Detect missing, repeated and outlying frames of a motion from the joint steps between frames."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -13,27 +10,28 @@ from .....robot.measures import Level
 from .....typography import counted
 from ..findings import Finding
 
-# A step over missing frames is nearly an integer multiple of the mean of its neighbour steps. This
-# is the largest difference from a multiple, as a ratio of the mean.
+# A step over missing frames is nearly an integer multiple of the mean of its neighbour steps. Its
+# size, divided by this mean, differs from an integer by less than this.
 MULTIPLE_TOLERANCE = 0.25
-# Largest multiple that a step over missing frames may have.
+# A step over missing frames is less than this many times the mean of its neighbour steps.
 MAX_MULTIPLE = 6.0
 # Least cosine between a step over missing frames and its neighbour steps. It excludes sudden fast
 # steps, such as those in a person's motion.
 MIN_COSINE = 0.97
-# Largest difference between successive steps around missing frames, relative to their size. The
-# motion must be even there, or a large step proves nothing.
+# Largest difference between the neighbour steps of missing frames, relative to their size. The
+# motion around missing frames must be even, because in an uneven motion a large step proves
+# nothing.
 STEP_TOLERANCE = 0.4
 # A step is examined only if it is at least this many times the noise.
 MOTION_TO_NOISE = 6.0
-# Least ratio of an outlier to the noise. An outlier is measured as the distance of a frame from
-# the mean of the frames before and after it.
+# Least ratio of the size of an outlier to the noise. The size is the distance of a frame from the
+# mean of the frames before and after it.
 OUTLIER_TO_NOISE = 25.0
 # Least size (rad or m) of an outlier.
 MIN_OUTLIER = 0.02
 # Least ratio of an outlier's size to the distance between the frames before and after it.
 OUTLIER_TO_STEP = 3.0
-# With fewer steps the noise cannot be estimated, and no frame is reported.
+# If a motion has fewer steps, the noise cannot be estimated, so no frame is reported.
 MIN_STEPS = 12
 
 
@@ -63,8 +61,8 @@ def breaks_of(q: Floats) -> Breaks:
     before, own, after = steps[:-2], steps[1:-1], steps[2:]
     first, size, last = (np.linalg.norm(one, axis=1) for one in (before, own, after))
     around = 0.5 * (first + last)
-    # Estimate the noise: in smooth motion a step differs from the mean of its two neighbour steps
-    # by noise only.
+    # Estimate the noise by the median difference between a step and the mean of its two neighbour
+    # steps, because in smooth motion only noise causes this difference.
     noise = float(np.median(np.linalg.norm(own - 0.5 * (before + after), axis=1)))
     with np.errstate(invalid='ignore', divide='ignore'):
         cosine = np.sum(own * (before + after), axis=1) / (2.0 * size * around)
@@ -74,7 +72,7 @@ def breaks_of(q: Floats) -> Breaks:
     changes = np.linalg.norm(np.diff(steps, axis=0), axis=1)
     near = STEP_TOLERANCE * around + 2.0 * noise
     alike = np.linalg.norm(after - before, axis=1) < near
-    alike[:1] = alike[-1:] = False  # the first and the last of these steps lack a neighbour
+    alike[:1] = alike[-1:] = False  # no step before, or after, the neighbour steps
     alike[1:-1] &= np.maximum(changes[:-3], changes[3:]) < near[1:-1]
     whole = (
         (times > 1.5)

@@ -27,8 +27,7 @@ NUMBER = re.compile(r'[-+]?\d[\d.,]*(?:e[-+]?\d+)?')
 
 class Kind(NamedTuple):
     """
-    A kind of finding, with the same text except for numbers: number of episodes, and first
-    finding.
+    Findings whose texts differ only in numbers: the number of episodes, and the first finding.
     """
 
     level: Level
@@ -64,7 +63,7 @@ class DatasetReport(NamedTuple):
     @property
     def taken(self) -> list[str]:
         """
-        Return the assumptions about joint columns; they were made if no option names the columns.
+        Return the assumptions about joint columns that were made because no option names them.
         """
         texts = dict.fromkeys(text for row in self.rows for _, text, _ in row.findings)
         return [text for text in texts if TAKEN in text]

@@ -13,13 +13,14 @@ from .episode_audit import EpisodeBatch, EpisodeRow, EpisodeWork, rows_of_batch
 MAX_BATCH_FRAMES = 2**16
 # Largest number of episodes in a batch.
 MAX_BATCH_EPISODES = 64
-# Approximate number of episodes in which the cause of a small pose difference is searched. The
-# search is slow, and a few episodes suffice because a small mistake affects the whole dataset.
+# The cause of a small pose difference is searched in about this number of episodes. The search is
+# slow, and these episodes suffice because a small mistake affects the whole dataset.
 SEARCHED_EPISODES = 200
-# In a dataset with more episodes, the cause of a large pose difference is searched in few episodes
-# of a batch, because most episodes have the same cause.
+# A dataset with more episodes is large. The cause of a large pose difference is then searched only
+# in the first episodes of a batch, because most episodes have equal causes.
 LARGE_DATASET = 2000
-# Number of episodes in a batch of a large dataset in which this cause is searched.
+# Number of episodes in a batch of a large dataset in which the cause of a large pose difference is
+# searched.
 SEARCHED_OF_BATCH = 2
 
 

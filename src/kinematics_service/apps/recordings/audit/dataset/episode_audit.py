@@ -33,14 +33,16 @@ from ..verdict import verdict_of
 from .continuity import break_findings
 from .labels import labels_of_arms
 
-# Offset (m) above which the poses are reported to be in another base frame than the robot file's.
+# If the base offset of the poses exceeds this (m), a finding says that the poses have another base
+# frame than the robot file.
 BASE_TOLERANCE = 0.01
-# Rotation (rad) above which the poses are reported to be in another base frame.
+# If the base offset of the poses has a rotation above this (rad), a finding says that the poses
+# have another base frame.
 BASE_ANGLE_TOLERANCE = 0.02
-# Limit that accepts every pose difference, so that no cause is searched.
+# Limit that every pose difference meets, so that no cause is searched.
 ANY_REMAINDER = PoseLimit(math.inf, math.inf)
 
-# Recordings that combine the poses of one arm with the joints of another arm; each has the label
+# Recordings that combine the poses of one arm with the joints of another arm, each with the label
 # of the other arm.
 Crossed = Sequence[tuple[str, RecordingSource]]
 
@@ -110,7 +112,7 @@ class EpisodeBatch(NamedTuple):
     Episodes for one process, mostly of one file.
 
     `sought` selects the episodes in which the cause of a small pose difference is searched. The
-    cause of a large difference is searched in the first `most` episodes whose poses disagree.
+    cause of a large pose difference is searched in the first `most` episodes whose poses disagree.
     """
 
     work: EpisodeWork
@@ -120,7 +122,9 @@ class EpisodeBatch(NamedTuple):
 
 
 def rows_of_batch(batch: EpisodeBatch) -> list[list[EpisodeRow]]:
-    """Return the table rows of each episode; an unreadable episode gives a row with an error."""
+    """
+    Return the rows of the result table for each episode; an unreadable episode gives an error row.
+    """
     frames, found, left = batch.work.settings.frames, [], batch.most
     for episode, sought in zip(batch.episodes, batch.sought):
         fine = frames.fine if sought else frames.limits.warn if left > 0 else ANY_REMAINDER
@@ -169,7 +173,8 @@ def _row(
         ]
         if work.settings.frames.fine != ANY_REMAINDER:
             found += _frames(finished, finished.frames, source, crossed)
-    # Sort only by level: among findings of one level, causes stay before their effects.
+    # Sort findings only by level, and keep their order within a level, because causes precede
+    # their effects.
     found = sorted([*found, *verdict_of(finished).sentences], key=lambda one: -one.level)
     failed, end = failed_by(finished, work.failures), finished.timeline.end
     return EpisodeRow(
@@ -178,7 +183,8 @@ def _row(
 
 
 def _rows_at_fault(finished: Audit) -> Iterator[Finding]:
-    # A recording usually has a few messages without a state; in a dataset each of them is a fault.
+    # Report every message without a state. A few are usual in a recording, but in a dataset each
+    # is a fault.
     if refused := dict(finished.refused):
         reasons = ', '.join(f'{reason} ({number:,})' for reason, number in refused.items())
         text = f'{counted(sum(refused.values()), "frame")} without a pose: {reasons}.'
@@ -194,8 +200,8 @@ def _rows_at_fault(finished: Audit) -> Iterator[Finding]:
 def _breaks(finished: Audit) -> Iterator[Finding]:
     timeline = finished.timeline
     stamps = np.diff(timeline.stamps[:])
-    # If the stamps have gaps, a separate finding reports them, so skip the search for missing
-    # frames.
+    # Search for missing frames only if the stamps have no gaps, because another finding reports
+    # gaps.
     if len(stamps) and np.max(stamps) < 1.5 * np.median(stamps):
         q = timeline.q[:]
         wraps = np.array(finished.robot.continuous)
@@ -236,7 +242,8 @@ def _base(report: FrameReport) -> Iterator[Finding]:
 def _others(
     finished: Audit, report: FrameReport, track: PoseTrack, crossed: Crossed
 ) -> Iterator[Finding]:
-    # Yields a finding if the poses belong to another arm of the dataset or to another model.
+    # Yields a finding if the poses fit the joints of another arm of the dataset, or another robot
+    # model.
     if track.q is None:
         return
     robot, own, limit = finished.robot, report.diagnosis.errors, report.limits.warn

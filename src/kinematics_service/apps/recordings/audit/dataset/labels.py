@@ -1,4 +1,7 @@
-"""Label the rows of a table with the distance to singular poses and the branch of the arm."""
+"""
+Label the rows of a table with the distance to singular poses, the branch of the arm, and other
+measures.
+"""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -25,9 +28,11 @@ from ...readers.stamp_format import StampFormat
 if TYPE_CHECKING:
     import pyarrow as pa
 
-# Name of an optional label: the proved radius without singular poses. It is slow to compute.
+# Name of an optional label: the proved radius without singular poses. The label is optional
+# because it is slow to compute.
 CLEARANCE = 'clearance'
-# Largest number of factors: their signs are the bits of one int32.
+# Largest number of factors whose signs become a label, because the signs are the bits of one
+# int32.
 MAX_FACTORS = 31
 
 
@@ -66,7 +71,8 @@ def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> 'dict[str, pa
 
     good = np.all(np.isfinite(q), axis=1)
     good[good] = closes_at(robot.chain, q[good])
-    # Evaluate the rows in order: most rows continue the motion of the row before.
+    # Evaluate the rows in order, because the search for the nearest singular pose starts from the
+    # result of the row before.
     state = evaluate(robot, q[good])
     known = singularity_of(measured_in_order(state, NearestSearch(robot.singularity.arm)))
     rows = pa.array(np.cumsum(good) - 1, mask=~good)
@@ -77,8 +83,8 @@ def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> 'dict[str, pa
         values = np.asarray(label(known))
         array = pa.array(values.reshape(-1))
         if values.ndim > 1:
-            # Store lists of variable size: most versions of pyarrow cannot write or read lists of
-            # fixed size with null.
+            # Store lists of variable size, because most versions of pyarrow cannot write or read
+            # null in lists of fixed size.
             ends = values.shape[1] * np.arange(len(values) + 1, dtype=np.int32)
             array = pa.ListArray.from_arrays(ends, array)
         labels[name] = array.take(rows)

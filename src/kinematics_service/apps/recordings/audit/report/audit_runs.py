@@ -1,4 +1,4 @@
-"""Audit recordings one by one, by processes of this machine, or by a dask cluster."""
+"""Audit recordings in this process, in several processes, or on a dask cluster."""
 
 import multiprocessing
 import os
@@ -67,7 +67,7 @@ class Run:
 
 
 class Outcome(NamedTuple):
-    """The result of an audit, and an error sentence, which is empty without an error."""
+    """The result of an audit. Its error sentence is empty if no error occurred."""
 
     error: str
     summary: Summary | None = None
@@ -106,14 +106,14 @@ def _audited(run: Run, bar: Bar) -> Audit:
 
 def failed_by(finished: Audit, wanted: tuple[str, ...] | None) -> bool:
     """
-    Return whether the findings fail an audit. `wanted` names the findings that fail; None means
-    the defaults for a recording or a plan.
+    Return whether an audit fails. `wanted` names the findings with which it fails; None means the
+    defaults for a recording or a plan.
     """
     wanted = wanted or _usual_failures(finished)
     worst = max((interval.level for interval in finished.intervals), default=Level.OK)
     frames = finished.frames
     plans = finished.plans.values()
-    # Treat a loop that does not close like a singular pose: the motion ends at both.
+    # Treat a loop that does not close like a singular pose, because the motion ends at both.
     poses = [one.verdict for plan in plans for one in (plan.singularity, plan.closure) if one]
     speeds = [speed.verdict for plan in plans for speed in plan.speeds]
     near = 'refuted' in poses
@@ -126,10 +126,11 @@ def failed_by(finished: Audit, wanted: tuple[str, ...] | None) -> bool:
         'limits': bool(beyond) or any(joint.beyond for joint in finished.joints),
         'speed': fast or any(joint.too_fast for joint in finished.joints),
         'undecided': 'not decided' in (*poses, *speeds),
-        # Fail also if a second source of poses is missing or could not be compared.
+        # With `frames`, fail also if a second source of poses is missing or could not be compared.
         'frames': not isinstance(frames, FrameReport) or frames.level == Level.ERROR,
     }
-    # Fail on refused samples of a plan and on damaged files, because these were not judged.
+    # Fail on refused samples of a plan and on damaged files, because not all of their content was
+    # judged.
     unjudged = finished.damaged or (finished.planned and bool(finished.refused))
     return (unjudged and wanted != ('never',)) or any(met[word] for word in wanted)
 
@@ -169,8 +170,8 @@ def spread(
     function: Callable[[Item], Result], items: Sequence[Item], jobs: int, workers: str | None
 ) -> Iterator[Result]:
     """
-    Yield the result of a function for each item, in order. Processes or a dask cluster compute the
-    results.
+    Yield the result of a function for each item, in order. `jobs` processes, or a dask cluster,
+    compute the results.
     """
     if workers is not None:
         yield from results_of_workers(function, items, workers)

@@ -1,8 +1,8 @@
 """
 Write the topics that a node would have published as an MCAP file, without ROS.
 
-The messages of a topic differ only in stamps and numbers. So one message is serialized, and its
-copies are filled with these.
+The messages of a topic differ only in stamps and numbers. So one message is serialized, and copies
+of its bytes are filled with stamps and numbers.
 """
 
 from collections import defaultdict
@@ -41,8 +41,8 @@ class _BagTopic(NamedTuple):
 
     def filled(self, numbers: Floats, stamps: Times) -> np.ndarray:  # type: ignore[type-arg]
         """
-        Return the bytes of N messages, shape (N, length), filled with numbers (N, k) and stamps
-        (N,), ns.
+        Return the bytes of N messages of the topic, shape (N, length), filled with numbers (N, k)
+        and stamps (N,), ns.
         """
         table = np.tile(np.frombuffer(self.raw, dtype=np.uint8), (len(numbers), 1))
         data = np.ascontiguousarray(numbers, dtype='<f8').view(np.uint8)
@@ -61,7 +61,7 @@ def _bytes(values: Times, kind: str) -> np.ndarray:  # type: ignore[type-arg]
 @contextmanager
 def open_writer(file: Path, robot: Robot, joint_prefix: str) -> Iterator['BagWriter']:
     """
-    Open a new MCAP file to write messages; after an error the file does not exist.
+    Open a new MCAP file for messages. If an error occurs, no file remains.
 
     Raises
     ------
@@ -86,7 +86,9 @@ def open_writer(file: Path, robot: Robot, joint_prefix: str) -> Iterator['BagWri
 
 
 class BagWriter:
-    """Write batches of states as messages, in the order of the node."""
+    """
+    Writes the messages that the node would publish for batches of states, in the node's order.
+    """
 
     def __init__(self, writer: 'Writer', robot: Robot, joint_prefix: str) -> None:
         from rosbags.typesys import Stores, get_typestore
@@ -137,7 +139,7 @@ class BagWriter:
         for k, arrival in enumerate(known.arrivals.tolist()):
             own = warnings[k]
             while own and own[0].moment < arrival:
-                self._warn(*own.pop(0)[1:])  # a time-out detected before this joint state
+                self._warn(*own.pop(0)[1:])  # time-out before the joint state
             for connection, data, size, there in columns:
                 if there[k]:
                     self._writer.write(connection, arrival, data[k * size : (k + 1) * size])
@@ -162,8 +164,8 @@ class BagWriter:
         )
 
     def _add(self, name: str, kind: str, numbers: int, *texts: str) -> _BagTopic:
-        # Adds a topic. Its message begins with a stamp and the texts, if texts are given; numbers
-        # follow.
+        # Adds a topic whose messages end with numbers. If texts are given, the messages begin with
+        # a stamp and these texts.
         writer = CdrWriter()
         if texts:
             writer.room(WHOLE, 2)
@@ -180,7 +182,7 @@ class BagWriter:
             writer.text(label)
             writer.whole(size)
             writer.whole(stride)
-        writer.whole(0)  # the field data_offset of the array layout
+        writer.whole(0)  # field data_offset of the array layout
         writer.whole(6 * n)
         return self._filling('jacobian', 'std_msgs/msg/Float64MultiArray', writer, 6 * n, False)
 

@@ -1,7 +1,7 @@
 """
 Draw curves over time as SVG.
 
-The drawing stretches to any width; its labels are HTML and keep their size.
+The drawing stretches to any width. Its labels are HTML, so they keep their size.
 """
 
 import math
@@ -15,7 +15,7 @@ from .....kernel import Floats
 from ..curves import WIDTH, Curve, across
 
 HEIGHT = 100
-# Margin above and below the curves, as a ratio of their range.
+# Margin above and below the curves of a chart, as a ratio of the range of their values.
 AIR = 0.06
 # Largest number of decades that a logarithmic axis shows.
 DECADES = 5
@@ -49,7 +49,7 @@ class Chart:
     title, unit
         The quantity and its unit.
     levels
-        Horizontal lines; a linear axis shows the lines near a curve.
+        Horizontal lines. A linear axis shows only the lines near a curve.
     end : s
         End of the time axis.
     most
@@ -122,7 +122,7 @@ class Chart:
     def _shade(self, band: Band) -> str:
         end = self.end or 1.0
         x = WIDTH * band.begin / end
-        # Keep a short interval visible: draw it at least 2 units wide.
+        # Draw an interval at least 2 units wide, so that a short interval is visible.
         width = max(WIDTH * (band.end - band.begin) / end, 2.0)
         return f'<rect class="{band.style}" x="{x:.2f}" y="0" width="{width:.2f}" height="100"/>'
 
@@ -147,8 +147,8 @@ class ValueScale:
     @classmethod
     def of(cls, chart: Chart) -> 'ValueScale':
         """
-        Return the vertical axis of a chart. It covers the curves with a margin, and level lines; a
-        linear axis covers only lines near a curve.
+        Return the vertical axis of a chart. It covers the curves with a margin, and the level
+        lines. A linear axis covers only the level lines near a curve.
         """
         values = [curve.values for curve in chart.curves]
         lows = [float(np.min(column)) for column in values if len(column)] or [0.0]
@@ -168,7 +168,7 @@ class ValueScale:
     @classmethod
     def _plain(cls, low: float, high: float, marks: Sequence[float]) -> 'ValueScale':
         room = (high - low) or max(abs(high), 1.0) * 0.1
-        # Extend the range of the axis to a limit if a curve comes near the limit.
+        # Extend the range of the axis to a level line if a curve comes near the line.
         for mark in marks:
             if low - 0.5 * room <= mark <= high + 0.5 * room:
                 low, high = min(low, mark), max(high, mark)
@@ -194,13 +194,13 @@ class ValueScale:
             return nice_ticks(self.low, self.high, 4)
         first, last = math.ceil(math.log10(self.low)), math.floor(math.log10(self.high))
         if last <= first:
-            # The axis contains fewer than two powers of ten, so label round numbers instead.
+            # Label round numbers if the axis contains fewer than two powers of ten.
             return [tick for tick in nice_ticks(self.low, self.high, 4) if tick > 0.0]
         return [10.0**k for k in range(first, last + 1)]
 
 
 def nice_ticks(low: float, high: float, most: int) -> list[float]:
-    """Return round numbers from `low` to `high`, about `most` at most."""
+    """Return round numbers at even steps from `low` to `high`, about `most` of them."""
     if not high > low:
         return [low]
     raw = (high - low) / most
@@ -217,7 +217,7 @@ def shown(value: float) -> str:
 
 def time_unit_of(end: float) -> tuple[float, str]:
     """
-    Return the unit for a time axis that ends at `end` (s): its length in seconds, and its name.
+    Return the unit of a time axis that ends at `end` (s): the unit's length in s, and its name.
     """
     if end >= 3 * 3600.0:
         return 3600.0, 'h'

@@ -30,13 +30,13 @@ MAX_ROWS = 10_000
 
 def thinned_rows(count: int, most: int, worse: Callable[[slice], Floats]) -> Times:
     """
-    Return at most `most` of the row numbers 0 to `count` - 1: the first and the worst row of each
-    of equal intervals.
+    Divide the row numbers 0 to `count` - 1 into equal intervals, and return the first and the
+    worst row of each, at most `most` row numbers.
 
     Parameters
     ----------
     worse
-        Returns a value for some rows; the largest value is the worst.
+        Returns a value for each row of a slice. The worst row is the row with the largest value.
     """
     if count <= most:
         return np.arange(count)

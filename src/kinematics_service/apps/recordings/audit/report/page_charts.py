@@ -22,10 +22,10 @@ from .charts import Band, Chart, LevelLine
 # A function that returns the values of a curve for a slice of rows.
 Values = Callable[[slice], Floats]
 
-# Largest number of shaded intervals in a chart; more intervals would hide the curve.
+# Largest number of shaded intervals in a chart, because more intervals would hide the curve.
 MAX_BANDS = 400
-# Largest condition number that a chart shows, relative to the threshold of ERROR. A condition
-# number has no upper bound, so larger values are drawn at this value.
+# Largest ratio of a condition number to the threshold of ERROR in a chart. A condition number has
+# no upper bound, so the chart draws larger values at this ratio.
 CLIP_RATIO = 100.0
 
 
@@ -162,7 +162,7 @@ def tool_charts(audit: Audit) -> str:
 
 
 def frame_charts(audit: Audit, report: FrameReport) -> str:
-    """Return charts of the pose differences that remain between both sources."""
+    """Return charts of the pose differences that remain between recording and second source."""
     none, end = np.zeros(len(report.t), dtype=bool), audit.timeline.end
     return ''.join(
         _html(

@@ -32,8 +32,8 @@ def frame_section(audit: Audit) -> str:
     }
     rows = ([escape(name), *one.cells()] for name, one in errors.items())
     headers = ('poses apart', 'position rms', 'largest', 'orientation rms', 'largest')
-    # If a cause was found, show the offsets after its correction: the offsets before it are not
-    # valid.
+    # Show the offsets after the correction of the cause, if a cause was found. The offsets before
+    # the correction are not valid.
     best = diagnosis.cause or diagnosis
     undone = ', that undone' if diagnosis.cause else ''
     offsets = [
