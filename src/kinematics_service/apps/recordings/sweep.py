@@ -17,10 +17,10 @@ from ...errors import KinematicsError, SweepError
 Item = TypeVar('Item')
 Result = TypeVar('Result')
 
-# Number of batches that are submitted at once for each thread of the cluster, so that no thread
-# waits.
+# Number of batches that wait or run at once for each thread of the cluster, so that no thread is
+# idle.
 BATCHES_PER_THREAD = 3
-# Longest wait for the scheduler's answer, and for the first worker, s.
+# Longest time to wait for the scheduler's answer, and for the first worker, s.
 CONNECT_TIMEOUT = 5
 ADDRESS = re.compile(r'dask://(\[[0-9a-fA-F:]+\]|[\w.-]+):(\d{1,5})/?')
 INSTALL = "pip install '.[dask]' in its checkout, or pip install 'dask[distributed]'"
@@ -52,10 +52,10 @@ def results_of_workers(
     Parameters
     ----------
     function
-        Workers import it by its name, so it must be in a module they have; `functools.partial` of
-        such a function works, too.
+        The function to apply, or a `functools.partial` of it. Workers import the function by its
+        name, so it must be in a module that the workers have.
     items
-        The items; each is read when a worker becomes free.
+        The arguments of the calls. Each item is read when a worker becomes free.
     workers
         `dask://HOST:PORT` of a scheduler whose workers have this package in the same version.
 
@@ -65,7 +65,7 @@ def results_of_workers(
         dask is not installed, no scheduler or worker is found, or the workers cannot run the
         function.
     """
-    # Submit few items at a time, so that the memory does not grow with the number of items.
+    # Submit only few items at once, so that the memory does not grow with the number of items.
     with _client(workers) as client:
         threads = sum(client.nthreads().values())
         under_way: deque[Any] = deque()

@@ -1,9 +1,9 @@
 """
-Prove statements about all poses of a family by polynomial division. A polynomial vanishes on the
+Prove statements about all poses of a family by polynomial division. A polynomial is 0 on the
 family if it is a multiple of the family's factor.
 
-The rank is at most r if every minor of size r + 1 vanishes. One pose of rank r shows that the
-generic rank of the family is not lower.
+The rank of J is at most r if every minor of size r + 1 is 0. One pose of rank r shows that the
+rank at most poses of the family is not below r.
 """
 
 import math

@@ -1,9 +1,9 @@
 """
 Compare the reported velocities of each joint of a recording with differences of its positions.
 
-A regression of the reported velocities on the differences finds a wrong factor. A search over time
-shifts finds a lag. The noise of the positions is estimated from products of two differences
-without a common position.
+A regression of the reported velocities on the differences finds a wrong scale. A search over time
+shifts finds a lag. The noise of the positions is estimated from products of two differences that
+share no position.
 """
 
 import math
@@ -17,35 +17,35 @@ from ..readers.block import Flags, ForwardClock, Times
 from ..readers.columns import Column, StateTable, median, spans
 from .stream import steps_of
 
-# Largest lag that is tried, in median intervals.
+# Largest lag of the reported velocities that is tried, in median intervals.
 LAG_INTERVALS = 12
-# A lag is searched in about this many messages, in pieces of LAG_PIECE that are spread over the
-# recording.
+# A lag is searched in about this many messages. They are pieces of LAG_PIECE messages, spread over
+# the recording.
 LAG_MESSAGES = 50_000
 LAG_PIECE = 5_000
-# A lag or a scale is reported if correcting it reduces the RMS difference below this ratio.
+# A lag or a scale is reported if its correction reduces the RMS difference below this ratio of the
+# RMS difference without correction.
 EXPLAINED_SHARE = 0.6
-# If the ratio of RMS difference to RMS speed is below this, no cause of the difference is
-# searched.
+# If the ratio of the RMS difference to the RMS speed is at most this, no lag or scale is searched.
 DIFFERENCE_SHARE = 0.002
 # A scale is reported if it differs from 1 by at least this.
 SCALE_TOLERANCE = 0.05
-# RMS speed (rad/s, m/s) below which the velocities of a joint are not compared.
+# The velocities of a joint are compared only if its RMS speed is at least this (rad/s, m/s).
 SPEED_MINIMUM = 1e-3
-# A joint is compared only if the mean square of its motion is at least six standard errors of the
-# noise. The factor is the square root of six.
+# The velocities of a joint are compared only if their mean square is at least six standard errors
+# of the mean square noise. The factor is the square root of six, because it applies to speeds.
 NOISE_FACTOR = math.sqrt(6.0)
-# A joint is compared only if its range is at least this many standard deviations of the position
-# noise.
+# The velocities of a joint are compared only if the range of its positions is at least this many
+# standard deviations of the position noise.
 RANGE_FACTOR = 20.0
-# A joint is compared only if its range is at least this (rad, m); below it the joint is held in
-# place.
+# The velocities of a joint are compared only if the range of its positions is at least this (rad,
+# m). With a smaller range the joint counts as held in place.
 RANGE_MINIMUM = 1e-3
 # A velocity is computed from two states only if their interval is at most this many median
 # intervals.
 INTERVAL_FACTOR = 5.0
-# A difference is reported if its median exceeds this ratio of the joint's RMS speed, plus the
-# noise.
+# A difference without lag or wrong scale is reported if its median exceeds the sum of the noise
+# and this ratio of the joint's RMS speed.
 VELOCITY_SHARE = 0.2
 
 
@@ -58,7 +58,7 @@ class MotionColumns:
     stamps : shape (N,), ns
         Stamp of each state.
     t : shape (N,), s
-        Time since the first state by the stamps; a step back takes no time.
+        Time since the first state, from the stamps. A step back of the stamps takes no time.
     q, qdot : shape (N, n), rad or m, rad/s or m/s
         Rows of `qdot` are NaN if unknown.
     differenced : shape (N,)
@@ -93,8 +93,8 @@ class VelocityCheck(NamedTuple):
     Attributes
     ----------
     rms, typical, worst
-        RMS, median and largest difference of reported velocity and position difference; `row` is
-        the row with the largest.
+        RMS, median and largest difference between the reported velocity and the velocity computed
+        from positions. `row` is the row of the largest difference.
     speed
         RMS of the velocities from differences of positions.
     noise
@@ -102,8 +102,8 @@ class VelocityCheck(NamedTuple):
     lag : s
         Delay of the reported velocities, 0 if no delay explains the difference.
     scale
-        Reported velocity divided by position difference: -1 for a wrong sign, 57.3 for degrees; 1
-        if no scale explains the difference.
+        Reported velocity divided by the velocity from positions: -1 for a wrong sign, 57.3 for
+        degrees. 1 if no scale explains the difference.
     """
 
     rms: float
@@ -129,19 +129,20 @@ class VelocityCheck(NamedTuple):
 
 def smooth_products(velocities: Floats, use: Flags) -> Floats:
     """
-    Return products of velocities (differences of positions) whose mean is the mean square velocity
-    without noise.
+    Return products of pairs of velocities. Their mean is the mean square velocity without noise.
 
-    The noise of one position enters two adjacent velocities. So each product takes a velocity and
-    the one after the next: their noise is independent, and the speed hardly changes in this time.
+    The velocities are differences of positions, so the noise of a position enters two adjacent
+    velocities. Each product takes a velocity and the second velocity after it. Their noise is
+    independent, and the speed hardly changes between them.
     """
     products: Floats = velocities[2:] * velocities[:-2]
     return products[use[2:] & use[1:-1] & use[:-2]]
 
 
 def _samples(timeline: MotionColumns, j: int) -> StateTable:
-    # Returns time, position, reported velocity and row of each state in which position or velocity
-    # of joint j changes. If both repeat, the joint stood still, or the message lacked it.
+    # Returns time, position, reported velocity and row of each state in which the position or
+    # velocity of joint j changes. Other states are left out, because the joint stood still, or the
+    # message lacked the joint.
     samples = StateTable(4)
     columns = timeline.t, timeline.q.columns[j], timeline.qdot.columns[j]
     for rows in spans(len(timeline)):
@@ -165,12 +166,12 @@ def velocity_check(timeline: MotionColumns, j: int, wraps: bool) -> VelocityChec
     row, worst, sums = 0, -1.0, np.zeros(6)
     position = least = greatest = 0.0
     for rows in spans(len(samples)):
-        begin = max(rows.start - 3, 0)  # a product of `smooth_products` spans three intervals
+        begin = max(rows.start - 3, 0)  # three intervals more, for `smooth_products`
         t, q, qdot, numbers = samples[begin : rows.stop].T
         steps, motion = np.diff(t), joint_steps(q, wraps)
         use = (steps > 0.0) & (steps <= longest)
-        # Compare the mean velocity of an interval, from positions, with the mean of the velocities
-        # reported at both ends. The two differ only to second order.
+        # Compare the mean velocity in an interval, from positions, with the mean of the velocities
+        # reported at both ends of the interval. The two means are equal to first order.
         mean = np.where(use, motion, 0.0) / np.where(use, steps, 1.0)
         ends = np.where(use, 0.5 * (qdot[1:] + qdot[:-1]), 0.0)
         products, new = smooth_products(mean, use), slice(max(rows.start - begin - 1, 0), None)
@@ -194,8 +195,9 @@ def velocity_check(timeline: MotionColumns, j: int, wraps: bool) -> VelocityChec
     surely = max(SPEED_MINIMUM, NOISE_FACTOR * noise / count**0.25)
     if moving < surely**2 or greatest - least < max(RANGE_FACTOR * jitter, RANGE_MINIMUM):
         return None
-    # The scale is a regression on the motion. Divide by the mean square without noise, because the
-    # noise of the positions would make the scale too small.
+    # Compute the scale by a regression of the reported velocities on the velocities from
+    # positions. Divide by the mean square without noise, because the noise would make the scale
+    # too small.
     scale, lag = product / moving, 0.0
     left = reported - 2.0 * scale * product + scale**2 * square
     least = DIFFERENCE_SHARE * speed
@@ -207,16 +209,17 @@ def velocity_check(timeline: MotionColumns, j: int, wraps: bool) -> VelocityChec
 
 
 def _lag(samples: StateTable, wraps: bool, usual: float, least: float) -> float:
-    # Returns the delay (s) of the reported velocities that explains their difference from
-    # velocities of the positions. It is 0 if no delay explains it, or if the RMS difference is at
-    # most `least`.
+    # Returns the delay (s) of the reported velocities that explains their difference from the
+    # velocities computed from positions. Returns 0 if no delay explains the difference, or if the
+    # RMS difference is at most `least`.
     lags = usual * np.linspace(-LAG_INTERVALS, LAG_INTERVALS, 8 * LAG_INTERVALS + 1)
     pieces = [np.zeros((len(lags), 0))]
     for begin in range(0, len(samples), LAG_PIECE * math.ceil(len(samples) / LAG_MESSAGES)):
         t, q, qdot, _ = samples[begin : begin + LAG_PIECE].T
         path = np.append(0.0, np.cumsum(joint_steps(q, wraps)))
         steps, errors = np.diff(t), np.diff(path_errors(t, path, qdot, lags), axis=1)
-        # Use an interval only if no gap in time is nearer to it than the largest lag.
+        # Use an interval only if the recording has no gap in time within the largest lag of the
+        # interval.
         gaps = np.append(0.0, np.cumsum((steps <= 0.0) | (steps > INTERVAL_FACTOR * usual)))
         ends = t[:-1] + lags[0], t[1:] + lags[-1]
         use = np.ptp(np.interp(ends, t, gaps, left=math.nan, right=math.nan), axis=0) == 0.0
@@ -226,8 +229,8 @@ def _lag(samples: StateTable, wraps: bool, usual: float, least: float) -> float:
     best = int(np.argmin(squares))
     if squares[now] <= found.shape[1] * least**2 or best in (0, len(lags) - 1):
         return 0.0
-    # Compare both mean squares and medians. Outliers hide a lag in the mean square, and a long
-    # rest hides it in the median.
+    # Accept a lag if it reduces the mean square or the median, because outliers hide a lag in the
+    # mean square, and a long rest hides it in the median.
     explained = squares[best] < EXPLAINED_SHARE**2 * squares[now]
     explained |= np.median(found[best]) < EXPLAINED_SHARE * np.median(found[now])
     return float(lags[best]) if explained else 0.0

@@ -15,21 +15,21 @@ from ....robot.robot import Robot
 from ..readers.columns import Column, spans
 from .timeline import Stretch, Timeline, stretches_of
 
-# Number of states in one call of `scale`; it bounds the memory.
+# Number of states in one call of `scale`. The number is limited to bound the memory.
 BATCH = 2**14
 
 
 class SlowedStretch(NamedTuple):
     """
-    Consecutive states that would have been slowed by the same cause.
+    Consecutive states of a recording that one cause would have slowed.
 
     Attributes
     ----------
     begin, end : s
-        Time of the first slowed state, and of the next state after them; of the last slowed state
-        if none follows.
+        Time of the first slowed state, and of the first state after the slowed states. If no state
+        follows, the end is the time of the last slowed state.
     cause
-        The cause as text: `singularity`, `position limit of elbow`.
+        The cause as text, such as `singularity` or `position limit of elbow`.
     value
         The least scale: allowed velocity divided by the velocity of the recording.
     worst
@@ -56,8 +56,8 @@ class Slowing:
     Attributes
     ----------
     values : shape (N,)
-        Scale of each state: allowed velocity divided by its velocity; NaN if the velocity is
-        unknown.
+        Scale of each state: the allowed velocity divided by the velocity in the recording. NaN if
+        the velocity is unknown.
     stretches
         The slowed intervals, in order.
     unknown

@@ -13,11 +13,11 @@ import numpy.typing as npt
 from ..readers.block import Block, UnreadableMessage
 from ..readers.columns import Column, Scalar, median, spans
 
-# An interval between stamps is a gap if it exceeds this many median intervals.
+# An interval between stamps is a gap if it exceeds this many median intervals, and MIN_GAP.
 GAP_INTERVALS = 5.0
 # Least length of a gap, ns.
 MIN_GAP = 20_000_000
-# Largest number of gaps that are listed.
+# Largest number of gaps that a report lists.
 MAX_LISTED = 100
 
 
@@ -47,8 +47,8 @@ class Stream:
     gap_count, gaps
         Number of gaps, and the longest gaps.
     repeated, backwards, unstamped
-        Numbers of messages with the stamp of the message before, with an earlier stamp, and
-        without a stamp.
+        Number of messages whose stamp equals the stamp of the message before, number with an
+        earlier stamp, and number without a stamp.
     largest_step_back : s
         Largest step back of the stamps.
     identical
@@ -85,7 +85,7 @@ class Stream:
 
 def steps_of(stamps: Column[Scalar]) -> Iterator[tuple[int, npt.NDArray[Scalar]]]:
     """
-    Yield differences of successive stamps in pieces. Each piece has the number of its first stamp.
+    Yield differences of successive stamps in pieces, each with the number of its first stamp.
     """
     for rows in spans(len(stamps)):
         begin = max(rows.start - 1, 0)
@@ -99,7 +99,7 @@ class StreamWatch:
 
     def __init__(self, joint_names: tuple[str, ...]) -> None:
         self._ours = set(joint_names)
-        # Collect only messages with a stamp.
+        # These columns have only messages with a stamp.
         self._stamps, self._delays = Column(np.int64), Column(np.int64)
         self._numbers = Column(np.int64)
         self._orders = set[tuple[str, ...]]()
@@ -119,8 +119,8 @@ class StreamWatch:
             self._orders.add(order)
             self._changes += self._order is not None and self._order != order
             self._order = order
-        # A stamp of 0 means unstamped in a bag. In a table it is a time, because a table may begin
-        # at 0 s.
+        # A stamp of 0 means unstamped in a bag. In a table it is a valid stamp, because a table
+        # may begin at 0 s.
         stamped = (block.stamps > 0) | (block.received == 0)
         self._numbers.append(np.flatnonzero(stamped) + self._count)
         self._stamps.append(block.stamps[stamped])

@@ -21,10 +21,10 @@ from .reported_velocities import MotionColumns
 
 class Stretch(NamedTuple):
     """
-    Consecutive states with the same label, rows `first` to `last`.
+    Consecutive states with equal labels, in the rows `first` to `last`.
 
-    The stretch ends at the time of row `until`, which is the next state. Before a break, it is the
-    last state of the stretch.
+    The stretch ends at the time of row `until`. This is the row of the next state; before a break
+    or the end of the recording it is `last`.
     """
 
     label: int
@@ -37,8 +37,8 @@ def stretches_of(
     pieces: Iterable[tuple[npt.NDArray[np.integer[Any]], Flags]],
 ) -> Iterator[Stretch]:
     """
-    Yield the stretches of equal labels. Inputs are labels (N,), and flags (N,) of a break before
-    each label.
+    Yield the stretches of states with equal labels. Each piece has the labels (N,) of states, and
+    flags (N,) that mark a break before a state.
     """
     label = first = count = 0
     for labels, breaks in pieces:
@@ -56,7 +56,8 @@ def stretches_of(
 
 class PublishedWarning(NamedTuple):
     """
-    A warning that the node would have published; `row` is the first state at or after the warning.
+    A warning that the node would have published. `row` is the first state at or after the time of
+    the warning.
     """
 
     row: int

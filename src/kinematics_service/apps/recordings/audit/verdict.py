@@ -13,11 +13,11 @@ from .intervals import watched_at
 from .joints import look_like_degrees
 from .plan_findings import joints_refuted, plan_findings
 
-# Up to this number of messages without a state, the verdict is not in doubt: a few are usual when
-# several drivers start.
+# The verdict is not in doubt if at most this number of messages yield no state. A few such
+# messages are usual while several drivers start.
 MAX_UNJUDGED = 2
-# Up to this ratio of messages without a state, the verdict is not in doubt. At 1 kHz it is 1 ms in
-# a second, too short to pass a singularity.
+# The verdict is not in doubt if at most this ratio of the messages yields no state. At 1 kHz the
+# ratio is 1 ms in a second, too short to pass a singularity.
 MAX_UNJUDGED_RATIO = 1e-3
 
 
@@ -55,7 +55,7 @@ def verdict_of(audit: Audit) -> AuditVerdict:
 
 
 def _unjudged(audit: Audit) -> int:
-    # Do not count repeated messages of a recording, because their states were judged before.
+    # Do not count repeated messages of a recording, because the states in them were judged before.
     repeated = 0 if audit.planned else audit.refused.get(DROPPED, 0)
     return sum(audit.refused.values()) - repeated
 
@@ -91,7 +91,7 @@ def _reasons(refused: dict[str, int]) -> str:
 
 def _singular(audit: Audit) -> Finding:
     found = _singular_poses(audit)
-    if audit.planned:  # `_not_judged` has already reported refused samples
+    if audit.planned:  # `_not_judged` reports refused samples
         return found._replace(level=max(found.level, Level.WARN)) if audit.refused else found
     if not _in_doubt(audit):
         return found
@@ -100,8 +100,8 @@ def _singular(audit: Audit) -> Finding:
 
 
 def _away(audit: Audit) -> str:
-    # Returns a sentence that no state is near a singular pose. The sentence does not claim a
-    # proof.
+    # Returns a sentence which says that no state is near a singular pose. The sentence claims no
+    # proof between states.
     who = 'planned motion' if audit.planned else 'arm'
     which = f'its {judged_in_words(audit)}'
     if audit.planned and audit.refused:

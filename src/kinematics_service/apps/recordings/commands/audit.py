@@ -195,8 +195,8 @@ def audit(
 def _dataset_of(
     files: list[Path], of_dataset: Mapping[str, object], of_others: tuple[object, ...]
 ) -> Path | None:
-    # Returns the dataset among the files, or None. Refuses options of datasets if the files are
-    # recordings, and options of recordings if the file is a dataset.
+    # Returns the dataset among the files, or None. Raises an error if options of datasets are
+    # given for recordings, or options of recordings for a dataset.
     dataset = next((file for file in files if is_dataset(file)), None)
     if dataset is None:
         given = next((name for name, value in of_dataset.items() if value is not None), None)
@@ -243,8 +243,8 @@ def _judged(robot: Robot, warn: float | None, stop: float | None) -> Robot:
 
 
 def _paths(option: str, given: Path | None, files: list[Path], suffix: str) -> list[Path | None]:
-    # Returns for each recording the output file that an option gives. If there are several
-    # recordings, `given` is a folder.
+    # Returns the output file of each recording, as `given` by an option. If there are several
+    # recordings, `given` must be a folder.
     several = len(files) > 1
     if given is None or not (several or given.is_dir()):
         return [given] * len(files)
@@ -267,8 +267,8 @@ def _paths(option: str, given: Path | None, files: list[Path], suffix: str) -> l
 
 
 def _belongs_to(path: Path, recording: Path) -> bool:
-    # Returns whether `path` is a recording, or a file in the folder of a bag, which writing would
-    # replace.
+    # Returns whether an output at `path` would replace the recording, or a file in the folder of
+    # its bag.
     if not path.exists() or not recording.exists():
         return False
     parts = [recording, *(recording.iterdir() if recording.is_dir() else ())]

@@ -25,9 +25,7 @@ GapOption = Annotated[
 
 
 def given_frames(gap: float | None, warn: str, stop: str) -> FrameSettings:
-    """
-    Return the settings for matching and judging the poses of a second source, from option values.
-    """
+    """Convert option values to the settings for matching and judging poses of a second source."""
     if gap is not None and not 0.0 < gap <= MAX_GAP:
         raise WrongUsage(
             f'--pose-gap: {gap:g} s is not accepted; give above 0, at most {MAX_GAP:g} s'

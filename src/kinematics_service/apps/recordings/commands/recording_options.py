@@ -73,7 +73,7 @@ def given_selection(
     robot: Robot, topic: str | None, pose_topic: str | None, prefix: str, table: TableWords
 ) -> Selection:
     """
-    Return the topics or columns of a recording that the options select, and the formats of their
+    Convert option values to a `Selection`: the topics or columns to read, and the formats of their
     numbers.
     """
     option = ''

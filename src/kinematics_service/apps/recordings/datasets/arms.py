@@ -21,8 +21,8 @@ class KnownVectors(NamedTuple):
     pose
         Vector of the tool pose, or two vectors: position and orientation.
     kind
-        Kind of the orientations if the elements have no names; empty: the default of
-        `pose_format`.
+        Kind of the orientations if the elements of the pose vector have no names. Empty: the
+        default of `pose_format`.
     """
 
     position: str
@@ -52,9 +52,10 @@ KNOWN = (
     KnownVectors('q', 'qd', 'pose'),
 )
 STAMPS = ('timestamp', 'stamp', 'time')
-# Phrase for a vector that is assumed to hold the joints because no option names it.
+# Phrase for messages: a vector is assumed to hold the joint positions, because no option names
+# their vector.
 TAKEN = 'is taken for the joints'
-# Names of vector elements that differ only in a number, such as `joint_3.pos`.
+# Matches a name of a vector element that consists of a word and a number, such as `joint_3.pos`.
 NUMBERED = re.compile(r'[a-z]*[._ ]?\d+([._ ](pos|position|angle|q))?', re.IGNORECASE)
 
 
@@ -67,8 +68,8 @@ class DatasetArm(NamedTuple):
     label
         Name of the arm in the dataset, empty for a single arm.
     reading, position
-        How to read its columns, and the value of `position=` for `--columns`; empty if `--columns`
-        is given.
+        How to read the columns of the arm, and the value of `position=` for `--columns`.
+        `position` is empty if `--columns` is given.
     guessed
         The assumption about the joints, a sentence; empty if an option names them.
     """
@@ -129,7 +130,7 @@ def arms_of(header: list[str], wanted: Selection, rate: float) -> tuple[DatasetA
 
 
 def crossed_with(arm: DatasetArm, other: DatasetArm) -> DatasetArm:
-    """Return an arm with its own poses but the joint columns of another arm."""
+    """Return `arm` with its own pose columns, but with the joint columns of `other`."""
     columns = arm.reading.columns or ''
     own, theirs = f'position={arm.position}', f'position={other.position}'
     return arm._replace(reading=arm.reading._replace(columns=columns.replace(own, theirs)))
@@ -140,8 +141,8 @@ def _elements(header: Sequence[str], vector: str) -> list[str]:
 
 
 def _parts(header: list[str], vector: str, wanted: Selection) -> list[tuple[str, str]]:
-    # Returns for each arm its label, and how its joint columns are selected: their common start,
-    # or a slice of the vector.
+    # Returns the label of each arm, and a text that selects its joint columns in `vector`: the
+    # common start of their names, or a slice such as state[0:6].
     elements, robot = _elements(header, vector), wanted.robot
     first = robot.joint_names[0]
     starts = [name.removesuffix(first) for name in elements if name.endswith(first)]
@@ -166,7 +167,7 @@ def _parts(header: list[str], vector: str, wanted: Selection) -> list[tuple[str,
             f'order, add --columns position={vector}[0:{n}]',
             code='mismatch',
         )
-    if count in (n, n + 1):  # the additional last element is a gripper
+    if count in (n, n + 1):  # an additional last element is a gripper
         return [('', f'{vector}[0:{n}]')]
     if count in (2 * n, 2 * n + 2):
         half = count // 2
@@ -181,7 +182,7 @@ def _parts(header: list[str], vector: str, wanted: Selection) -> list[tuple[str,
 def _columns(
     header: list[str], names: KnownVectors, stamp: str, part: str, k: int, arms: int
 ) -> str:
-    # Returns the value of the option --columns for arm number k.
+    # Returns the value of the option --columns that selects the columns of arm number k.
     found = [f'stamp={stamp}'] if stamp else []
     found.append(f'position={part}')
     slice_ = part.removeprefix(names.position)

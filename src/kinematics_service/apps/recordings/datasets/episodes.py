@@ -24,23 +24,24 @@ HDF5 = ('.hdf5', '.h5')
 SUFFIXES = (*PARQUET, *HDF5, *ARRAYS)
 # Accepted names of the column that holds the episode number of each row.
 NUMBERS = ('episode_index', 'episode_id', 'episode')
-# Largest count of numbers in an episode or in a row group of a parquet file (2 GiB). The limit is
-# needed because a small file may claim more numbers than fit in memory.
+# Largest count of numbers (2 GiB) that are read at once: an episode, or a row group of a parquet
+# file. The limit is needed because a small file may claim more numbers than fit in memory.
 MAX_NUMBERS = 2**28
 # Largest header, in bytes, that is read for an array in an npz file; numpy refuses headers above
 # 10,000.
 MAX_HEADER_BYTES = 2**14
-# Largest number of episodes in a file; larger datasets have many files.
+# Largest number of episodes in a file. Larger datasets have many files, so no dataset needs more.
 MAX_EPISODES = 2**20
 # Largest size of a dataset's description, info.json, 1 MiB; LeRobot writes some kilobytes.
 MAX_INFO_BYTES = 2**20
-# Largest rate of rows, Hz; at a larger rate stamps in whole nanoseconds would repeat.
+# Largest rate of rows, Hz. At a larger rate, stamps in whole nanoseconds would repeat.
 MAX_RATE = 1e9
-# Largest depth of nested lists of element names; LeRobot's lists have depth 2.
+# Largest depth of nested lists of element names. The lists in LeRobot datasets have depth 2.
 MAX_LIST_DEPTH = 8
-# Name of the column that holds all steps of an episode in one row.
+# Name of a column in which one row holds all steps of an episode.
 STEPS = 'steps'
-# Name of the array in npz files with the end of each episode: the number of its last row plus 1.
+# Name of the array in npz files that gives the end of each episode: the number of the episode's
+# last row plus 1.
 ENDS = 'episode_ends'
 
 
@@ -54,7 +55,8 @@ class Episode:
     file, name
         The file, and the name of the episode in the dataset.
     place
-        The group of an HDF5 file, `STEPS` for a row with steps, else empty.
+        The group of an HDF5 file that holds the episode. `STEPS` if one row holds all steps of the
+        episode, otherwise empty.
     first, count
         First row, and number of rows; count -1: all rows.
     rate : Hz
@@ -62,7 +64,7 @@ class Episode:
     elements
         Names of the elements of each vector, by the name of its column.
     fault
-        The error of a file that cannot be read; None if it can.
+        The error if the file cannot be read; otherwise None.
     """
 
     file: Path
@@ -147,7 +149,9 @@ def _names(names: Any, deepest: int) -> tuple[str, ...]:
 
 
 def fault_of(file: Path, error: Exception) -> RecordingError:
-    """Return why a file cannot be read, as an error; a damaged file can raise any exception."""
+    """
+    Convert any exception of a file's reader to an error that says why the file cannot be read.
+    """
     if isinstance(error, RecordingError):
         if str(error).startswith(f'{file}:'):
             return error
@@ -163,7 +167,7 @@ def fault_of(file: Path, error: Exception) -> RecordingError:
 
 def refuse_twice(names: Iterable[str]) -> None:
     """
-    Refuse a table with two columns of the same name.
+    Raise an error if two columns of a table have equal names.
 
     Raises
     ------
@@ -178,12 +182,12 @@ def refuse_twice(names: Iterable[str]) -> None:
 
 def refuse_to_hold(file: Path, numbers: int) -> None:
     """
-    Refuse to read too many numbers of a file at once.
+    Raise an error if too many numbers of a file would be read at once.
 
     Raises
     ------
     RecordingError
-        There are more than `MAX_NUMBERS`.
+        The count of numbers exceeds `MAX_NUMBERS`.
     """
     if numbers > MAX_NUMBERS:
         raise RecordingError(
@@ -194,7 +198,7 @@ def refuse_to_hold(file: Path, numbers: int) -> None:
 
 
 def _of_file(whole: Episode) -> Iterator[Episode]:
-    # Yields the episodes in a file; `whole` is an episode that has all rows of this file.
+    # Yields the episodes in the file of `whole`, which is an episode with all rows of the file.
     file, suffix = whole.file, whole.file.suffix.lower()
     read = _of_parquet if suffix in PARQUET else _of_hdf5 if suffix in HDF5 else _of_arrays
     try:
@@ -213,7 +217,7 @@ def _of_file(whole: Episode) -> Iterator[Episode]:
 
 
 def _runs(whole: Episode, numbers: npt.NDArray[np.float64]) -> Iterator[Episode]:
-    # Yields an episode for each run of consecutive rows with one episode number.
+    # Yields an episode for each run of consecutive rows whose episode numbers are equal.
     if len(faults := np.flatnonzero(~np.isfinite(numbers))):
         message = f'row {faults[0]} has no episode number; number every row'
         raise RecordingError(message, code='not-finite')
@@ -224,8 +228,8 @@ def _runs(whole: Episode, numbers: npt.NDArray[np.float64]) -> Iterator[Episode]
 
 
 def _of_parquet(whole: Episode) -> Iterator[Episode]:
-    # Yields an episode for each row that holds a list of steps; in other files, for each run of
-    # consecutive rows with one episode number.
+    # Yields the episodes of a parquet file. If the file has a column of steps, each row is an
+    # episode. Otherwise each run of consecutive rows with equal episode numbers is an episode.
     import pyarrow.parquet as parquet
     import pyarrow.types as types
 
@@ -243,19 +247,21 @@ def _of_parquet(whole: Episode) -> Iterator[Episode]:
             return
         refuse_to_hold(file, opened.metadata.num_rows)
         kind = opened.schema_arrow.field(column).type
-    # Read texts as a dictionary, which stores each name once and so limits the memory.
+    # Read a column of texts as a dictionary, which stores each text once. This limits the memory.
     names = [column] if types.is_string(kind) or types.is_large_string(kind) else None
     with parquet.ParquetFile(file, read_dictionary=names) as opened:
         numbers = opened.read([column])[column].combine_chunks()
     if types.is_dictionary(numbers.type):
         numbers = numbers.indices
-    elif numbers.type.num_fields:  # each episode number is a vector of length 1
+    elif numbers.type.num_fields:  # vectors of length 1
         numbers = numbers.flatten()
     yield from _runs(whole, np.asarray(numbers.to_numpy(zero_copy_only=False), dtype=np.float64))
 
 
 def headers_of(file: Path) -> dict[str, npt.NDArray[np.generic]]:
-    """Return arrays with the shapes and types of an npz file, but without the data."""
+    """
+    Return arrays with the names, shapes and types of the arrays in an npz file, without data.
+    """
     headers = {}
     with ZipFile(file) as packed:
         refuse_twice(packed.namelist())
@@ -309,7 +315,8 @@ def _of_arrays(whole: Episode) -> Iterator[Episode]:
 
 
 def _of_hdf5(whole: Episode) -> Iterator[Episode]:
-    # Yields an episode for each numbered group of an HDF5 file: demo_0, demo_1 ...
+    # Yields an episode for each group of an HDF5 file whose name ends in a number: demo_0, demo_1,
+    # ...
     import h5py
 
     with h5py.File(whole.file, 'r') as opened:
@@ -327,7 +334,8 @@ def _of_hdf5(whole: Episode) -> Iterator[Episode]:
 
 
 def _held(folder: Any, name: str) -> Any:
-    # Returns None for soft and external links, because they may lead to other files.
+    # Returns the member of a group with this name. Returns None for soft and external links,
+    # because they may lead to other files.
     import h5py
 
     return folder[name] if isinstance(folder.get(name, getlink=True), h5py.HardLink) else None

@@ -16,8 +16,8 @@ from .arms import DatasetArm
 from .episodes import Episode
 from .vectors import Columns
 
-# Offset added to the stamps of an episode, ns. Stamps of an episode begin at 0, which would mean
-# unstamped.
+# Offset that is added to the stamps of an episode, ns. The offset is needed because an episode may
+# begin at stamp 0, which would mean unstamped.
 STAMP_OFFSET = 1_000_000_000
 
 
@@ -47,7 +47,7 @@ def _stamps(columns: Columns, column: str, form: StampFormat) -> Times:
         return form.of_rows(0, len(columns))
     found = columns.chosen([column])[:, 0]
     digits = UNITS[form.unit or unit_of(float(np.nanmax(found, initial=0.0)))]
-    # Treat a time after the year 2096 as invalid, so that its row becomes unstamped.
+    # Treat negative times, and times after the year 2096, as invalid: their rows become unstamped.
     known = (found >= 0.0) & (found * 10.0 ** (digits - 9) < MAX_EPOCH_TIME)
     nanoseconds = np.rint(np.where(known, found, 0.0) * 10.0**digits)
     return np.where(known, nanoseconds.astype(np.int64) + STAMP_OFFSET, 0)

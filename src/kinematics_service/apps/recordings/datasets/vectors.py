@@ -27,20 +27,21 @@ from .episodes import (
 if TYPE_CHECKING:
     import pyarrow as pa
 
-# Largest number of elements of a vector that is read; larger vectors are images or similar data.
+# A vector is read only if it has at most this number of elements. Larger vectors are images or
+# similar data.
 MAX_ELEMENTS = 128
 # Largest depth of groups in an HDF5 file, because the time of h5py grows with the depth squared.
 MAX_GROUP_DEPTH = 32
-# Physical type of texts in parquet files. Their columns are not read, because a text may have any
-# length.
+# Physical type of texts in parquet files. Columns of texts are not read, because a text may have
+# any length.
 TEXT_TYPE = 'BYTE_ARRAY'
-# Number of row groups of parquet files that stay in memory, because the next episode may need
-# them.
+# Number of row groups of parquet files that stay in memory. They stay because the next episode may
+# need their rows.
 CACHED_ROW_GROUPS = 2
 
 
 class Columns(NamedTuple):
-    """Columns of numbers of an episode: the names, and an array (N,) for each column."""
+    """Columns of numbers of an episode: their names, and their numbers as arrays (N,)."""
 
     header: list[str]
     columns: list[Floats]
@@ -83,8 +84,8 @@ def columns_of_episode(episode: Episode) -> Columns:
 
 def taken_apart(vectors: Mapping[str, Floats], elements: Mapping[str, Sequence[str]]) -> Columns:
     """
-    Split vectors (N, k) into columns, one for each element, named by the element or its number
-    from 0.
+    Split each vector (N, k) into k columns. A column name has the name of the vector, and the
+    element's name or its number from 0.
 
     Parameters
     ----------
@@ -109,7 +110,7 @@ def taken_apart(vectors: Mapping[str, Floats], elements: Mapping[str, Sequence[s
 
 
 def vectors_of_table(table: 'pa.RecordBatch | pa.Table') -> dict[str, Floats]:
-    """Return the columns of an Arrow table or batch that are numbers, (N,) or (N, k)."""
+    """Return the numeric columns of an Arrow table or batch by name, shape (N,) or (N, k)."""
     import pyarrow as pa
 
     if isinstance(table, pa.RecordBatch):
@@ -131,7 +132,7 @@ def _numbers(column: Any) -> Floats | None:
     while _is_list(array.type):
         if len(compute.list_value_length(array).drop_null().unique()) > 1:
             return None
-        # Take the size from the type, in case all vectors are missing.
+        # Take the size of the vectors from their type, because all vectors may be missing.
         size *= array.type.list_size if types.is_fixed_size_list(array.type) else 0
         array = array.flatten()
     if not (types.is_floating(array.type) or types.is_integer(array.type)):
@@ -145,7 +146,7 @@ def _numbers(column: Any) -> Floats | None:
     size = len(numbers) // count if count else size
     if not 0 < size <= MAX_ELEMENTS:
         return None
-    # Fill the rows of missing vectors with NaN, because `flatten` leaves them out.
+    # Fill the rows of missing vectors with NaN, because `flatten` omits missing vectors.
     rows = np.full((len(known), size), np.nan)
     rows[known] = numbers.reshape(count, size)
     return rows
@@ -182,8 +183,8 @@ def _of_parquet(episode: Episode) -> dict[str, Floats]:
 
 
 def _steps_of(row: Any) -> Any:
-    # Returns the steps that one row holds as a table. The row holds a list of steps, or a list for
-    # each column.
+    # Returns the steps of an episode as a table. `row` holds a list of steps, or a list of numbers
+    # for each column.
     import pyarrow as pa
 
     if not pa.types.is_struct(row.type):
@@ -202,8 +203,8 @@ def _without_structs(table: Any) -> Any:
 
 @lru_cache(maxsize=CACHED_ROW_GROUPS)
 def _row_group(file: str, changed: int, k: int, place: str) -> Any:
-    # Reads a row group of a parquet file, but only columns that may hold numbers, so that pictures
-    # are not read.
+    # Reads row group k of a parquet file. Reads only columns that may hold numbers, so that
+    # pictures are not read.
     import pyarrow.parquet as parquet
 
     with parquet.ParquetFile(file) as opened:
@@ -271,7 +272,8 @@ def _arrays(file: Path, changed: int) -> dict[str, Floats]:
 
 
 def _alike(file: Path, arrays: Mapping[str, Any], read: Callable[[str], Any]) -> dict[str, Floats]:
-    # Returns the arrays, as numbers (N,) or (N, k), whose number of rows is the most frequent one.
+    # Returns the numeric arrays (N,) or (N, k) that have the most frequent number of rows N. Other
+    # arrays and large vectors are left out.
     small = {
         name: array
         for name, array in arrays.items()
@@ -280,8 +282,8 @@ def _alike(file: Path, arrays: Mapping[str, Any], read: Callable[[str], Any]) ->
     counts = [len(array) for array in small.values()]
     usual = max(counts, key=counts.count, default=0)
     small = {name: array for name, array in small.items() if len(array) == usual}
-    # Count the numbers of whole chunks: HDF5 unpacks a whole chunk, which may be larger than the
-    # array.
+    # Count the numbers in whole chunks, because HDF5 unpacks a whole chunk, which may be larger
+    # than the array.
     parts = [(array.shape, getattr(array, 'chunks', None) or ()) for array in small.values()]
     refuse_to_hold(file, sum(max(map(math.prod, part)) for part in parts))
     return {

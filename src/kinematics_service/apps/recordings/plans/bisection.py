@@ -2,8 +2,8 @@
 Bound the largest value of a quantity over a motion from below and above, by branch and bound
 (Land and Doig, 1960).
 
-A piece of the motion is halved if its upper bound is too large: upper bounds of shorter pieces are
-tighter.
+A piece of the motion is halved if its upper bound is too large, because the upper bounds of
+shorter pieces are tighter.
 """
 
 import math
@@ -25,8 +25,8 @@ MAX_ROWS = 16_384
 
 class Extreme(NamedTuple):
     """
-    The largest value of a quantity, and its place in a motion: segment number, and s from 0 to 1
-    in the segment.
+    The largest value of a quantity, and where in a motion it occurs: segment number, and s from 0
+    to 1 in the segment.
     """
 
     value: float
@@ -41,7 +41,8 @@ class Bounded(NamedTuple):
     Attributes
     ----------
     value, most : shape (N,)
-        The quantity at the middle of each piece, and its upper bound over the piece.
+        The value of the quantity at the middle of each piece, and an upper bound of its values in
+        the piece.
     short : shape (N,)
         Whether a piece is too short to be split.
     """
@@ -61,9 +62,10 @@ class Bracket(NamedTuple):
     Attributes
     ----------
     seen
-        The largest value at the middles of the pieces and at the ends of segments.
+        The largest computed value. Values are computed at the middles of pieces and at the ends of
+        segments.
     bound
-        The largest bound, at the middle of its piece.
+        The largest upper bound of all pieces, and the middle of the piece that has it.
     pieces, most
         Pieces that cover the whole motion, and the upper bound of the quantity in each piece.
     """
@@ -76,8 +78,7 @@ class Bracket(NamedTuple):
 
 def verdict_of(seen: float, bound: float, limit: float) -> PlanVerdict:
     """
-    Return the verdict on an upper limit of a quantity, from a value of the quantity and its upper
-    bound.
+    Return whether a quantity stays within `limit`, from its largest known value and upper bound.
     """
     if seen > limit:
         return 'refuted'
@@ -93,11 +94,11 @@ def bracketed(
     Parameters
     ----------
     quantity
-        A function that evaluates the quantity in pieces; a piece of length 0 is an end of a
-        segment.
+        A function that evaluates the quantity in pieces of the motion. A piece of length 0 is an
+        end of a segment.
     enough
-        A function of the largest value found. It returns the upper bound up to which a piece is
-        not halved.
+        A function of the largest value so far. It returns a limit: pieces with an upper bound
+        above the limit are halved.
     budget
         Largest number of pieces, besides the segments.
     """

@@ -19,18 +19,19 @@ from .polynomials import Pieces, PolynomialMotion, moment_at, polynomial_motion
 from .singular_proof import singularity_of_plan
 from .verdicts import JointExtreme, PlanCheck, PlanJoint, PlanVerdict
 
-# Tolerance of limits, as in the estimator. A position is at its limit if it is at most this far
-# beyond it (rad, m). A velocity may exceed its limit by this ratio.
+# Tolerance of joint limits, as in the estimator. A position may exceed its limit by this much
+# (rad, m), and a velocity by this ratio of its limit.
 LIMIT_SLACK = 1e-6
-# Tolerance of the largest and least values of joints: absolute (rad, m) up to 1, relative above 1.
+# Tolerance of the computed largest and least values of joints. It is absolute (rad, m) for values
+# up to 1, and relative for larger values.
 EXTREME_TOLERANCE = 1e-12
 DISTANCE = 'distance'
 
 
 def threshold_of_distance(robot: Robot, which: Literal['warn', 'stop'] = 'stop') -> float:
     """
-    Return the threshold `warn` or `stop` of the distance to singular poses, rad. If the robot file
-    watches another measure, return the default.
+    Return the threshold `warn` or `stop` of the distance to singular poses, rad. Return the
+    default if the robot file has thresholds of another measure.
     """
     watched = robot.singularity.thresholds.measure == DISTANCE
     return float(getattr(robot.singularity.thresholds if watched else MEASURES[DISTANCE], which))
@@ -109,7 +110,9 @@ def check_plan(
         check_positive(PlanError, 'speed_limit', limit)
     motion = polynomial_motion(at, given[0], given[1], given[2])
     points = dict.fromkeys([TOOL, *map(str, speed_of)])
-    with np.errstate(over='ignore', invalid='ignore'):  # `_extreme` reports overflows
+    with np.errstate(
+        over='ignore', invalid='ignore'
+    ):  # `_extreme` raises an error after an overflow
         joints = tuple(_joint(robot, motion, j) for j in range(robot.dof))
         if robot.chain.loops:
             plan = ClosedPlan(robot, motion, asked)
@@ -196,8 +199,9 @@ def _joint(robot: Robot, motion: PolynomialMotion, j: int) -> PlanJoint:
 def _extreme(
     motion: PolynomialMotion, coefficients: Floats, measure: np.ufunc, name: str
 ) -> JointExtreme:
-    # Returns the largest value of `measure` over S polynomials, and its moment. The coefficients
-    # (S, degree + 1) belong to powers of s.
+    # Returns the largest value of `measure` (a function such as abs) of a motion, and the moment
+    # of this value. The motion has S polynomials; the coefficients (S, degree + 1) belong to
+    # powers of s.
     polynomials = motion._replace(coefficients=coefficients[:, :, None])
 
     def bounded(pieces: Pieces) -> Bounded:

@@ -20,16 +20,17 @@ from .polynomials import PolynomialMotion, moment_at
 from .verdicts import PlanClosure, PlanSingularity, PlanSpeed
 
 # Largest motion of a joint between two samples: rad, or m divided by the characteristic length. If
-# the threshold of the distance is smaller, samples are at most the threshold apart.
+# the threshold of the distance to singular poses is smaller, it is used instead.
 MAX_STEP = 0.02
-# Largest number of samples; a longer plan is sampled with larger steps.
+# Largest number of samples. A longer plan is sampled with larger steps between samples.
 MAX_SAMPLES = 20_000
-# If a position (rad, m) is larger than this, round-off prevents closing the loops.
+# Largest accepted joint position (rad, m), because at larger positions round-off prevents closing
+# the loops.
 MAX_POSITION = 1e8
-# Number of samples whose loops are closed at once. If a loop opens in a batch, later batches are
-# not computed, because each failed search takes milliseconds.
+# Number of samples in a batch. After a batch in which a loop does not close, no further batch is
+# computed, because each failed search takes milliseconds.
 BATCH = 256
-# Number of bisections that find the moment at which a loop opens; they reduce the interval to
+# Number of bisections of the interval in which a loop stops closing. They reduce the interval to
 # 1e-12 of a sampling step.
 HALVINGS = 40
 
@@ -48,9 +49,10 @@ class ClosedPlan:
     Attributes
     ----------
     x : shape (N,)
-        The places of the samples, as in `PolynomialMotion.place`.
+        The samples as numbers: 1.25 is s = 0.25 in segment 1, as in `PolynomialMotion.place`.
     closed : shape (N,)
-        Whether the loops close; False after the first batch with an open loop.
+        Whether the loops close at each sample. False for all samples after the first batch with an
+        open loop.
     """
 
     def __init__(self, robot: Robot, motion: PolynomialMotion, threshold: float) -> None:
@@ -83,7 +85,8 @@ class ClosedPlan:
 
     def closure(self) -> PlanClosure:
         """
-        Return whether the loops close at all samples, and the first moment at which a loop opens.
+        Return whether the loops close at all samples, and the first moment at which a loop does
+        not.
         """
         count = len(self.x)
         if np.all(self.closed):
@@ -127,9 +130,7 @@ class ClosedPlan:
         )
 
     def speed(self, of: str, limit: float | None) -> PlanSpeed:
-        """
-        Return the largest speed of a point over the samples, m/s; its upper bound is infinite.
-        """
+        """Return the largest speed of a point at the samples, m/s. Its upper bound is infinite."""
         chain_to(self._robot, of)  # raises an error for an unknown point
         x = self.x[self.closed]
         if not len(x):

@@ -1,9 +1,10 @@
 """
 Compute bounds of the largest speed of a point of the arm over a plan.
 
-Taylor's theorem with Lagrange's remainder bounds the speed in each piece of the plan. The bound is
-the largest size of the velocity's linear expansion at the middle, plus a remainder. A bound of the
-position's third derivative bounds the remainder.
+Taylor's theorem with Lagrange's remainder bounds the speed in each piece of the plan. The velocity
+is expanded to first order at the middle of the piece. The bound is the largest norm of this
+expansion in the piece, plus a bound of the remainder. The remainder follows from a bound of the
+third derivative of the position.
 """
 
 import math
@@ -23,9 +24,9 @@ TOOL = 'tool'
 RELATIVE_TOLERANCE = 0.01
 # Bisection also stops if the bounds of a speed differ by at most this, m/s.
 ABSOLUTE_TOLERANCE = 1e-9
-# A speed that exceeds its limit by at most this ratio counts as at the limit.
+# Tolerance of the speed limit: a speed may exceed its limit by this ratio.
 LIMIT_SLACK = 1e-6
-# Largest number of pieces in the bisection, besides the segments of the plan.
+# Largest number of pieces in the bisection, in addition to the segments of the plan.
 MAX_PIECES = 500_000
 
 
@@ -59,7 +60,7 @@ def speed_over_plan(
         good = seen * (1.0 + RELATIVE_TOLERANCE) + ABSOLUTE_TOLERANCE
         if seen > allowed:
             return good
-        # the limit may be between the bounds, so narrow the bounds further
+        # The limit may be between the lower and the upper bound: require tighter bounds.
         return min(good, max(allowed, seen + ABSOLUTE_TOLERANCE))
 
     seen, bound, *_ = bracketed(motion, _Speeds(chain, motion).bounded, enough, MAX_PIECES)
@@ -71,8 +72,8 @@ def speed_between(
     of: str, lower: float, upper: float, moment: PlanMoment, limit: float | None
 ) -> PlanSpeed:
     """
-    Return the largest speed of a point with its verdict, from a speed at a moment and an upper
-    bound (m/s) of the largest speed.
+    Return the bounds (m/s) of a point's largest speed as a `PlanSpeed`, with the verdict on the
+    speed limit. `lower` is the speed at `moment`.
     """
     verdict = None if limit is None else verdict_of(lower, upper, limit * (1.0 + LIMIT_SLACK))
     return PlanSpeed(of, lower, upper, moment, limit, verdict)
@@ -92,8 +93,8 @@ def chain_to(robot: Robot, of: str) -> Chain | None:
     if of.isdecimal() and int(of) <= robot.rows:
         chain = robot.point(int(of)).chain
         return chain if chain.entries else None
-    # Accept no joint names for an arm with loops: the table has no axes for the joints in a loop's
-    # own chain.
+    # Accept no joint names if the arm has closed loops, because the table has no axes of the
+    # joints in a loop's own chain.
     joints = () if robot.chain.loops else robot.joint_names
     if of in joints:
         table = robot.chain.table
@@ -114,8 +115,8 @@ def chain_to(robot: Robot, of: str) -> Chain | None:
 
 
 def _shortened(robot: Robot, last: int, offset: Floats) -> Chain | None:
-    # Returns the chain that ends after element `last`, with the tool at `offset` from this
-    # element. Returns None if the point does not move.
+    # Returns the chain that ends after element `last`, with the tool at the pose `offset` in the
+    # frame of this element. Returns None if no element precedes the tool.
     if last < 0:
         return None
     table = robot.chain.table
@@ -143,8 +144,8 @@ class _Speeds:
         self._chain = chain
         table = chain.table
         element = np.repeat(np.arange(chain.elements), np.diff(table.first_entry))
-        # Rotation (rad) and translation (m) of each element of the chain for one unit of each
-        # joint.
+        # Compute the rotation (rad) and translation (m) of each element of the chain per rad or m
+        # of each joint.
         self._by_theta = np.zeros((chain.dof, chain.elements))
         self._by_d = np.zeros((chain.dof, chain.elements))
         np.add.at(self._by_theta, (table.joint, element), table.by_theta)
@@ -159,7 +160,8 @@ class _Speeds:
         v, a = self._velocity(taylor, T)
         seconds = pieces.half * T
         swing = a * seconds[:, None]
-        # |v + a t| is convex in t, so its maximum is at an end of the piece: evaluate both ends.
+        # Evaluate |v + a t| at both ends of each piece. Its maximum is at an end, because it is
+        # convex in t.
         ends = np.maximum(np.linalg.norm(v + swing, axis=1), np.linalg.norm(v - swing, axis=1))
         most = ends + 0.5 * self._third(taylor, pieces.half, T) * seconds**2
         most = np.where(np.isnan(most), np.inf, most)
@@ -167,7 +169,8 @@ class _Speeds:
 
     def _velocity(self, taylor: Floats, T: Floats) -> tuple[Floats, Floats]:
         # Returns velocity and acceleration of the point at the middles of the pieces. The
-        # acceleration follows from dv_f/dq_e = w_e x v_f if element e is f or before f.
+        # acceleration follows from the derivatives of the Jacobian columns: dv_f/dq_e = w_e x v_f,
+        # if joint entry e is f or before f.
         chain, E = self._chain, self._chain.entries
         q, rates, accelerations = (derivative(taylor, order, T) for order in (0, 1, 2))
         rows = np.empty((len(q), chain.widths[kernel.JACOBIAN]))
@@ -182,16 +185,16 @@ class _Speeds:
         return np.sum(moved, axis=1), np.sum(acceleration, axis=1)
 
     def _third(self, taylor: Floats, half: Floats, T: Floats) -> Floats:
-        # Bounds the third derivative of the point's position in each piece. The position is a sum
-        # of vectors; each vector is turned by the elements before it. For these elements, let s, a
-        # and j be the sums of the sizes of the first, second and third derivatives of their
-        # angles. Then the first three derivatives of the rotation are at most s, s^2 + a and s^3 +
-        # 3 s a + j.
+        # Returns a bound of the third derivative of the point's position in each piece. The
+        # position is a sum of vectors, one for each element of the chain. The elements before a
+        # vector rotate it. Let s, a and j be the sums of the absolute first, second and third
+        # derivatives of these elements' angles. Then the first three derivatives of the rotation
+        # are at most s, s^2 + a and s^3 + 3 s a + j.
         table = self._chain.table
         turns, slides = taylor @ self._by_theta, taylor @ self._by_d
         s, a, j = (np.cumsum(_most(turns, order, half, T), axis=1) for order in (1, 2, 3))
-        # Bound the length of each element's vector: it slides along the element's axis, and the
-        # elements before it turn it.
+        # Bound the length of each element's vector. Only the translation along the element's axis
+        # changes the length.
         moves, axes = table.before[1:, :, 3], table.before[1:-1, :, 2]
         stroke = table.d_0[1:] + slides[:, 0, 1:]
         lengths = np.linalg.norm(moves[:-1] + axes * stroke[:, :, None], axis=2)
@@ -205,7 +208,8 @@ class _Speeds:
 
 
 def _most(taylor: Floats, order: int, half: Floats, T: Floats) -> Floats:
-    # Bounds, in each piece, the absolute value of the derivative by time of order `order`.
+    # Returns a bound, in each piece, of the absolute value of the time derivative of order
+    # `order`.
     most = np.zeros_like(taylor[:, 0])
     for i in range(order, taylor.shape[1]):
         most += math.perm(i, order) * np.abs(taylor[:, i]) * half[:, None] ** (i - order)

@@ -21,7 +21,8 @@ class Pieces(NamedTuple):
     Attributes
     ----------
     segment : shape (N,)
-        The number of the polynomial, from 0: it is between points `segment` and `segment + 1`.
+        The number of the polynomial, from 0. Polynomial `segment` is between points `segment` and
+        `segment + 1`.
     middle, half : shape (N,)
         Middle and half length of each piece, as ratios of the segment's duration.
     """
@@ -31,7 +32,7 @@ class Pieces(NamedTuple):
     half: Floats
 
     def chosen(self, which: Which) -> 'Pieces':
-        """Return the pieces that the index array or slice `which` selects."""
+        """Return the pieces that `which` selects, an index array or a slice."""
         return Pieces(self.segment[which], self.middle[which], self.half[which])
 
     def halved(self) -> 'Pieces':
@@ -45,7 +46,7 @@ class Pieces(NamedTuple):
 
 
 def joined(parts: list[Pieces]) -> Pieces:
-    """Return the pieces of all parts as one object."""
+    """Join several `Pieces` to one object with all pieces."""
     none = Pieces(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0))
     return Pieces(*(np.concatenate(columns) for columns in zip(none, *parts)))
 
@@ -66,15 +67,12 @@ class PolynomialMotion(NamedTuple):
     coefficients: Floats
 
     def place(self, x: npt.ArrayLike) -> tuple[Integers, Floats]:
-        """
-        Return segment numbers and s (0 to 1) for numbers that give both: 1.25 is s = 0.25 in
-        segment 1.
-        """
+        """Split numbers into segment numbers and s from 0 to 1: 1.25 is s = 0.25 in segment 1."""
         segment = np.minimum(np.asarray(x, dtype=np.int64), len(self.begins) - 1)
         return segment, np.asarray(x - segment)
 
     def times(self, segment: Integers, s: Floats) -> Floats:
-        """Return the times at s in segments, in s on the clock of the plan's points."""
+        """Return the times (in seconds, on the clock of the plan's points) at s in segments."""
         return np.asarray(self.begins[segment] + s * self.durations[segment])
 
     def positions(self, segment: Integers, s: Floats) -> Floats:
@@ -85,7 +83,7 @@ class PolynomialMotion(NamedTuple):
         return np.asarray(value)
 
     def seconds(self, segment: Integers) -> Floats:
-        """Return the durations of segments, s; 1 if a segment has duration 0."""
+        """Return the durations of segments, s. Return 1 for a segment of duration 0."""
         durations = self.durations[segment]
         return np.where(durations > 0.0, durations, 1.0)
 
@@ -129,7 +127,7 @@ def polynomial_motion(
     times: Floats, positions: Floats, velocities: Floats | None, accelerations: Floats | None
 ) -> PolynomialMotion:
     """
-    Return the motion of joint_trajectory_controller through the points of a plan.
+    Return the motion that joint_trajectory_controller makes through the points of a plan.
 
     The motion is straight if points have only positions, cubic with velocities, and quintic with
     velocities and accelerations. A plan of one point does not move.
@@ -167,7 +165,7 @@ def polynomial_motion(
 
 
 def moment_at(motion: PolynomialMotion, segment: int | Integers, s: float | Floats) -> PlanMoment:
-    """Return the moment at s of a segment: its time, point number and joint positions."""
+    """Return the moment at s in a segment, with its time, point number and joint positions."""
     at, share = np.array([segment]), np.array([s])
     time = float(motion.times(at, share)[0])
     last = segment == len(motion.begins) - 1 and s == 1.0 and motion.durations[segment] > 0.0

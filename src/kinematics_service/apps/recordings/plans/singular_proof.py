@@ -21,21 +21,22 @@ from .bisection import Bounded, Extreme, bracketed, verdict_of
 from .polynomials import Pieces, PolynomialMotion, moment_at
 from .verdicts import PlanSingularity
 
-# A piece is not halved further if its joint motion is less than this ratio of the threshold.
+# A piece is not halved if its joint motion is less than this ratio of the threshold of the
+# distance.
 MIN_SPAN_RATIO = 0.05
-# Bound of the absolute round-off of joint positions, rad, at any size of the positions.
+# Part of the bound of the round-off of joint positions that does not depend on their size, rad.
 ROUND_OFF = 1e-9
-# Bound of the round-off of joint positions relative to the coefficients of the polynomials: 45
-# machine epsilons.
+# Part of the bound of the round-off of joint positions, as a ratio of the coefficients of the
+# polynomials: 45 machine epsilons.
 RELATIVE_ROUND_OFF = 1e-14
 # Largest number of evaluations of the proved radius without singular poses, for one plan.
 MAX_CLEARANCES = 5_000
 # Additional number of evaluations of the proved radius for each segment of a plan.
 MAX_CLEARANCES_OF_SEGMENT = 20
-# Bisection stops if the lower bound of the distance is at least this ratio of the least proved
-# radius without singular poses.
+# Bisection stops if the lower bound of the distance is at least the threshold, and at least this
+# ratio of the least proved radius without singular poses.
 BOUND_RATIO = 0.95
-# Number of moments in each search around the moment of least distance.
+# Number of sampled moments in each search around the moment of least distance.
 REFINEMENT_SAMPLES = 17
 # Number of searches around the moment of least distance; each search covers a shorter time.
 REFINEMENTS = 4
@@ -73,12 +74,12 @@ class _Distance:
     Attributes
     ----------
     evaluations
-        Number of clearances computed so far.
+        Number of clearances (proved radii without singular poses) computed so far.
     """
 
     def __init__(self, robot: Robot, motion: PolynomialMotion, threshold: float) -> None:
         self._robot, self._motion, self._threshold = robot, motion, threshold
-        # Ignore the motion of joints that do not change the rank of J.
+        # Count only the motion of joints that can change the rank of J.
         self._moving = moving_joints(robot.chain, robot.singularity.task)
         size = np.max(np.sum(np.abs(motion.coefficients), axis=1))
         self._round_off = ROUND_OFF + RELATIVE_ROUND_OFF * float(size)
@@ -87,14 +88,15 @@ class _Distance:
 
     def negative(self, pieces: Pieces) -> Bounded:
         """
-        Return the negative distance to singular poses at the middles of pieces, and its upper
-        bound in each piece.
+        Return the negative distance to singular poses at the middles of pieces, and an upper bound
+        of it in each piece.
 
         The nearest singular pose is searched at points of the plan, and at middles where the
         clearance is at most the threshold.
         """
         q = self._motion.positions(pieces.segment, pieces.middle)
-        # Skip the clearance at points of the plan: the pieces before and after a point cover it.
+        # Do not compute the clearance at points of the plan, because the pieces before and after a
+        # point cover the point.
         inside, clearance = pieces.half > 0.0, np.full(len(q), np.inf)
         clearance[inside] = np.maximum(clearances(self._robot, q[inside]) - self._round_off, 0.0)
         self.evaluations += int(np.sum(inside))
@@ -107,7 +109,10 @@ class _Distance:
         return Bounded(value, span - clearance, near & (span < MIN_SPAN_RATIO * self._threshold))
 
     def enough(self, seen: float) -> float:
-        """Return the upper bound at which bisection stops; infinite if the plan is refuted."""
+        """
+        Return the limit of the upper bound at which bisection stops. It is infinite if the plan is
+        refuted.
+        """
         if -seen < self._threshold:
             return math.inf
         return -max(self._threshold, BOUND_RATIO * self._least_clearance)
@@ -124,8 +129,8 @@ class _Distance:
 
     def least_around(self, seen: Extreme) -> Extreme:
         """
-        Return the moment of least distance near a given moment, found by sampling in shorter and
-        shorter times.
+        Return the moment of least distance near a given moment, by sampling in shorter and shorter
+        intervals of time.
         """
         count, width = len(self._motion.begins), 1.0
         for _ in range(REFINEMENTS):
@@ -141,8 +146,8 @@ class _Distance:
 
 
 def _span(taylor: Floats, reach: Floats) -> Floats:
-    # Bounds the joint motion within `reach` of the middles of pieces; `reach` is a ratio of the
-    # segment's duration.
+    # Returns a bound of the joint motion from the middle of each piece to moments within `reach`,
+    # which is a ratio of the segment's duration.
     powers = reach[:, None] ** np.arange(1, taylor.shape[1])
     most = np.sum(np.abs(taylor[:, 1:]) * powers[:, :, None], axis=1)
     return np.asarray(np.linalg.norm(most, axis=1))

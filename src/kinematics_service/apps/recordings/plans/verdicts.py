@@ -9,7 +9,7 @@ from ....kernel import Floats
 from ....robot.chain import FrozenArrays
 
 PlanVerdict = Literal['proved', 'refuted', 'not decided']
-# The verdicts in order, the best first.
+# The possible verdicts, the best first.
 _ORDER: tuple[PlanVerdict, ...] = ('proved', 'not decided', 'refuted')
 
 
@@ -51,12 +51,12 @@ class PlanSingularity:
     upper
         The least distance to a singular pose that was found, rad; infinite if none was found.
     moment
-        The moment of `upper` if the plan is refuted, otherwise the moment with the least proved
-        distance.
+        If the plan is refuted, the moment of the distance `upper`. Otherwise the moment of the
+        least proved distance.
     nearest_singular : shape (n,), rad or m
         The singular pose found for `moment`; read-only; None if none was found.
     undecided
-        Undecided times (begin, end), s.
+        Intervals of time (begin, end), s, in which nothing is decided.
     evaluations
         Number of poses with a computed clearance.
     """
@@ -78,8 +78,8 @@ class PlanSingularity:
 
 class JointExtreme(NamedTuple):
     """
-    The largest or least position (rad, m) of a joint, or its largest speed (rad/s, m/s), and the
-    moment.
+    An extreme value of a joint, and its moment: largest or least position (rad, m), or largest
+    speed (rad/s, m/s).
     """
 
     value: float
@@ -98,7 +98,8 @@ class PlanJoint:
     least, greatest, fastest
         Least and greatest position, and the largest speed.
     limits, speed
-        Whether the joint keeps its limits, and its velocity limit: proved or refuted.
+        Verdicts, proved or refuted: whether the joint keeps its position limits, and its velocity
+        limit.
     """
 
     name: str

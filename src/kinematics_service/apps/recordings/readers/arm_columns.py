@@ -21,20 +21,20 @@ from .stamp_format import UNITS, StampFormat
 
 # Largest number of columns listed in an error message.
 MAX_LISTED = 12
-# Longest column name in an error message; a longer name is cut.
+# Largest number of characters of a column name in an error message. A longer name is cut.
 MAX_NAME_LENGTH = 60
 STAMP = 'stamp'
-# Column names of stamps, in small letters, that are searched if a layout does not name its stamp
-# column.
+# Known names of the stamp column, in small letters. They are searched if a layout does not name
+# its stamp column.
 STAMPS = (STAMP, 'timestamp', 'time', 't', 'date', 'datetime', '%time', '__time')
 # Matches a range of column numbers, counted from 1, such as 2-7.
 NUMBERS = re.compile(r'(\d+)(?:-(\d+))?')
-# Matches a column name of a joint that ends in a number, such as q1 or joint_3. RATES has the
-# starts of the matching velocity columns.
+# Matches a column name of a joint that ends in a number, such as q1 or joint_3. RATES has possible
+# starts of the names of velocity columns in such a table.
 NUMBERED = re.compile(r'((?:q|j|joint|axis|theta|angle|pos|position)[ _.]?)\d+', re.IGNORECASE)
 RATES = ('qd', 'dq', 'qdot', 'qd_', 'dq_', 'velocity', 'velocity_', 'vel_')
-# Matches words in names of commanded poses. Columns with these words are skipped, because only
-# measured poses are read.
+# Matches words for commanded values. A column of a pose whose name has such a word is skipped,
+# because only measured poses are read.
 COMMAND_WORDS = re.compile('target|goal|command|cmd|desired|ref|set', re.IGNORECASE)
 SLICE = re.compile(r'(.+)\[(\d*):(\d*)\]')
 HOW = (
@@ -45,8 +45,8 @@ HOW = (
 
 class ColumnNames(NamedTuple):
     """
-    How the column names of each quantity begin in a layout; the stamp column has its whole name
-    here.
+    How the column names of positions, velocities and poses begin in a layout, and the whole name
+    of the stamp column.
 
     If `position` is empty, the columns have the names of the joints, and velocities are not read.
     """
@@ -59,7 +59,7 @@ class ColumnNames(NamedTuple):
 
 class Layout(NamedTuple):
     """
-    A known layout: how a kind of table names its columns, and whose units it uses.
+    A known layout of tables: the names of the columns, and the maker whose units the numbers have.
 
     Attributes
     ----------
@@ -79,12 +79,13 @@ class Layout(NamedTuple):
 
 LAYOUTS = (
     Layout(ColumnNames(STAMP, 'position.', 'velocity.', 'pose.')),
-    # Layout of the files that Universal Robots' RTDE client records.
+    # The layout of files recorded by Universal Robots' RTDE client.
     Layout(ColumnNames('timestamp', 'actual_q_', 'actual_qd_', 'actual_TCP_pose_')),
-    # Joint columns with the names of the joints, and a pose with x, y, z and orientation.
+    # A layout whose joint columns have the names of the joints, with a pose as x, y, z and
+    # orientation.
     Layout(ColumnNames('', '', '', '')),
-    # Layouts of makers' files: AXIS_ACT and POS_ACT (KUKA), jointtarget and robtarget (ABB), and
-    # teach pendants.
+    # Layouts with the names and units of controller makers: AXIS_ACT and POS_ACT (KUKA),
+    # jointtarget and robtarget (ABB), and displays of teach pendants.
     Layout(ColumnNames('', 'A', '', ''), 'kuka', ('x', 'y', 'z', 'a', 'b', 'c')),
     Layout(ColumnNames('', 'J', '', ''), 'fanuc', ('x', 'y', 'z', 'w', 'p', 'r')),
     Layout(ColumnNames('', 'rax_', '', ''), 'abb'),
@@ -99,16 +100,16 @@ class ArmColumns(NamedTuple):
     Attributes
     ----------
     stamp
-        Name of the column of stamps, empty if stamps follow from row numbers.
+        Name of the column of stamps. Empty if stamps are computed from row numbers.
     stamps
         The unit of stamps, or the rate of the rows.
     positions, velocities, poses
         Column names. Positions and velocities are in the order of the arm's joints; velocities may
         be empty. Poses are in the order of the numbers of a pose.
     joints, form
-        Units of the joints; format of the poses.
+        Units of the joint columns, and format of the pose columns.
     names
-        How the column names begin, for error messages.
+        The starts of the column names, for error messages.
     guessed
         Assumptions that follow from the column names, each a sentence.
     """
@@ -215,7 +216,7 @@ class _Search:
         if not (poses or asked) and form == PoseFormat():
             poses, form = self._poses_alone(guessed)
         if set(poses) & set(positions):
-            poses, form = [], PoseFormat()  # the columns x, y and z are gantry joints, not a pose
+            poses, form = [], PoseFormat()  # columns x, y and z of a gantry: joints, not a pose
         if layout.maker and poses:
             guessed.append(
                 f'poses {", ".join(poses)} are taken as {layout.maker.upper()} writes them: '
@@ -230,8 +231,8 @@ class _Search:
         )
 
     def _joint_units(self, positions: list[str]) -> JointFormat:
-        # Returns the joint units that options and column names give; refuses units that contradict
-        # each other.
+        # Returns the units of the joint columns, from the options and the column names. Raises an
+        # error if they contradict each other.
         robot, given, told = self.wanted.robot, self.wanted.joint_format, {}
         for name, column, slides in zip(robot.joint_names, positions, robot.prismatic):
             accepted = (*(LENGTHS if slides else ANGLES), PERCENT)
@@ -289,14 +290,15 @@ class _Search:
         return usual
 
     def _numbered_joints(self) -> list[Layout]:
-        # Returns a layout for column names such as q1 ... q6 or J 1 ... J 6. The arm must have as
-        # many joints, and the numbers in its joint names must rise.
+        # Returns a layout if the joint columns have names such as q1 ... q6 or J 1 ... J 6. The
+        # arm must have this number of joints, and the numbers in its joint names must rise.
         found = [part[1] for name in self.header if (part := NUMBERED.fullmatch(name))]
         own = [int(part[1]) for name in self.joints if (part := re.search(r'(\d+)$', name))]
         if len(set(found)) != 1 or len(found) != len(self.joints) or own != sorted(own):
             return []
-        # Return no layout in doubtful cases: q1 .. q4 may be a quaternion, and q0 and q1 may not
-        # be the joints q1 and q2.
+        # Return no layout in doubtful cases. Columns q1 .. q4 may be a quaternion. If the header
+        # has the name of a joint, numbers may belong to other joints: q0 and q1 may not be the
+        # joints q1 and q2.
         if pose_columns(self.header, [''], PoseFormat('wxyz')) or {*self.joints} & {*self.header}:
             return []
         rates = next((one for one in RATES if self._family(one)), '')
@@ -309,7 +311,9 @@ class _Search:
         if layout.maker:
             ends = {name.lower() for name in self.header}
             return ends >= set(layout.needed)
-        # Accept named joints even without a stamp column: the error then names the stamps.
+        # A layout whose columns have the joints' names or numbers fits even without a stamp
+        # column, so that the error names the missing stamps. Other layouts fit only with their
+        # stamp column.
         named = names.position and not layout.numbered and 'stamp' not in self._given
         return not named or names.stamp in self.header or self.wanted.stamps.rate > 0.0
 
@@ -347,16 +351,16 @@ class _Search:
             )
 
     def _positions(self, beginning: str) -> list[str]:
-        # Returns the columns of the joint positions. If `beginning` is empty, the columns have the
-        # names of the joints.
+        # Returns the columns of the joint positions, whose names start with `beginning`. If
+        # `beginning` is empty, these columns have the names of the joints.
         if beginning:
             return self._family(beginning)
         both = self.joints, self.wanted.robot.joint_names
         return next((list(own) for own in both if set(own) <= set(self.header)), [])
 
     def _family(self, beginning: str) -> list[str]:
-        # Returns the columns of all joints that start with `beginning`, by joint name or by number
-        # from 0 or 1; empty if a column is missing.
+        # Returns a column for each joint. Its name is `beginning` followed by the joint's name or
+        # number (from 0 or 1). Returns no columns if one is missing.
         if not beginning:
             return []
         columns = self._numbered(beginning)
@@ -367,13 +371,14 @@ class _Search:
             for ends in (self.joints, self.wanted.robot.joint_names, range(n), range(1, n + 1)):
                 columns = [f'{start}{end}' for end in ends]
                 if all(column in self.header for column in columns):
-                    # the columns from 0 win: those from 1 may also exist
+                    # Numbers from 0 are tried before numbers from 1, because a table may have
+                    # columns for both.
                     return columns
         return []
 
     def _numbered(self, text: str) -> list[str]:
-        # Returns the columns of a range like 2-7, or of a slice of a vector like state[0:6]; empty
-        # for other text.
+        # Returns the columns that a text selects: a range of numbers such as 2-7, or a slice of a
+        # vector such as state[0:6]. Returns no columns for other text.
         part = SLICE.fullmatch(text)
         if part is not None:
             elements = [name for name in self.header if name.startswith(f'{part[1]}.')]
@@ -405,8 +410,8 @@ class _Search:
         return found or ([], PoseFormat())
 
     def _poses_alone(self, guessed: list[str]) -> tuple[list[str], PoseFormat]:
-        # Returns the columns of the tool pose if the table has one measured pose only, with any
-        # column names.
+        # Returns the columns of the tool pose, whatever their names, if the table has exactly one
+        # measured pose.
         named = (name for name in self.header if not COMMAND_WORDS.search(name))
         starts = dict.fromkeys(name[:-1] for name in named if name[-1:] in 'xX')
         tried = {start: pose_columns(self.header, [start], PoseFormat()) for start in starts}

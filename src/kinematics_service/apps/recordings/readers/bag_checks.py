@@ -17,24 +17,22 @@ from .source import Remark
 
 UNNOTICED = 'has no checksums: a flipped bit in its numbers would not be noticed'
 CHANGED = 'it was changed after it was written, and what follows from it may be wrong'
-# Codes of remarks: a checksum that is wrong, or missing.
+# Codes of remarks about a wrong checksum, and about a missing checksum.
 WRONG_SUM, NO_SUM = 'wrong-checksum', 'no-checksum'
 MAGIC_LENGTH = 8
-# Layout of the first bytes of an MCAP record, opcode and length: mcap.dev/spec.
+# Layout of the first bytes of an MCAP record: opcode and length (mcap.dev/spec).
 HEAD = struct.Struct('<BQ')
 CHUNK_INDEX = 8
 DATA_END = 15
 FOOTER_LENGTH = HEAD.size + 20
 DATA_END_LENGTH = HEAD.size + 4
-# Offset of the checksum in a chunk record: the checksum follows two times and the size.
+# Offset of the checksum in a chunk record. The checksum follows the head, two times and the size.
 CHUNK_SUM_AT = HEAD.size + 24
 READ_SIZE = 1 << 20
 
 
 def checked(path: Path) -> Iterator[Remark]:
-    """
-    Check a bag, which is a file or a directory, and yield remarks on damage or missing checksums.
-    """
+    """Check a bag (a file or a directory), and yield remarks on damage or missing checksums."""
     files = sorted(path.iterdir()) if path.is_dir() else [path]
     for file in files:
         if file.suffix == '.mcap':

@@ -13,7 +13,7 @@ from .block import SECOND
 from .source import PoseTrack
 from .tool_poses import PoseRows
 
-# Fields of position and orientation in a message, by message type.
+# Paths of the fields for position and orientation in a message, by message type.
 POSES = {
     'geometry_msgs/msg/PoseStamped': ('pose.position', 'pose.orientation'),
     'geometry_msgs/msg/PoseWithCovarianceStamped': ('pose.pose.position', 'pose.pose.orientation'),
@@ -22,8 +22,8 @@ POSES = {
 }
 TRANSFORM = 'geometry_msgs/msg/TransformStamped'
 TRANSFORMS = 'tf2_msgs/msg/TFMessage'
-# Largest number of poses in memory (13 MB). If it is reached, every second pose is dropped,
-# because the frame check needs only some hundred poses.
+# Largest number of poses in memory (13 MB). If the number is reached, every second pose is
+# dropped. The frame check needs only some hundred poses.
 MAX_POSES_HELD = 2**16
 
 
@@ -42,8 +42,8 @@ def track_of_messages(
     kind
         The type of the messages, one of `POSES`.
     read
-        Decodes the bytes of a message, and returns its poses, at most one except for `/tf`. It may
-        raise any exception.
+        A function that decodes the bytes of a message and returns its poses: several for `/tf`,
+        otherwise at most one. It may raise any exception.
     """
     parts = zip(POSES[kind], ('xyz', 'xyzw'))
     numbers = [attrgetter(f'{part}.{axis}') for part, axes in parts for axis in axes]

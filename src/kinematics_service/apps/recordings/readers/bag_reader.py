@@ -54,8 +54,8 @@ def open_bag(path: Path, wanted: Selection) -> Iterator[RecordingSource]:
             _check(path)
             if path.is_dir():
                 refuse_to_grow(path)
-            # Use the message definitions of Jazzy as default: bags older than ROS 2 Iron contain
-            # no definitions.
+            # Use the message definitions of Jazzy as default, because bags older than ROS 2 Iron
+            # contain no definitions.
             reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
             reader.open()
         try:
@@ -67,8 +67,8 @@ def open_bag(path: Path, wanted: Selection) -> Iterator[RecordingSource]:
 
 @contextmanager
 def _one_sentence(path: Path) -> Iterator[None]:
-    # Turns any exception of rosbags into a RecordingError, because a damaged file can raise any
-    # exception.
+    # Turns any exception of rosbags into a RecordingError, because rosbags can raise any exception
+    # for a damaged file.
     try:
         yield
     except KinematicsError:
@@ -82,7 +82,7 @@ def _one_sentence(path: Path) -> Iterator[None]:
 
 
 def _from_the_reader(error: BaseException) -> bool:
-    # Returns whether rosbags or its dependencies raised an error, not this package.
+    # Returns whether an error was raised by rosbags or its dependencies, and not by this package.
     *_, (frame, _) = walk_tb(error.__traceback__)
     return not frame.f_globals.get('__name__', '').startswith(__package__.partition('.')[0])
 
@@ -211,8 +211,8 @@ class _Bag:
         raise RecordingError(f'{self.path}: {self._listed()}', code='missing-topic')
 
     def _refuse_other_fields(self, topic: str, kind: str) -> None:
-        # Refuse a message type that has the name of a ROS type but other fields: read by the ROS
-        # definition, its bytes would give wrong numbers.
+        # Raise an error if a message type has the name of a ROS type but other fields, because its
+        # bytes would be read by the ROS definition and give wrong numbers.
         usual = dict(get_typestore(Stores.ROS2_JAZZY).fielddefs)
         if not self.reader.is2:
             usual |= get_typestore(Stores.ROS1_NOETIC).fielddefs
@@ -262,8 +262,8 @@ class _Bag:
                 some.clear()  # free the memory before the next messages are read
 
     def _alike(self, messages: Sequence[tuple[int, bytes]]) -> Iterator[Block | UnreadableMessage]:
-        # Yields blocks from messages of equal length. A message that differs from the first
-        # message in more than numbers and stamp is decoded separately.
+        # Yields blocks from messages of equal length in bytes. A message is decoded separately if
+        # it differs from the first message in more than its numbers and stamp.
         times, raws = zip(*messages)
         columns = columns_of(raws, not self.reader.is2) if len(raws) > 1 else None
         if columns is None:
@@ -329,8 +329,8 @@ class _Bag:
         return ', '.join(sorted(name for name, own in self.types.items() if own in usable))
 
     def _child(self, topic: str, asked: str, connections: list[Any]) -> str:
-        # Returns the child frame whose transforms are the tool poses: the requested frame, or the
-        # only frame of the topic.
+        # Returns the child frame whose transforms are the tool poses. It is the requested frame,
+        # or the only child frame of the topic.
         parents: dict[str, set[str]] = {}
         for message, _ in self._messages(connections):
             for one in message.transforms:

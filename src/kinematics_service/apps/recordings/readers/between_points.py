@@ -8,9 +8,11 @@ import numpy as np
 from ....kernel import Floats, Integers
 from ..plans.polynomials import polynomial_motion
 
-# Largest motion of a joint between two samples, rad or m. A long trajectory may have larger steps.
+# Largest motion of a joint between two samples, rad or m. In a long trajectory the motion may be
+# larger.
 MAX_STEP = 0.01
-# Least number of samples between two points, so that samples show a joint that turns back.
+# Least number of samples between two points. The samples show a joint that turns back between the
+# points.
 MIN_SAMPLES = 4
 # Largest number of samples between two points.
 MAX_SAMPLES = 2_000
@@ -52,8 +54,8 @@ def sampled(planned: PlannedTrajectory, most: int = sys.maxsize) -> SampledSteps
     """
     Return samples of the motion along a trajectory, its points included.
 
-    The number of samples is at most `most`, but at least 4 for each segment; a longer motion has
-    larger steps.
+    Each segment has at least 4 samples. Otherwise the number of samples is at most `most`, and a
+    long motion has larger steps.
     """
     q = planned.positions
     motion = polynomial_motion(planned.times, q, planned.velocities, planned.accelerations)
@@ -66,12 +68,12 @@ def sampled(planned: PlannedTrajectory, most: int = sys.maxsize) -> SampledSteps
 
 
 def _counts(planned: PlannedTrajectory, most: int) -> Integers:
-    # Returns the number of samples of each segment. The end of a segment is a sample of the next
-    # segment.
+    # Returns the number of samples of each segment, without the sample at its end, which counts
+    # for the next segment.
     reach = np.max(np.abs(np.diff(planned.positions, axis=0)), axis=1)
     if planned.velocities is not None:
-        # Consider the speeds at the points: a cubic polynomial may leave the range of the
-        # positions at its ends.
+        # Add samples for the speeds at the points, because a cubic polynomial may leave the range
+        # between the positions at its ends.
         speeds = np.max(np.abs(planned.velocities), axis=1)
         fastest = np.maximum(speeds[:-1], speeds[1:])
         reach = np.maximum(reach, 0.5 * np.diff(planned.times) * fastest)

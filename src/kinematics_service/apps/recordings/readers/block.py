@@ -14,11 +14,11 @@ from ....kernel import Floats
 Times: TypeAlias = npt.NDArray[np.int64]
 Flags: TypeAlias = npt.NDArray[np.bool_]
 
-SECOND = 1_000_000_000  # in ns
+SECOND = 1_000_000_000  # ns
 # Largest number of messages in a block.
 LARGEST_BLOCK = 16_384
-# Largest number of serialized bytes in a block, 64 MiB. A larger message becomes a block of its
-# own.
+# Largest size of the serialized messages of a block, 64 MiB. A larger message becomes a block of
+# its own.
 LARGEST_BYTES = 2**26
 
 
@@ -30,8 +30,8 @@ class ForwardClock:
 
     def times(self, stamps: Times) -> Times:
         """
-        Return the times (N,) of the clock at the next stamps (N,), N > 0; the first time is the
-        first stamp.
+        Advance the clock by the next stamps (N,), N > 0, and return its times (N,). The clock
+        begins at the first stamp.
         """
         stamp, time = self._last or (int(stamps[0]), int(stamps[0]))
         times: Times = time + np.cumsum(np.maximum(np.diff(stamps, prepend=stamp), 0))
@@ -42,7 +42,7 @@ class ForwardClock:
 @dataclass(frozen=True, eq=False)
 class Block:
     """
-    Consecutive JointState messages with the same names and the same count of numbers.
+    Consecutive JointState messages with equal joint names and equal counts of numbers.
 
     Attributes
     ----------
@@ -51,8 +51,8 @@ class Block:
     stamps, received : shape (N,), ns
         Stamp in the header, 0 if unstamped, and time of receipt of each message.
     positions, velocities : shape (N, k), rad or m, rad/s or m/s
-        Positions and velocities of the messages. k should be the number of names, and is 0 if the
-        messages have no such numbers.
+        Positions and velocities of the messages. k is the number of names in valid messages, and 0
+        if the messages have no positions, or velocities.
     """
 
     names: tuple[str, ...]
@@ -95,8 +95,8 @@ def joined(
     parts: Iterable[Block | UnreadableMessage],
 ) -> Iterator[Block | UnreadableMessage]:
     """
-    Yield blocks in order; consecutive blocks with equal joint names and equal counts of numbers
-    are joined.
+    Yield blocks in order, and join consecutive blocks with equal joint names and counts of
+    numbers.
     """
 
     def kind(part: Block | UnreadableMessage) -> tuple[object, ...]:

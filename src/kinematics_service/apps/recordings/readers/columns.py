@@ -14,11 +14,11 @@ import numpy.typing as npt
 from ....errors import RecordingError
 from ....kernel import Floats
 
-# If a column in memory has more numbers than this, it writes them to an unnamed file. The system
+# A column with more numbers than this in memory writes its numbers to an unnamed file. The system
 # deletes the file when the process ends.
 MAX_HELD_NUMBERS = 2**18
-# Number of states in a piece, 17 minutes at 1 kHz. The number is constant, so that sums over
-# pieces do not depend on the size of blocks.
+# Number of states that are read at once, 17 minutes at 1 kHz. The number is constant, so that sums
+# do not depend on the size of blocks.
 MAX_PIECE_ROWS = 2**20
 
 Scalar = TypeVar('Scalar', bound=np.generic)
@@ -27,9 +27,7 @@ Rows = slice | Sequence[int] | npt.NDArray[np.integer[Any]] | npt.NDArray[np.boo
 
 
 class Column(Generic[Scalar]):
-    """
-    A column with one number for each state. Numbers are appended, then read as from an array.
-    """
+    """A column of numbers, one for each state. Numbers are appended, and read as from an array."""
 
     def __init__(self, kind: type[Scalar]) -> None:
         self._kind = np.dtype(kind)
@@ -85,8 +83,8 @@ class Column(Generic[Scalar]):
 
     def mapped(self) -> npt.NDArray[Scalar]:
         """
-        Return all numbers as an array; a column in a file is a memory map. Changes of the array
-        change the column.
+        Return all numbers as an array, which is a memory map if the column is in a file. Changes
+        of the array change the column.
         """
         if self._file is None:
             return self._joined()

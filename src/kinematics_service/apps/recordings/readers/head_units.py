@@ -36,7 +36,8 @@ class HeadUnits(NamedTuple):
 
     def unit(self, names: Sequence[str], accepted: Collection[str], where: str) -> str:
         """
-        Return the unit that some columns share, empty if their names have no unit.
+        Return the unit of several columns, which must be equal. Return '' if their names have no
+        unit.
 
         Raises
         ------
@@ -62,11 +63,12 @@ class HeadUnits(NamedTuple):
 
 def units_of_heads(header: Sequence[str], joints: Collection[str]) -> HeadUnits:
     """
-    Split column names into names and units; a column name that ends in a joint's name has no unit.
+    Split column names into names and units. A column name that ends in a joint's name has no unit.
     """
     parted = [(head, '') if head.endswith(tuple(joints)) else _parted(head) for head in header]
     names = [name for name, _ in parted]
-    # Keep the whole column names if they would be equal without units, as `q1_deg` and `q1_rad`.
+    # Keep a whole column name if its name without unit is not unique, as for `q1_deg` and
+    # `q1_rad`.
     kept = [
         (name, unit) if names.count(name) == 1 else (head, '')
         for head, (name, unit) in zip(header, parted)

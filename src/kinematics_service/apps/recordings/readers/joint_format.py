@@ -16,14 +16,14 @@ from ....robot.robot import Robot
 # Factors that convert a unit to rad or m.
 ANGLES = {'rad': 1.0, 'deg': math.radians(1.0), 'turns': math.tau}
 LENGTHS = {'m': 1.0, 'mm': 1e-3, 'cm': 1e-2}
-# Unit: percentage from -100 to 100 of the way from the middle of a joint's limits to a limit.
+# A unit of joint positions: -100 is the lower limit of the joint, 100 the upper limit.
 PERCENT = 'percent'
-# Matches the ticks in a turn and the tick at zero, such as 4096@2048. The ticks are negative if
-# the encoder counts backwards.
+# Matches the number of encoder ticks in a turn, and the tick at joint position 0, such as
+# 4096@2048. The number of ticks is negative if the encoder counts backwards.
 TICKS = re.compile(r'(-?\d+(?:\.\d+)?)(?:@(-?\d+(?:\.\d+)?))?')
 # Name of the vector of joint positions in the statistics of a dataset.
 STATE = 'observation.state'
-# Ticks in a turn of the servos in LeRobot's calibration files.
+# Number of encoder ticks in a turn of the servos in LeRobot's calibration files.
 SERVO_TURN = 4095.0
 ACCEPTED = (
     'write rad, deg, turns, m, mm, percent (of the way from the middle of the limits to a '
@@ -34,8 +34,8 @@ ACCEPTED = (
 
 class JointUnits(NamedTuple):
     """
-    Units of joint columns: positions (..., n), rad or m, are `scale` (n,) times (numbers - `zero`
-    (n,)).
+    Units of joint columns. Joint positions (..., n), rad or m, are `scale` (n,) times (numbers -
+    `zero` (n,)).
     """
 
     scale: Floats
@@ -48,11 +48,13 @@ class JointUnits(NamedTuple):
 
 class JointFormat(NamedTuple):
     """
-    The units of joint columns, as words separated by commas; empty: rad and m.
+    The units of joint columns, as words separated by commas. Without words, the units are rad and
+    m.
 
-    A word applies to all joints of its kind, or to the joint that it names: `deg,mm`,
-    `turns,wrist=4096@2048`, or a file. `first` is the index of the arm's first joint in the state
-    vector of a dataset; a file with statistics of the dataset needs it.
+    A word is a unit or a file. It applies to all joints of its kind (revolute or prismatic), or to
+    the joint that it names: `deg,mm` or `turns,wrist=4096@2048`. `first` is the index of the arm's
+    first joint in the state vector of a dataset. It is needed if the file has statistics of the
+    dataset.
     """
 
     text: str = ''
@@ -103,7 +105,7 @@ def _take_word(units: JointUnits, robot: Robot, j: int, unit: str) -> None:
             )
         _take_range(units, j, (-100.0, 100.0), (lower, upper))
     elif ticks and float(ticks[1]):
-        turn = 1.0 if sliding else math.tau  # ticks of a prismatic joint are per metre
+        turn = 1.0 if sliding else math.tau  # prismatic joint: ticks per metre
         units.scale[j], units.zero[j] = turn / float(ticks[1]), float(ticks[2] or 0.0)
     else:
         message = f'--joint-format: {unit!r} is not accepted; {ACCEPTED}'
@@ -113,7 +115,8 @@ def _take_word(units: JointUnits, robot: Robot, j: int, unit: str) -> None:
 def _take_range(
     units: JointUnits, j: int, numbers: tuple[float, float], meant: tuple[float, float]
 ) -> None:
-    # Sets scale and zero of joint j. They map the range `numbers` to the range `meant`, rad or m.
+    # Sets scale and zero of joint j, so that the range `numbers` becomes the range `meant`, rad or
+    # m.
     scale = (meant[1] - meant[0]) / (numbers[1] - numbers[0])
     units.scale[j], units.zero[j] = scale, 0.5 * sum(numbers) - 0.5 * sum(meant) / scale
 
@@ -149,8 +152,8 @@ def _is_motor(content: Any) -> bool:
 
 
 def _take_calibration(units: JointUnits, robot: Robot, motors: Mapping[str, Any]) -> None:
-    # Sets scale and zero of servo joints: numbers from -100 to 100 cover the range of the servo,
-    # with 0 in the middle.
+    # Sets scale and zero of servo joints. Numbers from -100 to 100 cover the range of the servo,
+    # and 0 is joint position 0, in the middle.
     for j, name in enumerate(robot.joint_names):
         one = motors[name]
         reach = 0.5 * (float(one['range_max']) - float(one['range_min']))

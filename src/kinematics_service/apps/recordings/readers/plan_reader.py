@@ -19,15 +19,15 @@ from .columns import spans
 from .source import RecordingSource, Remark, Selection
 from .yaml_values import MAX_VALUES, Values, read_documents
 
-# Time that is inserted between the trajectories of a topic, ns; it is longer than any time-out.
+# Pause that is inserted between the trajectories of a topic, ns. It is longer than any time-out.
 PAUSE = 3_600 * SECOND
-# Stamp of the first sample, ns; a stamp of 0 would mean unstamped.
+# Stamp of the first sample, ns. It is not 0, because a stamp of 0 means unstamped.
 FIRST_STAMP = SECOND
 MAX_FILE_BYTES = 64 * 1024 * 1024
-# Largest number of samples of a file, a minute of work. Each segment may still have its least
-# number of 4 samples.
+# Largest number of samples of a file, a minute of work. A file exceeds it only if 4 samples for
+# each segment are more.
 MAX_FILE_SAMPLES = 500_000
-# If the motion between two samples is larger than this (rad or m), a remark is made.
+# A remark is made if the motion of a joint between two samples exceeds this (rad or m).
 COARSE_STEP = 10 * MAX_STEP
 # Accepted keys of a JointTrajectoryPoint.
 POINT_KEYS = ('positions', 'velocities', 'accelerations', 'effort', 'time_from_start')
@@ -68,8 +68,8 @@ def open_planned(file: Path, wanted: Selection) -> RecordingSource:
 
 def text_of(file: Path, largest: int, instead: str) -> str:
     """
-    Return the text of a file of at most `largest` bytes; `instead` is the advice if the file is
-    larger.
+    Return the text of a file of at most `largest` bytes. If the file is larger, the error gives
+    the advice `instead`.
 
     Raises
     ------
@@ -129,7 +129,7 @@ def _documents(file: Path, text: str) -> list[Values]:
 
 
 def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    # Refuse a key that occurs twice: json.loads would silently take its last value.
+    # Raise an error if a key occurs twice, because json.loads would silently take its last value.
     mapping = dict(pairs)
     if len(mapping) < len(pairs):
         twice, _ = Counter(key for key, _ in pairs).most_common(1)[0]
@@ -139,8 +139,8 @@ def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _trajectories(document: Values, depth: int = 0) -> Iterator[Mapping[str, Values]]:
-    # Yields each JointTrajectory in a message. The message may also contain trajectories, as
-    # RobotTrajectory, DisplayTrajectory, and the goal of an action do.
+    # Yields each JointTrajectory in a message. The message is a JointTrajectory, or contains some,
+    # as RobotTrajectory, DisplayTrajectory and action goals do.
     if depth > 8:
         return
     if isinstance(document, Mapping):
@@ -194,8 +194,8 @@ def trajectory_of_message(message: Any) -> PlannedTrajectory:
 def _trajectory(
     names: tuple[str, ...], times: list[float], rows: Callable[[str], list[Any]], where: str
 ) -> PlannedTrajectory:
-    # Reads the points of a trajectory. `rows` returns the numbers of a key, one row for each
-    # point.
+    # Makes a trajectory from the times and numbers of its points. `rows` returns the numbers of a
+    # key such as 'positions', one row for each point.
     if not times:
         raise RecordingError(f'{where}: points: the list is empty; add points', code='empty')
     positions, velocities, accelerations = (

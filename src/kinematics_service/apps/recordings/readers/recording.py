@@ -40,8 +40,8 @@ class Recording:
     @property
     def due(self) -> Floats:
         """
-        Return the time of each row since the first row, shape (N,), s. A stamp that steps back
-        takes no time.
+        Return the time of each row since the first row, shape (N,), s. If a stamp steps back, no
+        time passes.
         """
         return np.asarray((ForwardClock().times(self.stamps) - self.stamps[0]) * 1e-9)
 

@@ -1,6 +1,4 @@
-"""
-Define the types of an open recording or planned trajectory; they are equal for all file types.
-"""
+"""Define the types of an open recording or planned trajectory. All file types use these types."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -15,7 +13,8 @@ from .block import Block, Times, UnreadableMessage
 from .joint_format import JointFormat
 from .stamp_format import StampFormat
 
-# Largest number of poses of a track that are compared; more poses would change the result little.
+# Largest number of poses of a track that are compared, because more poses would change the result
+# little.
 MAX_POSES = 600
 
 
@@ -39,8 +38,8 @@ class PoseTrack(NamedTuple):
     doubts
         Remarks on implausible numbers, each a sentence.
     total
-        Number of all poses of the source if `poses` is an evenly spread part of them; 0 if `poses`
-        has all.
+        Number of all poses of the source, if `poses` has only an evenly spread part of them. 0 if
+        `poses` has all poses.
     kind
         Kind of the orientations, one of `pose_format.KINDS`; empty for matrices.
     rows : shape (M,)
@@ -60,10 +59,7 @@ class PoseTrack(NamedTuple):
 
     @property
     def positions(self) -> bool:
-        """
-        Return whether the poses are positions without orientation; the rotation part is then the
-        identity.
-        """
+        """Return whether the poses have no orientation; their rotation is then the identity."""
         return self.kind == 'position'
 
 
@@ -82,8 +78,7 @@ class Selection(NamedTuple):
     @property
     def of_tables(self) -> str:
         """
-        Return the first option that was given and applies only to tables; empty without such an
-        option.
+        Return the first given option that applies only to tables; empty without such an option.
         """
         given = {
             '--columns': self.columns is not None,
@@ -119,12 +114,12 @@ class RecordingSource:
     planned
         Whether the file is a planned trajectory and not a recording.
     total
-        Number of messages by the index of the file, for a progress bar; None if unknown.
+        Number of messages according to the index of the file, for a progress bar. None if unknown.
     blocks
         The joint states; the iterator can be read only once.
     poses
-        Returns the poses of the second source, after all blocks were read; None without a second
-        source.
+        A function that returns the poses of the second source, or None without one. Call it after
+        all blocks were read.
     remarks
         Remarks on the file itself, complete after all blocks were read.
     plans

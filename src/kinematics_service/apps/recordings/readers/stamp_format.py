@@ -8,17 +8,17 @@ import numpy as np
 from ....errors import RecordingError
 from .block import Times
 
-# Number of decimal places between a unit and nanoseconds.
+# Number of decimal places from a unit of time to nanoseconds.
 UNITS = {'s': 9, 'ms': 6, 'us': 3, 'ns': 0}
 RATE = re.compile(r'(\d+\.?\d*|\.\d+)\s*[Hh][Zz]')
 # Range of the rate of numbered rows, Hz.
 MIN_RATE = 0.01  # Hz
 MAX_RATE = 1e6  # Hz
-# Rate of rows, Hz, if the arm stands still in each row. The rate is so low that differences
-# between rows give no velocities.
+# Rate of rows, Hz, for `--stamps none`: the arm stands still in each row. The rate is so low that
+# differences between rows give no velocities.
 STANDSTILL_RATE = 0.1
-# A time is plausible if it is in this range, s since 1970: the years 2001 to 2096. A stamp is
-# plausible in at most one unit.
+# A stamp is a plausible time if it is in this range, s since 1970: the years 2001 to 2096. The
+# range is so small that a stamp is plausible in at most one unit.
 MIN_EPOCH_TIME = 10**9
 MAX_EPOCH_TIME = 4 * 10**9
 
@@ -30,7 +30,8 @@ class StampFormat(NamedTuple):
     Attributes
     ----------
     unit
-        One of `UNITS`; empty: seconds, or the unit that the size of the stamps shows.
+        One of `UNITS`. Empty: the unit in which the first stamp is a plausible time, otherwise
+        seconds.
     rate : Hz
         Rate of numbered rows, 0 if stamps are read.
     """
@@ -40,8 +41,8 @@ class StampFormat(NamedTuple):
 
     def of_rows(self, first: int, count: int) -> Times:
         """
-        Return the stamps (count,), ns, of `count` rows from row number `first`; row 0 has the
-        stamp of one period.
+        Return the stamps (count,), ns, of `count` rows from row number `first`. The stamp of row 0
+        is one period.
         """
         rows = np.arange(first + 1, first + count + 1)
         return np.asarray(np.rint(rows * (1e9 / self.rate)), dtype=np.int64)
@@ -72,7 +73,7 @@ def stamp_format(text: str) -> StampFormat:
 
 
 def unit_of(stamp: float) -> str:
-    """Return the unit in which a stamp is a plausible time after 1970; s if there is none."""
+    """Return the unit in which a stamp is a plausible time since 1970, or s if no unit fits."""
     for unit, digits in UNITS.items():
         if MIN_EPOCH_TIME <= stamp * 10.0 ** (digits - 9) < MAX_EPOCH_TIME:
             return unit

@@ -19,7 +19,7 @@ from .table_source import source_of
 
 # Number of bytes that are read at once to count lines.
 READ_SIZE = 2**20
-# Number of first lines in which column names and decimal commas are searched.
+# Column names and decimal commas are searched in this number of lines at the begin of a file.
 HEAD_LINES = 100
 COMMENT = '#'
 HINT = '; --stamps says the unit, or the rate of the rows, or none if the arm stands in each'
@@ -75,7 +75,9 @@ class TableReader:
         self.columns = arm_columns(file, self.header, wanted, accepted)
 
     def rows(self, columns: list[str], whole: bool = False) -> RowReader:
-        """Return a reader of the rows, which reads these columns; `whole` as in `RowReader`."""
+        """
+        Return a `RowReader` of the rows that reads the given columns; `whole` is its argument.
+        """
         return RowReader(
             self._table, self.columns.stamp, columns, self.columns.stamps, whole, self._hint
         )
@@ -103,7 +105,8 @@ def table_of(file: Path, accepted: str = HOW) -> TableFile:
         opened: Callable[[], TextIO] = partial(file.open, encoding='utf-8-sig', newline='')
         with opened() as stream:
             if not file.is_file():
-                # Keep the text of a pipe in memory, because a pipe can be read only once.
+                # Keep the text of a pipe in memory, because a pipe can be read once, and the table
+                # is read twice.
                 opened = partial(io.StringIO, ''.join(lines_of(stream)))
         with opened() as stream:
             lines = list(islice(lines_of(stream), HEAD_LINES))

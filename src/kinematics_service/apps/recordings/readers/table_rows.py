@@ -22,10 +22,10 @@ from .stamp_format import UNITS, StampFormat, unit_of
 
 MAX_LINE_LENGTH = 2**20
 NO_TEXT = 'is not UTF-8 text; save the table as UTF-8'
-# Upper bound of stamps, s: the range of a ROS header.
+# Upper bound of stamps, s. It is the range of the stamp in a ROS header.
 MAX_STAMP = Decimal(2**31)
-# DATE and NUMBER match what other programs accept. Python alone would also read `1_0` and digits
-# of other scripts as numbers.
+# DATE and NUMBER match the dates and numbers that other programs accept. They are needed because
+# Python reads `1_0` and digits of other scripts as numbers, too.
 DATE = re.compile(
     r'(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d:\d\d)(?:[.,](\d+))?(?: ?(Z|UTC|[-+]\d\d:?\d\d))?', re.A
 )
@@ -33,7 +33,10 @@ NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(nan|inf(inity)?)'
 
 
 class TableRows(NamedTuple):
-    """Consecutive rows: stamps (N,), ns, and the wanted numbers (N, k), NaN for an empty cell."""
+    """
+    Consecutive rows of a table: stamps (N,), ns, and the numbers (N, k) of the read columns, NaN
+    for an empty cell.
+    """
 
     stamps: Times
     numbers: Floats
@@ -48,11 +51,11 @@ class TableFile(NamedTuple):
     file
         Path of the table, for error messages.
     opened
-        Opens the text of the table; it can be called again.
+        A function that opens the text of the table. Each call opens the text anew.
     delimiter
-        Text between cells; a space means any white space.
+        The text between two cells. A space stands for any white space.
     header
-        Names of the columns; their numbers from 1 if the table lacks names.
+        Names of the columns, or numbers from 1 if the table has no names.
     heads
         Number of lines before the first row.
     decimal_comma, named
@@ -69,8 +72,8 @@ class TableFile(NamedTuple):
 
     def lines(self, stream: TextIO) -> Iterator[str]:
         """
-        Yield the lines after the header, also empty lines. Decimal commas become points. If white
-        space separates the cells, it becomes single blanks.
+        Yield the lines after the header, including empty lines. Decimal commas become points. If
+        white space separates the cells, it becomes single blanks.
         """
         for line in islice(lines_of(stream), self.heads, None):
             line = line.replace(',', '.') if self.decimal_comma else line
@@ -100,7 +103,7 @@ class RowReader:
     hint
         Advice about invalid stamps, for the error message.
     whole
-        Whether each row must be complete and finite; otherwise empty cells and an incomplete last
+        Whether each row must be complete and finite. Otherwise empty cells and an incomplete last
         line are accepted.
 
     Attributes
@@ -162,7 +165,8 @@ class RowReader:
         return TableRows(self._stamps.of_rows(end - len(numbers), len(numbers)), np.array(numbers))
 
     def _lines(self) -> Iterator[tuple[int, list[str]]]:
-        # Yields rows with their line numbers; an incomplete last row is skipped with a remark.
+        # Yields line number and cells of each row. Skips an incomplete last row with a remark,
+        # unless rows must be whole.
         with self._table.opened() as stream:
             filled = self._table.cells(stream)
             count = 0
@@ -182,8 +186,8 @@ class RowReader:
                 )
 
     def _digits_of(self, stamp: str) -> int:
-        # Take the unit from the size of the first stamp; `_nanoseconds` refuses a stamp that is
-        # not a number.
+        # Returns the decimal places of the stamps' unit, which follows from the size of the first
+        # stamp. A stamp that is not a number counts as seconds here; `_nanoseconds` refuses it.
         unit = unit_of(number_of(stamp)) if NUMBER.fullmatch(stamp.strip()) else 's'
         if unit != 's':
             name = self._header[self._stamp_at[0]]
@@ -241,7 +245,7 @@ def lines_of(stream: TextIO) -> Iterator[str]:
 def number_of(text: str) -> float:
     """Return the number in a cell. Raise ValueError if the cell holds no number."""
     plain = text.strip()
-    if not plain.isascii() or '_' in plain:  # a minus sign of a spreadsheet, or 1_0
+    if not plain.isascii() or '_' in plain:  # such as a typographic minus, or 1_0
         plain = plain_signs(plain)
         if not NUMBER.fullmatch(plain):
             raise ValueError(text)
@@ -259,8 +263,8 @@ def nanoseconds_of(text: str, digits: int = 9) -> int:
     digits
         Decimal places from the unit of the time to nanoseconds: 9 for seconds, 0 for ns.
     """
-    # Shift the decimal point in the text: a double cannot hold the nanoseconds of a time since
-    # 1970.
+    # Shift the decimal point in the text, because a double cannot hold the nanoseconds of a time
+    # since 1970.
     text = text.strip()
     whole, _, fraction = text.partition('.')
     latest = MAX_STAMP.scaleb(9 - digits)

@@ -13,8 +13,8 @@ from .source import MAX_POSES, PoseTrack, RecordingSource, Remark, Selection
 from .table_rows import TableRows
 from .tool_poses import PoseRows
 
-# If the ratio of repeated stamps is larger than this, a remark warns that the stamps are too
-# coarse.
+# A remark warns of too coarse stamps if a larger ratio of the stamps than this equals the stamp
+# before.
 REPEATED_STAMP_RATIO = 0.2
 
 
@@ -54,12 +54,12 @@ def source_of(
             if not plain:
                 q, qdot = units.positions(q), qdot * units.scale[: m - n]
             if columns.poses:
-                # Match pose and joint positions by row, not by time. A row may lack all numbers of
-                # a pose, but a row that lacks only some of them is refused.
+                # Match pose and joint positions by row, not by time. Skip rows without any number
+                # of a pose. A row with only some numbers of a pose counts as invalid.
                 rows = numbers[:, m:]
                 known = np.any(np.isfinite(rows), axis=1)
                 poses.take(stamps[known], rows[known], q[known], count + np.flatnonzero(known))
-            # A table has no time of receipt, so use the time of measurement instead.
+            # Use the stamps as times of receipt, because a table has no times of receipt.
             received = clock.times(stamps)
             count, alike = count + len(stamps), alike + int(np.sum(np.diff(stamps) == 0))
             yield Block(names, stamps, received, q, qdot)

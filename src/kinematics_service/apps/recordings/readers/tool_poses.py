@@ -14,12 +14,13 @@ from .columns import Column, StateTable, spans
 from .joint_format import LENGTHS
 from .source import PoseTrack
 
-# Largest difference of a quaternion's norm from 1; it allows for float32 and few printed digits.
+# Largest difference of a valid quaternion's norm from 1. It allows for float32 and few printed
+# digits.
 UNIT_LENGTH_TOLERANCE = 0.05
-# If the ratio of invalid rows is larger than this, all poses are refused; otherwise only the
+# All poses are refused if a larger ratio of the rows than this is invalid. Otherwise only the
 # invalid rows are left out.
 MAX_REJECTED_RATIO = 0.05
-# Largest plausible distance (m) of the tool of an arm on a fixed base from the origin.
+# Largest plausible distance (m) of the tool from the origin, for an arm on a fixed base.
 MAX_DISTANCE = 20.0
 # Largest valid rotation vector or angle, rad: one turn, plus 0.1 % for few printed digits.
 MAX_ANGLE = 1.001 * math.tau
@@ -57,17 +58,18 @@ class PoseRows:
         self._numbers = Column(np.int64)
         self._finite = self._rising = True
         self._latest = -1
-        # Number farthest from its valid value so far: norm of a quaternion, norm of a rotation
-        # vector, or angle.
+        # The worst orientation so far, as the number farthest from its nominal value (1 or 0):
+        # norm of a quaternion, norm of a rotation vector, or angle.
         self._worst = QUATERNION_LENGTH.get(form.kind, 0.0)
-        # Whether all rows of sixteen numbers can be matrices in row order, and in column order.
+        # Whether all rows of sixteen numbers can be 4 x 4 matrices written row by row, and column
+        # by column.
         self._upright = self._turned = True
 
     def take(
         self, stamps: Times, rows: Floats, q: Floats | None = None, numbers: Times | None = None
     ) -> None:
         """
-        Take the next rows (N, k) with stamps (N,), joint positions (N, n), and row numbers (N,) in
+        Add the next rows (N, k), with stamps (N,), joint positions (N, n), and row numbers (N,) of
         a table.
         """
         finite = np.all(np.isfinite(rows), axis=1)
@@ -86,7 +88,7 @@ class PoseRows:
             self._numbers.append(numbers[kept])
 
     def _judged(self, rows: Floats) -> Flags:
-        # Returns which rows are valid poses; a quaternion must have a norm near 1.
+        # Returns whether each row is a valid pose. A quaternion must have a norm near 1.
         form = self._form
         if form.kind == 'matrix':
             if rows.shape[1] == 16:

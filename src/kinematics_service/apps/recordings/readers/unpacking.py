@@ -1,7 +1,7 @@
 """
 Limit the size of unpacked bags, because a small file can unpack to more than the memory.
 
-rosbags itself unpacks files, chunks and messages of any size.
+The limits are needed because rosbags unpacks files, chunks and messages of any size.
 """
 
 import bz2
@@ -22,16 +22,17 @@ from rosbags.rosbag2 import storage_mcap
 
 from ....errors import RecordingError
 
-# the name of this module depends on the version of rosbags
+# the module's name depends on the version of rosbags
 zstd: ModuleType = getattr(rosbag2, 'zstd', None) or rosbag2.zstandard
 
-# Largest ratio of unpacked to packed size of a file; joint states have a ratio of about 10.
+# Largest ratio of unpacked to packed size of a file. The ratio of joint states is about 10.
 MAX_EXPANSION_RATIO = 200
 # Unpacked size up to which every file is accepted, 64 MiB.
 MIN_EXPANSION_BYTES = 2**26
-# Largest chunk or message, 256 MiB; chunks usually have about 1 MB.
+# Largest size of an unpacked chunk or message, 256 MiB. Chunks usually have about 1 MB.
 MAX_PART_BYTES = 2**28
-# Largest total size of chunks that overlap in time, 1 GiB; such chunks are in memory together.
+# Largest total size of chunks that overlap in time, 1 GiB. The size is limited because such chunks
+# are in memory together.
 MAX_OVERLAP_BYTES = 2**30
 # Number of bytes that are unpacked at once.
 READ_SIZE = 2**20
@@ -39,7 +40,7 @@ READ_SIZE = 2**20
 
 def refuse_to_grow(folder: Path) -> None:
     """
-    Refuse a bag in which a file unpacks to much more than its packed size.
+    Raise an error if a file of a bag unpacks to much more than its packed size.
 
     Raises
     ------
@@ -62,7 +63,9 @@ def refuse_to_grow(folder: Path) -> None:
 
 @contextmanager
 def bounded_chunks(path: Path) -> Iterator[None]:
-    """Make rosbags refuse a chunk of a bag that is too large, or larger than its header claims."""
+    """
+    Make rosbags raise an error at a chunk that is too large, or larger than its header claims.
+    """
 
     def bounded(open_packed: Callable[..., Any]) -> Callable[..., bytes]:
         return lambda data, size=MAX_PART_BYTES: _unpacked(data, open_packed, path, size)
@@ -93,8 +96,8 @@ def unpacked_message(data: bytes, path: Path) -> bytes:
 
 def leave_messages_packed(reader: rosbag1.Reader | rosbag2.Reader) -> bool:
     """
-    Make a reader of rosbags yield packed messages. Return False if the bag does not pack single
-    messages.
+    Make a reader of rosbags yield messages packed. Return False if the bag's messages are not
+    packed one by one.
     """
     storage = getattr(reader, 'storage', None)  # only readers of ROS 2 bags have this attribute
     if storage is None or storage.metadata.compression_mode != 'message':
@@ -105,11 +108,11 @@ def leave_messages_packed(reader: rosbag1.Reader | rosbag2.Reader) -> bool:
 
 def refuse_to_hold(path: Path, reader: rosbag1.Reader | rosbag2.Reader, topic: str) -> None:
     """
-    Refuse a bag if chunks that overlap in time are too large together.
+    Raise an error if chunks of a bag that overlap in time are too large together.
 
-    A chunk is in memory from the time of its first message to that of its last, and rosbags skips
-    messages outside these times. The sizes in the headers are reliable, because `bounded_chunks`
-    refuses larger chunks.
+    A chunk is in memory from the time of its first message to the time of its last message.
+    rosbags skips messages outside these times. The sizes in the headers are reliable, because
+    `bounded_chunks` refuses chunks that are larger than their headers claim.
 
     Raises
     ------
