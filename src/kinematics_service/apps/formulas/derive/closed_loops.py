@@ -31,7 +31,8 @@ from .trigonometry import Writer, writer_of
 
 # A numerator with more operations is not multiplied out, because the result would not be shorter.
 MAX_OPERATIONS = 150
-# If an arm with closed loops has more joints and passive joints, its determinant is not derived.
+# The determinant of an arm with closed loops is derived only if the sum of its joints and passive
+# joints is at most this.
 MAX_VARIABLES = 6
 
 

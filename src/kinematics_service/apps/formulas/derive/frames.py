@@ -24,7 +24,8 @@ from .algebra.arithmetic import NOTHING, Arithmetic
 from .algebra.matrices import Matrix, identity, inverse
 from .algebra.names import Affine
 
-# Maximum number of terms of the tool's pose. The largest bundled arm has 5000; more take minutes.
+# Maximum number of terms of the tool's pose, because more terms would take minutes. The pose of
+# the largest bundled arm has 5000.
 MAX_POSE_TERMS = 6000
 
 

@@ -35,9 +35,9 @@ def axes_seen_from(frames: Frames, frame: int) -> tuple[Axis, ...]:
     Return the axis of every moving row, in the coordinates of one frame.
 
     A row T = before Rz(theta) Tz(d) after moves about z of the frame (frame before the row) @
-    before. This gives the rule of each convention. In a standard DH table it is z of the frame
-    before the row, in a modified one z of the frame after the row. In a chain of elementary
-    motions it is the named axis, in a Sheth-Uicker table z of the input shape.
+    before. This gives the axis of a row in each convention. In a standard DH table it is z of the
+    frame before the row, in a modified DH table z of the frame after the row. In a chain of
+    elementary motions it is the named axis, in a Sheth-Uicker table z of the input shape.
 
     Parameters
     ----------
@@ -102,14 +102,14 @@ def jacobian_of(
 
 def about(frames: Frames, arithmetic: Arithmetic, axes: Sequence[Axis], point: Matrix) -> Matrix:
     """
-    Return J with reference point p by z x (p - o) and z of each axis, in the frame of axes and p.
+    Return J with reference point p. Its columns are [z x (p - o); z], in the frame of the axes.
     """
     linear = [np.cross(axis.z, point - axis.o) for axis in axes]
     return jacobian_of(frames, arithmetic, axes, linear)
 
 
 def geometric(frames: Frames, arithmetic: Arithmetic) -> Matrix:
-    """Return J in base axes by z x (p - o) and z; the column of a prismatic joint is [z; 0]."""
+    """Return J in base axes. Its columns are [z x (p - o); z], or [z; 0] for a prismatic joint."""
     axes = axes_seen_from(frames, -1)
     return about(frames, arithmetic, axes, frames.T_base_tool[:3, 3])
 
@@ -175,7 +175,7 @@ def rotation_taken_out(frames: Frames, arithmetic: Arithmetic) -> Matrix:
 
 
 def derivative(matrix: Matrix, arithmetic: Arithmetic, variable: sympy.Symbol) -> Matrix:
-    """Return the derivative of every entry by a joint variable."""
+    """Return the derivative of every entry of a matrix by a joint variable."""
     entries = [arithmetic.derivative(entry, variable) for entry in matrix.flat]
     return np.reshape(np.array(entries), matrix.shape)
 

@@ -1,10 +1,10 @@
 """
 Expand the determinant or minors of the task rows in the best frame, and find common factors.
 
-Turning all linear rows together, or all angular rows, does not change a determinant. With all six
-rows, moving the reference point does not change it. So axes and point are chosen such that J has
-the fewest terms. A common factor of all minors is a factor of the shortest one and divides the
-others.
+A determinant does not change if all linear rows, or all angular rows, are rotated together. If it
+contains all six rows, it does not depend on the reference point. So axes and point are chosen such
+that J has the fewest terms. A common factor of all minors is a factor of the shortest minor, and
+divides the other minors.
 """
 
 import math

@@ -130,11 +130,12 @@ class Determinant:
     square
         Whether `expression` is a determinant; otherwise it is the product of the singular values.
     expression
-        Sympy: constant times factors; times `remainder` if there are minors.
+        A sympy expression: the constant times the factors, and times `remainder` if there are
+        several minors.
     constant
         The factor without joint variables.
     remainder
-        sqrt of the sum of the squared minors without their common factors; 1 if `square`.
+        Square root of the sum of the squared minors, without their common factors; 1 if `square`.
     view
         Text: axes and reference point of the Jacobian used.
     rows, columns
@@ -144,8 +145,8 @@ class Determinant:
     identically_zero
         Whether the determinant is 0 at every pose.
     split
-        Whether it is proved that no factor is missing; for minors, that they have no other common
-        factor.
+        Whether it is proved that no factor is missing. For minors: that the minors have no other
+        common factor.
     """
 
     square: bool
@@ -412,7 +413,8 @@ def singular_factors(
 
 def numbers_in_words(names: Names) -> str:
     """
-    Return the equal lengths of a file as text, such as `L2 = L3`, or `the numbers` without any.
+    Return the equal lengths of a file as text, such as `L2 = L3`. Return `the numbers` if no
+    lengths are equal.
     """
     groups: dict[float, list[str]] = {}
     for symbol, value in names.values.items():

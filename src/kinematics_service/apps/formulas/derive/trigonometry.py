@@ -47,7 +47,7 @@ class Basis:
 @dataclass(frozen=True)
 class Writer:
     """
-    A writer of polynomials of one arm as sympy expressions.
+    Writes the polynomials of one arm as sympy expressions.
 
     Attributes
     ----------

@@ -1,8 +1,7 @@
 """
-Check a bag by the checksums and counts that it contains. If the bag has no checksums, a remark
-says so.
+Check a bag by its checksums. If the bag has no checksums, a remark says so.
 
-The checksums of MCAP chunks are checked by rosbags when it reads the chunks.
+This module does not check MCAP chunks, because rosbags checks them when it reads them.
 """
 
 import sqlite3

@@ -26,8 +26,8 @@ BEHIND = re.compile(
 
 class HeadUnits(NamedTuple):
     """
-    Column names without their units, in the order of the table. `heads` has the original names,
-    `units` the units, by these names.
+    Column names without their units, in the order of the table. `heads` maps these names to the
+    original names, and `units` maps them to the units.
     """
 
     names: list[str]

@@ -265,7 +265,8 @@ def blocks_of_trajectories(
 
     The motion between points is that of joint_trajectory_controller: straight with positions
     alone, cubic with velocities, quintic with accelerations. A trajectory of one point does not
-    move. If a motion is too long for small steps, a remark gives the size of the steps.
+    move. If a motion is too long for small steps between samples, a remark gives the size of the
+    steps.
 
     Raises
     ------

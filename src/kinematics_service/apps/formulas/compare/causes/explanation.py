@@ -179,9 +179,7 @@ def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> tuple[list[E
         sentence = best.variant.sentence
         also = {
             rival.variant.sentence: f'{rival.place}{rival.variant.sentence}'
-            for rival in reversed(
-                candidates
-            )  # reversed, so that the first of equal sentences remains
+            for rival in reversed(candidates)  # of equal sentences, the first remains
             if rival.variant.sentence != sentence
             and (rival.mask == best.mask).all()
             and (one or rival.cause != best.cause)

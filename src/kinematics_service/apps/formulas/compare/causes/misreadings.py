@@ -45,8 +45,8 @@ def _by_joints(check: QuantityCheck, changes: dict[sp.Symbol, sp.Expr], sentence
 
 def other_convention(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield mistaken values, computed as if the table had the rows of another convention that has
-    quantities with the same names.
+    Yield mistaken values, computed as if the rows belonged to another convention whose quantities
+    have the names of the table's quantities.
     """
     table = check.names.table
     for other in CONVENTIONS[table.convention].others:

@@ -90,8 +90,8 @@ class _ArmOfLetters:
 
 def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement]) -> list[Claim]:
     """
-    Return a verdict on each claimed family of singular poses, and last a verdict on whether the
-    claims are complete. The last verdict is missing if the determinant is unknown.
+    Return a verdict on each claimed family of singular poses, then a verdict on whether the claims
+    are complete. The second kind of verdict is missing if the determinant was not derived.
 
     A claim holds if it is right with two random values of each named constant. A remark says if it
     is right only with the numbers of the file.

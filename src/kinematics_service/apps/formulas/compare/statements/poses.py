@@ -66,7 +66,8 @@ def poses_for(
     count: int = POSES,
 ) -> Poses:
     """
-    Return random configurations and constants at which a formula with these symbols is compared.
+    Draw random configurations and constants for the comparison of a formula with the symbols
+    `symbols`.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ BRANCH_POSE_RATIO = 0.9
 # Newton's method: number of random starts, and of steps from each start.
 STARTS = 24
 STEPS = 20
-# Newton's search ends if the first starts, this many, reach no target pose.
+# The search stops after this number of random starts if no start has reached a target pose.
 FIRST_STARTS = 4
 SEED = 1955
 # Another branch is searched at most at this number of poses, because a pose takes up to STARTS
@@ -96,8 +96,8 @@ class PoseSearch:
     @cached_property
     def moving(self) -> list[int]:
         """
-        Return the indices of the free joints that move the tool's position, or, if `whole`, its
-        rotation.
+        Return the indices of the free joints that move the tool's position (or rotation, if
+        `whole`).
         """
         sizes = np.abs(self.target.jacobian[:, : self.rows]).max(axis=(0, 1))
         return [k for k in self.joints if sizes[k] > STILL_SPEED]
@@ -274,8 +274,8 @@ class SolutionCheck(Check):
     @cached_property
     def is_about_the_pose(self) -> bool:
         """
-        Return whether the search must reach the tool's rotation besides its position. This is so
-        if the formula uses the rotation, or if the joint does not move the tool's origin.
+        Return whether the search must reach the tool's rotation, in addition to the position. It
+        must if the formula uses the rotation, or if the joint does not move the tool's origin.
         """
         column = self.world.jacobian[:, :3, self.statement.joint]
         turned = self.statement.value.free_symbols & {ANGLE_IN_PLANE, *ROTATION.values()}

@@ -18,7 +18,7 @@ from .names import COORDINATES, FormulaNames
 
 # Maximum number of tree nodes of an expression that is compared.
 MAX_NODES = 200_000
-# A definition may use other definitions, nested at most this deep.
+# Maximum depth of nested definitions. Definitions are nested if one uses another.
 MAX_DEFINITION_DEPTH = 40
 # A number with at least this many decimals counts as rounded. A number with fewer decimals is
 # exact: 0.5 is a half.
@@ -95,7 +95,7 @@ class Understood:
 
 
 def understand(file: FormulaFile, names: FormulaNames) -> Understood:
-    """Return the statements that a file of formulas makes about a robot, and its errors."""
+    """Return the statements about a robot in a file of formulas, and the errors of the file."""
     return _Reader(file, names).read()
 
 

@@ -171,7 +171,7 @@ def _size(matrix: Value) -> str:
 def _multiplied(node: Node, one: Value, other: Value) -> Value:
     if is_matrix(one) and is_matrix(other) and one.cols != other.rows:
         if one.cols == other.cols and other.rows == 1:
-            other = other.T  # read R [a, 0, 0] as R [a, 0, 0]^T
+            other = other.T  # R [a, 0, 0] means R [a, 0, 0]^T
         else:
             sizes = f'{_size(one)} and {_size(other)}'
             message = f'a product of matrices of {sizes}'

@@ -23,8 +23,8 @@ MAX_FORMULAS = 200
 
 # Names of matrices whose determinant a file may define, as in `det(J) = ...`.
 DETERMINANT_OF = ('J', 'Jv', 'Jt', 'Jacobian')
-# Matches names that may have their variables behind them on the left side, as in `J(q) = ...` or
-# `T(\theta_1, \theta_2) = ...`.
+# Matches the name of a matrix or vector that may be followed by its variables on the left side, as
+# in `J(q) = ...` or `T(\theta_1, \theta_2) = ...`.
 DEPENDS = re.compile(r'\d?[JTRADHzop]\w*')
 JOINTS = re.compile(r'(?:q|theta|Theta|th|phi|d)\d*')
 
@@ -82,7 +82,7 @@ class Raw:
     left, right
         Trees of both sides; in a chain a = b = c these are a and c.
     local
-        Whether it follows `where`: a definition for the formula above only.
+        Whether the equation follows `where`. It is then a definition for the formula above only.
     claim
         The conditions of a `singular:` line, else empty; `left` and `right` belong to the first
         condition.

@@ -94,7 +94,7 @@ class FormulaToken:
     line, column
         Counted from 1.
     spaced
-        Whether white space precedes the token; it separates the entries of a MATLAB row.
+        Whether white space precedes the token. White space separates the entries of a MATLAB row.
     """
 
     kind: str

@@ -143,7 +143,7 @@ def names_by_use(description: RobotDescription) -> dict[str, set[str]]:
     Return the names that are used in each kind of expression: 'length', 'angle' or 'number'.
 
     A 'number' is an entry of a rotation matrix. If an expression uses a constant that is computed
-    from other constants, these have the same use.
+    from other constants, the expression counts as using the other constants, too.
     """
     found: dict[str, set[str]] = {'length': set(), 'angle': set(), 'number': set()}
     loops = description.loops

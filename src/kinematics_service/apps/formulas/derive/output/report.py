@@ -27,7 +27,7 @@ class Heading:
 
 @dataclass(frozen=True)
 class Sentence:
-    """Plain text; `parts` alternate between text and sympy expressions."""
+    """A sentence; in its `parts`, texts and sympy expressions alternate."""
 
     parts: tuple[str | sympy.Expr, ...]
 
