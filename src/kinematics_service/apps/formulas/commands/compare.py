@@ -87,7 +87,7 @@ def compare(
     """
     text = given_text(file)
     arm = given_robot(robot, in_letters=True)
-    # sympy takes half a second to load, so it is imported here.
+    # Import sympy only when a comparison starts, because sympy takes half a second to load.
     from ..compare.comparison import compare as compare_text
     from ..compare.report import document, error_document, faults_in_words, report
 

@@ -111,7 +111,7 @@ def derive(
             f'{option_given} needs numbers: {arm.description.letters} have no value; give values '
             'in the robot file'
         )
-    # sympy takes half a second to load, so it is imported only when a derivation starts.
+    # Import sympy only when a derivation starts, because sympy takes half a second to load.
     from ..derive.derivation import derive as derived
 
     with working('deriving') as tell:

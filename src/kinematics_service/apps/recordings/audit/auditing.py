@@ -118,7 +118,7 @@ class AuditSettings(NamedTuple):
     estimator
         Settings of the estimator, which turns messages into states.
     frames
-        Matching and limits of a second source of poses.
+        Settings for matching and judging the poses of a second source.
     plans
         Settings of the check of plans.
     slowing
@@ -133,8 +133,8 @@ class AuditSettings(NamedTuple):
 
 class AuditProgress(NamedTuple):
     """
-    Callbacks of an audit: `progress` receives the number of messages, or of checked plans, since
-    the call before; `part` receives each batch of states.
+    Callbacks of an audit. `progress` receives the number of messages, or of checked plans, since
+    the previous call. `part` receives each batch of states.
     """
 
     progress: Callable[[int], None] = lambda messages: None

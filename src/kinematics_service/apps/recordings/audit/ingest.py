@@ -153,8 +153,8 @@ class Ingest:
                 k += 1
                 if accepted and end - k >= MIN_RUN:
                     self._columns(block, k - 1, end - 1)
-                    # Update the memory of the estimator: pass the last message that `_columns`
-                    # computed through it. Restore the counts, because `_columns` has counted this
+                    # Update the memory of the estimator by passing it the last message that
+                    # `_columns` computed. Restore the counts, because `_columns` has counted this
                     # message already.
                     counts = self.counts.copy()
                     self._estimator.accept(block.sample(end - 2))

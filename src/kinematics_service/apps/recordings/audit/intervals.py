@@ -16,7 +16,10 @@ from .timeline import Stretch, Timeline, stretches_of
 
 
 class FactorPassage(NamedTuple):
-    """The least distance (rad) to the zero of a named factor, and its row in the timeline."""
+    """
+    The state that is nearest to the zero of a named factor: distance (rad), and row in the
+    timeline.
+    """
 
     name: str
     distance: float
@@ -139,8 +142,9 @@ def _interval(robot: Robot, timeline: Timeline, run: Stretch) -> Interval:
 
 
 def _nearest(robot: Robot, near: Singularity) -> str:
-    # Returns the name of the nearest factor. If this factor belongs to a loop, the name is empty
-    # unless the loop's singular position is nearer than the singular pose.
+    # Returns the name of the nearest factor. If this factor belongs to a closed loop, returns the
+    # loop's name only if the loop equations are singular at the nearest singular pose, otherwise
+    # ''.
     if near.factors is None:
         return ''
     k = near.factors.nearest

@@ -79,8 +79,8 @@ def _where(audit: Audit, number: int) -> str:
 
 
 def _of_those_checked(audit: Audit) -> str:
-    # Returns the begin of a sentence that limits a proof to the checked trajectories; '' if all
-    # were checked.
+    # Returns the start of a sentence that limits a proof to the checked trajectories, or '' if all
+    # trajectories were checked.
     if len(audit.plans) == audit.trajectories:
         return ''
     return f'Of {len(audit.plans):,} of {audit.trajectories:,} trajectories: '

@@ -52,7 +52,8 @@ class Stream:
     largest_step_back : s
         Largest step back of the stamps.
     identical
-        Number of messages with both stamp and positions of the message before.
+        Number of messages whose stamp and positions equal the stamp and positions of the message
+        before.
     orders
         Number of different orders in which messages name the arm's joints.
     changes_of_order

@@ -77,11 +77,11 @@ class Timeline(MotionColumns):
     messages : shape (N,)
         Number of the message of each state, from 0.
     turned : shape (N,)
-        Whether the published quaternion has the opposite sign of the kernel's.
+        Whether the published quaternion has the opposite sign of the kernel's quaternion.
     position : shape (N, 3), m; speed : shape (N,), m/s; turning : shape (N,), rad/s
         Position and speeds of the tool in the base frame; speeds are NaN if unknown.
     measures : by name, shape (N,)
-        Measures of `Singularity`: the watched measure, and those of the page.
+        Measures of `Singularity`: the watched measure, and the measures in the charts of the page.
     distance, nearest_singular : shape (N,), rad; shape (N, n), rad or m
         Results of `Singularity`; the search depends on the states before.
     factors : shape (N, F), rad

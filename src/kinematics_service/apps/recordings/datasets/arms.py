@@ -17,9 +17,9 @@ class KnownVectors(NamedTuple):
     Attributes
     ----------
     position, velocity
-        Vectors of the joints.
+        Names of the vectors of joint positions and joint velocities.
     pose
-        Vector of the tool pose, or two vectors: position and orientation.
+        Name of the vector of the tool pose, or names of two vectors: position and orientation.
     kind
         Kind of the orientations if the elements of the pose vector have no names. Empty: the
         default of `pose_format`.

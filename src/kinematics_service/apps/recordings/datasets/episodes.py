@@ -253,7 +253,7 @@ def _of_parquet(whole: Episode) -> Iterator[Episode]:
         numbers = opened.read([column])[column].combine_chunks()
     if types.is_dictionary(numbers.type):
         numbers = numbers.indices
-    elif numbers.type.num_fields:  # vectors of length 1
+    elif numbers.type.num_fields:  # each episode number is a vector of length 1
         numbers = numbers.flatten()
     yield from _runs(whole, np.asarray(numbers.to_numpy(zero_copy_only=False), dtype=np.float64))
 

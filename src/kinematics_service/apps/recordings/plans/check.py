@@ -110,9 +110,7 @@ def check_plan(
         check_positive(PlanError, 'speed_limit', limit)
     motion = polynomial_motion(at, given[0], given[1], given[2])
     points = dict.fromkeys([TOOL, *map(str, speed_of)])
-    with np.errstate(
-        over='ignore', invalid='ignore'
-    ):  # `_extreme` raises an error after an overflow
+    with np.errstate(over='ignore', invalid='ignore'):  # `_extreme` reports overflows
         joints = tuple(_joint(robot, motion, j) for j in range(robot.dof))
         if robot.chain.loops:
             plan = ClosedPlan(robot, motion, asked)

@@ -20,7 +20,7 @@ from .polynomials import PolynomialMotion, moment_at
 from .verdicts import PlanClosure, PlanSingularity, PlanSpeed
 
 # Largest motion of a joint between two samples: rad, or m divided by the characteristic length. If
-# the threshold of the distance to singular poses is smaller, it is used instead.
+# the threshold of the distance to singular poses is smaller, the threshold is the largest motion.
 MAX_STEP = 0.02
 # Largest number of samples. A longer plan is sampled with larger steps between samples.
 MAX_SAMPLES = 20_000

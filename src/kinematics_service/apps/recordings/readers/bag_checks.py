@@ -1,5 +1,6 @@
 """
-Check a bag by its checksums. If the bag has no checksums, a remark says so.
+Check a bag by its checksums, or, for a sqlite3 bag, by sqlite's own check. If the bag has no
+checksums, a remark says so.
 
 This module does not check MCAP chunks, because rosbags checks them when it reads them.
 """

@@ -19,7 +19,7 @@ from .table_source import source_of
 
 # Number of bytes that are read at once to count lines.
 READ_SIZE = 2**20
-# Column names and decimal commas are searched in this number of lines at the begin of a file.
+# Column names and decimal commas are searched in the first lines of a file, this many.
 HEAD_LINES = 100
 COMMENT = '#'
 HINT = '; --stamps says the unit, or the rate of the rows, or none if the arm stands in each'
@@ -76,7 +76,7 @@ class TableReader:
 
     def rows(self, columns: list[str], whole: bool = False) -> RowReader:
         """
-        Return a `RowReader` of the rows that reads the given columns; `whole` is its argument.
+        Return a `RowReader` that reads the given columns of the rows, with the argument `whole`.
         """
         return RowReader(
             self._table, self.columns.stamp, columns, self.columns.stamps, whole, self._hint

@@ -13,8 +13,8 @@ from .source import MAX_POSES, PoseTrack, RecordingSource, Remark, Selection
 from .table_rows import TableRows
 from .tool_poses import PoseRows
 
-# A remark warns of too coarse stamps if a larger ratio of the stamps than this equals the stamp
-# before.
+# If the ratio of rows with the stamp of the row before exceeds this, a remark warns of coarse
+# stamps.
 REPEATED_STAMP_RATIO = 0.2
 
 

@@ -1,1 +1,1 @@
-"""Audit datasets episode by episode: findings, labels of all frames, one table."""
+"""Audit a dataset episode by episode: make findings, label all frames, and write one table."""

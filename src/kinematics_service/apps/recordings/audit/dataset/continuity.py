@@ -15,10 +15,10 @@ from ..findings import Finding
 MULTIPLE_TOLERANCE = 0.25
 # A step over missing frames is less than this many times the mean of its neighbour steps.
 MAX_MULTIPLE = 6.0
-# Least cosine between a step over missing frames and its neighbour steps. It excludes sudden fast
-# steps, such as those in a person's motion.
+# Least cosine between a step over missing frames and its neighbour steps. The limit excludes
+# sudden fast steps, which occur in a person's motion.
 MIN_COSINE = 0.97
-# Largest difference between the neighbour steps of missing frames, relative to their size. The
+# Largest difference between the steps before and after missing frames, relative to their size. The
 # motion around missing frames must be even, because in an uneven motion a large step proves
 # nothing.
 STEP_TOLERANCE = 0.4
@@ -72,7 +72,7 @@ def breaks_of(q: Floats) -> Breaks:
     changes = np.linalg.norm(np.diff(steps, axis=0), axis=1)
     near = STEP_TOLERANCE * around + 2.0 * noise
     alike = np.linalg.norm(after - before, axis=1) < near
-    alike[:1] = alike[-1:] = False  # no step before, or after, the neighbour steps
+    alike[:1] = alike[-1:] = False  # a second neighbour step is missing here
     alike[1:-1] &= np.maximum(changes[:-3], changes[3:]) < near[1:-1]
     whole = (
         (times > 1.5)

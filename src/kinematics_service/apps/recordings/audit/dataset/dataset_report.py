@@ -1,4 +1,4 @@
-"""Report the episodes of a dataset, worst first: on the screen, as page and as JSON."""
+"""Report the episodes of a dataset, worst first: on the screen, as HTML page, and as JSON."""
 
 import re
 from collections.abc import Sequence

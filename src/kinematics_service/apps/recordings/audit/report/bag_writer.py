@@ -1,5 +1,5 @@
 """
-Write the topics that a node would have published as an MCAP file, without ROS.
+Write an MCAP file, without ROS, with the messages that a node would have published.
 
 The messages of a topic differ only in stamps and numbers. So one message is serialized, and copies
 of its bytes are filled with stamps and numbers.

@@ -1,4 +1,6 @@
-"""Write the section of the audit page that compares the poses of a second source."""
+"""
+Write the section of the audit page that compares poses of a second source with computed poses.
+"""
 
 from html import escape
 
