@@ -93,8 +93,8 @@ class World:
     @cached_property
     def row_columns(self) -> dict[tuple[int, int], Floats]:
         """
-        Return the contribution of each row of the table to each Jacobian column, as a dictionary
-        with key (row, joint) and values of shape (N, 6).
+        Return the contribution of each row of the table to each Jacobian column. The keys are
+        (row, joint), the values have shape (N, 6).
         """
         return self._row_columns(range(len(self.table.variables)))
 

@@ -160,8 +160,8 @@ def _may_vanish(constant: Laurent, arithmetic: Arithmetic) -> bool:
 
 
 def _solutions(factor: Laurent, arithmetic: Arithmetic) -> list[_Replaced]:
-    # Solve factor = 0 for a generator. This succeeds if the factor is a sine or cosine of a sum of
-    # angles, or if one of its terms is a length times a number. Return no solution otherwise.
+    # Solve factor = 0 for a generator. The factor must be a sine or cosine of a sum of angles, or
+    # have a term that is a length times a number. Return no solution otherwise.
     ring, terms = arithmetic.ring, factor.terms()
     indices = sorted({k for e in terms for k, x in enumerate(e) if x})
     if len(terms) == 2 and all(ring.generators[k].kind != 'number' for k in indices):
@@ -180,7 +180,8 @@ def _solutions(factor: Laurent, arithmetic: Arithmetic) -> list[_Replaced]:
 
 def _quarter_turns(terms: Terms) -> list[_Replaced]:
     # Solve c z^e + d z^-e = 0 for a generator with exponent 1 or -1 in z^e. If c = d or c = -d,
-    # z^e is a power of i, which gives the generator as a product of powers of the others.
+    # z^e is a power of i. Then the generator is a product of powers of the other generators and of
+    # i.
     (e, c), (opposite, d) = terms.items()
     k = next((k for k, x in enumerate(e) if abs(x) == 1), None)
     if k is None or any(x + y for x, y in zip(e, opposite)):

@@ -170,9 +170,9 @@ def _is_wrist(arm: ArmAtPoses) -> bool:
 
 def _is_elbow(arm: ArmAtPoses, joints: Sequence[int], point: Floats, angular: bool) -> bool:
     # Return whether the arm is at an elbow singularity. It is, if two neighbouring parallel axes
-    # lie in a plane with the wrist point, or with another parallel axis. If the factor contains
-    # only one joint, it is also an elbow singularity if this joint cannot change the distance from
-    # shoulder to wrist to first order.
+    # lie in a plane with the wrist point, or with another parallel axis. A second condition
+    # applies if the factor contains one joint only: to first order, the joint does not change the
+    # distance from shoulder to wrist.
     n = len(arm.turns)
     for i in range(n - 1):
         if not (arm.turns[i] and arm.turns[i + 1]) or i + 1 not in joints:

@@ -39,9 +39,9 @@ from .singular_geometry import (
 )
 from .trigonometry import Writer
 
-# The minors are divided by their common factors. The common zeros of the quotients are not
-# computed if a quotient has more terms than the first limit, or if they need more sets of factors
-# than the second. The result would be too long to read.
+# The minors are divided by their common factors. The common zeros of the quotients are computed
+# only if each quotient has at most this number of terms, and if at most MAX_HITTING_SETS sets of
+# factors are needed. Longer results would be unreadable.
 MAX_REST_TERMS = 40
 MAX_HITTING_SETS = 20
 

@@ -44,8 +44,8 @@ RANGE_MINIMUM = 1e-3
 # A velocity is computed from two states only if their interval is at most this many median
 # intervals.
 INTERVAL_FACTOR = 5.0
-# A difference without lag or wrong scale is reported if its median exceeds the sum of the noise
-# and this ratio of the joint's RMS speed.
+# If no lag or scale explains a difference, it is reported only if its median is large: above the
+# noise plus this ratio of the joint's RMS speed.
 VELOCITY_SHARE = 0.2
 
 
@@ -229,8 +229,8 @@ def _lag(samples: StateTable, wraps: bool, usual: float, least: float) -> float:
     best = int(np.argmin(squares))
     if squares[now] <= found.shape[1] * least**2 or best in (0, len(lags) - 1):
         return 0.0
-    # Accept a lag if it reduces the mean square or the median, because outliers hide a lag in the
-    # mean square, and a long rest hides it in the median.
+    # Accept a lag if it reduces the mean square or the median of the differences. Both are tested,
+    # because outliers hide a lag in the mean square, and a long rest hides it in the median.
     explained = squares[best] < EXPLAINED_SHARE**2 * squares[now]
     explained |= np.median(found[best]) < EXPLAINED_SHARE * np.median(found[now])
     return float(lags[best]) if explained else 0.0

@@ -33,8 +33,8 @@ RELATIVE_ROUND_OFF = 1e-14
 MAX_CLEARANCES = 5_000
 # Additional number of evaluations of the proved radius for each segment of a plan.
 MAX_CLEARANCES_OF_SEGMENT = 20
-# Bisection stops if the lower bound of the distance is at least the threshold, and at least this
-# ratio of the least proved radius without singular poses.
+# Bisection stops if the lower bound of the distance is at least the threshold and this ratio of
+# the least proved radius without singular poses.
 BOUND_RATIO = 0.95
 # Number of sampled moments in each search around the moment of least distance.
 REFINEMENT_SAMPLES = 17

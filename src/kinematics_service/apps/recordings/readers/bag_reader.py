@@ -211,8 +211,8 @@ class _Bag:
         raise RecordingError(f'{self.path}: {self._listed()}', code='missing-topic')
 
     def _refuse_other_fields(self, topic: str, kind: str) -> None:
-        # Raise an error if a message type has the name of a ROS type but other fields, because its
-        # bytes would be read by the ROS definition and give wrong numbers.
+        # Raise an error if a message type has the name of a ROS type but other fields. Its bytes
+        # would be read by the ROS definition and give wrong numbers.
         usual = dict(get_typestore(Stores.ROS2_JAZZY).fielddefs)
         if not self.reader.is2:
             usual |= get_typestore(Stores.ROS1_NOETIC).fielddefs

@@ -237,7 +237,9 @@ def missing_length(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def exchanged_lengths(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield mistaken values, computed with two lengths exchanged, or one replaced by another."""
+    """
+    Yield mistaken values, computed with two lengths exchanged, or a length replaced by another.
+    """
     values = check.poses.values
     for one, other in combinations(check.names.table.constants, 2):
         versions = (
@@ -252,8 +254,8 @@ def exchanged_lengths(check: QuantityCheck) -> Iterator[Variant]:
 
 def other_joint_value(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield mistaken values, computed with one joint of the `at` line at 0, 90, -90 or 180 deg, or
-    with the joint angles of the line read in degrees.
+    Yield mistaken values, computed with other joint values than the `at` line gives: one joint at
+    0, 90, -90 or 180 deg, or all joint angles read in degrees.
     """
     values, turning = check.poses.values, check.names.table.turning
     given = [s for s in check.names.table.variables if s.name in check.poses.chosen]

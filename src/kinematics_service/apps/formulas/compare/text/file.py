@@ -23,8 +23,8 @@ MAX_FORMULAS = 200
 
 # Names of matrices whose determinant a file may define, as in `det(J) = ...`.
 DETERMINANT_OF = ('J', 'Jv', 'Jt', 'Jacobian')
-# Matches the name of a matrix or vector that may be followed by its variables on the left side, as
-# in `J(q) = ...` or `T(\theta_1, \theta_2) = ...`.
+# Matches the name of a matrix or vector. On the left side its variables may follow the name, as in
+# `J(q) = ...` or `T(\theta_1, \theta_2) = ...`.
 DEPENDS = re.compile(r'\d?[JTRADHzop]\w*')
 JOINTS = re.compile(r'(?:q|theta|Theta|th|phi|d)\d*')
 

@@ -247,10 +247,10 @@ def exponential(ring: Ring, angle: sympy.Expr) -> Laurent:
     """
     Return exp(i angle) for a constant angle, a sympy expression in rad; quarter turns are exact.
 
-    The first two angles that are not quarter turns stay symbols. For further angles, exp(i angle)
-    becomes (1 + i t)^2 / (1 + t^2) with a fraction t, because more symbols would make formulas too
-    long to read. This number has modulus exactly 1, so rotations stay rotations. It changes the
-    angle by at most 1e-16 rad.
+    The first two angles that are not quarter turns stay symbols. More symbols would make formulas
+    too long to read. So for further angles exp(i angle) becomes the number (1 + i t)^2 / (1 + t^2)
+    with a fraction t. The number has modulus exactly 1, so rotations stay rotations. Its angle is
+    within 1e-16 rad of the file's angle.
     """
     quarters, rest = _in_quarters(angle)
     result = ring.number(1).times_i(quarters)

@@ -3,10 +3,10 @@ Factor a real trigonometric polynomial into real factors in whole angles, withou
 
 As a polynomial in z = exp(i q), sin q has complex coefficients and the two factors z - 1 and z +
 1. They are sine and cosine of q/2, so they must be multiplied again. The method has four steps. It
-multiplies the generators by powers of i until every coefficient is real. It factors over the
-integers. It undoes the first step. It multiplies pairs of half-angle factors. If powers of i
-cannot make the coefficients real, or if a factor may be a product of two complex factors, the
-method factors over the Gaussian integers.
+multiplies the generators by powers of i, so that every coefficient is real. It factors over the
+integers. It undoes the first step. It multiplies pairs of half-angle factors. In two cases the
+method factors over the Gaussian integers instead: if powers of i cannot make the coefficients
+real, or if a factor may be a product of two complex factors.
 """
 
 import math

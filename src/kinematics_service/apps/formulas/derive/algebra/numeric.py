@@ -57,8 +57,8 @@ class Numbers:
 
     def in_reciprocal(self, joint: int) -> 'Numbers':
         """
-        Replace the variable d of a prismatic joint by 1 / t, and multiply by a power of t, so that
-        the result is a polynomial in t.
+        Replace the variable d of a prismatic joint by 1 / t. Multiply the polynomial by a power of
+        t, so that it is a polynomial in t.
         """
         ring = self.value.ring
         index = ring.index('number', self.arithmetic.names.variables[joint])

@@ -179,9 +179,9 @@ def _halved(functions: Sequence[Numbers], box: Box, moving: Floats) -> Zero:
 def _undecided(
     functions: Sequence[Numbers], centers: Floats, radii: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    # Return centers and radii of the boxes in which every polynomial may vanish. For each box,
-    # return the largest ratio of a polynomial's value at the center to the bound of its change in
-    # the box, and the joint along which the box is halved next.
+    # Return centers and radii of the boxes in which every polynomial may be 0. Return also, for
+    # each box, the largest ratio of a polynomial's value at the center to the bound of its change
+    # in the box. Return also the joint along which the box is halved next.
     f, G = values_and_gradients(functions, centers)
     largest = np.abs(centers) + radii
     bends = _bends(functions, largest)

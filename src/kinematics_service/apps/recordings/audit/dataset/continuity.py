@@ -62,7 +62,7 @@ def breaks_of(q: Floats) -> Breaks:
     first, size, last = (np.linalg.norm(one, axis=1) for one in (before, own, after))
     around = 0.5 * (first + last)
     # Estimate the noise by the median difference between a step and the mean of its two neighbour
-    # steps, because in smooth motion only noise causes this difference.
+    # steps. In smooth motion, only noise causes this difference.
     noise = float(np.median(np.linalg.norm(own - 0.5 * (before + after), axis=1)))
     with np.errstate(invalid='ignore', divide='ignore'):
         cosine = np.sum(own * (before + after), axis=1) / (2.0 * size * around)

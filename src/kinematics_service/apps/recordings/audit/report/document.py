@@ -30,8 +30,8 @@ MAX_ROWS = 10_000
 
 def thinned_rows(count: int, most: int, worse: Callable[[slice], Floats]) -> Times:
     """
-    Divide the row numbers 0 to `count` - 1 into equal intervals, and return the first and the
-    worst row of each, at most `most` row numbers.
+    Thin the row numbers 0 to `count` - 1 to at most `most` numbers. They are divided into equal
+    intervals, and the first and the worst row of each interval are returned.
 
     Parameters
     ----------
