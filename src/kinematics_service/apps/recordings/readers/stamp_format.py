@@ -30,8 +30,7 @@ class StampFormat(NamedTuple):
     Attributes
     ----------
     unit
-        One of `UNITS`. Empty: the unit in which the first stamp is a plausible time, otherwise
-        seconds.
+        One of `UNITS`. Empty: the unit in which the stamps are plausible times, otherwise seconds.
     rate : Hz
         Rate of numbered rows, 0 if stamps are read.
     """
