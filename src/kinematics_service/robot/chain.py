@@ -1,5 +1,5 @@
 """
-Multiply the constant motions of a DH table together, which gives the kernel's chain.
+Make the kernel's chain from a DH table: multiply the fixed transforms between two joints together.
 
 The chain is C_0 screw_z(1) C_1 screw_z(2) ... C_K, where screw_z(k) is the screw about the z axis
 of moving row k. The constant motions between two screws (conventions, fixed rows, base,

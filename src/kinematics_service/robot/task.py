@@ -96,7 +96,8 @@ class Task(FrozenArrays):
     @property
     def barely_moved(self) -> str:
         """
-        Return a warning about rows that move only because axes are not exactly parallel, else ''.
+        Return a warning if a row of the task Jacobian is not zero only because axes are not
+        exactly parallel, else ''.
         """
         if self.plain_rows == self.rows:
             return ''

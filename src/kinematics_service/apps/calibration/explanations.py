@@ -127,8 +127,8 @@ def scores_of_poses(
     robot: Robot, given: Measured, used: Flags
 ) -> Callable[[Sequence[Hypothesis]], Floats]:
     """
-    Return a function that takes mistakes of the input. It corrects each mistake, and returns the
-    misfits of the poses after the correction.
+    Return a function whose arguments are supposed mistakes of the input. It corrects the input for
+    each mistake, and returns the misfits of the poses after the correction.
 
     Base and tool are fitted to the used rows of the set with most outliers. A row counts at most 1
     in a misfit: errors above 20 mm or 2 deg count no more.

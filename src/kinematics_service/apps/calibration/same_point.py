@@ -225,7 +225,8 @@ class SamePointParameters(ChosenParameters):
         self, chosen: Sequence[int], tolerances: Mapping[str, float], check: bool
     ) -> FitProblem:
         """
-        Return the fit problem of the touches; it starts from points and tip of the nominal arm.
+        Return the fit problem for points that the tip of the tool has touched. The fit starts from
+        the positions of the points and of the tip on the nominal arm.
 
         Raises
         ------

@@ -15,7 +15,10 @@ class FrameLimits(NamedTuple):
 
     @property
     def explained(self) -> PoseLimit:
-        """Return the largest residuals that the correction of a decisive cause may leave."""
+        """
+        Return the largest residuals that may remain if a cause is taken as the explanation and
+        corrected.
+        """
         return PoseLimit(*map(max, zip(EXPLAINED, self.warn)))
 
     def level(self, diagnosis: FrameDiagnosis) -> Level:

@@ -57,8 +57,8 @@ class Tape:
 
 
 def _run_tape(tape: Tape, n: int, q: Flat, steps: Flat, lanes: int) -> bool:
-    # Runs a tape at q (n,): fills `steps` with the gradient (n,) and then the value of each step.
-    # Returns False if an angle is too large for several lanes at once.
+    # Computes all steps of the factors at q (n,). `steps` gets the gradient (n,) and the value of
+    # each step. Returns False if an angle is too large to compute several poses at once.
     width = (n + 1) * lanes
     da, db = [0.0] * 16, [0.0] * 16  # one number for each of LANES poses
     for i in range(tape.steps):

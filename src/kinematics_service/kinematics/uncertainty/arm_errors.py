@@ -91,8 +91,8 @@ def screws_in_frames(
     robot: Robot, chain: CorrectedChain, values: Floats
 ) -> tuple[Integers, Floats]:
     """
-    Return a screw for each correction of a chain: the index of a frame of the table, (P,), and the
-    screw in this frame, (P, 6).
+    Return for each of the P corrections of a chain the index of a frame of the table, shape (P,),
+    and the screw of the correction in this frame, shape (P, 6).
 
     Parameters
     ----------

@@ -61,7 +61,8 @@ class CommonZeros:
 
     def depend(self, columns: Sequence[int]) -> bool:
         """
-        Return whether these columns of J are proved to be linearly dependent at all common zeros.
+        Return whether these columns of J are proved to be linearly dependent at all poses where
+        the given equations are zero.
         """
         return self.vanish(range(len(self.J)), columns, len(columns))
 

@@ -58,7 +58,8 @@ class Track(NamedTuple):
 
 def joined(robot: Robot, track: PoseTrack, states: MotionColumns) -> Track:
     """
-    Return the poses of a second source with the joint positions of a recording.
+    Return pairs of a pose, which a second source measured, and the joint positions of the
+    recording at the same time.
 
     If each pose has its own joint positions, at most `MAX_POSES` poses are taken at even steps.
     Otherwise every second pose is dropped, until at most 2 `MAX_POSES` poses are within the time

@@ -40,8 +40,8 @@ from .target import IDENTITY, residual_of
 RANK_POSES = 50
 # Singular values below this ratio to the largest one are taken as zero.
 RANK_RATIO = 1e-9
-# A number of turns of a screw per turn of a joint is taken as whole if its distance from a whole
-# number is at most this.
+# If one turn of a joint is k turns of its screw, and k differs from a whole number by at most this
+# value, k is taken as whole.
 WHOLE_TOLERANCE = 1e-12
 # Relative round-off of a closed form, after a product of ten matrices. The round-off is 9 machine
 # epsilons.

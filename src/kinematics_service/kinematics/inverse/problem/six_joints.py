@@ -82,8 +82,8 @@ def _options(slides: tuple[bool, ...]) -> list[Option]:
                 # revolute.
                 allowed = not turned[2] and not turned[5]
             else:
-                # Allow the option if a prismatic joint is first, and at most two revolute joints
-                # precede the next prismatic joint.
+                # This way to close the loop needs a prismatic first joint, and at most two
+                # revolute joints before the next prismatic joint.
                 allowed = turned[0] and any(turned[1:4])
             if allowed:
                 options += [(first, backwards, swapped) for swapped in (0, 1)]
