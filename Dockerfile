@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 # The node in a container: docker build -t kinematics_service . &&
 # docker run --net host --ipc host kinematics_service --robot ur5e
 FROM ros:jazzy-ros-base AS wheel

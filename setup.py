@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Packaging: everything `colcon build` and `pip install` need; the version is package.xml's."""
 
 import os

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Time of an exact derivation of every bundled robot, and of six-joint arms out of seven-joint ones.
 """

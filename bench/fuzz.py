@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Hostile messages: the node lives, its memory is flat, it answers the next good one right.
 

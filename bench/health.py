@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Jumps of joint zeros found by a second source of poses: how soon, how sure, and false alarms.
 

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 All solutions beside ssik: six joints by time, seven by the ends of their arcs, too.
 

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The same arm in other libraries, for those that are installed: pose and Jacobian of one pose."""
 
 from typing import NamedTuple

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Arms that obey `ks.scale` at 500 Hz: what they keep, and where they are slowed without need.
 

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Joint states at 200 Hz beside target poses: what is lost, how old poses are, what is answered.
 

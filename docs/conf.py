@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Settings of the site: python -m sphinx -W --keep-going docs build/docs."""
 
 import sys

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 What the pages say of the code is made from the code: python docs/from_code.py [--pictures]
 
@@ -37,6 +39,11 @@ DRAWN = re.compile(r'^\$ python -m kinematics_service (plot .*--save (\S+\.svg))
 # The arms of the live example on the first page, and the file of their formulas.
 LIVE_ARMS = ('planar_2r', 'craig_3r')
 LIVE_FILE = HERE / 'front' / 'arms.js'
+LIVE_HEAD = """/*
+SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+SPDX-License-Identifier: Apache-2.0
+*/
+// Made by docs/from_code.py."""
 SHOWN = re.compile(r'!\[[^\]]*\]\(([\w-]+\.svg)\)')
 
 
@@ -498,7 +505,7 @@ def live_arms() -> str:
         code = _printed(f'derive {name} --code js').replace('export function', 'function')
         names = ', '.join(re.findall(r'^function (\w+)', code, re.MULTILINE))
         parts.append(f'const {name} = (() => {{\n{code}\nreturn {{ {names} }};\n}})();\n')
-    return '// Made by docs/from_code.py.\n' + '\n'.join(parts)
+    return f'{LIVE_HEAD}\n' + '\n'.join(parts)
 
 
 def renew(pictures: bool) -> None:

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Make the pictures of the README anew: python docs/make_pictures.py [demo] [view] [audit].
 

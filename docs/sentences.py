@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What the tables of the reference say in words: one sentence for each name of the code."""
 
 HEARD_TOPICS = {

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 A gate for CI: every planned trajectory of a folder is proved to keep away from singular poses and
 limits.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Ten thousand poses in one call: which share of the joint space is near singular?"""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """All joint positions that reach a pose, and joint velocities that follow a twist."""
 
 import numpy as np

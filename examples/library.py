@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Pose, Jacobian, twist and singularity of an arm, from its robot file."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 A controller that obeys `~/scale`: it asks for joint velocities and takes the share it is given.
 

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """setuptools' own build backend, and a C compiler from PyPI where this machine has none."""
 
 import contextlib

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 The kernel's source for the compiler: a .pyx of the files that are compiled together, and a .pxd of
 what others use of them, with the types of their annotations.

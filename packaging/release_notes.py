@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Print the part of CHANGELOG.rst on one version: python packaging/release_notes.py 0.1.0."""
 
 import re

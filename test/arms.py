@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The arms and poses the tests run over: every bundled robot, and random ones of every kind."""
 
 import dataclasses

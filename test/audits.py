@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Audits as tests make them: by the command and by the library, of bags that are written here."""
 
 import itertools

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What a topic says of a report as an object, and all that a message says, bit for bit."""
 
 import struct

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Arms whose table is off by what a calibration finds, so that no factorisation is left."""
 
 import functools

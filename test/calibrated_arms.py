@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Arms that differ from their tables by known errors, and poses measured of them."""
 
 import itertools

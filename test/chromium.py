@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 A headless Chromium driven by its DevTools protocol: Debian's browser, and a socket of websockets.
 """

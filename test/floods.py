@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Floods of joint states, and a client that looks what a flooded node still answers."""
 
 import subprocess

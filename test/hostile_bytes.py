@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Bytes that are nearly a serialized message: lengths that lie, and every encoding."""
 
 import random

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Joint states as an MCAP file with every checksum, fast: messages of one layout, a chunk at a time.
 

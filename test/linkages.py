@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Closed forms of linkages, by the law of cosines: plane geometry, no kinematics of ours."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Images of a ChArUco board, rendered with distortion, blur and noise; and their camera's file."""
 
 from functools import cache

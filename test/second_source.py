@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """An arm and a second source of its poses, simulated: a wrong table, noise, zeros that slip."""
 
 from dataclasses import replace

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What `config/ros` gives to ROS's own tools names what the node has, and the node takes it."""
 
 import importlib.util

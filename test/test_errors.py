@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The errors of the package: their tree, what they carry, and that it crosses processes."""
 
 import copy

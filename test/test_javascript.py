@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """JavaScript of `derive`, also on the documentation's first page, gives the library's numbers."""
 
 import json

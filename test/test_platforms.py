@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The library and the commands without what only POSIX has, as on Windows, in a process each."""
 
 import subprocess

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 One form of a rotation made into another, against scipy, exact numbers and the quaternion product.
 """

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Wrong values of each argument of each public function: a sentence, and no bare error."""
 
 import inspect

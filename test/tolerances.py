@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Named tolerances, each with its reason."""
 
 # Sums of a few dozen products of numbers near 1 in double precision; the golden data's own bound.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Start the node beside a robot: ros2 launch kinematics.launch.py robot:=my_arm.yaml
 

@@ -1,3 +1,7 @@
+/*
+SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+SPDX-License-Identifier: Apache-2.0
+*/
 // Made by docs/from_code.py.
 const planar_2r = (() => {
 // planar_2r: kinematics, derived from its robot file.

@@ -1,3 +1,7 @@
+/*
+SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+SPDX-License-Identifier: Apache-2.0
+*/
 // The live example of the first page. All formulas are in arms.js, which `derive --code js` writes;
 // this file draws them.
 'use strict';

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Kinematics of any arm given by its Denavit-Hartenberg table: a library and a ROS 2 node.
 

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Run the program: `python -m kinematics_service`, installed as `kinematics_service`."""
 
 import sys

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Show results of the library in a notebook, by modules of apps, which may be missing."""
 
 from .app_modules import app_module

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Print tables and sentences that fit the terminal; in a pipe, print unbroken lines."""
 
 import json

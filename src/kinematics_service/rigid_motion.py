@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Convert between representations of rotations and rigid motions, with numpy, not the kernel."""
 
 import math

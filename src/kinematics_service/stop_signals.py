@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Handle SIGINT and SIGTERM: the first signal requests the end of the process, a second signal or a
 time-out forces the end.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Replace typographic signs, as in PDF files, by plain signs; write counts such as `2 joints`."""
 
 import re

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What commands write: files that keep what they are, devices, pipes, and disks that fill."""
 
 import io

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """`--of`, `--at` and `--axes` of `fk` and `jacobian`: the library's numbers, and refusals."""
 
 import json

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Numbers on the command line as they are pasted: a typographic minus, degree signs, pi."""
 
 import json

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 The estimator's rules once more, in plain Python, joint by joint: what the compiled call must do.
 

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The bytes of CDR as the standard has them: little-endian, aligned from the fourth byte on."""
 
 import struct

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What becomes of a joint sample: the input table of the node, without ROS."""
 
 import dataclasses

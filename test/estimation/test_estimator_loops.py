@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """An arm with closed loops, message by message: the branch is kept, and its end is refused."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 The compiled estimator against its rules in plain Python, bit for bit, over streams of messages.
 """

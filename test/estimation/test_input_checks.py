@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Faults of joint states: each planted fault is named, and healthy streams have none."""
 
 import itertools

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Joint accelerations from reported velocities: exact where they can be, and none where not."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Joint efforts: the bias is the mean of the last messages, and of none before a gap."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 The compiled functions on their own: sine and cosine, singular values, determinant, quaternions.
 """

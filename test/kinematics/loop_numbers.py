@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Prints hashes of what the kernel makes of arms with closed loops: the same compiled and not.
 

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Derivatives of the Jacobian, and accelerations: against differences, and Pinocchio."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Rates of coordinates of the orientation: against their differences, and where they fail."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Covariances of pose and twist by the `uncertainty` of a robot file: draws and differences."""
 
 import re

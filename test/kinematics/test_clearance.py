@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The radius in which no pose is singular: proved, and so never above the distance of one."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Inverse kinematics against solution sets made independently, closed form checked by Newton."""
 
 import json

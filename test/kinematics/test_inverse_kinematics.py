@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Inverse kinematics on every arm: round trips, limits, families, and targets that cannot be reached.
 """

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The servo: exact away from singular poses, bounded through them, never beyond a limit."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Targets as people type them: reached within a tolerance, by direction of a tool axis."""
 
 import itertools

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Loops that need each other's passive joints: closed together, as parallel machines have them."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The links of closed loops have their lengths in every pose, and end where the loop does."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Which rows singularities are judged by, the measures, their thresholds and levels."""
 
 import dataclasses

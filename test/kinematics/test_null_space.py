@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Self-motion: what leaves the tool at rest, turned as little as can be, and where it leads."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Random arms built in Pinocchio and in the Robotics Toolbox too: same pose, same Jacobian."""
 
 import dataclasses

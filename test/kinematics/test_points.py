@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Pose, Jacobian and twist of any frame, at any point, in any axes: against other roads."""
 
 import copy

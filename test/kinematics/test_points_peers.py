@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Any frame, any point, any axes: the same numbers under the names of other libraries."""
 
 import numpy as np

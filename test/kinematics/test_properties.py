@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 What holds for every arm: bundled robots, and random ones of every convention and 1 to 12 joints.
 """

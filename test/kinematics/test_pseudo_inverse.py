@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The pseudo-inverse: Penrose's conditions, the servo's numbers, and the damping that is told."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """How much of a motion may be kept: the causes one by one, and arms that are slowed by it."""
 
 import dataclasses

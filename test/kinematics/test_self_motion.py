@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """All postures of arms with one joint more than their target asks for: found, cut at limits."""
 
 import functools

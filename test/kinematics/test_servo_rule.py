@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """MoveIt Servo's rule as a choice of `ks.scale`, against its own steps written down again."""
 
 import dataclasses

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The distance to the nearest singular pose, the directions that go with it, and the time left."""
 
 import copy

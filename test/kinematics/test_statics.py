@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Wrenches and joint torques: power on both sides, and what a singular pose hides."""
 
 import numpy as np

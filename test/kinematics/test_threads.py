@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Batches on several cores: the same numbers to the last bit, the first fault, no lost error."""
 
 import copy

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Runs of pieces of a curve inside the limits, beside a list of all full turns."""
 
 import itertools

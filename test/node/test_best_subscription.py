@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A subscription that is replaced: when it ends, what it lost, and what is passed over of it."""
 
 from types import SimpleNamespace

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The arm as markers: what a reader of MarkerArrays that knows nothing of arms draws from them."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Bytes that the official deserializer refuses are not given to it, and no others."""
 
 import pytest

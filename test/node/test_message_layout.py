@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The layouts written down are the official serializer's, and a wrong one is found out."""
 
 from types import SimpleNamespace

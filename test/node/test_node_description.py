@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The robot from a topic with its URDF, at the start of the node and while it runs."""
 
 import math

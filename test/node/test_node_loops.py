@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The running node of an arm with closed loops: driven joints in, and pose, J, twist out."""
 
 import json

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The node with a life cycle, as a process that a manager leads through its states."""
 
 import contextlib

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Names of joints, topics and nodes that do not fit: what the node says, and joint_names."""
 
 from types import SimpleNamespace

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Parameters: each takes effect at start and at run time, or is refused with the reason."""
 
 import json

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A second source of the tool's pose: the status `frames` on /diagnostics."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What the node says of joint states that make no sense: in its log, and on /diagnostics."""
 
 import math

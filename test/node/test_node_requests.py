@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """`set` and `reload`: what they do to a running node, what they print, and their exit codes."""
 
 import threading

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """`~/scale`: the share of a commanded motion that may be kept, and its reason."""
 
 import json

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What the node says near singular poses of arms with factors and without, each a node inside."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The messages that the kernel fills say what the built ones say, for every arm and setting."""
 
 import itertools

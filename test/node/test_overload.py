@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """After an overload: requests are answered, a joint state brings a pose, memory is given back."""
 
 import contextlib

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 The process always ends: floods of messages and of timers, signals at any moment, bad clean-ups.
 """

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A node without the app that compares poses says what to run instead."""
 
 from types import SimpleNamespace

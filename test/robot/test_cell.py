@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Cells: two arms as one chain, against each arm by itself and one tree of a peer."""
 
 import re

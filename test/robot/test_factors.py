@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Named singular factors: evaluated live, checked against the arm, and told in the warning."""
 
 import dataclasses

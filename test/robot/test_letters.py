@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Robot files whose constants have no value: what works on letters, and what refuses them."""
 
 import json

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Loops in a robot file that need each other: what is read, what is refused, what `check` says."""
 
 import math

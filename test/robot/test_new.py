@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 The command `new`: what it writes is a robot file that `check` accepts, the same arm in each form.
 """

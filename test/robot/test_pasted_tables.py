@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Tables in the styles of programs, documents and books: each is read as the same arm."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Points in a robot file: what is read, what is refused, what `check` and a URDF say of them."""
 
 from xml.etree import ElementTree

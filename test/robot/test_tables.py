@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Tables as people have them, read as robots: each form of the Puma, and what is refused."""
 
 import io

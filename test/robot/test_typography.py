@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Signs of PDF files and word processors in robot files, and what is told of homework's slips."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Where the arm of a URDF ends if nobody says it: at its hand, and never in a finger.
 """

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A robot's URDF against readers that nobody here wrote: Pinocchio and yourdfpy."""
 
 import io

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Chains of URDFs made into robot files: round trips, other people's URDFs, and what is refused.
 """

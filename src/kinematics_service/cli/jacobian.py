@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The command `jacobian`: print the Jacobian and the twist of the tool at joint positions."""
 
 from typing import Annotated, Optional

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Import modules that need ROS; if ROS is missing, raise an error that says how to install it."""
 
 from importlib import import_module

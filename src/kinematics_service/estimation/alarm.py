@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Decide when the node publishes a singularity warning: if the level changes, and repeatedly while
 the level is WARN or ERROR.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Read and write plain CDR, the encoding of ROS 2 messages (OMG, Common Data Representation).
 

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Merge JointState messages by joint name and stamp into joint positions, and evaluate the arm at
 them.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Check the JointState messages of the last seconds for wrong stamps, jumps, speeds, velocities and
 mimic joints.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Integrate the velocities of messages that have no positions, by the trapezoidal rule."""
 
 import math

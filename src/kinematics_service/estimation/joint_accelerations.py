@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Estimate joint accelerations: fit a straight line to the last velocities (least squares)."""
 
 import numpy as np

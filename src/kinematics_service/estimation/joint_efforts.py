@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Subtract a bias from the joint efforts of messages. On request the mean of the last efforts becomes
 the bias.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Keep the last position, velocity, stamp and time of arrival of each joint, by joint name."""
 
 import math

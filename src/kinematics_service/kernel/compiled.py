@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Import the compiled kernel, or decide that its source runs as plain Python."""
 
 import copyreg

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute the singularity measures, factors, level and nearest singular pose of rows that `evaluate`
 has filled.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Write the numbers of a tool state into serialized outgoing messages."""
 
 from typing import NamedTuple

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Set a deadline at which the process ends after a signal, even if its Python interpreter is blocked.
 """

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute analytic Jacobians, whose angular rows are rates of orientation coordinates instead of the
 angular velocity.

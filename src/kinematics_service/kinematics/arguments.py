@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Check arguments of public functions: arrays of numbers, seeds, row names, and shapes that broadcast
 together.

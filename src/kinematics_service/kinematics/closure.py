@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Read the state of the closed loops of an arm: passive joint positions and determinants."""
 
 from dataclasses import dataclass

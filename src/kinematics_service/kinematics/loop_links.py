@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute the shape of closed loops at given joint positions, for pictures: corners and joints of
 each loop's second chain.

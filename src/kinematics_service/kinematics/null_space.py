@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute the null space of the task Jacobian by SVD, and the self-motion that leads away from
 singular poses.

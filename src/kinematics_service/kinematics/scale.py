@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute the factor, 0 to 1, by which joint velocities must be scaled to stop before singular poses
 and limits.

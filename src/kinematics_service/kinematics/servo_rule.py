@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute MoveIt Servo's speed factor of a tool motion from the condition number of the Jacobian.
 

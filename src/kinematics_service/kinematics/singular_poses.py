@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Find singular poses of an arm inside joint limits, by Newton's method from seeded random poses.
 """

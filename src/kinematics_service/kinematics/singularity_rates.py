@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute singularity measures of many poses, the rate of the measure that has thresholds, and the
 time until this measure reaches the threshold `warn`.

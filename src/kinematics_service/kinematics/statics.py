@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute the joint torques J^T F for a wrench F, and estimate the wrench from torques by least
 squares.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Select the rows of the Jacobian that the task uses, by their names, in the axes of frame 0."""
 
 import functools

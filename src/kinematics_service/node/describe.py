@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Return the robot and the conventions of a node as plain data, for the service `~/describe`."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Publish the diagnostics of a node once a second: the input, and outcomes of messages."""
 
 import math

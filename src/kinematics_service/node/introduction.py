@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Log the first lines of a node, which describe its arm and its settings."""
 
 from rclpy.node import Node

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Count lost messages of a topic by the sequence numbers of the middleware."""
 
 from collections.abc import Callable

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Run the node with a life cycle: the transition `configure` reads the arm, and only an active node
 answers.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Define the node: for each JointState it publishes pose, Jacobian, twist and warning."""
 
 import json

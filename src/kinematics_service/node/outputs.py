@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Publish answers to every accepted message, and find which numbers their subscribers need."""
 
 from collections.abc import Callable, Sequence

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Compute the states of points other than the tool, for subscribers to their topics."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Publish the arm as a URDF on `robot_description`, for programs that draw robots."""
 
 from rclpy.node import Node

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute the scale of a commanded joint velocity: the allowed fraction, and the reason for it. The
 scale is not a safety function.

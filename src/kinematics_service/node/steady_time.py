@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Make timers, and limit the rate of log lines. Both use the steady clock, because the ROS clock can
 be set or stopped.

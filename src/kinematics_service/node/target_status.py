@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Describe how the node answered a target, as a status: a sentence, and values by key."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Suggest parameters that map the joint names in messages to the joints of the arm."""
 
 import difflib

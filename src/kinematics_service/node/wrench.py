@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Take the bias for the topic `~/wrench`, and make the status of the wrench."""
 
 from collections.abc import Callable

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """List the bundled robots, and find the file of a robot by its name or path."""
 
 import difflib

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Make the kernel's chain from a DH table: multiply the fixed transforms between two joints together.
 

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Bound the derivatives of an arm's Jacobian at all joint positions, from the arm's lengths."""
 
 from collections.abc import Iterator

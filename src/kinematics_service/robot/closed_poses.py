@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Find joint positions at which the closed loops of an arm close, by random sampling."""
 
 import numpy as np

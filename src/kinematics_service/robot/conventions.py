@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Write a table row of any convention as a screw about z between two constant motions."""
 
 from collections.abc import Sequence

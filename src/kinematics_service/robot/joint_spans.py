@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Compute the range of each joint in which the kernel samples the arm's singular poses."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Compute the columns of the result array in which `kernel.measure` writes each quantity."""
 
 from itertools import accumulate

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Name the unit of each measure of singularity; the unit of the determinant depends on the arm."""
 
 from .measures import MEASURES

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Compare a measure of singularity with two thresholds; the result is OK, WARN or ERROR."""
 
 import enum

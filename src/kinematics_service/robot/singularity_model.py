@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Hold the data that the singularity test needs: chain, task, thresholds and singular factors."""
 
 from dataclasses import dataclass

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Choose the task: the rows of the Jacobian that decide whether a pose is singular."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The intrinsics of a camera from its calibration file, and a board in images."""
 
 from dataclasses import replace

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The command `calibrate`: tables read as an audit reads them, and robot files that go on."""
 
 import json

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Robot files that calibrations write: each is one that every command takes, or says why not."""
 
 import functools

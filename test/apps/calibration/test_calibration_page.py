@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The page of a calibration: its numbers, its pictures, and that it needs nothing else."""
 
 import re

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A camera and a board calibrated with the arm: beside the closed form, in words, refused."""
 
 import json

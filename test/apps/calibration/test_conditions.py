@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Elasticity of joints and drifts of sessions: parameters with priors, as all others are."""
 
 import json

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Camera, board and arm from images of a board: noise of corners, flat boards, wrong sizes."""
 
 import json

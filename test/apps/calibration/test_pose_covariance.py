@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The covariance of the tool's pose, beside draws of random joints and of random tables."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Calibration by points that the tip touched: what it finds, what it cannot, what it refuses."""
 
 from time import process_time

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Factory calibrations of Universal Robots: the same arm, its lengths those of an arm."""
 
 import json

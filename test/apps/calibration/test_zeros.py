@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The zeros of joints by touches of a printed sheet: what is found, and what is not known."""
 
 import functools

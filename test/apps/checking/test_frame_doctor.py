@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The frame doctor finds planted offsets and names planted faults, and none on clean data."""
 
 import dataclasses

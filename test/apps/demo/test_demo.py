@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 The demo: what it says, and as a process how it ends, and that nothing of it leaves its namespace.
 """

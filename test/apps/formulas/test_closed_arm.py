@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Arms with closed loops in symbols, against the golden numbers and the library."""
 
 import functools

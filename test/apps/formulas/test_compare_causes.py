@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Right formulas in many forms are accepted, and what is wrong with wrong ones is named."""
 
 import functools

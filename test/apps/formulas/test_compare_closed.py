@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Formulas of arms with closed loops against the robot, where the loops close."""
 
 import linkages

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Files of formulas made to be long, deep or large: answered in seconds, with a sentence and a line.
 """

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Formulas of the inverse kinematics: the whole pose decides where the point does not say enough.
 """

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Formulas as textbooks, LaTeX, Matlab, Python and plain text write them: read, and judged."""
 
 import functools

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 The symbolic rows of the checklist of the documents, C01 to C35; inverses and plots are elsewhere.
 """

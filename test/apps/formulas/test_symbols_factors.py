@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Factors in robot files: the product is the determinant, and `--write` keeps what the user wrote.
 """

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Every string of the golden data, reproduced: the difference simplifies to zero."""
 
 import pytest

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What the page shows is what was derived: its MathML is read back and compared as numbers."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Lengths that are decimals: what cancels is 0, what all but cancels is not."""
 
 import functools

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Ranks, families and splits are those of letters; what the numbers of a file add is said."""
 
 import functools

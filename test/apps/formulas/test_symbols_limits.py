@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Whether a family, or where families meet, is inside the joint limits: shown or proved not."""
 
 import dataclasses

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Offsets of joint angles that are no quarter turns: derived in theta = q + offset, as exactly."""
 
 import functools

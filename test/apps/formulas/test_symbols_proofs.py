@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What is said of a family is proved for all of it and for all lengths, or marked as sampled."""
 
 import dataclasses

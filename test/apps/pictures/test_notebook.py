@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Results at a prompt and in a notebook: a line, a table, a sketch, formulas."""
 
 import dataclasses

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Pictures: the numbers behind the curves, the words around them, the files they become."""
 
 import dataclasses

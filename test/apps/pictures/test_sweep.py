@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A function over many poses in batches: here, and by the worker processes of a dask cluster."""
 
 import pickle

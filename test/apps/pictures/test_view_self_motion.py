@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The slider along the self-motion of the page of `view`: the joints move, and the tool stays."""
 
 import time

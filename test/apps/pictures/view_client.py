@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Programs that talk to the page of `view` without a browser: a proper one, and one byte by byte.
 """

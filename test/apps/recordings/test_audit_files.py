@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 The files an audit reads and writes: bags, tables, plans, pages; and what it says of bad ones.
 """

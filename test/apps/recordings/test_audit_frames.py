@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 A second source of the tool's pose in an audit: matched, judged, and told from what it cannot be.
 """

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Tables and ROS 1 bags of any length: read in pieces, with the same words and numbers."""
 
 from dataclasses import replace

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What an audit says of plans between their points: sentences, JSON, page, exit code."""
 
 import json

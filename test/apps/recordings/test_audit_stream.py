@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """An audit that reads its states in pieces says the same, and several of them at once do, too."""
 
 import functools

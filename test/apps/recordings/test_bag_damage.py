@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What an audit says of a bag that is damaged: each flipped bit is harmless, or it is told."""
 
 import json

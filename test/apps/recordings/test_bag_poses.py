@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Poses of a bag as a second source: stamped poses, points, transforms, and one frame of /tf."""
 
 import functools

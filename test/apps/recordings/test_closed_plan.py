@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Plans of arms with closed loops: what samples refute, and that nothing is called proved."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Frames that are missing, repeated or far off in a motion; none where a person moves jerkily."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """`audit` of a dataset: one table and one page, labels, and `ks.judge_table`."""
 
 import json

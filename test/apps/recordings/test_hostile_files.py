@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Files that are made to cost time or memory, or to be taken for something else, are refused."""
 
 import json

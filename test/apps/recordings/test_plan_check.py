@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Plans: what is proved no sampling refutes, and what is refuted is shown."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Faults planted in four recordings of a dataset: each is named, and none where there is none."""
 
 import csv

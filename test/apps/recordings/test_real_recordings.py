@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Real robots' data through the node and the estimator: `../shared/recordings`, or the folder named
 in KINEMATICS_RECORDINGS. Nothing of it is part of this project; without it these tests skip.

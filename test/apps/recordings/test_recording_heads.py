@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Heads of recordings as people write them: units, spaces, numbers, stamps."""
 
 import numpy as np

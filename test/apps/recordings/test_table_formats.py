@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Tables as people have them: stamps, units of joints, heads, numbers and poses of many makers."""
 
 import json

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Calibrate a robot: correct the numbers of its nominal table so that its poses fit measured ones.
 

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Decide whether a fit is accepted as a calibration, by its residuals, its outliers and its joints.
 

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Estimate poses of a board from its corners in images, with their covariances."""
 
 from collections.abc import Iterable, Iterator, Sequence

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Calibrate an arm: identify the numbers of its table from measured poses, touches or a board."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Collect poses of a running robot for a calibration, and repeat the fit as more poses arrive."""
 
 import os

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Prepare the poses of a board that a camera measured, and detect a wrong size of the board."""
 
 from typing import Literal, NamedTuple

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Check measured poses against the arm before the fit, and raise an error that names a mistake."""
 
 import re

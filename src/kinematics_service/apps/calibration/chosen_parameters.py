@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Choose the parameters that a calibration fits, and their priors."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence

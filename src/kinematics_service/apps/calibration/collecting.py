@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Collect measured poses of a running robot, each with the joint positions at its time."""
 
 from bisect import bisect_right

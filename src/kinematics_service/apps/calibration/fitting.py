@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Fit the numbers of an arm to measured poses, with normal priors, and estimate their covariance.
 

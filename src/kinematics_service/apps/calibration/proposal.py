@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Choose the poses to measure next by D-optimal design: they reduce the uncertainty of the fit most.
 

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Read measured poses with the joint positions at their times, and tables of touched points."""
 
 import csv

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Report a calibration as sentences, as rows of a table, and as a document for programs."""
 
 from collections.abc import Iterator, Sequence

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The result of a calibration: corrections, errors, and identifiable parameters."""
 
 from dataclasses import dataclass

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Diagnose tool poses of a second source (a tracker), and test them for jumps of a joint zero.
 

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Detect a jump of a joint zero by the generalized likelihood ratio (GLR) test of Willsky and Jones.
 

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Check whether a robot file describes a given robot: the command `check`, and the frame check of
 audits and calibrations.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Detect orientations whose three numbers were read as a wrong kind, for example Euler angles of
 another order.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Diagnose differences between two sources of poses: fit offsets, and name the likely cause."""
 
 import math

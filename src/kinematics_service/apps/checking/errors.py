@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Differences of poses (RMS and largest), and texts of lengths, angles and times with units."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Convert rotations to three angles and back, in any of the 24 orders of Craig, appendix B."""
 
 import itertools

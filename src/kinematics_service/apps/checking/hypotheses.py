@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Generate hypotheses: mistakes that may explain why two sources of poses differ."""
 
 import itertools

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Interpolate sampled joint positions at any time between the samples."""
 
 from typing import NamedTuple

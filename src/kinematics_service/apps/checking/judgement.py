@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Rate a disagreement between two sources of poses: OK, WARN or ERROR by two limits."""
 
 from typing import NamedTuple

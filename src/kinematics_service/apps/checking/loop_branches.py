@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Find other branches of closed loops by Newton's method from a grid, or from random starts."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Fit constant offsets of base and tool between two sources of poses: X and Y of B_i = X A_i Y.
 

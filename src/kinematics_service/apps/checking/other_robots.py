@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Find a bundled robot that explains measured poses if the robot file does not."""
 
 from collections.abc import Iterator

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Find the columns of a pose in a table, the kind of its orientation, and its units."""
 
 from collections.abc import Iterator, Sequence

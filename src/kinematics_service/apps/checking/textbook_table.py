@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Print the table of a robot as a textbook does, with the expressions of the file."""
 
 from collections.abc import Callable

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Run the node without a robot (`demo`), and show the messages of a node on a terminal (`echo`).
 

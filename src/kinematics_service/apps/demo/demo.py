@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Run the demo: one process with a simulated arm, the node, and a live table of its messages."""
 
 import os

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Write the texts of the demo: the first lines, the lines without a terminal, the summary."""
 
 import math

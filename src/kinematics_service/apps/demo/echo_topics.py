@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """List the topics that `echo` can show, with functions that write messages as text or JSON."""
 
 from collections.abc import Callable

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Write messages as lines of text, for `demo` and `echo`; only the level has a colour."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Convert messages to plain data: poses and diagnostics, which only `echo` and `demo` show."""
 
 from typing import NamedTuple

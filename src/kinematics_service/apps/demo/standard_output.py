@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Write lines to standard output: a terminal, a file, or a pipe whose reader may end."""
 
 import os

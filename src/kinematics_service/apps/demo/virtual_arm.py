@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Simulate an arm: a node publishes joint states along a path or from a recording."""
 
 import itertools

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Exact formulas of an arm: `derive` finds them, `compare` checks formulas that a user wrote.
 

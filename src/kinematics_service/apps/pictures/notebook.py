@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Write results as HTML for a notebook: tables, matrices and a sketch of the arm."""
 
 from collections.abc import Callable, Sequence

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Compute a lower bound of a cubic polynomial in a joint motion over a ball (Lagrange dual)."""
 
 from ..layout import arrays

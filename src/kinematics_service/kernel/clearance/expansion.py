@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Expand the task Jacobian J_t to third order in joint motions, in the bases of its singular vectors.
 """

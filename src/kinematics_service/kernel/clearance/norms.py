@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Compute an upper bound of the largest singular value of a matrix by Gershgorin's theorem."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Reduce an angle to at most half a turn, and compute its sine and cosine."""
 
 import math

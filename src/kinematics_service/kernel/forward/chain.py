@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Store the kinematic chain of an arm as arrays: constant motions, and a screw about z after each of
 them but the last.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute pose, quaternion, Jacobian, twist and frames from joint positions in one pass over the
 chain.

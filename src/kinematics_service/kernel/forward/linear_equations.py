@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Solve the linear equations A x = b and A' x = b by LU decomposition with partial pivoting."""
 
 from ..layout.arrays import Numbers, WholeNumbers

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Solve the inverse kinematics of three joints, or of six joints with a spherical wrist or three
 parallel axes, in closed form.

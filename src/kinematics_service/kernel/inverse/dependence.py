@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute the null space of the Jacobian J in the rows of a target, and a measure of the linear
 dependence of the columns of J.

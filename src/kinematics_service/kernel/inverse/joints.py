@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Add full turns to joint positions, so that the positions are inside the limits if possible, and
 nearest to given positions.

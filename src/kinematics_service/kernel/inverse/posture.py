@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute the posture of an arm whose inverse kinematics has a closed form: shoulder right or left,
 elbow up or down, wrist flipped or not.

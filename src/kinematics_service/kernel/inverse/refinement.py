@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Minimize the weighted distance of the tool from a target by Levenberg-Marquardt, with bounds on the
 joints.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute the error between the tool's pose and a target, with a weight for each component, and the
 Jacobian of the error.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Find the roots of A cos x + B sin x = C, of quadratic and of quartic equations, with bounds of the
 errors of the roots.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Search one solution of inverse kinematics inside the limits: Levenberg-Marquardt from several
 starts, until a start converges.

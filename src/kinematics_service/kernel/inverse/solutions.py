@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Store solutions of inverse kinematics with their errors, margins and postures, and remove
 duplicates.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Solve inverse kinematics without a search. A closed form or elimination gives candidates, and
 Levenberg-Marquardt refines them.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Check that the numbers of a target pose are finite, its rotation is orthogonal, and its last row is
 0 0 0 1.

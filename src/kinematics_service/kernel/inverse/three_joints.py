@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Solve the positions of three joints that move a point to a given position, in closed form (Pieper
 1968).

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 # Declare only the names of Python and C that the kernel uses. Cython's own files declare all
 # names. Reading those files takes a third of the build time of each kernel module.
 cdef extern from "Python.h":

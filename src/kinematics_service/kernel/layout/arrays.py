@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Check the type and size of numpy arrays, so that the kernel can read and write the arrays without
 further checks.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Interleave the rows of numbers of LANES poses: number k of the row in a lane is at index k * LANES
 + lane.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 # Declare the functions of Python's math module that the kernel calls; the compiled kernel takes
 # them from C's math.h.
 cdef extern from "<math.h>" nogil:

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Define the indices into the kernel's arrays, the codes that the kernel returns, and shared
 constants.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 # The signal handler below calls only functions that POSIX allows in handlers: alarm, sigaction and
 # _exit (POSIX.1-2024, 2.4.3). Windows has no alarm.
 cdef extern from *:

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Compute the pose, Jacobian, twist and frames of an arm that may have closed loops."""
 
 from ..forward import chain_pass

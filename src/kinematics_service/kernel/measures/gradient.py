@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute two gradients by the joints: of a weighted sum of the entries of a Jacobian, and of loop
 determinants.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute the eigenvectors of a small symmetric matrix by Jacobi rotations, and solve damped
 equations by Cholesky.

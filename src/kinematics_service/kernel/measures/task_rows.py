@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Select and scale the rows of the Jacobian from which the singularity measures are computed."""
 
 import numpy as np

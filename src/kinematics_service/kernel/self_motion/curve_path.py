@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Interpolate a curve of inverse kinematics solutions between its samples, and find roots of
 functions along the curve.

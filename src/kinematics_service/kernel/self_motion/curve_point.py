@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Move joint positions onto a curve of solutions by Newton's method, and compute the tangent of the
 curve.

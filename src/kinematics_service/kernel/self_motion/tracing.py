@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Trace a curve of inverse kinematics solutions by numerical continuation (predictor and corrector)
 until it closes.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Find a singular pose near joint positions by projection onto the set of singular poses (sequential
 quadratic programming).

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute the equations of a singular pose, and their derivatives, by the Schur complement of the
 task Jacobian J_t.

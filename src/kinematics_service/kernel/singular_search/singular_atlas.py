@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute samples of the singular poses of an arm: project random joint positions by Newton's method.
 

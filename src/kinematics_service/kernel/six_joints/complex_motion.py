@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Solve for six complex joint positions that reach a goal by Newton's method, and prove that a
 solution is near.

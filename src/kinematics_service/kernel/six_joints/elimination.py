@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Eliminate joints 1 and 2 from the loop equation of six joints (dialytic elimination, Raghavan and
 Roth 1993).

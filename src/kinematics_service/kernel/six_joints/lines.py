@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Represent a line in space by 15 numbers that rigid motions map linearly (Raghavan and Roth 1993).
 

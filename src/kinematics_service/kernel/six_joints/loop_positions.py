@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute the six joint positions that belong to a root of the determinant, which is a function of
 joint 3 (back substitution, Raghavan and Roth 1993).

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute a matrix M(t) and its determinant, where t is the angle of joint 3 (Raghavan and Roth
 1993). M(t) is singular if the loop can close.

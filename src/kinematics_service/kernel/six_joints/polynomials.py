@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Interpolate a real trigonometric polynomial from samples, and find its complex roots z = e^(i t).
 

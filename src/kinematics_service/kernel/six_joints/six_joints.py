@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Find all inverse kinematics solutions of six joints by elimination, and prove that no real solution
 is missing.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Solve the inverse kinematics of six joints, two or three of which are prismatic, by a resultant in
 the angle of one joint.

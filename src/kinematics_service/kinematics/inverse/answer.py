@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Build the result of inverse kinematics: solutions, families of solutions, status, and the nearest
 pose.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Solve inverse kinematics in closed form; the kernel finds, proves and sorts the solutions."""
 
 from __future__ import annotations

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Solve the inverse kinematics of general arms of six joints by elimination (Raghavan and Roth 1993).
 

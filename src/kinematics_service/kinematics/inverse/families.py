@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Separate isolated solutions from families (continua of solutions) by the null space of J and trial
 steps.

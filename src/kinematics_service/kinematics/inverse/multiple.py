@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute positions and multiplicities of multiple solutions by the Lyapunov-Schmidt reduction.
 

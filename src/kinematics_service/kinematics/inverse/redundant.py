@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Solve the inverse kinematics of arms with more joints than the target has equations. The solutions
 of such arms form continua.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Define the result of inverse kinematics: isolated solutions, families of solutions, and the nearest
 pose.

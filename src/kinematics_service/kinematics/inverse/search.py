@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Search for inverse kinematics solutions by multistart: refine random starts until each known
 solution has been found four times.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute first-order covariances of the tool's pose and twist from the errors of an arm. Each error
 moves the tool along a screw.

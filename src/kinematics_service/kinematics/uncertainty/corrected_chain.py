@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute tool poses of a chain whose constants have corrections, and their exact derivatives by the
 corrections.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Choose the parameters of an arm that can be identified from tool poses, and build the chain of the
 arm with a correction for each parameter.

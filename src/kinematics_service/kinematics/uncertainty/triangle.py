@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Reduce m linear equations with k unknowns to k equations, by QR factorisation in blocks."""
 
 import numpy as np

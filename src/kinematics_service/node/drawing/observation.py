@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Define the observation of an arm at one time: the data from which its picture is made."""
 
 from dataclasses import dataclass

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Define what a topic's messages contain: copied numbers, computed numbers, or a whole message."""
 
 from collections.abc import Callable

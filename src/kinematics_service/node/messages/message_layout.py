@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Fill a message of constant texts with a stamp and numbers, as Python object or as CDR bytes.
 

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Convert messages of the node to plain data, for the screen and for JSON."""
 
 from typing import NamedTuple

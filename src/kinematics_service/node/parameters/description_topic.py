@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Read the arm from a topic with its URDF, as robot_state_publisher publishes it."""
 
 import math

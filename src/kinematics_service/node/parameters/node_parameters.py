@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Declare the parameters of a node in ROS, check all values together, and apply changes."""
 
 import os

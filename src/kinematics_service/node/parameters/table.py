@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """List the parameters of a node: names, defaults, descriptions and accepted values."""
 
 import math

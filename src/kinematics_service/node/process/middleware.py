@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Select this package's Fast DDS profiles: middleware settings that ROS's QoS does not have."""
 
 import os

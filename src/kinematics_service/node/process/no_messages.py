@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Explain why no messages arrive on a topic, from the ROS graph and the environment."""
 
 import os

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Manage the ROS context of a process: start, signals, end and exit code."""
 
 import contextlib

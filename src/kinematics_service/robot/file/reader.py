@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Read a robot file, which is a YAML file for one robot, and return a `RobotDescription`."""
 
 import hashlib

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Register functions that translate other formats, such as URDF, to the text of a robot file."""
 
 from collections.abc import Callable

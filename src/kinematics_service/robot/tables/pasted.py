@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Cut a pasted table (spreadsheet, plain text, Markdown, LaTeX, matrix) into rows of cells."""
 
 import csv

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Collect the faults of a pasted table, and the assumptions that the reader made."""
 
 from dataclasses import dataclass, field

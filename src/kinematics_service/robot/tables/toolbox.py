@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Read table rows that are calls such as `Link(...)` of Corke's Robotics Toolbox."""
 
 import re

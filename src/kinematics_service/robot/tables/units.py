@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Find the units of a table's angles and lengths from heads, marks, or the size of numbers."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Convert robots to and from URDF, the XML that RViz, MoveIt and robot_state_publisher read.
 

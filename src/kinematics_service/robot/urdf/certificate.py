@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Measure over random configurations how exactly a robot file agrees with a URDF."""
 
 import math

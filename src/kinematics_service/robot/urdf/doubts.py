@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """List parts of a URDF's chain that the import ignores, and parts that are probably mistakes."""
 
 import re

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Hold the links and joints of a URDF before the program writes it."""
 
 from dataclasses import dataclass

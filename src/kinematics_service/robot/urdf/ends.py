@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Choose base and tip of a URDF's chain: the longest chain of moving joints before a hand."""
 
 import re

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Make a robot file from a chain of a URDF, and measure how exactly the poses of both agree."""
 
 import os

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Read and check a joint of a URDF: its type, origin, axis, limits and `<mimic>`."""
 
 import math

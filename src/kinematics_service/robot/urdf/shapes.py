@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Make simple shapes of an arm for viewers: rods between frames, and hubs on joint axes.
 

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Read the tree of links and joints of a URDF, and find the path from one link to another."""
 
 from collections.abc import Mapping, Sequence

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Write a robot as URDF without loss: every frame of the table becomes a link."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """`calibrate-live` as a process: a virtual arm with errors, and poses of it from elsewhere."""
 
 import json

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The demo's motions: exact velocities, inside limits, through a singular pose, for every arm."""
 
 import functools

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Find the corners of a ChArUco board (a chessboard with markers in white squares) in images."""
 
 from pathlib import Path

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Read the intrinsics of a camera from the calibration file of ROS or OpenCV."""
 
 import re

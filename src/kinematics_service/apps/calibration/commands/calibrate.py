@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The command `calibrate`: identify the numbers of one arm from measured poses of its tool."""
 
 from collections.abc import Sequence

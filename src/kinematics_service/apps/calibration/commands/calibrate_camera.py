@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The command `calibrate-camera`: calibrate an arm and a camera by a board."""
 
 from typing import Annotated

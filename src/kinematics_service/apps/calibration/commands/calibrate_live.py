@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The command `calibrate-live`: collect poses of a running robot, and calibrate with them."""
 
 import math

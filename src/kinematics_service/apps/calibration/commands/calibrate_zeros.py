@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The command `calibrate-zeros`: identify joint zeros by touches of a printed sheet."""
 
 import os

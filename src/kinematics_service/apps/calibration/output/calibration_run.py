@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Run a calibration for a command: read recordings, calibrate, and write the outputs."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Read the calibration file of LeRobot for Feetech servos, and write it with corrected zeros."""
 
 import json

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Make a sheet to print, with crosses at known positions that the tip of an arm touches."""
 
 from html import escape

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Define the command `echo`, which prints the messages of a running node."""
 
 from typing import Annotated, Optional

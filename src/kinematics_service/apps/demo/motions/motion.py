@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Define joint motions of a simulated arm, and the limits of their positions and speeds."""
 
 from typing import NamedTuple

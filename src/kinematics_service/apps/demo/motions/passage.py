@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Find a path through a singular pose: a straight line in joint space, slower in its middle."""
 
 import math

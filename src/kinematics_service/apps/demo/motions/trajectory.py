@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Define the motions of the demo by name: `smooth`, through a singular pose, and `sine`."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Evaluate sympy expressions at many configurations at once; equal subexpressions are evaluated once.
 """

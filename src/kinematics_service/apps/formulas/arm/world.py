@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Evaluate frames and Jacobian of a table at many configurations, by products of the row matrices and
 their derivatives.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Define the command `compare`, which checks formulas that a user wrote against the exact ones."""
 
 import sys

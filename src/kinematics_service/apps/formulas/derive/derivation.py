@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Derive an arm exactly: frames, Jacobian by four methods, determinant and singular set, in symbols.
 """

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Solve a factor of the determinant for one joint, and find the condition for real solutions."""
 
 from dataclasses import dataclass

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Prove statements about all poses of a family by polynomial division. A polynomial is 0 on the
 family if it is a multiple of the family's factor.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Write factors as texts of a robot file, and compare their product with the determinant."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute the exact frames of an arm as products of rows: each row's T, each T_0i, and T_base_tool.
 """

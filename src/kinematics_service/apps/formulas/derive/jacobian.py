@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Derive the exact Jacobian by four methods, in base axes with the tool's origin as reference point.
 

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Derive the tool's velocity along a path q(t), and find singular times by sign changes and minima.
 """

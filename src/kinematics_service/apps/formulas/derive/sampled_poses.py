@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Evaluate frames, Jacobian and axes of an arm at seeded poses, with given or random constants."""
 
 from dataclasses import dataclass, replace

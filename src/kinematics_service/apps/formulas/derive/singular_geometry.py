@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Name a family of singular poses from its joint axes, and find lost tool motions by singular
 vectors.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Write polynomials in exp(i q) as sums C + P cos u + S sin u in an angle u. C, P and S are sums of
 this form in the other angles.

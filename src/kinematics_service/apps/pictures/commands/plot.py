@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The command `plot`: draw an arm, its paths, its singular sets and its workspace."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Draw an arm at one configuration: links, joint axes and frames, computed from the table alone.
 """

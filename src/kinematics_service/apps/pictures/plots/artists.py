@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Import matplotlib's classes for type annotations only; at run time, they are `Any`."""
 
 from typing import TYPE_CHECKING, Any

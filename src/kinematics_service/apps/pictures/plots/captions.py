@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Write texts in pictures: joint positions with units, and the distance to a singular pose."""
 
 import math

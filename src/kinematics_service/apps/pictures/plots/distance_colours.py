@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Draw distances to a singular pose as colours; distances of at least 1 rad have a separate colour.
 """

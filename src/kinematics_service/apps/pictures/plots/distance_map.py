@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Compute the distance to a singular pose over a grid of two joints; the other joints are held."""
 
 from collections.abc import Sequence

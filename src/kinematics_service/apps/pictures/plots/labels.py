@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Place labels in 3D axes: try positions, and choose those that cover the arm and other labels least.
 """

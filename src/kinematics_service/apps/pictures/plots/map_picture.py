@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Draw the map of the distance to a singular pose over two joints, with the singular sets."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Draw the measures of singularity along a path, with the thresholds of WARN and ERROR."""
 
 import math

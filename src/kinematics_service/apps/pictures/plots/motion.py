@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Read a motion to draw over time: a recording, or a built-in trajectory."""
 
 from dataclasses import dataclass

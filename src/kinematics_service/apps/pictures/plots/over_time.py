@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Draw panels over one time axis, with the intervals near singular poses shaded."""
 
 from collections.abc import Sequence

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Choose the plane of a workspace: the half plane of joint 1's axis, or a plane along two base axes.
 """

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Choose finite joint ranges for pictures, and by random search a configuration that is easy to see.
 """

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Choose colours and dashes of singular sets: a factor has the same style in every picture."""
 
 import zlib

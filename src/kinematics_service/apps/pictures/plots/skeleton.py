@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Compute the skeleton of an arm at one configuration from the table: segments and joint axes."""
 
 from dataclasses import dataclass

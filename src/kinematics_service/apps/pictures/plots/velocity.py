@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Draw the velocity of the tool along a path: components and norm over time."""
 
 from collections.abc import Sequence

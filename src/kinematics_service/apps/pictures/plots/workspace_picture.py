@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Draw the reachable workspace in a plane, with its border and its singular curves."""
 
 import collections

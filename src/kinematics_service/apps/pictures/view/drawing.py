@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Draw a scene with viser: each object is created once, later only changes are sent."""
 
 from collections import deque

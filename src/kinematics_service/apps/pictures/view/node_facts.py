@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Read the description of a kinematics node: its robot, its topics, the axes of its outputs."""
 
 import json

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Build the web page: the picture of the arm, the panel beside it, and the panel's switches."""
 
 from collections.abc import Iterator

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Write the panel beside the picture as HTML: gauges, tool, measures, Jacobian and limits.
 

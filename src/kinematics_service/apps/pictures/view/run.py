@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Run the loop behind the page, 30 times a second: read messages or sliders, compute, show."""
 
 import sys

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Offer a slider along the self-motion of a redundant arm: the joints move, the tool stays."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Run the live view with ROS, and choose the arm that the view shows."""
 
 from collections.abc import Sequence

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Aim the camera of each page at the middle of the arm, so that the whole arm is visible."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Audit an open file: turn its blocks of joint states into a timeline and findings."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Compute the timeline of a recording from its blocks of messages. The kernel runs on batches; the
 rules for warnings run message by message.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Thin curves over time to the resolution of a drawing. Each column of the drawing keeps its extreme
 values.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Find the intervals of a recording near a singularity, with duration and worst moment."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Compute the level of each state and the node's warnings from a batch of measures."""
 
 from dataclasses import dataclass

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Find the intervals in which `ks.scale` would have slowed a motion, and the causes of the slowing.
 """

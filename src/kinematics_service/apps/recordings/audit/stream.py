@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Evaluate the timing of messages: rate, gaps, repeated stamps, and changes in the order of joint
 names.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Store the states of an arm at all messages of a recording, in columns."""
 
 from collections.abc import Iterable, Iterator

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Write the verdict of an audit as sentences, worst first."""
 
 from collections.abc import Iterator

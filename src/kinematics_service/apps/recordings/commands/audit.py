@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The command `audit`: judge a recording or a planned trajectory by the rules of the node."""
 
 import sys

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Audit a dataset for the command `audit`, and write one table and one page for all episodes."""
 
 from functools import partial

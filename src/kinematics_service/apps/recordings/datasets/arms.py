@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Find the arms of a dataset: which elements of its vectors are joint positions and tool poses."""
 
 import re

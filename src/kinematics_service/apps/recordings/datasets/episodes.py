@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Find the episodes of a dataset: file, first row and number of rows, without reading the data."""
 
 from collections import Counter

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Bound the largest value of a quantity over a motion from below and above, by branch and bound
 (Land and Doig, 1960).

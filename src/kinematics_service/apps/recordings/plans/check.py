@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Check a plan at its points and between them: singular poses, joint limits, speeds."""
 
 from collections.abc import Iterable, Sequence

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Check a plan of an arm with closed loops at sampled poses. The samples can refute the plan but
 prove nothing.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Interpolate a plan as joint_trajectory_controller does: by a polynomial of time between two points.
 """

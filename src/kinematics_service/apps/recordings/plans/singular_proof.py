@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Decide whether a plan comes within a threshold of a singular pose. The verdict is proved, refuted
 or not decided.

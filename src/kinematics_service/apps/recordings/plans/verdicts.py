@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Define the results of the check of a plan: each claim is proved, refuted by a pose, or not decided.
 """

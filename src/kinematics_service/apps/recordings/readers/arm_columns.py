@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Find the columns of an arm in a table, by known column names or by `--columns`."""
 
 import re

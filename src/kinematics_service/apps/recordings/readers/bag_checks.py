@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Check a bag by its checksums, or, for a sqlite3 bag, by sqlite's own check. If the bag has no
 checksums, a remark says so.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Read poses of the tool from a topic of a bag; from a long topic, read an evenly spread sample.
 """

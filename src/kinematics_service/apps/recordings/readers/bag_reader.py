@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Read bags of ROS 2 (MCAP, sqlite3) and ROS 1, without ROS, by the optional package rosbags."""
 
 from collections.abc import Iterator, Sequence

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Store joint states as blocks: consecutive messages with the same names, in columns."""
 
 from collections.abc import Iterable, Iterator

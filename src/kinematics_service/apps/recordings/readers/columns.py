@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Store columns of numbers for all states of a recording: in memory at first, and in a temporary file
 if they are large.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Split column names into name and unit: `q1_deg`, `q3 [mm]`, `time (ms)`, `q[0]`."""
 
 import re

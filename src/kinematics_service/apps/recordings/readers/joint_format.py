@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Convert the joint columns of a table to rad or m, from other units or from encoder ticks."""
 
 import json

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Open a file of joint states of any type. The type is detected from suffix and first bytes."""
 
 from collections.abc import Iterator

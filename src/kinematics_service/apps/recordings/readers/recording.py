@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Read a whole table of joint states, to replay or draw its motion."""
 
 from dataclasses import dataclass

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Define the types of an open recording or planned trajectory. All file types use these types."""
 
 from collections.abc import Callable, Iterator

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Convert the stamps of a table to ns, or compute stamps from row numbers and a rate."""
 
 import re

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Read joint states from a table, which is a CSV file with a known layout of columns."""
 
 import csv

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Turn rows of numbers into a recording with joint states, and with tool poses if the rows have them.
 """

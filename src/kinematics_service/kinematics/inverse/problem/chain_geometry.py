@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Recognise special geometry in the joint screws of an arm: parallel axes, axes that meet, links in a
 plane.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Choose, from the screws of an arm, how to solve its inverse kinematics; the choice holds for all
 targets.

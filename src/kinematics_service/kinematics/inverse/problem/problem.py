@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Define an inverse kinematics problem: a target, the arm's plan, and preferred joint positions.
 """

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Describe an arm by joint screws: the axes of the moving elements and the tool pose, if all joints
 are at zero.

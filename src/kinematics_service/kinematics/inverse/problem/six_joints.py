@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Choose the variants of elimination (Raghavan and Roth 1993) that find all solutions of an arm of
 six joints.

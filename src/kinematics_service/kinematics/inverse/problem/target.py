@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Check a target of inverse kinematics: its pose, the rows that the arm must meet, and the tolerance.
 """

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Define arcs: parts of a solution curve, with full turns added, that are inside the joint limits.
 """

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Find the best posture of a redundant arm on the arc through its present posture: the one with the
 largest margin from the joint limits, or the largest clearance from singular poses.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Trace a curve of inverse kinematics solutions of an arm with one redundant joint, by numerical
 continuation.

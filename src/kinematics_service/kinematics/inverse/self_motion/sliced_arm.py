@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Solve slices of an arm with one redundant joint: hold its first or last joint, and solve the other
 six joints.

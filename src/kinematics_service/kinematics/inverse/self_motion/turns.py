@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Find maximal runs (sequences) of pieces of a curve inside the joint limits, by intersection of
 boxes.

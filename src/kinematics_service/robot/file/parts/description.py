@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Hold the content of a valid robot file as frozen data: angles in rad, lengths in m."""
 
 import math

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Read the known poses of a robot file: tool poses at given q, from a datasheet or paper."""
 
 import math

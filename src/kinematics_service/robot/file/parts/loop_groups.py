@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Group the closed loops that must be solved together, because each loop moves the other loops."""
 
 from collections.abc import Sequence

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Read the closed loops of a robot file: second chains that begin and end at table rows."""
 
 from collections.abc import Collection, Mapping, Sequence

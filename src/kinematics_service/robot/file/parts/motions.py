@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Read constant poses of a robot file, given as {xyz, rpy} or as a matrix; read base and tool."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Read the section `singularity` of a robot file: task, measure, thresholds and factors."""
 
 from collections.abc import Sequence

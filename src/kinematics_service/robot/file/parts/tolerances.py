@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Read the section `tolerance`: standard deviations of a table's numbers, for a calibration."""
 
 import re

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Read the section `uncertainty` of a robot file: standard deviations of joints and table."""
 
 from collections.abc import Mapping, Sequence

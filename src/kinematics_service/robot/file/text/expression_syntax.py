@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Parse expressions: a tokenizer checks the text, then Python's parser builds a syntax tree.
 

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Evaluate expressions of a robot file: numbers, names, + - * / ( ), sqrt, sin, cos, atan2.
 

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Read the YAML of a robot file as a tree of mappings, lists and texts, without numbers.
 

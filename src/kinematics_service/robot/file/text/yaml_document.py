@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Hold a YAML document as a tree of texts with line numbers, without conversion to numbers."""
 
 from collections.abc import Iterator

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Find the quantity that a formula's name means, such as T_03, A_2, z_1, J_v2 or det, and its value.
 """

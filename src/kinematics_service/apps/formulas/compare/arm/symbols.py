@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Write frames and Jacobian as a textbook does: with sums of angles about parallel axes, sin(q1 +
 q2).

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 List the mistakes for which a wrong matrix is tested, the most specific mistake first. To add a
 mistake, add a row to `CAUSES`.

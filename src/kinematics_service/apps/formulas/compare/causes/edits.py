@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Generate small repairs of a user's expression: a sign, an index, a bracket, exchanged arguments.
 

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Explain wrong entries by tested mistakes. A greedy set cover selects first the mistake that
 explains the most wrong entries.

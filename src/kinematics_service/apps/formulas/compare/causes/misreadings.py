@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Generate mistaken readings of a robot's table, such as another DH convention, a joint counted from
 another zero, or a row left out.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Generate wrong versions of a formula: wrong sign, units or inverse, another quantity, or a Jacobian
 with wrong row order, axes or reference point.

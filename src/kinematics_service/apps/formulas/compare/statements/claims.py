@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Check `singular:` lines: whether each claimed pose is singular, and whether the claims are
 complete.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Find the value of a name in a formula: joints, constants, shorthands such as c12, frames, axes.
 """

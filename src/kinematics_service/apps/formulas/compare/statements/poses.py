@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Draw random configurations and lengths, so that formulas are not equal by coincidence."""
 
 from collections.abc import Mapping, Sequence

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Check equations and inverse kinematics formulas. A damped Newton search decides whether a formula
 gives another branch of the solution.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Turn the equations of a file of formulas into definitions, and statements to be checked."""
 
 from collections.abc import Iterator

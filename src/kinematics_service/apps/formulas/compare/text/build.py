@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Build a sympy expression or matrix from the tree of a formula; only known operations are accepted.
 """

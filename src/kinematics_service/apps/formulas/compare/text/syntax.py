@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 r"""
 Parse the tokens of a formula into a tree by a Pratt parser; no text is ever executed.
 

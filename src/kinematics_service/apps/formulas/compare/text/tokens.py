@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 r"""
 Split a formula into tokens, in plain, sympy, MATLAB or LaTeX syntax or a mixture of them.
 

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Define the polynomial ring of an arm, and turn angles and lengths of its robot file into
 polynomials.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Multiply pairs of half-angle factors into factors of whole angles, and make these factors real.
 """

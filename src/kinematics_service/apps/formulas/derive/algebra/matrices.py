@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Compute with matrices of exact polynomials, stored as numpy arrays of objects."""
 
 from typing import Any

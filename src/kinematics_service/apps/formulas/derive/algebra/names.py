@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Turn the names of a robot file into sympy symbols, and its texts into expressions of these symbols.
 

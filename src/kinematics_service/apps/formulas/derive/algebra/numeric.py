@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Evaluate polynomials and their derivatives, and find their zeros by Newton's method."""
 
 from collections.abc import Callable, Sequence

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Decide whether polynomials have a common zero in a box, by Newton-Kantorovich and by bisection.
 

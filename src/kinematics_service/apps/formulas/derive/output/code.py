@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Write T, J and the determinant as source code. Common parts are computed once, and lengths are
 parameters.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Write the main formulas of a derivation as LaTeX for a notebook."""
 
 from ..derivation import Derivation

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Detect missing, repeated and outlying frames of a motion from the joint steps between frames."""
 
 from collections.abc import Iterator

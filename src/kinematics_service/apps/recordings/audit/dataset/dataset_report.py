@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Report the episodes of a dataset, worst first: on the screen, as HTML page, and as JSON."""
 
 import re

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Audit the episodes of a dataset one by one. Each arm of an episode gives one row of the table of
 results.

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """
 Label the rows of a table with the distance to singular poses, the branch of the arm, and other
 measures.

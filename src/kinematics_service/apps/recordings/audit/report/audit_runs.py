@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Audit recordings in this process, in several processes, or on a dask cluster."""
 
 import multiprocessing

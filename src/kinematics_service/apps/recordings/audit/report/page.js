@@ -1,3 +1,7 @@
+/*
+SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+SPDX-License-Identifier: Apache-2.0
+*/
 const plots = [...document.querySelectorAll('.plot')].map(box => ({box,
   svg: box.querySelector('svg'), cursor: box.querySelector('.cursor'),
   read: box.querySelector('.read'), paths: null}));

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Print an audit on the screen: the verdict and the intervals."""
 
 from typing import NamedTuple
