@@ -33,6 +33,8 @@ PLAIN = ('__init__', 'compiled', 'reinstallation')
 OPTIONS = [
     *('-O3', '-g0', '-ffp-contract=off', '-fno-math-errno', '-fno-trapping-math'),
     '-finline-limit=300',
+    # Else Clang computes constant sines and cosines itself, with other last bits than libm.
+    *(f'-fno-builtin-{name}' for name in ('sin', 'cos', 'atan2', 'exp', 'log', 'pow')),
     *('-fno-gcse', '-fno-schedule-insns2', '-fno-tree-vrp', '-Wno-maybe-uninitialized'),
 ]
 # Functions whose number of lanes is known where they are called become part of their callers.

@@ -154,8 +154,10 @@ def passes(point: CurvePoint, samples: Floats, q: Floats) -> bool:
     """
     n, count = point.n, arrays.extent(samples, 0)
     rows, goal = arrays.numbers(samples, 2 * count * n), arrays.numbers(q, n)
+    # Without these types `k` would be an object of Python, which needs the interpreter's lock.
+    k: int = 0
+    is_passed: bool = False
     lock = arrays.let_go()
-    is_passed, k = False, 0
     while k < count and not is_passed:
         row = arrays.after(rows, 2 * n * k)
         distance: float = 0.0
@@ -164,6 +166,7 @@ def passes(point: CurvePoint, samples: Floats, q: Floats) -> bool:
         is_passed = distance < MAX_GAP and _reaches(point, 1.0, row, goal, -MAX_GAP)
         # Skip samples that are too far from q. A joint moves by at most MAX_GAP between
         # neighboring samples.
-        k += 1 + int(max(distance / MAX_GAP - 1.0, 0.0))
+        skipped: int = int(max(distance / MAX_GAP - 1.0, 0.0))
+        k += 1 + skipped
     arrays.take_back(lock)
     return is_passed
