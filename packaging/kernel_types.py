@@ -60,8 +60,6 @@ INLINE = {
 }
 # Classes that classes of Python derive from; calls of the others' methods are direct.
 OPEN = ('JointMemory',)
-# Calls that are arithmetic of C.
-ARITHMETIC = ('abs', 'min', 'max', 'range', 'int', 'float')
 IN_C = {'nan': 'Py_NAN', 'inf': 'Py_HUGE_VAL', "b''": '""'}
 CLONES = '''cdef extern from *:
     """
@@ -109,41 +107,12 @@ class KernelTypes:
         self.units = KernelUnits(trees, units, self.exported)
 
     def check(self) -> None:
-        """
-        Raise TypeError where a function of the tables above is not there, and where, while other
-        threads have the interpreter's lock, something is called that may raise or is Python's.
-        """
+        """Raise TypeError if a function that AVX2 or INLINE names does not exist."""
         for tables in (AVX2, INLINE):
             for module, names in tables.items():
                 for name in names:
                     if f'{module}.{name}' not in self._functions:
                         raise TypeError(f'kernel_types.py names {module}: {name}, which is not')
-        for key, (node, file, _) in self._functions.items():
-            for call in calls_without_lock(node):
-                if not self._is_calm(called(call, file.stem, key.partition('.')[0])):
-                    raise TypeError(
-                        f'{file}:{call.lineno}: {ast.unparse(call.func)} is called without the '
-                        "interpreter's lock, and may raise or need Python"
-                    )
-
-    def _is_calm(self, name: str) -> bool:
-        # Whether what is called is a function of C that never raises.
-        of, _, last = name.rpartition('.')
-        if name in self._of_arrays:
-            return not self._of_arrays[name]
-        if of == 'math' or last in ARITHMETIC:
-            return True
-        # The class of a variable is not known: each that has a method of that name.
-        keys = [key for key in self._functions if key == name] or [
-            key
-            for key in self._functions
-            if key.endswith(f'.{last}') and key.partition('.')[0] in self.classes
-        ]
-        return bool(keys) and not any(self._may_raise(key) for key in keys)
-
-    def _may_raise(self, key: str) -> bool:
-        lines = self._function(*self._functions[key])
-        return not any(' noexcept nogil' in line for line in lines)
 
     @functools.cached_property
     def _functions(self) -> dict[str, tuple[ast.FunctionDef, Path, ast.ClassDef | None]]:
@@ -206,7 +175,8 @@ class KernelTypes:
                     lines += self._defined(node, new, file, None)
                 else:
                     lines += ast.unparse(new).splitlines()
-        return '\n'.join(lines) + '\n'
+        # Cython refuses an object of Python, or a call that may raise, in such a block.
+        return '\n'.join(lines).replace('with arrays.without_lock():', 'with nogil:') + '\n'
 
     def _statements(self, unit: str) -> list[tuple[Path, list[tuple[ast.stmt, ast.stmt]]]]:
         # Of each file: its statements as they stand there and in the unit, but for imports and
@@ -487,17 +457,6 @@ def called(call: ast.Call, module: str, owner: str) -> str:
         case ast.Attribute(_, name):
             return f'?.{name}'
     return '?'
-
-
-def calls_without_lock(node: ast.FunctionDef) -> list[ast.Call]:
-    """Return the calls of a function between its `let_go` and its `take_back`."""
-    calls = sorted(
-        (one for one in ast.walk(node) if isinstance(one, ast.Call)), key=lambda one: one.lineno
-    )
-    written = [ast.unparse(call.func) for call in calls]
-    if 'arrays.let_go' not in written:
-        return []
-    return calls[written.index('arrays.let_go') + 1 : written.index('arrays.take_back')]
 
 
 def is_structure(node: ast.stmt) -> bool:

@@ -5,7 +5,6 @@ How the kernel comes to be compiled, and what is said where it is not, or not fr
 """
 
 import ast
-import contextlib
 import graphlib
 import importlib.util
 import json
@@ -579,10 +578,9 @@ def calls_a_method(one: Sum) -> bool:
     return one.check()
 
 def alone(one: Sum, count: int) -> float:
-    lock = arrays.let_go()
-    for k in range(count):
-        one.add(abs(float(k)))
-    arrays.take_back(lock)
+    with arrays.without_lock():
+        for k in range(count):
+            one.add(abs(float(k)))
     return arrays.numbers(one.table)
 
 def names(one: Sum) -> bool:
@@ -666,10 +664,9 @@ cdef bint sums_both(Sum one):
 cdef bint sums_calls_a_method(Sum one) noexcept nogil:
     return one.check()
 cdef double sums_alone(Sum one, Py_ssize_t count):
-    lock = arrays.let_go()
-    for k in range(count):
-        one.add(abs(float(k)))
-    arrays.take_back(lock)
+    with nogil:
+        for k in range(count):
+            one.add(abs(float(k)))
     return arrays.numbers(one.table)
 def sums_names(one: Sum) -> bool:
     return all((one for _ in 'ab'))
@@ -826,35 +823,54 @@ def test_names_of_other_files_are_not_taken_for_a_functions_own(small_kernel, to
     )
 
 
+WITHOUT_LOCK = """
+from .layout import arrays
+
+def check(count: int) -> None:
+    raise TypeError
+
+def steps(count: int) -> int:
+    {start}
+    with arrays.without_lock():
+        while k < count:
+            {step}
+    return k
+"""
+
+
 @in_clone
 @pytest.mark.parametrize(
-    ('call', 'is_refused'),
+    ('start', 'step', 'is_refused'),
     [
-        ('mean(one.room, count)', False),
-        ('math.sqrt(float(count))', False),
-        ('one.check()', False),
-        ('check(one)', True),
-        ('both(one)', True),
-        ('names(one)', True),
-        ('alone(one, count)', True),
-        ('Sum(one.table)', True),
-        ('one.table.sort()', True),
-        ('len(one.table)', True),
-        ('arrays.numbers(one.table)', True),
+        ('k: int = 0', 'k += 1', False),
+        # Changes the reference count of an object, which other threads change at the same time.
+        ('k = 0', 'k += 1', True),
+        ('k: int = 0', 'check(k)', True),
     ],
 )
-def test_what_may_raise_is_not_called_without_the_interpreters_lock(
-    small_kernel, monkeypatch, call, is_refused
+def test_python_is_refused_without_the_interpreters_lock(
+    tmp_path, monkeypatch, start, step, is_refused
 ):
-    types, folder = small_kernel
-    monkeypatch.setattr('kernel_types.AVX2', {})
-    monkeypatch.setattr('kernel_types.INLINE', {'sums': ['mean']})
-    types().check()
-    file = folder / 'sums.py'
-    file.write_text(file.read_text().replace('one.add(abs(float(k)))', call))
-    refused = pytest.raises(TypeError, match=re.escape(f'{file}:48: {call.partition("(")[0]} is'))
-    with refused if is_refused else contextlib.nullcontext():
-        types().check()
+    Main = pytest.importorskip('Cython.Compiler.Main')
+    monkeypatch.syspath_prepend(str(ROOT / 'packaging'))
+    from kernel_types import KernelTypes
+
+    folder = tmp_path / 'kernel'
+    shutil.copytree(ROOT / 'src' / NAME / 'kernel/layout', folder / 'layout')
+    (folder / '__init__.pyi').write_text('from .counting import steps as steps\n')
+    (folder / 'counting.py').write_text(WITHOUT_LOCK.format(start=start, step=step))
+    included = ('places', 'arrays')
+    types = KernelTypes(folder, included, {'_counting': ['counting']})
+    (folder / 'layout/places.pxd').write_text(types.included_text(folder / 'layout/places.py'))
+    for package in (folder, folder / 'layout'):
+        (package / '__init__.pxd').write_text('')
+    (folder / '_counting.pyx').write_text(types.source('_counting'))
+    (folder / '_counting.pxd').write_text(types.declarations('_counting'))
+    monkeypatch.chdir(tmp_path)
+    result = Main.compile_single(
+        'kernel/_counting.pyx', Main.CompilationOptions(language_level=3), 'kernel._counting'
+    )
+    assert bool(result.num_errors) is is_refused
 
 
 @in_clone

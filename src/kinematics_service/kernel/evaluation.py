@@ -51,25 +51,24 @@ def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) ->
     side_by_side = depth < places.ALL_FRAMES and chain.loops == 0
     together = places.LANES if side_by_side else count + 1
     work = arrays.scratch(chain_pass.room(chain))
-    lock = arrays.let_go()
-    stopped, k = -1, 0
-    while stopped < 0 and k < count:
-        q_k, qdot_k = arrays.after(positions, k * n), arrays.after(rates, k * each)
-        row = arrays.after(results, k * width)
-        if count - k >= together and chain_pass.evaluate_rows(
-            chain, q_k, qdot_k, each, depth, row, width, work
-        ):
-            k += places.LANES
-            continue
-        nothing = 0.0
-        for j in range(n):
-            nothing += 0.0 * q_k[j] + 0.0 * qdot_k[j]  # the sum is NaN if a number is not finite
-        if nothing != 0.0 or not math.isfinite(
-            closed_pass.evaluate_row(chain, q_k, qdot_k, depth, row)
-        ):
-            stopped = k
-        k += 1
-    arrays.take_back(lock)
+    with arrays.without_lock():
+        stopped, k = -1, 0
+        while stopped < 0 and k < count:
+            q_k, qdot_k = arrays.after(positions, k * n), arrays.after(rates, k * each)
+            row = arrays.after(results, k * width)
+            if count - k >= together and chain_pass.evaluate_rows(
+                chain, q_k, qdot_k, each, depth, row, width, work
+            ):
+                k += places.LANES
+                continue
+            nothing = 0.0  # NaN if a number is not finite
+            for j in range(n):
+                nothing += 0.0 * q_k[j] + 0.0 * qdot_k[j]
+            if nothing != 0.0 or not math.isfinite(
+                closed_pass.evaluate_row(chain, q_k, qdot_k, depth, row)
+            ):
+                stopped = k
+            k += 1
     arrays.give_back(work)
     return stopped
 

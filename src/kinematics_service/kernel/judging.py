@@ -285,26 +285,25 @@ def measure(arm: Arm, rows: Floats, q: Floats, measures: Floats) -> None:
     table, positions = arrays.numbers(rows, 0), arrays.numbers(q, count * n)
     results = arrays.results(measures, count * columns)
     work = arrays.scratch(_room_side_by_side(arm))
-    lock = arrays.let_go()
-    k = 0
-    while k < count:
-        row, q_k = arrays.after(table, k * row_width), arrays.after(positions, k * n)
-        result = arrays.after(results, k * columns)
-        block, alone = 1, 1
-        if regular and count - k >= places.LANES:
-            block = places.LANES
-            alone = _judge_rows(arm, row, row_width, q_k, result, work)
-        for lane in range(block):
-            if (alone >> lane) & 1:
-                _judge_one(
-                    arm,
-                    arrays.after(row, lane * row_width),
-                    arrays.after(q_k, lane * n),
-                    arrays.after(result, lane * columns),
-                    work,
-                )
-        k += block
-    arrays.take_back(lock)
+    with arrays.without_lock():
+        k = 0
+        while k < count:
+            row, q_k = arrays.after(table, k * row_width), arrays.after(positions, k * n)
+            result = arrays.after(results, k * columns)
+            block, alone = 1, 1
+            if regular and count - k >= places.LANES:
+                block = places.LANES
+                alone = _judge_rows(arm, row, row_width, q_k, result, work)
+            for lane in range(block):
+                if (alone >> lane) & 1:
+                    _judge_one(
+                        arm,
+                        arrays.after(row, lane * row_width),
+                        arrays.after(q_k, lane * n),
+                        arrays.after(result, lane * columns),
+                        work,
+                    )
+            k += block
     arrays.give_back(work)
 
 
@@ -332,15 +331,14 @@ def find_nearest(
     table, positions = arrays.numbers(rows, 0), arrays.numbers(q, count * n)
     results = arrays.results(measures, count * columns)
     work = arrays.scratch(room(arm))
-    lock = arrays.let_go()
-    for k in range(count):
-        position, row = arrays.after(positions, k * n), arrays.after(table, k * row_width)
-        if in_order:
-            search.follow(position, row)
-        else:
-            search.look(position, row)
-        _write_search_result(arm, row, arrays.after(results, k * columns), work, search)
-    arrays.take_back(lock)
+    with arrays.without_lock():
+        for k in range(count):
+            position, row = arrays.after(positions, k * n), arrays.after(table, k * row_width)
+            if in_order:
+                search.follow(position, row)
+            else:
+                search.look(position, row)
+            _write_search_result(arm, row, arrays.after(results, k * columns), work, search)
     arrays.give_back(work)
 
 

@@ -355,7 +355,6 @@ def clearances(clearance: Clearance, q: Floats, radii: Floats) -> None:
     """
     n, count = clearance.arm.chain.dof, arrays.extent(q, 0)
     positions, results = arrays.numbers(q, count * n), arrays.results(radii, count)
-    lock = arrays.let_go()
-    for k in range(count):
-        results[k] = clearance.radius(arrays.after(positions, k * n))
-    arrays.take_back(lock)
+    with arrays.without_lock():
+        for k in range(count):
+            results[k] = clearance.radius(arrays.after(positions, k * n))

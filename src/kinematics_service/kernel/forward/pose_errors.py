@@ -310,18 +310,17 @@ def covariances(
     rates = arrays.numbers(qdot, count * n)
     filled = arrays.results(results, COVARIANCES * count)
     work = arrays.scratch(room(errors))
-    lock = arrays.let_go()
-    for k in range(count):
-        write_covariances(
-            errors,
-            arrays.after(table, k * width),
-            arrays.after(positions, k * n),
-            arrays.after(rates, k * n),
-            True,
-            True,
-            in_tool_axes,
-            arrays.after(filled, COVARIANCES * k),
-            work,
-        )
-    arrays.take_back(lock)
+    with arrays.without_lock():
+        for k in range(count):
+            write_covariances(
+                errors,
+                arrays.after(table, k * width),
+                arrays.after(positions, k * n),
+                arrays.after(rates, k * n),
+                True,
+                True,
+                in_tool_axes,
+                arrays.after(filled, COVARIANCES * k),
+                work,
+            )
     arrays.give_back(work)

@@ -41,22 +41,21 @@ def free_motions(
     weights, positions = arrays.numbers(scales, n), arrays.numbers(q, count * n)
     values, turns = arrays.results(sigma, count * n), arrays.results(motions, count * n * n)
     W = arrays.scratch(n * width)
-    lock = arrays.let_go()
-    for k in range(count):
-        residual.evaluate(arrays.after(positions, k * n), places.JACOBIAN)
-        residual.write_columns(weights)
-        for i in range(n):
-            row = arrays.after(W, i * width)
-            arrays.copy(row, 6, arrays.after(residual.columns, 6 * i))
-            arrays.fill(arrays.after(row, 6), n, 0.0)
-            row[6 + i] = 1.0
-        singular = arrays.after(values, k * n)
-        singular_values.orthogonalise(W, n, 6, width, 1)
-        singular_values.sort_by_norm(W, singular, n, 6, width, 1)
-        for i in range(n):
-            motion = arrays.after(turns, (k * n + i) * n)
-            arrays.copy(motion, n, arrays.after(W, i * width + 6))
-    arrays.take_back(lock)
+    with arrays.without_lock():
+        for k in range(count):
+            residual.evaluate(arrays.after(positions, k * n), places.JACOBIAN)
+            residual.write_columns(weights)
+            for i in range(n):
+                row = arrays.after(W, i * width)
+                arrays.copy(row, 6, arrays.after(residual.columns, 6 * i))
+                arrays.fill(arrays.after(row, 6), n, 0.0)
+                row[6 + i] = 1.0
+            singular = arrays.after(values, k * n)
+            singular_values.orthogonalise(W, n, 6, width, 1)
+            singular_values.sort_by_norm(W, singular, n, 6, width, 1)
+            for i in range(n):
+                motion = arrays.after(turns, (k * n + i) * n)
+                arrays.copy(motion, n, arrays.after(W, i * width + 6))
     arrays.give_back(W)
 
 

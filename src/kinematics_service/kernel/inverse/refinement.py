@@ -171,7 +171,6 @@ def refine(refinement: Refinement, q: Floats, errors: Floats) -> None:
     """
     count, n = arrays.extent(q, 0), refinement.residual.n
     positions, remaining = arrays.results(q, count * n), arrays.results(errors, count)
-    lock = arrays.let_go()
-    for k in range(count):
-        remaining[k] = refinement.refine_one(arrays.after(positions, k * n))
-    arrays.take_back(lock)
+    with arrays.without_lock():
+        for k in range(count):
+            remaining[k] = refinement.refine_one(arrays.after(positions, k * n))

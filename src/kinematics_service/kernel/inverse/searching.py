@@ -32,19 +32,18 @@ def first_solution(refinement: Refinement, starts: Floats, solution: Solutions) 
     solution.require_fit(refinement.residual, solution.n, 1)
     n, count, k = solution.n, arrays.extent(starts, 0), 0
     positions, q, inside = arrays.numbers(starts, count * n), arrays.scratch(n), refinement.limits
-    lock = arrays.let_go()
-    while k <= count and solution.count == 0:
-        for j in range(n):
-            value = solution.near[j]
-            if k > 0 and refinement.scales[j] != 0.0:
-                value = positions[(k - 1) * n + j]
-            q[j] = min(max(value, inside[2 * j]), inside[2 * j + 1])
-        error = refinement.refine_one(q)
-        if error < solution.proved and solution.represent(q):
-            solution.add(q, error)
-            solution.shares[0] = dependence.pivot_ratio(
-                refinement.residual, solution.joints.scales, q
-            )
-        k += 1
-    arrays.take_back(lock)
+    with arrays.without_lock():
+        while k <= count and solution.count == 0:
+            for j in range(n):
+                value = solution.near[j]
+                if k > 0 and refinement.scales[j] != 0.0:
+                    value = positions[(k - 1) * n + j]
+                q[j] = min(max(value, inside[2 * j]), inside[2 * j + 1])
+            error = refinement.refine_one(q)
+            if error < solution.proved and solution.represent(q):
+                solution.add(q, error)
+                solution.shares[0] = dependence.pivot_ratio(
+                    refinement.residual, solution.joints.scales, q
+                )
+            k += 1
     arrays.give_back(q)

@@ -217,14 +217,13 @@ def eliminated_solutions(
     result.require_fit(refinement.residual, 6, most)
     written = arrays.whole_results(counts, 3)
     candidates, roots = SolutionCandidates(most, 6), Roots()
-    lock = arrays.let_go()
-    count = _write_real_roots(arm, refinement.residual.pose, roots, candidates)
-    written[0], written[1], written[2] = roots.count, count, 1 if roots.proved else 0
-    count = _add_all(refinement, count, candidates, result)
-    for i in range(count):
-        q = arrays.after(result.rows, 6 * i)
-        result.shares[i] = dependence.pivot_ratio(refinement.residual, result.joints.scales, q)
-    arrays.take_back(lock)
+    with arrays.without_lock():
+        count = _write_real_roots(arm, refinement.residual.pose, roots, candidates)
+        written[0], written[1], written[2] = roots.count, count, 1 if roots.proved else 0
+        count = _add_all(refinement, count, candidates, result)
+        for i in range(count):
+            q = arrays.after(result.rows, 6 * i)
+            result.shares[i] = dependence.pivot_ratio(refinement.residual, result.joints.scales, q)
 
 
 def _write_real_roots(

@@ -3,9 +3,6 @@
 # Declare only the names of Python and C that the kernel uses. Cython's own files declare all
 # names. Reading those files takes a third of the build time of each kernel module.
 cdef extern from "Python.h":
-    ctypedef struct PyThreadState
-    PyThreadState* PyEval_SaveThread() nogil
-    void PyEval_RestoreThread(PyThreadState*) nogil
     void* PyMem_RawMalloc(size_t) nogil
     void PyMem_RawFree(void*) nogil
     char* PyBytes_AS_STRING(bytes)
@@ -133,14 +130,6 @@ cdef inline double* scratch(Py_ssize_t count) except NULL:
 cdef inline void give_back(double* room) noexcept nogil:
     if room != NULL:
         PyMem_RawFree((<void**> room - 1)[0])
-
-
-cdef inline PyThreadState* let_go() noexcept nogil:
-    return PyEval_SaveThread()
-
-
-cdef inline void take_back(PyThreadState* lock) noexcept nogil:
-    PyEval_RestoreThread(lock)
 
 
 cdef inline double* after(double* numbers, Py_ssize_t place) noexcept nogil:

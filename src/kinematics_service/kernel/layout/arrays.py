@@ -123,21 +123,14 @@ def give_back(room: Flat) -> None:
     """Free memory that `scratch` returned."""
 
 
-def let_go() -> np.errstate:
+def without_lock() -> np.errstate:
     """
-    Release the interpreter's lock, so that other threads can run until `take_back`.
+    Return a context in which other threads have the interpreter's lock.
 
-    In plain Python this function only switches off numpy's warnings until `take_back`. Batches may
-    compute invalid numbers that are not used, and the compiled kernel gives no warnings.
+    In plain Python this context only switches off numpy's warnings. Batches may compute invalid
+    numbers that are not used, and the compiled kernel gives no warnings.
     """
-    errors_ignored = np.errstate(all='ignore')
-    errors_ignored.__enter__()
-    return errors_ignored
-
-
-def take_back(lock: np.errstate) -> None:
-    """Acquire the interpreter's lock again; `lock` is what `let_go` returned."""
-    lock.__exit__(None, None, None)
+    return np.errstate(all='ignore')
 
 
 def after(numbers: Flat, place: int) -> Flat:

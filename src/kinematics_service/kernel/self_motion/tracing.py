@@ -62,12 +62,10 @@ def trace(point: CurvePoint, side: float, samples: Floats) -> int:
     """
     n, max_count = point.n, arrays.extent(samples, 0)
     rows = arrays.results(samples, 2 * max_count * n)
-    lock = arrays.let_go()
-    arrays.copy(point.q, n, rows)
-    point.look_along(side)
-    count = _trace_from(point, side, rows, max_count) if point.improve() else 0
-    arrays.take_back(lock)
-    return count
+    with arrays.without_lock():
+        arrays.copy(point.q, n, rows)
+        point.look_along(side)
+        return _trace_from(point, side, rows, max_count) if point.improve() else 0
 
 
 def _trace_from(point: CurvePoint, side: float, rows: Flat, max_count: int) -> int:
@@ -157,16 +155,15 @@ def passes(point: CurvePoint, samples: Floats, q: Floats) -> bool:
     # Without these types `k` would be an object of Python, which needs the interpreter's lock.
     k: int = 0
     is_passed: bool = False
-    lock = arrays.let_go()
-    while k < count and not is_passed:
-        row = arrays.after(rows, 2 * n * k)
-        distance: float = 0.0
-        for j in range(n):
-            distance = max(distance, abs(point.way(j, goal[j] - row[j])))
-        is_passed = distance < MAX_GAP and _reaches(point, 1.0, row, goal, -MAX_GAP)
-        # Skip samples that are too far from q. A joint moves by at most MAX_GAP between
-        # neighboring samples.
-        skipped: int = int(max(distance / MAX_GAP - 1.0, 0.0))
-        k += 1 + skipped
-    arrays.take_back(lock)
+    with arrays.without_lock():
+        while k < count and not is_passed:
+            row = arrays.after(rows, 2 * n * k)
+            distance: float = 0.0
+            for j in range(n):
+                distance = max(distance, abs(point.way(j, goal[j] - row[j])))
+            is_passed = distance < MAX_GAP and _reaches(point, 1.0, row, goal, -MAX_GAP)
+            # Skip samples that are too far from q. A joint moves by at most MAX_GAP between
+            # neighboring samples.
+            skipped: int = int(max(distance / MAX_GAP - 1.0, 0.0))
+            k += 1 + skipped
     return is_passed

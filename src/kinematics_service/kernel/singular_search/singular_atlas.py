@@ -120,15 +120,14 @@ def _project(projection: Projection, task: TaskRows, poses: Floats) -> int:
     # Moves the rows that converge to the front, and returns their number.
     n, count = projection.n, arrays.extent(poses, 0)
     table, converged = arrays.results(poses, 0), 0
-    lock = arrays.let_go()
-    for i in range(count):
-        projection.equations.begin_assembled()
-        for j in range(n):
-            projection.origin[j] = task.column_scale[j] * table[i * n + j]
-            projection.d[j] = 0.0
-        if projection.run(places.INFINITY, 0, 0.0) < places.INFINITY:
+    with arrays.without_lock():
+        for i in range(count):
+            projection.equations.begin_assembled()
             for j in range(n):
-                table[converged * n + j] = table[i * n + j] + projection.d[j]
-            converged += 1
-    arrays.take_back(lock)
+                projection.origin[j] = task.column_scale[j] * table[i * n + j]
+                projection.d[j] = 0.0
+            if projection.run(places.INFINITY, 0, 0.0) < places.INFINITY:
+                for j in range(n):
+                    table[converged * n + j] = table[i * n + j] + projection.d[j]
+                converged += 1
     return converged
