@@ -8,7 +8,9 @@ e = H x + A delta + noise. The unknown x contains base, tool, lag and the errors
 Gaussian priors. delta is the jump: it acts on some pose of the window and on all later poses. The
 test maximizes the likelihood ratio over the jumping parameter, its first pose and delta. x is
 estimated from the baseline of healthy poses and the window. A wrong table is part of x, so a new
-working region raises no alarm.
+working region raises no alarm. Errors that successive poses share raise the threshold. How many
+poses share them is estimated, and within the first 60 poses the estimate may be too small: then
+such errors can still raise an alarm.
 """
 
 import math
@@ -204,16 +206,29 @@ class _Baseline:
             self.mean = covariance @ (weights @ right)
             told = weights * np.einsum('ij,kji->k', covariance, gram)
             self.freedom = np.maximum(3.0 * len(e) - told, 1.0)
-            # Successive poses share errors that x does not contain, for example by an elastic arm
-            # or a distorted image. `longer` is the number of successive poses that together have
-            # the weight of one pose with an independent error. It is estimated by the ratio of von
-            # Neumann (1941).
-            left = e - H @ self.mean
-            scaled = left / np.repeat(self.noise, 3)
-            sums, differences = scaled[1:] + scaled[:-1], scaled[1:] - scaled[:-1]
-            longer = max(1.0, float(np.sum(sums**2) / np.sum(differences**2)))
-            squares = np.sum(left.reshape(-1, 2, 3) ** 2, axis=(0, 2))
-            self.noise = np.maximum(np.sqrt(squares / self.freedom * longer), floor)
+            left = (e - H @ self.mean).reshape(-1, 2, 3)
+            variance = np.sum(left**2, axis=(0, 2)) / self.freedom
+            self.noise = np.maximum(np.sqrt(variance * poses_of_one_error(left)), floor)
+
+
+def poses_of_one_error(residuals: Floats) -> Floats:
+    """
+    Return the number of successive poses that together have the weight of one pose with an
+    independent error, shape (2,), for positions and rotations.
+
+    Successive poses share errors that no parameter contains, for example by an elastic arm or a
+    distorted image. The number is estimated by the ratio of von Neumann (1941).
+
+    Parameters
+    ----------
+    residuals : shape (N, 2, 3)
+        Residuals of position and rotation in the order of time.
+    """
+    sums, differences = residuals[1:] + residuals[:-1], residuals[1:] - residuals[:-1]
+    squares = np.sum(sums**2, axis=(0, 2)), np.sum(differences**2, axis=(0, 2))
+    # The ratio is 1 if all residuals are zero.
+    ratio = np.divide(*squares, out=np.ones(2), where=squares[1] > 0.0)
+    return np.asarray(np.maximum(ratio, 1.0))
 
 
 class _JumpCandidate(NamedTuple):
@@ -285,19 +300,24 @@ class _LikelihoodRatios:
 
     def is_proven(self, jump: _JumpCandidate) -> bool:
         # Return whether a jump is proven. The gain of a jump is a sum over poses. The part of each
-        # pose is clipped, so that MAX_FAILED poses cannot prove a jump. `noise` is the mean
-        # squared residual with the jump. If it is large, the noise has grown, so the threshold is
-        # multiplied by it. More than half of the poses must fit better with the jump, because a
-        # jump that a few outliers suggest makes healthy poses fit worse.
+        # pose is clipped, so that MAX_FAILED poses cannot prove a jump. More than half of the
+        # poses must fit better with the jump, because a jump that a few outliers suggest makes
+        # healthy poses fit worse. `noise` is the mean squared residual with the jump, times the
+        # number of successive poses that share an error. If it is large, so is the threshold.
         left, (after, shares) = self.left, self.parts(jump)
+        blocks = after.reshape(-1, 2, 3)
         left, after, shares = (part[jump.begin :] for part in (left, after, shares))
         improved = np.sum(left**2 - after**2, axis=1) > 0.0
         agree = np.sum(improved) >= max(MIN_POSES, np.sum(np.any(after != 0.0, axis=1)) // 2 + 1)
-        noise = float(np.sum(after**2)) / (int(np.count_nonzero(after)) or 1)
-        least = THRESHOLDS[len(jump.size)] * max(jump.scale, noise)
+        count = np.maximum(np.count_nonzero(blocks, axis=(0, 2)), 1)
+        noise = float(np.max(np.sum(blocks**2, axis=(0, 2)) / count * poses_of_one_error(blocks)))
+        threshold = THRESHOLDS[len(jump.size)]
+        least = threshold * max(jump.scale, noise)
         limit = least / (MAX_FAILED + 0.5)
         return bool(
-            agree and jump.excess > 0.0 and np.sum(np.clip(shares, -limit, limit)) >= least
+            agree
+            and jump.excess + threshold > least
+            and np.sum(np.clip(shares, -limit, limit)) >= least
         )
 
     def outlier_gains(self) -> Floats:
