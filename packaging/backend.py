@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""setuptools' own build backend, and a C compiler from PyPI where this machine has none."""
+"""Build with setuptools, and install a C compiler from PyPI if this machine has none."""
 
 import contextlib
 import importlib.util
@@ -17,7 +17,7 @@ from setuptools.build_meta import *  # noqa: F403
 
 
 def _compiler():
-    # The one that is asked for, by name or path, or else any of this machine; '' without one.
+    # Returns the compiler in CC, or one of this machine, or '' if there is none.
     if named := os.environ.get('CC'):
         return named
     names = (_usual_compiler(), 'cc', 'gcc', 'clang')
@@ -29,7 +29,7 @@ def _usual_compiler():
 
 
 def _pip(*arguments):
-    # That of the installation around this build, which is shut off from it by these variables.
+    # Runs pip outside of the isolated build: PYTHONPATH would keep it inside.
     around = {name: value for name, value in os.environ.items() if name != 'PYTHONPATH'}
     return subprocess.run(
         [sys.executable, '-m', 'pip', *arguments], env=around, stdout=2, check=False
@@ -37,14 +37,14 @@ def _pip(*arguments):
 
 
 def _ziglang_from_front_end():
-    # Who builds without pip has to provide it; with pip it is tried when it is needed, since an
-    # index without it must not stop the installation.
+    # With pip, ziglang is installed only at its use, because an index without it must not stop the
+    # installation. Without pip, the front end must install it.
     return [] if _compiler() or _pip('--version').returncode == 0 else ['ziglang']
 
 
 @contextlib.contextmanager
 def _build_folder():
-    # What was left of another build, or of another compiler, is not used.
+    # Build in a new folder, so that no files of an earlier build or another compiler are used.
     with tempfile.TemporaryDirectory() as folder:
         settings = Path(folder, 'setup.cfg')
         text = f'[build]\nbuild_base = {folder}/build\n'
@@ -58,7 +58,7 @@ def _build_folder():
 
 def _choose_compiler(folder):
     if command := _compiler():
-        # Python's own may be another than this machine has.
+        # Python may name a compiler that this machine does not have.
         if command not in (os.environ.get('CC'), _usual_compiler()):
             os.environ.update(CC=command, LDSHARED=f'{command} -shared')
         return
@@ -72,12 +72,12 @@ def _choose_compiler(folder):
 
 
 def get_requires_for_build_wheel(config_settings=None):
-    """Return what a wheel needs to be built, the compiler among it."""
+    """Return the requirements for building a wheel, with the compiler."""
     return build_meta.get_requires_for_build_wheel(config_settings) + _ziglang_from_front_end()
 
 
 def get_requires_for_build_editable(config_settings=None):
-    """Return what an editable installation needs, the compiler among it."""
+    """Return the requirements of an editable installation, with the compiler."""
     return build_meta.get_requires_for_build_editable(config_settings) + _ziglang_from_front_end()
 
 
@@ -88,6 +88,6 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
 
 
 def build_editable(wheel_directory, config_settings=None, metadata_directory=None):
-    """Build what an editable installation installs."""
+    """Build an editable wheel."""
     with _build_folder():
         return build_meta.build_editable(wheel_directory, config_settings, metadata_directory)

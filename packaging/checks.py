@@ -27,7 +27,7 @@ PACKAGE = ROOT / 'src' / NAME
 RELEASE = 'packaging/release.py'
 SCRIPTS = ('.ci/run', '.ci/floors')
 
-# A word, or the beginning of one, and the words that have replaced it.
+# Words, or beginnings of words, that are not used, each with its replacement.
 RETIRED = {
     'admission': 'origin check',
     'aim_': 'target',
@@ -47,7 +47,7 @@ RETIRED = {
     'whoever': 'the client, the user, the node',
     'wire_': 'message or form',
 }
-# Wordings that stop a reader, by what to write instead.
+# Wordings that slow a reader down, each with the wording to write instead.
 WORDING = {
     'begin with the subject': r'(?:^|[.;:] )'
     r'(?:Of(?! course)|By(?! default)|Where|What|In which) [a-z]',
@@ -56,10 +56,10 @@ WORDING = {
     'name who says it': r'\b(?:is told|are told|is said|are said|stands? in|is heard|shall)\b',
     'write not or without': r'\b(?:is|are|was|were|be) no(?!w| longer| more| less)(?:ne)? [a-z]',
 }
-# Such wordings in 1,000 words, of all pages and of each folder of the package; four packages of
-# others have 0.4 to 0.8.
+# Largest number of such wordings in 1,000 words, for all pages and for each folder of the package.
+# Four packages of others have 0.4 to 0.8.
 MAX_WORDINGS = 1.0
-# A check that finds fewer of them looks in the wrong place.
+# Smallest number of files, words and so on. A check that finds fewer reads the wrong folder.
 MIN_IMPORTS = 21
 MIN_STEPS = 11
 MIN_TEST_COMMANDS = 6
@@ -87,7 +87,7 @@ def prose_of(page: Path) -> Iterator[str]:
 
 
 def too_few(what: str, found: Sized, least: int) -> Iterator[str]:
-    """Yield a fault if a check has found so little that it looks in the wrong place."""
+    """Yield a fault if a check found too little, because then it reads the wrong folder."""
     if len(found) < least:
         yield f'only {len(found)} {what}: {Path(__file__).name} looks in the wrong place'
 
@@ -102,7 +102,7 @@ def retired_words() -> Iterator[str]:
 
 
 def texts_of(file: Path) -> Iterator[str]:
-    """Yield the lines of the docstrings, and the comments of a file of Python."""
+    """Yield the lines of the docstrings and the comments of a Python file."""
     for node in nodes_of(file):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
             yield from (ast.get_docstring(node) or '').splitlines()
@@ -113,7 +113,7 @@ def texts_of(file: Path) -> Iterator[str]:
 
 
 def plain_words() -> Iterator[str]:
-    """Yield the wordings that stop a reader, of texts that have more than `MAX_WORDINGS`."""
+    """Yield the wordings that slow a reader down, if a text has more than `MAX_WORDINGS`."""
     patterns = {name: re.compile(pattern) for name, pattern in WORDING.items()}
     pages = [*(ROOT / 'docs').rglob('*.md'), ROOT / 'README.md', ROOT / 'CONTRIBUTING.md']
     folders = [
@@ -148,7 +148,7 @@ def exists(module: str, name: str) -> bool:
 
 
 def names_in_benchmarks() -> Iterator[str]:
-    """Yield the names that benchmarks take from the package and that it does not have."""
+    """Yield the names that benchmarks import and the package does not have."""
     kernel = importlib.import_module(f'{NAME}.kernel')
     taken = set[tuple[str, str]]()
     for file in sorted((ROOT / 'bench').glob('*.py')):
@@ -181,7 +181,7 @@ def jobs() -> list[dict[str, Any]]:
 
 
 def steps() -> Iterator[str]:
-    """Yield the steps of workflows, and the scripts, that name what is not there."""
+    """Yield steps of workflows, and scripts, that name files that do not exist."""
     found = [step for job in jobs() for step in job['steps']]
     yield from too_few('steps of workflows', found, MIN_STEPS)
     for step in found:
@@ -229,7 +229,7 @@ def commands() -> Iterator[str]:
 
 
 def python_versions() -> Iterator[str]:
-    """Yield if setup.py, the tests and the released wheels differ in their Python versions."""
+    """Yield a fault if setup.py, tests and wheels differ in their Python versions."""
     setup = (ROOT / 'setup.py').read_text(encoding='utf-8')
     (versions,) = re.findall(r'Python :: 3\.\{minor\}.* range\((\d+), (\d+)\)', setup)
     named = {f'3.{minor}' for minor in range(*map(int, versions))}

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The kernel's extension modules: compiled where that can be, never in the way.
+Build the kernel's extension modules with Cython and a C compiler.
 
-A module's first line costs as much as some three hundred lines of the kernel: so many files are
-compiled as one, of a room as far as they have the compiler's options in common.
+Each module costs the compiler as much time as 300 lines of the kernel before its first line.
+Therefore a module contains all files of a folder that have the same compiler options.
 """
 
 import gc
@@ -21,37 +21,37 @@ from setuptools.errors import ExecError
 
 PACKAGE = 'kinematics_service'
 FOLDER = Path('src', PACKAGE, 'kernel')
-# These say where things stand and how arrays are handed over: included where they are used.
+# These files define array indices and array access. Each module that uses them includes them.
 INCLUDED = ('places', 'arrays', 'pairs', 'stop_timer')
-# These are Python's alone.
+# These files are not compiled.
 PLAIN = ('__init__', 'compiled', 'reinstallation')
-# Every operation is rounded by itself, so that the compiled kernel gives the numbers of its source
-# to the last bit, on every machine. Nobody asks for the flags of floating-point errors, and the
-# loops over lanes need what they call inline. The passes that are left out are an eighth of the
-# compiler's time, and no call is slower without them; without ranges of values it takes numbers
-# that are set in every branch for unset.
+# -ffp-contract=off rounds every operation by itself, so the compiled kernel gives the bits of its
+# source on every machine. No code reads the flags of floating-point errors. Loops over lanes need
+# inlined functions (-finline-limit). The last four options leave out passes that take an eighth of
+# the compiler's time and make no call faster. Without -ftree-vrp the compiler wrongly warns of
+# uninitialized numbers.
 OPTIONS = [
     *('-O3', '-g0', '-ffp-contract=off', '-fno-math-errno', '-fno-trapping-math'),
     '-finline-limit=300',
-    # Else Clang computes constant sines and cosines itself, with other last bits than libm.
+    # Clang would compute sines of constants itself, with other last bits than libm.
     *(f'-fno-builtin-{name}' for name in ('sin', 'cos', 'atan2', 'exp', 'log', 'pow')),
     *('-fno-gcse', '-fno-schedule-insns2', '-fno-tree-vrp', '-Wno-maybe-uninitialized'),
 ]
-# Functions whose number of lanes is known where they are called become part of their callers.
+# Inline the functions that have an argument `lanes`, because their callers give it as a constant.
 INLINE = '-DCYTHON_INLINE=inline __attribute__((always_inline))'
-# What is made once an arm, and what has others do its arithmetic: the compiler takes half its time
-# without its highest level, and a call takes as long.
+# For modules that run once for each arm, or that call other modules for their arithmetic. With -O1
+# the compiler takes half the time, and a call takes as long as with -O3.
 PLAINLY = ['-O1', '-fstrict-aliasing', '-finline-small-functions']
-# A loop over a few joints takes a tenth longer where several of its steps are computed at once,
-# but some of those over LANES poses need it.
+# Vectorized loops over a few joints take 1.1 of the time. Some loops over LANES poses need
+# vectorization.
 AT_ONCE: list[str] = []
 STEP_BY_STEP = ['-fno-tree-vectorize', '-ftree-slp-vectorize']
-# A pose of closed loops takes 1.04 of the time, and the compiler 1.4, where the steps of Newton's
-# method become one function.
+# If the steps of Newton's method are inlined, a pose of closed loops takes 1.04 of the time, and
+# the compiler 1.4.
 CALLED = ['-fno-inline-functions', '-fno-inline-functions-called-once']
 CALLED += ['-fno-inline-small-functions', *STEP_BY_STEP]
-# The modules: the files of each, or a room whose other files are compiled in it; those that take
-# longest come first.
+# The files of each module. A folder stands for all its files that no other module has. Modules
+# that take the compiler longest come first.
 UNITS = {
     '_clearance': ('clearance',),
     '_self_motion': ('self_motion',),
@@ -76,10 +76,10 @@ OPTIONS_OF = {
     **dict.fromkeys(('_messages', '_inverse', '_chain'), PLAINLY),
     '_loops': CALLED,
 }
-# What the modules were made from.
+# The module that stores the hash of the source.
 ORIGIN = '_origin'
-# Where it is set, to anything, every access beyond an array, on the heap or the stack, ends the
-# process with its place: see CONTRIBUTING.md.
+# If this environment variable is set, any access beyond an array ends the process and prints the
+# place: see CONTRIBUTING.md.
 CHECKED = 'KINEMATICS_BOUNDSCHECK'
 CHECKS = ['-fsanitize=address,bounds', '-fno-sanitize-recover=all', '-fno-omit-frame-pointer']
 DIRECTIVES = {
@@ -90,30 +90,30 @@ DIRECTIVES = {
     'initializedcheck': False,
     'cdivision': True,
     'infer_types': True,
-    # Less of what each module carries: a class of functions, and pickles of what has addresses.
+    # Make the modules smaller: no class of functions, and no pickles of objects with addresses.
     'binding': False,
     'auto_pickle': False,
 }
 
 
 def source_files() -> list[Path]:
-    """Return the files that the kernel is built from."""
+    """Return the source files of the kernel."""
     return [*FOLDER.rglob('*.py'), *FOLDER.rglob('*.pxd'), FOLDER / '__init__.pyi']
 
 
 def name_of(file: Path) -> str:
-    """Return the path of a file of the kernel, seen from its folder."""
+    """Return the path of a file relative to the kernel's folder."""
     return file.relative_to(FOLDER).as_posix()
 
 
 def units() -> dict[str, list[str]]:
     """
-    Return the files of each module, seen from the kernel's folder and without their endings.
+    Return the files of each module, relative to the kernel's folder and without suffix.
 
     Raises
     ------
     ValueError
-        If `UNITS` names a file that is not there, or has no module for one.
+        If `UNITS` names a file that does not exist, or no module has a file.
     """
     names = sorted(name_of(file.with_suffix('')) for file in FOLDER.rglob('*.py'))
     names = [name for name in names if Path(name).name not in (*INCLUDED, *PLAIN)]
@@ -125,7 +125,7 @@ def units() -> dict[str, list[str]]:
 
 
 def extension_modules() -> list[Extension]:
-    """Return the modules to compile, whose source is read when they are built."""
+    """Return the modules to compile. Their sources are written when they are built."""
     checks = CHECKS if os.environ.get(CHECKED) else []
     files = {unit: [FOLDER / f'{name}.py' for name in names] for unit, names in units().items()}
     files[ORIGIN] = [FOLDER / 'compiled.py']
@@ -146,20 +146,20 @@ def extension_modules() -> list[Extension]:
 
 def options_of(unit: str, sources: list[Path]) -> list[str]:
     """Return the compiler's options for a module of these files."""
-    # The same text for one pose and for many, whose number of lanes the compiler has to know.
+    # Functions with an argument `lanes` serve one pose and many; the compiler must inline them.
     by_lanes = any('lanes: int' in file.read_text(encoding='utf-8') for file in sources)
     return [*OPTIONS, *([INLINE] if by_lanes else []), *OPTIONS_OF.get(unit, STEP_BY_STEP)]
 
 
 def write(file: Path, text: str) -> None:
-    """Write a file of a text, unless it holds that text: the time of its change says something."""
+    """Write a text to a file, unless the file has it: setuptools rebuilds what is newer."""
     if not file.exists() or file.read_text(encoding='utf-8') != text:
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text, encoding='utf-8')
 
 
 def compilers_at_once() -> int:
-    """Return how many compilers run side by side: as many as there are cores and GiB of memory."""
+    """Return the number of parallel compilers: one for each core, and for each GiB of memory."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, 'sched_getaffinity') else os.cpu_count()
     try:
         memory = os.sysconf('SC_PAGE_SIZE') * os.sysconf('SC_PHYS_PAGES')
@@ -177,25 +177,25 @@ WITHOUT = (
 
 class BuildKernel(build_ext):
     """
-    Builds all modules or fails: the same source as plain Python is hundreds of times slower.
+    Builds all modules or fails, because the source as plain Python is hundreds of times slower.
 
-    With KINEMATICS_UNCOMPILED set, setup.py asks for no modules.
+    If KINEMATICS_UNCOMPILED is set, setup.py asks for no modules.
     """
 
     def finalize_options(self) -> None:
-        """Let several modules be compiled at once."""
+        """Compile several modules at the same time."""
         super().finalize_options()
         self.parallel = self.parallel or compilers_at_once()
         self._translating, self._failed = threading.Lock(), False
 
     def run(self) -> None:
-        """Build; if that fails, leave no module and say what to do."""
+        """Build the modules. If this fails, delete all of them and raise ExecError with a cure."""
         in_place, self.inplace = self.inplace, False
         wanted = self._paths()  # where they are built, and where they are copied to
         self.inplace = in_place
         wanted |= self._paths()
         folders = {path.parent for path in wanted}
-        # Half of the time of translating would be the search for circles of dead objects.
+        # Garbage collection would take half of Cython's time.
         collected = gc.isenabled()
         gc.disable()
         try:
@@ -207,7 +207,7 @@ class BuildKernel(build_ext):
         finally:
             if collected:
                 gc.enable()
-            # Modules left of another build would be imported instead of the source.
+            # Delete modules of earlier builds, because Python would import them.
             suffix = sysconfig.get_config_var('EXT_SUFFIX')
             for path in {file for folder in folders for file in folder.rglob(f'*{suffix}')}:
                 if path not in wanted:
@@ -217,7 +217,7 @@ class BuildKernel(build_ext):
         return {Path(self.get_ext_fullpath(module.name)).resolve() for module in self.extensions}
 
     def build_extension(self, ext: Extension) -> None:
-        """Translate a module to C, one at a time, and compile it while others are translated."""
+        """Translate modules to C one after the other, and compile them at the same time."""
         with self._translating:
             if self._failed:
                 return
@@ -232,7 +232,7 @@ class BuildKernel(build_ext):
         return Path(self.build_temp, 'units', PACKAGE, 'kernel', f'{unit}.pyx')
 
     def _write_sources(self) -> None:
-        # For Cython: the modules, and the files that are compiled where they are used.
+        # Writes the .pyx and .pxd files of the modules, and the .pxd files of included files.
         files = units()
         by_name = {unit: [Path(name).name for name in names] for unit, names in files.items()}
         types = KernelTypes(FOLDER, INCLUDED, by_name)
@@ -250,7 +250,7 @@ class BuildKernel(build_ext):
         write(self._source_of(ORIGIN), origin(files))
 
     def _translate(self, ext: Extension) -> None:
-        # Imported here: that the package is described needs neither of them.
+        # Imported here, because reading the package's metadata needs neither of them.
         import numpy
         from Cython.Build import cythonize
 
@@ -268,7 +268,7 @@ class BuildKernel(build_ext):
 
 
 def origin(files: dict[str, list[str]]) -> str:
-    """Return a module that says what the others were made from; compiled.py reads it."""
+    """Return a module that stores the hash of the source; compiled.py compares it."""
     names = sorted(map(name_of, source_files()))
     digest = hashlib.sha256(b''.join((FOLDER / name).read_bytes() for name in names)).hexdigest()
     modules = {unit: [name.replace('/', '.') for name in files[unit]] for unit in files}

@@ -1,15 +1,17 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The kernel's source for the compiler: a .pyx of the files that are compiled together, and a .pxd of
-what others use of them, with the types of their annotations.
+Write the kernel's Python source as Cython source, with C types from its annotations.
 
-A function is C where all its annotations are in this vocabulary and its body has nothing that only
-Python can do; Python sees those that `kernel/__init__.pyi` exports, and they refuse None where
-they take an object. A class without a base is a C structure of the fields that are annotated, or
-that `__init__` sets to what has a type of C; Python sees the numbers and objects of one that is
-exported. It keeps the arrays that it has addresses of, and gives back the rooms that it was given.
-What a function keeps for itself is found by the compiler, or annotated.
+Files that are compiled together become one .pyx file. Its .pxd file declares the names that other
+modules use.
+
+A function becomes a C function if each of its annotations has a C type and its body needs only C.
+Python can call a function if `kernel/__init__.pyi` exports it. Such a function refuses None as an
+object. A class without a base becomes a C structure. Its fields have annotations, or `__init__`
+gives them values of a C type. If the class is exported, Python can read its numbers and objects.
+An object keeps the arrays whose addresses it holds, and frees the memory that it asked for. The
+compiler finds the types of most local variables; the others are annotated in the source.
 """
 
 import ast
@@ -23,7 +25,7 @@ from pathlib import Path
 
 from kernel_units import KernelUnits
 
-# Numbers and addresses, and Python's objects.
+# The C type of each annotation: numbers, and addresses of numbers.
 C_TYPES = {
     'float': 'double',
     'int': 'Py_ssize_t',
@@ -41,15 +43,15 @@ C_TYPES = {
 }
 OBJECTS = dict.fromkeys(('Floats', 'Integers', 'Bytes'), 'ndarray') | {'bytes': 'bytes'}
 TUPLES = {'(double, double)': 'Pair', '(double, double, double)': 'Triple'}
-# What gives an object rooms of its own, and what the addresses of arrays.
+# Functions that give an object memory of its own, and functions that return addresses of arrays.
 ROOMS = {'arrays.rooms': 'double*', 'arrays.whole_rooms': 'long long*'}
 ADDRESSES = [
     *('arrays.numbers', 'arrays.results', 'arrays.whole', 'arrays.whole_results'),
     *('arrays.octets', 'arrays.octets_to_fill'),
 ]
 ONLY_PYTHON = (ast.GeneratorExp, ast.ListComp, ast.SetComp, ast.DictComp)
-# Compiled once more for processors with AVX2: with it the measures of one pose take 0.85 of the
-# time.
+# Functions that are compiled a second time for processors with AVX2. There, the measures of one
+# pose take 0.85 of the time.
 AVX2 = {
     'chain_pass': ['sines_and_cosines'],
     'singular_values': ['orthogonalise'],
@@ -58,7 +60,8 @@ INLINE = {
     'chain_pass': ['_sincos_reduced'],
     'jacobian_changes': ['_write_cross', '_add_turn'],
 }
-# Classes that classes of Python derive from; calls of the others' methods are direct.
+# Classes that have subclasses in Python. All other classes are final, so calls of their methods
+# are direct.
 OPEN = ('JointMemory',)
 IN_C = {'nan': 'Py_NAN', 'inf': 'Py_HUGE_VAL', "b''": '""'}
 CLONES = '''cdef extern from *:
@@ -77,11 +80,11 @@ class KernelTypes:
     Parameters
     ----------
     folder
-        With `layout/arrays.pxd` and `layout/math.pxd`, which are written by hand.
+        The folder. Its files `layout/arrays.pxd` and `layout/math.pxd` are written by hand.
     included
-        Files that are compiled wherever they are used.
+        Files that are compiled as a part of each module that imports them.
     units
-        The other files, by the module that they are compiled in.
+        For each compiled module, the other files that it contains.
     """
 
     def __init__(
@@ -112,11 +115,13 @@ class KernelTypes:
             for module, names in tables.items():
                 for name in names:
                     if f'{module}.{name}' not in self._functions:
-                        raise TypeError(f'kernel_types.py names {module}: {name}, which is not')
+                        raise TypeError(
+                            f'kernel_types.py names {module}.{name}, which does not exist'
+                        )
 
     @functools.cached_property
     def _functions(self) -> dict[str, tuple[ast.FunctionDef, Path, ast.ClassDef | None]]:
-        # By `module.function` or `Class.method`: each with its file and class.
+        # Maps `module.function` or `Class.method` to the function, its file and its class.
         found = {}
         for file, tree in self.trees.items():
             for owner in (None, *(node for node in tree.body if is_structure(node))):
@@ -127,7 +132,7 @@ class KernelTypes:
         return found
 
     def included_text(self, file: Path) -> str:
-        """Return the .pxd of a file that is compiled where it is used, or written by hand."""
+        """Return the .pxd of an included file; it may be written by hand."""
         if (written := file.with_suffix('.pxd')).exists():
             return written.read_text(encoding='utf-8')
         functions = [node for node in self.trees[file].body if isinstance(node, ast.FunctionDef)]
@@ -146,7 +151,7 @@ class KernelTypes:
         return hashlib.sha256(''.join(texts).encode()).hexdigest()
 
     def declarations(self, unit: str) -> str:
-        """Return the .pxd of a unit: its classes, and what other units use of it."""
+        """Return the .pxd of a unit: its classes, and its names that other units use."""
         lines = []
         for file, nodes in self._statements(unit):
             shared = self.units.shared[unit]
@@ -163,8 +168,8 @@ class KernelTypes:
         return '\n'.join([*needed_cimports(self._cimports(unit), lines), *lines]) + '\n'
 
     def source(self, unit: str) -> str:
-        """Return the .pyx of a unit: its files, one behind the other."""
-        # Cython does not find out by itself that included files have changed.
+        """Return the .pyx of a unit: its files, one after the other."""
+        # Cython does not notice changes of included files, so the first line holds their hash.
         lines = [f'# {self._hash_of_included}', *self._cimports(unit), *self._imports(unit)]
         for file, nodes in self._statements(unit):
             lines += numbers([new for _, new in nodes], self.units.shared[unit], others=True)
@@ -179,8 +184,8 @@ class KernelTypes:
         return '\n'.join(lines).replace('with arrays.without_lock():', 'with nogil:') + '\n'
 
     def _statements(self, unit: str) -> list[tuple[Path, list[tuple[ast.stmt, ast.stmt]]]]:
-        # Of each file: its statements as they stand there and in the unit, but for imports and
-        # what is said about the file.
+        # Returns for each file its statements, as in the file and as in the unit, without imports
+        # and docstring.
         return [
             (
                 self.files[name],
@@ -196,7 +201,7 @@ class KernelTypes:
         ]
 
     def _place(self, name: str) -> str:
-        # Of an included file, as units import it.
+        # Returns the package of an included file, relative to the units.
         *rooms, _ = self.files[name].relative_to(self.folder).parts
         return '.'.join(['', *rooms]) if rooms else '.'
 
@@ -212,7 +217,7 @@ class KernelTypes:
         return lines
 
     def _imports(self, unit: str) -> list[str]:
-        # What Python sees of other modules.
+        # Returns the imports of names that exist only in Python.
         lines = []
         for name in self.units.files[unit]:
             for node in self.trees[self.files[name]].body:
@@ -233,7 +238,7 @@ class KernelTypes:
         return list(dict.fromkeys(lines))
 
     def _imported(self, unit: str) -> list[tuple[str, str]]:
-        # What the files of a unit have from others, each once.
+        # Returns the names that the files of a unit import from other files, without repetition.
         files = self.units.files[unit]
         return sorted({one for name in files for one in self.units.imports(name).values()})
 
@@ -254,7 +259,7 @@ class KernelTypes:
         return lines
 
     def _fields(self, node: ast.ClassDef, file: Path) -> dict[str, str]:
-        # Their types: of annotations, or of what `__init__` sets them to.
+        # Returns the type of each field, from its annotation or from its value in `__init__`.
         found = {name: self.c_type(annotation) for name, annotation in fields(node).items()}
         constants = dict(pair for one in self.trees[file].body for pair in pairs_of(one))
         for init in (one for one in node.body if is_init(one)):
@@ -273,7 +278,7 @@ class KernelTypes:
         return found
 
     def _kind(self, value: ast.expr, given: Mapping[str, str], file: Path) -> str:
-        # The type of what a field is set to, nothing where that does not say it.
+        # Returns the type of the value of a field, or '' if the value does not show it.
         match value:
             case ast.Constant(bool() | int() as one):
                 return C_TYPES[type(one).__name__]
@@ -297,7 +302,7 @@ class KernelTypes:
         return given.get(ast.unparse(value), kind_of(value))
 
     def _doors(self, node: ast.FunctionDef, owner: ast.ClassDef | None) -> list[str]:
-        # The objects that Python gives to a function, or for a class: it may give None.
+        # Returns the arguments that Python gives to a function or class and that may be None.
         if owner and not is_init(node) or (owner or node).name not in self.exported:
             return []
         return [
@@ -339,7 +344,7 @@ class KernelTypes:
         owner: ast.ClassDef | None,
         declared: bool = False,
     ) -> list[str]:
-        # The head of a function of C, for its definition or its declaration; nothing of Python's.
+        # Returns the head of a C function, as definition or declaration; [] for a Python function.
         module = file.stem
         seen = (owner or node).name in self.exported and not node.name.startswith('_')
         key = f'{owner.name if owner else module}.{node.name}'
@@ -362,7 +367,7 @@ class KernelTypes:
             name = f'kinematics_{module}_{node.name}'
             symbol = f' "{name}"'
             lines = CLONES.format(result=result, symbol=name, kinds=', '.join(kinds)).splitlines()
-        # Compiled once for one lane and once for LANES, by those that call it.
+        # Its callers give the number of lanes as a constant, so the compiler makes two versions.
         inline = node.name[0] == '_' and names[-1:] == ['lanes']
         inline = inline or module in self.included or node.name in INLINE.get(module, ())
         if own := ', '.join(f"{name}='{kind}'" for name, kind in self._own(node).items()):
@@ -379,7 +384,7 @@ class KernelTypes:
         return [*lines, f'{how} {"inline " * inline}{head}:']
 
     def _own(self, node: ast.FunctionDef) -> dict[str, str]:
-        # The types of a function's variables that the compiler does not find.
+        # Returns the types of local variables whose type the compiler does not find.
         found, annotated = {}, {}
         for one in ast.walk(node):
             if isinstance(one, ast.AnnAssign) and isinstance(one.target, ast.Name):
@@ -390,7 +395,7 @@ class KernelTypes:
         return found | annotated
 
     def c_type(self, annotation: ast.expr | None) -> str:
-        """Return the C type of an annotation, or nothing where it has none."""
+        """Return the C type of an annotation, or '' if it has none."""
         match annotation:
             case ast.Constant(str(quoted)):
                 return self.c_type(ast.parse(quoted, mode='eval').body)
@@ -411,7 +416,7 @@ class KernelTypes:
 
     @functools.cached_property
     def _raising(self) -> set[str]:
-        # The functions that raise, and those that call them: `module.function`, `Class.method`.
+        # Returns the functions that may raise, as `module.function` or `Class.method`.
         found = {name for name, raises in self._of_arrays.items() if raises}
         calls = {
             key: called_by(node, file.stem, key.partition('.')[0])
@@ -426,7 +431,7 @@ class KernelTypes:
 
 
 def needed_cimports(cimports: list[str], lines: list[str]) -> list[str]:
-    """Return those of a module's cimports whose names its declarations hold."""
+    """Return the cimports of a module whose names occur in its declarations."""
     words = set(re.findall(r'\w+', '\n'.join(lines)))
     needed = []
     for cimport in cimports:
@@ -438,8 +443,8 @@ def needed_cimports(cimports: list[str], lines: list[str]) -> list[str]:
 
 def called_by(node: ast.FunctionDef, module: str, owner: str) -> set[str]:
     """
-    Return the functions and own methods that a function calls, and `raise` where it raises or
-    makes an object.
+    Return the functions and methods that a function calls, and `raise` if it raises or makes an
+    object.
     """
     calls = [one for one in ast.walk(node) if isinstance(one, ast.Call)]
     names = {called(call, module, owner) for call in calls}
@@ -448,7 +453,7 @@ def called_by(node: ast.FunctionDef, module: str, owner: str) -> set[str]:
 
 
 def called(call: ast.Call, module: str, owner: str) -> str:
-    """Return what is called: `module.function`, `Class.method`, `raise` for a new object."""
+    """Return the called function as `module.function` or `Class.method`, `raise` for a class."""
     match call.func:
         case ast.Name(name):
             return 'raise' if name[0].isupper() else f'{module}.{name}'
@@ -475,18 +480,18 @@ def fields(node: ast.ClassDef) -> dict[str, ast.expr]:
 
 
 def is_init(node: ast.stmt) -> bool:
-    """Return whether a statement is what begins an object."""
+    """Return whether a statement is the method `__init__`."""
     return isinstance(node, ast.FunctionDef) and node.name == '__init__'
 
 
 def rooms_of(init: ast.FunctionDef) -> list[ast.Assign]:
-    """Return the statements of `__init__` that give the object rooms."""
+    """Return the statements of `__init__` that give the object memory of its own."""
     calls = [one for one in init.body if isinstance(getattr(one, 'value', None), ast.Call)]
     return [one for one in calls if ast.unparse(one.value.func) in ROOMS]
 
 
 def kept_by(init: ast.FunctionDef) -> list[str]:
-    """Return the arrays whose addresses `__init__` asks for, but for those of its fields."""
+    """Return the arrays whose addresses `__init__` takes, without arrays that are fields."""
     pairs = [pair for one in init.body for pair in assigned(one)]
     held = {ast.unparse(value) for target, value in pairs if isinstance(target, ast.Attribute)}
     held |= {ast.unparse(one.value) for one in init.body if isinstance(one, ast.AnnAssign)}
@@ -497,13 +502,13 @@ def kept_by(init: ast.FunctionDef) -> list[str]:
 
 def with_memory(init: ast.FunctionDef, keeps: bool) -> ast.FunctionDef:
     """
-    Return `__init__` with one piece of memory for all rooms, one behind the other, and the arrays
-    kept that the object has addresses of.
+    Return `__init__` with one allocation for all memory that the object asks for, and with the
+    arrays whose addresses the object holds stored in `_kept`.
     """
     rooms, lines, place = rooms_of(init), [], '0'
     at = init.body.index(rooms[0]) if rooms else 0
     if rooms != init.body[at : at + len(rooms)]:
-        raise TypeError(f'rooms are not asked for together: {ast.unparse(rooms[0])}')
+        raise TypeError(f'put calls of arrays.rooms next to each other: {ast.unparse(rooms[0])}')
     for one in rooms:
         whole = ast.unparse(one.value.func) == 'arrays.whole_rooms'
         for (name, _), count in zip(assigned(one), one.value.args, strict=True):
@@ -520,7 +525,7 @@ def with_memory(init: ast.FunctionDef, keeps: bool) -> ast.FunctionDef:
 
 
 def assigned(node: ast.stmt) -> list[tuple[ast.expr, ast.expr]]:
-    """Return what a statement sets, each with its value; several results, with their call."""
+    """Return the targets of an assignment, each with its value or with the call that gives it."""
     if not isinstance(node, ast.Assign):
         return []
     target, value = node.targets[0], node.value
@@ -531,12 +536,12 @@ def assigned(node: ast.stmt) -> list[tuple[ast.expr, ast.expr]]:
 
 
 def pairs_of(node: ast.stmt) -> list[tuple[str, ast.expr]]:
-    """Return each name that a statement sets, with its value."""
+    """Return each name to which a statement assigns, with its value."""
     return [(name.id, one) for name, one in assigned(node) if isinstance(name, ast.Name)]
 
 
 def kind_of(value: ast.expr) -> str:
-    """Return the type of what the compiler takes for an object: `[0.0] * 16`, `a < b`."""
+    """Return the type of values that Cython would make objects: `[0.0] * 16`, `a < b`."""
     match value:
         case ast.BinOp(ast.List([ast.Constant(zero)]), ast.Mult(), ast.Constant(count)):
             return f'{"double" if isinstance(zero, float) else "long long"}[{count}]'
@@ -574,12 +579,12 @@ def numbers(body: list[ast.stmt], shared: set[str], others: bool = False) -> lis
 
 
 def indented(body: list[ast.stmt]) -> list[str]:
-    """Return the lines of statements, inside of what they are of."""
+    """Return the lines of statements, indented as a block."""
     return [f'    {line}' for one in body for line in ast.unparse(one).splitlines()]
 
 
 def included_numbers(file: Path) -> str:
-    """Return constants of C of a module of numbers, which the compiler sees through."""
+    """Return the constants of a module as C macros, whose values the compiler knows."""
     values = {name: value for name, value in runpy.run_path(str(file)).items() if name.isupper()}
     whole = {name: value for name, value in values.items() if isinstance(value, int)}
     others = {name: value for name, value in values.items() if name not in whole}

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The kernel's files, joined: those of a unit are compiled as one module.
+Join the kernel's files to units. The files of a unit are compiled as one module.
 
-A file's functions and constants have its name in front there: `vectors.cross` is `vectors_cross`.
-Classes, and what Python sees, keep their names.
+In a unit, functions and constants have the name of their file as a prefix: `vectors.cross` becomes
+`vectors_cross`. Classes and exported names stay as they are.
 """
 
 import ast
@@ -15,30 +15,30 @@ from collections.abc import Mapping, Sequence
 
 class KernelUnits:
     """
-    Files of the kernel in the units that they are compiled in.
+    The units of the kernel, with the names that functions and constants have in them.
 
     Parameters
     ----------
     trees
-        The files' trees, by their names.
+        The syntax tree of each file, by the file's name.
     units
-        Names of the files of each unit, which is named as its module.
+        The names of the files of each unit, by the name of its module.
     exported
-        Names that Python sees.
+        Names that Python can import.
 
     Attributes
     ----------
     joined
-        The statements of each file, with the names that they have in its unit.
+        The statements of each file, with the names of the unit.
     shared
-        Names of each unit's functions and constants that others use.
+        For each unit, its functions and constants that other units use.
     used
-        The units, and names there, of functions and constants of others that each unit uses.
+        For each unit, the functions and constants of other units that it uses, as unit and name.
 
     Raises
     ------
     graphlib.CycleError
-        If units, or files of one, import each other.
+        If units, or files of one unit, import each other.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class KernelUnits:
         self._plain_names = {name: plain_names(tree) for name, tree in trees.items()}
         self.unit_of = {name: unit for unit, names in units.items() for name in names}
         self.files = {unit: self._ordered(names) for unit, names in units.items()}
-        # Circles of modules cannot be imported.
+        # Python cannot import modules that import each other.
         graphlib.TopologicalSorter(
             {unit: self._imported_by(unit) - {unit} for unit in units}
         ).prepare()
@@ -63,8 +63,8 @@ class KernelUnits:
 
     def imports(self, file: str) -> dict[str, tuple[str, str]]:
         """
-        Return what a file has from others of the kernel, by its names for it: their names, and the
-        name there, none of a whole file.
+        Return the imports of a file from other files of the kernel: for each local name the file,
+        and the name in this file or '' for the whole file.
         """
         found = {}
         for node in self.trees[file].body:
@@ -88,7 +88,7 @@ class KernelUnits:
         return {self.unit_of[name] for name in others & self.unit_of.keys()}
 
     def _ordered(self, names: Sequence[str]) -> list[str]:
-        # Behind those that they import.
+        # Returns the files so that each file comes after the files that it imports.
         imported = {
             name: [of for of, _ in self.imports(name).values() if of in names]
             for name in sorted(names)
@@ -103,7 +103,7 @@ class KernelUnits:
 
 
 class _Renaming(ast.NodeTransformer):
-    # Gives names of other files, and of its own, those that they have in a unit.
+    # Replaces the names of functions and constants by their names in the unit.
 
     def __init__(self, units: KernelUnits, file: str) -> None:
         self.units, self.file = units, file
@@ -119,7 +119,7 @@ class _Renaming(ast.NodeTransformer):
         return node
 
     def visit_ClassDef(self, node: ast.ClassDef) -> ast.ClassDef:
-        # Its fields may have the names of functions.
+        # Do not rename fields, because a field may have the name of a function.
         for one in node.body:
             if not isinstance(one, ast.AnnAssign):
                 self.visit(one)
@@ -140,7 +140,7 @@ class _Renaming(ast.NodeTransformer):
         here, there = self.units.unit_of[self.file], self.units.unit_of[file]
         joined = self.units.name_of(file, node.attr)
         if joined in self.local:
-            raise TypeError(f'{self.file}.py: {joined} is {of}.{node.attr}, and a variable')
+            raise TypeError(f'{self.file}.py: {joined} is {of}.{node.attr}; rename the variable')
         if here != there:
             self.units.shared[there].add(joined)
             self.units.used[here].add((there, joined))
@@ -148,7 +148,7 @@ class _Renaming(ast.NodeTransformer):
 
 
 def plain_names(tree: ast.Module) -> set[str]:
-    """Return the names of what a file defines, apart from its classes."""
+    """Return the names of the functions and constants that a file defines."""
     names = set()
     for node in tree.body:
         if isinstance(node, ast.FunctionDef):
@@ -159,7 +159,7 @@ def plain_names(tree: ast.Module) -> set[str]:
 
 
 def names_set_by(node: ast.AST) -> set[str]:
-    """Return the names that a statement, or any in it, sets."""
+    """Return the names to which a statement assigns values, also inside of blocks."""
     return {
         one.id
         for one in ast.walk(node)

@@ -90,7 +90,7 @@ def set_date() -> int:
 
 
 def source() -> Path:
-    """Make the source and return it."""
+    """Make the source archive and return its path."""
     run([sys.executable, '-m', 'build', '--sdist', '--outdir', OUT, ROOT])
     (packed,) = OUT.glob('*.tar.gz')
     packed.write_bytes(reproducible(packed, set_date()))
@@ -98,7 +98,7 @@ def source() -> Path:
 
 
 def reproducible(packed: Path, date: int) -> bytes:
-    """Return a compressed archive with the same files in order, of one date and no owner."""
+    """Return the archive with its files sorted, with one date and without owners."""
     plain, result = io.BytesIO(), io.BytesIO()
     with tarfile.open(packed) as old, tarfile.open(fileobj=plain, mode='w') as new:
         for member in sorted(old.getmembers(), key=lambda member: member.name):
@@ -113,10 +113,10 @@ def reproducible(packed: Path, date: int) -> bytes:
 
 
 def wheel_of(packed: Path, python: str, folder: Path, environment: Mapping[str, str]) -> Path:
-    """Make a wheel of the source, in a folder of its own, as pip makes it, and return it."""
+    """Make a wheel from the source by pip, in its own folder, and return its path."""
     run([python, '-m', 'venv', folder / 'build'])
     pip = [folder / 'build/bin/python', '-m', 'pip']
-    # Of a wheel for another machine pip would take what the build needs for that one, too.
+    # For a wheel of another machine, pip would install the build requirements of that machine.
     needed = settings()['build-system']['requires']
     run([*pip, 'install', '--quiet', 'wheel', *needed])
     make = [*pip, 'wheel', '--quiet', '--no-deps', '--no-build-isolation']
@@ -131,7 +131,7 @@ def settings() -> dict[str, Any]:
 
 
 def compiled(packed: Path, version: str, python: str, machine: str, folder: Path) -> Path:
-    """Make a compiled wheel for any Linux of a machine with that glibc, and return it."""
+    """Make a compiled wheel for all Linux systems with the glibc of `GLIBC` or newer."""
     compiler = folder / 'cc'
     target = f'{machine}-linux-gnu.{GLIBC}'
     # The headers of a distribution's Python include those of its machine by their place beside it.
@@ -142,8 +142,8 @@ def compiled(packed: Path, version: str, python: str, machine: str, folder: Path
     built = {'CC': str(compiler), 'LDSHARED': f'{compiler} -shared'}
     platform = f'manylinux_{GLIBC.replace(".", "_")}_{machine}'
     if machine != MACHINE:
-        # What setuptools would ask the Python of that machine; its headers differ in nothing that
-        # extension modules use.
+        # setuptools would ask the Python of that machine. The headers of both machines agree in
+        # all that extension modules use.
         built |= {
             '_PYTHON_HOST_PLATFORM': f'linux-{machine}',
             'SETUPTOOLS_EXT_SUFFIX': f'.cpython-{version.replace(".", "")}-{machine}-linux-gnu.so',
@@ -159,7 +159,7 @@ def compiled(packed: Path, version: str, python: str, machine: str, folder: Path
 
 
 def tried(wheel: Path, python: str, packed: Path, folder: Path, commands: Sequence[str]) -> str:
-    """Install a wheel where no compiler is, run its tests, and return how they ended."""
+    """Install a wheel in an environment without compiler, and return the result of its tests."""
     environment = folder / 'tried'
     run([python, '-m', 'venv', environment])
     alone = {**os.environ, 'PATH': str(environment / 'bin'), 'CC': 'false'}
@@ -177,7 +177,7 @@ def tried(wheel: Path, python: str, packed: Path, folder: Path, commands: Sequen
 
 
 def main(wanted: Sequence[str], others: Sequence[str]) -> None:
-    """Make and try everything; for other machines make the compiled wheels."""
+    """Make and test all files; for other machines only make the compiled wheels."""
     shutil.rmtree(OUT, ignore_errors=True)
     set_date()
     packed = source()
