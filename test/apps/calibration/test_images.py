@@ -306,11 +306,11 @@ def test_wrong_options_of_images_are_sentences(tmp_path, capsys):
     on_tool, intrinsics = ('--camera', 'on-tool'), ('--intrinsics', camera)
     every = (*images, *board, *on_tool, *intrinsics)
     for code, sentence, *options in (
-        (2, 'give --images FOLDER too', file, *on_tool, *board),
-        (2, 'give --images FOLDER too', file, *on_tool, *intrinsics),
+        (2, 'go together: give all three', file, *on_tool, *board),
+        (2, 'go together: give all three', file, *on_tool, *intrinsics),
         (2, "Missing option '--camera'", file, *images, *board, *intrinsics),
-        (2, '--images needs --board', file, *images, *on_tool, *intrinsics),
-        (2, '--images needs --board', file, *images, *on_tool, *board),
+        (2, 'go together: give all three', file, *images, *on_tool, *intrinsics),
+        (2, 'go together: give all three', file, *images, *on_tool, *board),
         (2, f'no folder {camera}', file, '--images', camera, *board, *on_tool, *intrinsics),
         (2, 'takes one FILE', file, other, *every),
         (2, 'takes one FILE', camera, *every),

@@ -38,12 +38,7 @@ from .fitting import (
     remainders_between,
     weighted_jacobian,
 )
-from .identified_table import (
-    ParameterCombination,
-    combinations_of,
-    motion_of,
-    structural_rank,
-)
+from .identified_table import ParameterCombination, combinations_of, motion_of, structural_rank
 from .placing import Offsets
 
 # Prior standard deviation (m and rad) of base, tool and points. It is wide, since base, tool and

@@ -6,19 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, NamedTuple, Optional
 
-from ....cli.options import RobotOption, WrongUsage, given_robot, named
+from ....cli.options import RobotOption, WrongUsage, given_robot, named, option
 from ....errors import CalibrationError
 from ..conditions import RowConditions, ToolLoads
 from ..reading import MeasuredRecording, cells_beside
-from .calibration_options import (
-    FilesArgument,
-    FitOptions,
-    OutputOptions,
-    PoseOptions,
-    TableOptions,
-    grouped,
-    run_calibration,
-)
+from .calibration_options import FilesArgument, FitOptions, PoseOptions, TableOptions, grouped
+from .calibration_outputs import OutputOptions, run_calibration
 
 # The value of --sessions if each file is one session.
 EACH_FILE = 'file'
@@ -30,13 +23,8 @@ ORIGIN, DOWN = (0.0, 0.0, 0.0), (0.0, 0.0, -1.0)
 class ConditionOptions(NamedTuple):
     """Options for the sessions and the loads of the measured poses."""
 
-    sessions: Annotated[
-        Optional[str],
-        named('--sessions', 'The session of each row; `file`: of each FILE.', 'COLUMN'),
-    ] = None
-    load: Annotated[
-        Optional[str], named('--load', 'The load on the tool in each row, kg.', 'COLUMN')
-    ] = None
+    sessions: Optional[str] = option('The session of each row; `file`: of each FILE.', 'COLUMN')
+    load: Optional[str] = option('The load on the tool in each row, kg.', 'COLUMN')
     load_at: Annotated[
         tuple[float, float, float],
         named('--load-at', 'Its centre of mass in the tool frame, m.', 'X Y Z', show_default='0'),
@@ -92,7 +80,7 @@ def calibrate(
       kinematics_service calibrate loads.csv --robot ur5e --load kg --load-at 0 0 0.05
     """
     arm, given = given_robot(robot), files or []
-    written = outputs.checked(given)
+    outputs.check(given)
     reading = poses.selection(arm, table)
     conditions.check()
     positions = reading.pose_format.kind == 'position'
@@ -103,6 +91,6 @@ def calibrate(
         run,
         robot,
         given,
-        written,
+        outputs,
         lambda one: one.of_recordings(given, reading, poses.pose_gap, conditions.of),
     )

@@ -10,22 +10,19 @@ from .calibration_options import (
     FilesArgument,
     FitOptions,
     ImageOptions,
-    OutputOptions,
     PoseOptions,
     TableOptions,
     grouped,
-    run_calibration,
 )
-
-CameraOption = Annotated[
-    CameraChoice, named('--camera', 'On the tool, or fixed with the board on the tool')
-]
+from .calibration_outputs import OutputOptions, run_calibration
 
 
 @grouped
 def calibrate_camera(
     robot: RobotOption,
-    camera: CameraOption,
+    camera: Annotated[
+        CameraChoice, named('--camera', 'On the tool, or fixed with the board on the tool')
+    ],
     outputs: OutputOptions,
     fitting: FitOptions,
     poses: PoseOptions,
@@ -47,7 +44,8 @@ def calibrate_camera(
         --images pictures/ --board 7x5,40mm,30mm,DICT_5X5_100 --intrinsics camera.yaml
     """
     arm, given = given_robot(robot), files or []
-    written, reading = outputs.checked(given), poses.selection(arm, table)
+    outputs.check(given)
+    reading = poses.selection(arm, table)
     if not given:
         raise WrongUsage('give FILE with poses of a board, or with names of images')
     finder = images.finder(given)
@@ -57,6 +55,6 @@ def calibrate_camera(
         run,
         robot,
         given,
-        written,
+        outputs,
         lambda one: images.calibrated(one, given, reading, poses.pose_gap, finder),
     )

@@ -9,12 +9,12 @@ from contextlib import contextmanager, suppress
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple, Optional, TextIO
+from typing import Any, NamedTuple, Optional, TextIO
 
 import typer
 
 from ....cli.missing_ros import ros_module
-from ....cli.options import RobotOption, WrongUsage, given_robot, named
+from ....cli.options import RobotOption, WrongUsage, given_robot, option
 from ....errors import CalibrationError, KinematicsError
 from ....output_file import write_file
 from ....robot.file.parts.parameters import TABLE_GROUPS
@@ -23,14 +23,8 @@ from ..collecting import CollectedPoses, table_of
 from ..output.calibration_run import CalibratedPoses, CalibrationRun
 from ..proposal import propose_poses
 from ..result import Calibration
-from .calibration_options import (
-    CameraChoice,
-    FitOptions,
-    OutputOptions,
-    grouped,
-    named_errors,
-    run_calibration,
-)
+from .calibration_options import CameraChoice, FitOptions, grouped
+from .calibration_outputs import OutputOptions, named_errors, run_calibration
 
 TIME_LIMIT = 86_400.0  # largest time of collecting, s: one day
 
@@ -38,16 +32,12 @@ TIME_LIMIT = 86_400.0  # largest time of collecting, s: one day
 class LiveOptions(NamedTuple):
     """Options for collecting poses: topics, joint prefix and time (s)."""
 
-    topic: Annotated[str, named('--topic', 'Joint states.', 'TOPIC')] = '/joint_states'
-    pose_topic: Annotated[
-        str, named('--pose-topic', 'Poses of the tool (PoseStamped).', 'TOPIC')
-    ] = '/kinematics/reference_pose'
-    joint_prefix: Annotated[
-        str, named('--joint-prefix', 'Put before the joint names of the robot file.', 'TEXT')
-    ] = ''
-    seconds: Annotated[
-        float, named('--seconds', 'Stop after this time; Ctrl-C stops sooner.', 'SECONDS')
-    ] = 600.0
+    topic: str = option('Joint states.', 'TOPIC', '/joint_states')
+    pose_topic: str = option(
+        'Poses of the tool (PoseStamped).', 'TOPIC', '/kinematics/reference_pose'
+    )
+    joint_prefix: str = option('Put before the joint names of the robot file.', 'TEXT', '')
+    seconds: float = option('Stop after this time; Ctrl-C stops sooner.', 'SECONDS', 600.0)
 
 
 @grouped
@@ -57,9 +47,7 @@ def calibrate_live(
     outputs: OutputOptions,
     fitting: FitOptions,
     options: LiveOptions,
-    camera: Annotated[
-        Optional[CameraChoice], named('--camera', 'The poses are those of a board that it sees.')
-    ] = None,
+    camera: Optional[CameraChoice] = option('The poses are those of a board that it sees.'),
 ) -> None:
     """
     Calibrate a running robot: collect joint states and measured poses, and then calibrate.
@@ -72,7 +60,7 @@ def calibrate_live(
     Example:
       kinematics_service calibrate-live --robot ur5e --output my_ur5e.yaml
     """
-    written = outputs.checked(())
+    outputs.check(())
     arm, seconds = given_robot(robot), options.seconds
     run = fitting.run(arm, False, not outputs.anyway, camera=camera)
     if not 0.0 < seconds <= TIME_LIMIT:
@@ -81,7 +69,7 @@ def calibrate_live(
         )
     with named_errors(()):
         run.check_names()
-        heard = collected(arm, options, partial(_of_heard, run), written.stream, context.obj)
+        heard = collected(arm, options, partial(_of_heard, run), outputs.stream, context.obj)
     if isinstance(heard, int):
         raise typer.Exit(heard)
     if not len(heard.q):
@@ -95,7 +83,7 @@ def calibrate_live(
         return CalibratedPoses(_of_heard(one, heard), options[:2], (), heard.q, heard.poses)
 
     with kept_when_refused(arm, heard):
-        run_calibration(run, robot, (), written, calibrated)
+        run_calibration(run, robot, (), outputs, calibrated)
 
 
 def _of_heard(run: CalibrationRun, poses: CollectedPoses) -> Calibration:

@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from typing import Annotated, Optional
 
-from ....cli.options import RobotOption, WrongUsage, given_robot, named
+from ....cli.options import RobotOption, WrongUsage, flag, given_robot, named, option
 from ....errors import CalibrationError
 from ....output_file import write_file
 from ....printing import working
@@ -23,8 +23,8 @@ from .calibration_options import (
     check_inputs,
     check_output,
     grouped,
-    named_errors,
 )
+from .calibration_outputs import named_errors
 
 SIGHT = re.compile(r'([^,]+),([^,]+),([^,]+),([^,]+?)\s*(?:deg)?(?:,\s*([+-]?)([xyz]))?')
 PLANS = ('.csv', '.yaml', '.yml')
@@ -39,22 +39,15 @@ def calibrate_propose(
     table: TableOptions,
     images: ImageOptions,
     files: FilesArgument = None,
-    plan: Annotated[
-        Optional[list[Path]],
-        named('--plan', 'Write a table (.csv), or a JointTrajectory (.yaml).', 'FILE'),
-    ] = None,
-    among: Annotated[
-        Optional[Path], named('--among', 'Choose among joint positions of this recording.', 'FILE')
-    ] = None,
-    line_of_sight: Annotated[
-        Optional[str],
-        named('--line-of-sight', "A point (m) near the tool's z axis, or ,-x ...", 'X,Y,Z,DEG'),
-    ] = None,
-    camera: Annotated[
-        Optional[CameraChoice],
-        named('--camera', 'FILE has poses of a board, as calibrate-camera.'),
-    ] = None,
-    force: Annotated[bool, named('--force', 'Overwrite the plan.')] = False,
+    plan: Optional[list[Path]] = option(
+        'Write a table (.csv), or a JointTrajectory (.yaml).', 'FILE'
+    ),
+    among: Optional[Path] = option('Choose among joint positions of this recording.', 'FILE'),
+    line_of_sight: Optional[str] = option(
+        "A point (m) near the tool's z axis, or ,-x ...", 'X,Y,Z,DEG'
+    ),
+    camera: Optional[CameraChoice] = option('FILE has poses of a board, as calibrate-camera.'),
+    force: bool = flag('--force', 'Overwrite the plan.'),
 ) -> None:
     """
     Propose the poses to measure next (D-optimal), after those of FILE or before any.

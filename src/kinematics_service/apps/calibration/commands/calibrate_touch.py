@@ -4,28 +4,22 @@
 
 import re
 from collections.abc import Sequence
-from typing import Annotated, Optional
+from typing import Optional
 
 import numpy as np
 
-from ....cli.options import RobotOption, WrongUsage, given_robot, named
+from ....cli.options import RobotOption, WrongUsage, given_robot, option
 from ..checking import rigid_positions
 from ..output.calibration_run import CalibratedPoses, CalibrationRun, origin_of
 from ..reading import read_touches
-from .calibration_options import (
-    FilesArgument,
-    FitOptions,
-    OutputOptions,
-    TableOptions,
-    grouped,
-    run_calibration,
-)
+from .calibration_options import FilesArgument, FitOptions, TableOptions, grouped
+from .calibration_outputs import OutputOptions, run_calibration
 
 DISTANCE = re.compile(r'([^,=]+),([^,=]+)=\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(mm|m)?')
 MAX_DISTANCE = 100.0  # m; no arm touches points that are farther apart
 POINT = 'point'  # the column that names the point of each row
 
-PointOption = Annotated[str, named('--point', 'The column that names the points.', 'COLUMN')]
+POINT_OPTION = option('The column that names the points.', 'COLUMN', POINT)
 
 
 @grouped
@@ -35,11 +29,10 @@ def calibrate_touch(
     fitting: FitOptions,
     table: TableOptions,
     files: FilesArgument = None,
-    point: PointOption = POINT,
-    distance: Annotated[
-        Optional[list[str]],
-        named('--distance', 'Known distance of two points, in m or mm.', 'A,B=LENGTH'),
-    ] = None,
+    point: str = POINT_OPTION,
+    distance: Optional[list[str]] = option(
+        'Known distance of two points, in m or mm.', 'A,B=LENGTH'
+    ),
 ) -> None:
     """
     Calibrate an arm without an instrument: a spike on the tool touches the same points again.
@@ -54,7 +47,8 @@ def calibrate_touch(
       kinematics_service calibrate-touch holes.csv --robot ur5e --distance A,B=250mm
     """
     arm, given = given_robot(robot), files or []
-    written, reading, apart = outputs.checked(given), table.selection(arm), _distances(distance)
+    outputs.check(given)
+    reading, apart = table.selection(arm), _distances(distance)
     run = fitting.run(arm, True, not outputs.anyway)
     if not given:
         raise WrongUsage('give FILE, a table of touches')
@@ -68,7 +62,7 @@ def calibrate_touch(
         poses = rigid_positions(np.array([points[mark] for mark in marks]))
         return CalibratedPoses(found, *origin_of(rows), q, poses)
 
-    run_calibration(run, robot, given, written, calibrated)
+    run_calibration(run, robot, given, outputs, calibrated)
 
 
 def _distances(given: Sequence[str] | None) -> dict[tuple[str, str], float]:

@@ -10,7 +10,7 @@ from typing import Annotated, Optional
 
 import numpy as np
 
-from ....cli.options import RobotOption, WrongUsage, given_robot, named
+from ....cli.options import RobotOption, WrongUsage, given_robot, named, option
 from ....output_file import say_written, write_file
 from ....printing import attributes
 from ..checking import refuse_loops, rigid_positions
@@ -20,16 +20,9 @@ from ..output.sheet import SHEETS
 from ..reading import read_touches
 from ..zeros import calibrate_zeros as calibrated_zeros
 from ..zeros import zero_sentences, zeros_of
-from .calibrate_touch import POINT, PointOption
-from .calibration_options import (
-    FilesArgument,
-    FitOptions,
-    OutputOptions,
-    TableOptions,
-    check_output,
-    grouped,
-    run_calibration,
-)
+from .calibrate_touch import POINT_OPTION
+from .calibration_options import FilesArgument, FitOptions, TableOptions, check_output, grouped
+from .calibration_outputs import OutputOptions, run_calibration
 
 # Default value of --motors: two paths that no file has. It is not None, because typer before 0.10
 # does not accept None for an option of two files.
@@ -49,8 +42,8 @@ def calibrate_zeros(
     outputs: OutputOptions,
     table: TableOptions,
     files: FilesArgument = None,
-    point: PointOption = POINT,
-    sheet: Annotated[SheetChoice, named('--sheet', 'The paper of the sheet.')] = SheetChoice.a4,
+    point: str = POINT_OPTION,
+    sheet: SheetChoice = option('The paper of the sheet.', default=SheetChoice.a4),
     motors: Annotated[
         tuple[Path, Path],
         named(
@@ -60,10 +53,8 @@ def calibrate_zeros(
             show_default=False,
         ),
     ] = NO_FILES,
-    fix: Annotated[str, named('--fix', 'Leave these as in the robot file: tool.', 'NAMES')] = '',
-    noise: Annotated[
-        Optional[str], named('--noise', 'Standard deviation of a touch: 0.5mm.', 'LIMIT')
-    ] = None,
+    fix: str = option('Leave these as in the robot file: tool.', 'NAMES', ''),
+    noise: Optional[str] = option('Standard deviation of a touch: 0.5mm.', 'LIMIT'),
 ) -> None:
     """
     Find the zeros of the joints of an arm whose encoders were mounted by hand.
@@ -78,7 +69,8 @@ def calibrate_zeros(
       kinematics_service calibrate-zeros touches.csv --robot so101 --motors old.json new.json
     """
     arm, given, paper = given_robot(robot), files or [], SHEETS[sheet.value]
-    written, reading = outputs.checked(given), table.selection(arm)
+    outputs.check(given)
+    reading = table.selection(arm)
     refuse_loops(arm.description)
     servos = None
     if motors != NO_FILES:
@@ -108,7 +100,7 @@ def calibrate_zeros(
         return CalibratedPoses(found, names, remarks, q, places, zeros_of(found))
 
     run = FitOptions(None, fix, None, noise).run(arm, True, not outputs.anyway)
-    data = run_calibration(run, robot, given, written, calibrated)
+    data = run_calibration(run, robot, given, outputs, calibrated)
     if servos is not None:
         write_file(motors[1], servos_text(servos, data.zeros))
-        say_written(motors[1], written.stream)
+        say_written(motors[1], outputs.stream)

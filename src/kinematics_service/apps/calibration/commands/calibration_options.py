@@ -7,8 +7,7 @@ Define the groups of options that the calibration commands share, and read the o
 import inspect
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from enum import Enum
 from pathlib import Path
@@ -16,9 +15,8 @@ from typing import Annotated, Any, NamedTuple, Optional, get_type_hints
 
 import typer
 
-from ....cli.options import WrongUsage, named, refuse_unwritable
-from ....errors import CalibrationError, ParameterNotFoundError
-from ....printing import working
+from ....cli.options import WrongUsage, option, refuse_unwritable
+from ....errors import CalibrationError
 from ....rigid_motion import inverses
 from ....robot.file.parts.parameters import ENDS
 from ....robot.robot import Robot
@@ -30,15 +28,8 @@ from ..board_views import board_views
 from ..boards.board import Board, BoardFinder
 from ..boards.intrinsics import read_intrinsics
 from ..camera import ON_TOOL, Camera
-from ..output.calibration_run import (
-    CalibratedPoses,
-    CalibrationOutputs,
-    CalibrationRun,
-    write_report,
-    write_robot_file,
-)
+from ..output.calibration_run import CalibratedPoses, CalibrationRun
 from ..reading import read_images
-from ..robot_text import Frames
 
 BOARD = re.compile(r'(\d{1,3})x(\d{1,3}),([^,]+),([^,]+),\s*(DICT_\w+)(,\s*legacy)?')
 # Allowed numbers of squares along an edge of a board. With 1 or 2 squares, the board would have no
@@ -48,13 +39,6 @@ SQUARES = range(3, 101)
 LARGEST_SQUARE = 10.0  # m; if an edge is longer, its unit was not metres
 
 FilesArgument = Annotated[Optional[list[Path]], typer.Argument(metavar='FILE...', hidden=True)]
-
-
-class FramesChoice(str, Enum):
-    """Values of --frames: base and tool of the robot file, or of the measured poses."""
-
-    robot = 'robot'
-    measured = 'measured'
 
 
 class CameraChoice(str, Enum):
@@ -67,21 +51,14 @@ class CameraChoice(str, Enum):
 class TableOptions(NamedTuple):
     """Options for the columns of a table and their units."""
 
-    columns: Annotated[
-        Optional[str],
-        named('--columns', 'Names of columns, as `audit` takes them.', 'KEY=START,...'),
-    ] = None
-    joint_format: Annotated[
-        Optional[str],
-        named('--joint-format', 'Units of joint columns, as for `audit`: deg ...', 'WORDS'),
-    ] = None
-    stamps: Annotated[
-        Optional[str],
-        named('--stamps', 'Unit of stamps, or rate of rows; none: standing still.', 'UNIT|RATE'),
-    ] = None
-    joint_prefix: Annotated[
-        str, named('--joint-prefix', 'Put before the joint names of the robot file.', 'TEXT')
-    ] = ''
+    columns: Optional[str] = option('Names of columns, as `audit` takes them.', 'KEY=START,...')
+    joint_format: Optional[str] = option(
+        'Units of joint columns, as for `audit`: deg ...', 'WORDS'
+    )
+    stamps: Optional[str] = option(
+        'Unit of stamps, or rate of rows; none: standing still.', 'UNIT|RATE'
+    )
+    joint_prefix: str = option('Put before the joint names of the robot file.', 'TEXT', '')
 
     def selection(self, robot: Robot) -> Selection:
         """Return the selection of what is read from a table: robot, columns and units."""
@@ -92,24 +69,15 @@ class TableOptions(NamedTuple):
 class PoseOptions(NamedTuple):
     """Options for the poses of a recording; `own` names the frames that differ between files."""
 
-    topic: Annotated[
-        Optional[str], named('--topic', 'Topic of joint states, if a bag has several.', 'TOPIC')
-    ] = None
-    pose_topic: Annotated[
-        Optional[str],
-        named('--pose-topic', 'Topic of poses, points or transforms; /tf:FRAME.', 'TOPIC'),
-    ] = None
-    pose_format: Annotated[
-        Optional[str],
-        named('--pose-format', 'Units and orientations of pose columns, as for `audit`.', 'WORDS'),
-    ] = None
-    pose_gap: Annotated[
-        Optional[float],
-        named('--pose-gap', 'Longest time between joint states around a pose.', 'SECONDS'),
-    ] = None
-    own: Annotated[str, named('--own', 'What each of several files has of its own.', 'NAMES')] = (
-        'base'
+    topic: Optional[str] = option('Topic of joint states, if a bag has several.', 'TOPIC')
+    pose_topic: Optional[str] = option('Topic of poses, points or transforms; /tf:FRAME.', 'TOPIC')
+    pose_format: Optional[str] = option(
+        'Units and orientations of pose columns, as for `audit`.', 'WORDS'
     )
+    pose_gap: Optional[float] = option(
+        'Longest time between joint states around a pose.', 'SECONDS'
+    )
+    own: str = option('What each of several files has of its own.', 'NAMES', 'base')
 
     def selection(self, robot: Robot, table: TableOptions) -> Selection:
         """Return the selection of what is read from a recording: robot, topics and columns."""
@@ -126,19 +94,14 @@ class PoseOptions(NamedTuple):
 class FitOptions(NamedTuple):
     """Options for the fitted parameters, their priors and the noise of the instrument."""
 
-    fit: Annotated[
-        Optional[str],
-        named('--fit', 'Fit these alone: groups or names.  [default: all but gears]', 'NAMES'),
-    ] = None
-    fix: Annotated[str, named('--fix', 'Leave these as in the robot file.', 'NAMES')] = ''
-    tolerance: Annotated[
-        Optional[str],
-        named('--tolerance', 'Usual errors of the table, if not those of the file.', 'LIMIT'),
-    ] = None
-    noise: Annotated[
-        Optional[str],
-        named('--noise', 'Standard deviation of the instrument: 2mm,0.3deg.', 'LIMIT'),
-    ] = None
+    fit: Optional[str] = option(
+        'Fit these alone: groups or names.  [default: all but gears]', 'NAMES'
+    )
+    fix: str = option('Leave these as in the robot file.', 'NAMES', '')
+    tolerance: Optional[str] = option(
+        'Usual errors of the table, if not those of the file.', 'LIMIT'
+    )
+    noise: Optional[str] = option('Standard deviation of the instrument: 2mm,0.3deg.', 'LIMIT')
 
     def run(
         self,
@@ -158,65 +121,23 @@ class FitOptions(NamedTuple):
         return CalibrationRun(robot, words, fix, given_words(own), limit, noise, check, where)
 
 
-class OutputOptions(NamedTuple):
-    """Options for the output files."""
-
-    output: Annotated[
-        Optional[Path], named('--output', 'Write the calibrated robot file.', 'FILE')
-    ] = None
-    json: Annotated[
-        Optional[Path], named('--json', 'Write everything as JSON; - prints it.', 'FILE')
-    ] = None
-    html: Annotated[Optional[Path], named('--html', 'Write a page with pictures.', 'FILE')] = None
-    frames: Annotated[FramesChoice, named('--frames', 'Whose base and tool are written.')] = (
-        FramesChoice.robot
-    )
-    anyway: Annotated[
-        bool, named('--anyway', 'Write the robot file even if the result is refused.')
-    ] = False
-    force: Annotated[bool, named('--force', 'Overwrite the output.')] = False
-
-    def checked(self, inputs: Sequence[Path]) -> CalibrationOutputs:
-        """Return the outputs; refuse files that cannot be written, before the calibration runs."""
-        check_inputs(inputs)
-        for name in ('output', 'html', 'json'):
-            file = getattr(self, name)
-            if str(file) == '-' and name != 'json':
-                raise WrongUsage(f'--{name}: give a file; only --json can be printed with -')
-            if file is not None and str(file) != '-':
-                check_output(f'--{name}', file, inputs, self.force or name != 'output')
-        frames: Frames = 'measured' if self.frames == FramesChoice.measured else 'robot'
-        return CalibrationOutputs(self.output, self.html, self.json, frames, self.anyway)
-
-
 class ImageOptions(NamedTuple):
     """Options for images of a board, and for the detection of the board."""
 
-    images: Annotated[
-        Optional[Path],
-        named('--images', 'Images of a ChArUco board, named in the column `image`.', 'FOLDER'),
-    ] = None
-    board: Annotated[
-        Optional[str],
-        named('--board', 'Squares, edges, dictionary: 7x5,40mm,30mm,DICT_5X5_100.', 'BOARD'),
-    ] = None
-    intrinsics: Annotated[
-        Optional[Path],
-        named('--intrinsics', "The camera's calibration file, of ROS or OpenCV.", 'FILE'),
-    ] = None
+    images: Optional[Path] = option(
+        'Images of a ChArUco board, named in the column `image`.', 'FOLDER'
+    )
+    board: Optional[str] = option(
+        'Squares, edges, dictionary: 7x5,40mm,30mm,DICT_5X5_100.', 'BOARD'
+    )
+    intrinsics: Optional[Path] = option("The camera's calibration file, of ROS or OpenCV.", 'FILE')
 
     def finder(self, files: Sequence[Path]) -> BoardFinder | None:
         """Return the detector of the board; None if no folder of images is given."""
-        if self.images is None:
-            if self.board is not None or self.intrinsics is not None:
-                raise WrongUsage(
-                    '--board and --intrinsics are for images: give --images FOLDER too'
-                )
+        if self == (None, None, None):
             return None
-        if self.board is None or self.intrinsics is None:
-            raise WrongUsage(
-                "--images needs --board, and --intrinsics, the camera's calibration file"
-            )
+        if self.images is None or self.board is None or self.intrinsics is None:
+            raise WrongUsage('--images, --board and --intrinsics go together: give all three')
         if not self.images.is_dir():
             raise WrongUsage(f'--images: no folder {self.images}; give that of the images')
         if len(files) != 1 or files[0].suffix.lower() not in TABLES:
@@ -334,38 +255,3 @@ def check_output(name: str, file: Path, inputs: Sequence[Path], replaces: bool) 
         raise WrongUsage(f'{name}: {file} is the recording itself; give another name')
     if file.is_file() and not replaces:
         raise WrongUsage(f'{name}: {file} exists; give another name, or --force')
-
-
-@contextmanager
-def named_errors(files: Sequence[Path]) -> Iterator[None]:
-    """
-    Convert errors about unknown parameters to `WrongUsage`; prefix other errors with the files.
-    """
-    try:
-        yield
-    except ParameterNotFoundError as error:
-        raise WrongUsage(f'--fit, --fix: {error}') from None
-    except CalibrationError as error:
-        if not files or any(str(file) in str(error) for file in files):
-            raise
-        raise CalibrationError(f'{", ".join(map(str, files))}: {error}', code=error.code) from None
-
-
-def run_calibration(
-    run: CalibrationRun,
-    robot: str,
-    files: Sequence[Path],
-    outputs: CalibrationOutputs,
-    calibrated: Callable[[CalibrationRun], CalibratedPoses],
-) -> CalibratedPoses:
-    """Calibrate, write the outputs and the report, and exit with 1 if the result is refused."""
-    with named_errors(files):
-        with working('calibrating') as tell:
-            tell('reading')
-            data = calibrated(run._replace(tell=tell))
-            written = write_robot_file(data, robot, outputs)
-        write_report(data, robot, outputs)
-    if not (data.found.accepted or outputs.anyway):
-        raise typer.Exit(1)
-    print(written, end='', file=outputs.stream)
-    return data

@@ -1,25 +1,19 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Run a calibration for a command: read recordings, calibrate, and write the outputs."""
+"""Run a calibration for a command: read recordings, and calibrate."""
 
 import math
-import sys
 from collections.abc import Callable, Sequence
-from datetime import datetime
-from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, TextIO
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ....errors import CalibrationError
 from ....kernel import Floats
 from ....kinematics.uncertainty.parameters import parameters_of
-from ....output_file import write_documents, write_file
-from ....printing import Output, attributes, heading, json_text, plain, table
+from ....printing import attributes
 from ....rigid_motion import inverses
-from ....robot.bundled import find_robot, find_robot_file
-from ....robot.file.reader import robot_file_text
 from ....robot.robot import Robot
 from ...checking.errors import PoseLimit
 from ...recordings.readers.source import Selection
@@ -28,45 +22,12 @@ from ..camera import ON_TOOL, Camera
 from ..checking import Measured, refuse_loops
 from ..chosen_parameters import ChosenParameters, asks_for_gears
 from ..conditions import RowConditions
-from ..reading import (
-    MeasuredRecording,
-    TouchRecording,
-    read_measured,
-)
-from ..report import cells_of, document_of, sentences_of
+from ..reading import MeasuredRecording, TouchRecording, read_measured
 from ..result import Calibration
-from ..robot_text import CalibrationOrigin, Frames, calibrated_text
 from ..zeros import JointZero
-from .page import PageOrigin, page_of
 
 # The calibration fits a lag if some joint is faster than this, rad/s or m/s.
 MOVING = 0.05
-
-
-class CalibrationOutputs(NamedTuple):
-    """
-    The output files of a calibration; None if a file is not wanted.
-
-    Attributes
-    ----------
-    robot, html, json
-        Paths of the robot file, the HTML page and the JSON document; `-` is the standard output.
-    frames
-        Whether the robot file keeps base and tool, or has those of the measured poses.
-    anyway
-        Whether the robot file of a refused calibration is written.
-    """
-
-    robot: Path | None
-    html: Path | None
-    json: Path | None
-    frames: Frames
-    anyway: bool
-
-    @property
-    def stream(self) -> TextIO:
-        """Return the stream for text: stderr if the JSON document goes to stdout, else stdout."""
-        return sys.stderr if str(self.json) == '-' else sys.stdout
 
 
 class CalibratedPoses(NamedTuple):
@@ -197,48 +158,3 @@ class CalibrationRun(NamedTuple):
 def origin_of(given: Sequence[MeasuredRecording | TouchRecording]) -> tuple[list[str], list[str]]:
     """Return the names of all files, and all remarks on reading the files."""
     return [one.file for one in given], [remark for one in given for remark in one.remarks]
-
-
-def write_robot_file(data: CalibratedPoses, robot: str, outputs: CalibrationOutputs) -> str:
-    """
-    Write the robot file and return a line of text about the file. If no file is wanted, or if the
-    calibration is refused, write nothing and return an empty text.
-    """
-    if outputs.robot is None or not (data.found.accepted or outputs.anyway):
-        return ''
-    date = datetime.now().astimezone().date().isoformat()
-    origin = CalibrationOrigin(', '.join(Path(one).name for one in data.files), date)
-    nominal, whose = robot_file_text(*find_robot(robot)), (outputs.frames, outputs.anyway)
-    text = calibrated_text(data.found, nominal, data.q, data.poses, origin, *whose)
-    write_file(outputs.robot, text)
-    return f'wrote {outputs.robot}; next: python -m kinematics_service check {outputs.robot}\n'
-
-
-def write_report(data: CalibratedPoses, robot: str, outputs: CalibrationOutputs) -> None:
-    """Write the page and the document of a calibration, and print its results."""
-    date = datetime.now().astimezone().isoformat(' ', 'seconds')
-    origin = PageOrigin(tuple(data.files), str(find_robot_file(robot)), date, tuple(data.remarks))
-    page = page_of(data.found, origin) if outputs.html else ''
-    document = {**document_of(data.found, data.files), 'reading': data.remarks}
-    if data.zeros:
-        document['zeros'] = data.zeros
-    report = partial(_print_report, data, outputs)
-    write_documents(outputs.html, page, outputs.json, json_text(document), report)
-
-
-def _print_report(data: CalibratedPoses, outputs: CalibrationOutputs) -> None:
-    found, out = data.found, Output()
-    first, *others = sentences_of(found)
-    sentences = [first, *data.remarks, *others]
-    if not found.accepted:
-        no_file = 'no robot file is written without --anyway'
-        end = 'written anyway' if outputs.anyway else no_file
-        out.print(plain(f'{sentences.pop(0)}; {end}.'), '')
-    title = f'{found.robot.name}: {found.count} {found.kind} of {", ".join(data.files)}'
-    out.print(heading(title), '')
-    out.print(*(plain(f'  {sentence}.') for sentence in sentences), '')
-    rows = table('  parameter', 'correction', 'deviation', '')
-    for one in found.parameters:
-        name, *cells = cells_of(one, found)
-        rows.add_row(f'  {name}', *cells)
-    out.print(rows)
