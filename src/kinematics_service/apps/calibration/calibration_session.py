@@ -6,7 +6,6 @@ import os
 import threading
 import time
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
 
 from geometry_msgs.msg import PoseStamped
 from rclpy.context import Context
@@ -14,7 +13,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 
-from ...errors import KinematicsError, RefusedTargetError, WireError
+from ...errors import RefusedTargetError, WireError
 from ...estimation.estimator import AcceptedMessage, Estimator, EstimatorSettings
 from ...node.messages.message_check import read_message
 from ...node.messages.messages import sample_of, stamp_of
@@ -41,29 +40,15 @@ MIN_POSES = 8
 NEXT_FIT_RATIO = 1.25
 
 
-class LiveTopics(NamedTuple):
-    """Names of the topics with messages JointState and PoseStamped."""
-
-    states: str
-    poses: str
-
-
-class LiveFit(NamedTuple):
-    """
-    The result of a fit as lines of text, and whether all identifiable combinations of parameters
-    are identified.
-    """
-
-    lines: tuple[str, ...]
-    complete: bool = False
-
-
-Fit = Callable[[CollectedPoses], LiveFit]
+# Fits the poses collected so far and prints the result; returns True if all identifiable
+# combinations of parameters are identified.
+Fit = Callable[[CollectedPoses], bool]
 
 
 def collect_poses(
     robot: Robot,
-    topics: LiveTopics,
+    topic: str,
+    pose_topic: str,
     joint_prefix: str,
     seconds: float,
     fit: Fit,
@@ -76,20 +61,22 @@ def collect_poses(
 
     Parameters
     ----------
+    topic, pose_topic
+        Topics with messages JointState and PoseStamped.
     fit
-        Returns the result for the poses collected so far. It is called in a thread of its own.
+        Fits the poses collected so far. It is called in a thread of its own.
     say
         Prints a line for the user.
     ros_args
         ROS arguments, `--ros-args` included.
     """
-    for option, topic in (('--topic', topics.states), ('--pose-topic', topics.poses)):
-        if not is_name(option, topic, 'joint_states or /arm/joint_states'):
+    for option, name in (('--topic', topic), ('--pose-topic', pose_topic)):
+        if not is_name(option, name, 'joint_states or /arm/joint_states'):
             return WRONG_USAGE
 
     def work(context: Context, stop: StopSignal) -> CollectedPoses | int:
         node = helper_node(f'kinematics_calibrate_{os.getpid()}', context)
-        session = _Session(node, robot, topics, joint_prefix, fit, say)
+        session = _Session(node, robot, topic, pose_topic, joint_prefix, fit, say)
         spinner = Spinner(context, [node])
         end = time.monotonic() + seconds
         spinner.obey(stop)
@@ -112,7 +99,8 @@ class _Session:
         self,
         node: Node,
         robot: Robot,
-        topics: LiveTopics,
+        topic: str,
+        pose_topic: str,
         joint_prefix: str,
         fit: Fit,
         say: Callable[[str], None],
@@ -120,16 +108,14 @@ class _Session:
         self.collector = PoseCollector(robot)
         self._node, self._fit, self._say = node, fit, say
         self._estimator = Estimator(robot, EstimatorSettings(joint_prefix))
-        self._due, self._thread = MIN_POSES, None
-        self._complete = False
-        self._refused = ''
-        self._begin, self._explained = time.monotonic(), False
-        self._states = LatestMessage(node, topics.states, JointState, ANY_SENDER, self._on_state)
-        self._poses = LatestMessage(node, topics.poses, PoseStamped, ANY_SENDER, self._on_pose)
+        self._due = MIN_POSES
+        self._thread: threading.Thread | None = None
+        self._complete = self._refused = self._explained = False
+        self._begin = time.monotonic()
+        self._states = LatestMessage(node, topic, JointState, ANY_SENDER, self._on_state)
+        self._poses = LatestMessage(node, pose_topic, PoseStamped, ANY_SENDER, self._on_pose)
         steady_timer(node, PERIOD, self._look)
         say(f'collecting joint states of {self._states.topic} and poses of {self._poses.topic}')
-
-    _thread: threading.Thread | None
 
     def _on_state(self, data: bytes) -> None:
         try:
@@ -146,7 +132,7 @@ class _Session:
             self.collector.note_pose(stamp_of(message), pose_of(message))
         except (RefusedTargetError, WireError) as error:
             if not self._refused:
-                self._refused = str(error)
+                self._refused = True
                 self._say(f'a pose of {self._poses.topic} is refused: {error}')
 
     def _look(self) -> None:
@@ -173,13 +159,7 @@ class _Session:
             )
 
     def _fit_poses(self, poses: CollectedPoses) -> None:
-        try:
-            found = self._fit(poses)
-        except KinematicsError as error:
-            found = LiveFit((f'{len(poses.q)} poses: {error}',))
-        for line in found.lines:
-            self._say(line)
-        self._complete = found.complete
+        self._complete = self._fit(poses)
 
     def finish(self) -> None:
         """Wait for a running fit, so that it does not compete with the final fit of all poses."""

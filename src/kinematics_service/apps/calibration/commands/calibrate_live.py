@@ -4,12 +4,11 @@
 
 import math
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from datetime import datetime
-from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, Optional, TextIO
+from typing import NamedTuple, Optional, TextIO
 
 import typer
 
@@ -69,7 +68,7 @@ def calibrate_live(
         )
     with named_errors(()):
         run.check_names()
-        heard = collected(arm, options, partial(_of_heard, run), outputs.stream, context.obj)
+        heard = collected(run, options, outputs.stream, context.obj)
     if isinstance(heard, int):
         raise typer.Exit(heard)
     if not len(heard.q):
@@ -82,8 +81,11 @@ def calibrate_live(
     def calibrated(one: CalibrationRun) -> CalibratedPoses:
         return CalibratedPoses(_of_heard(one, heard), options[:2], (), heard.q, heard.poses)
 
-    with kept_when_refused(arm, heard):
+    try:
         run_calibration(run, robot, (), outputs, calibrated)
+    except BaseException:
+        _keep(arm, heard)  # collecting took minutes
+        raise
 
 
 def _of_heard(run: CalibrationRun, poses: CollectedPoses) -> Calibration:
@@ -91,44 +93,36 @@ def _of_heard(run: CalibrationRun, poses: CollectedPoses) -> Calibration:
 
 
 def collected(
-    robot: Robot,
-    options: LiveOptions,
-    fitted: Callable[[CollectedPoses], Calibration],
-    stream: TextIO,
-    ros_args: Sequence[str],
+    run: CalibrationRun, options: LiveOptions, stream: TextIO, ros_args: Sequence[str]
 ) -> CollectedPoses | int:
     """Return the collected poses, or an exit code; lines for the user go to `stream`."""
-    session = ros_module('apps.calibration.calibration_session')
-
-    def fit(poses: CollectedPoses) -> Any:
-        found = fitted(poses)
-        complete = found.known >= found.possible
-        return session.LiveFit(tuple(_lines(robot, found, complete)), complete)
 
     def say(line: str) -> None:
         print(line, file=stream, flush=True)
 
-    topics = session.LiveTopics(options.topic, options.pose_topic)
-    heard: CollectedPoses | int = session.collect_poses(
-        robot, topics, options.joint_prefix, options.seconds, fit, say, ros_args
-    )
+    def fit(poses: CollectedPoses) -> bool:
+        try:
+            found = _of_heard(run, poses)
+            complete = found.known >= found.possible
+            lines = list(_lines(run.arm, found, complete))
+        except KinematicsError as error:
+            lines, complete = [f'{len(poses.q)} poses: {error}'], False
+        for line in lines:
+            say(line)
+        return complete
+
+    session = ros_module('apps.calibration.calibration_session')
+    heard: CollectedPoses | int = session.collect_poses(run.arm, *options, fit, say, ros_args)
     return heard
 
 
-@contextmanager
-def kept_when_refused(robot: Robot, poses: CollectedPoses) -> Iterator[None]:
-    """
-    Write the poses to a CSV file if the code in the context fails, since collecting took minutes.
-    """
-    try:
-        yield
-    except BaseException:
-        file = Path(f'heard_poses_{datetime.now().astimezone():%Y%m%d_%H%M%S}.csv')
-        with suppress(KinematicsError):  # if writing fails too, raise the first error
-            write_file(file, table_of(poses, robot.joint_names))
-            told = f'the {len(poses.q)} poses heard are kept in {file}, which calibrate reads'
-            print(told, file=sys.stderr)
-        raise
+def _keep(robot: Robot, poses: CollectedPoses) -> None:
+    # Write the poses to a CSV file. If writing fails, too, stay silent: another error is raised.
+    file = Path(f'heard_poses_{datetime.now().astimezone():%Y%m%d_%H%M%S}.csv')
+    with suppress(KinematicsError):
+        write_file(file, table_of(poses, robot.joint_names))
+        told = f'the {len(poses.q)} poses heard are kept in {file}, which calibrate reads'
+        print(told, file=sys.stderr)
 
 
 def _lines(robot: Robot, found: Calibration, complete: bool) -> Iterator[str]:
