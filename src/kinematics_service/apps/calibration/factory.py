@@ -3,29 +3,46 @@
 """
 Write the factory calibration of a Universal Robots arm as corrections of its nominal table.
 
-A factory table may have lengths of hundreds of metres that cancel. The table written here has an
-extra angle instead. Its corrections are fitted to poses computed from the factory's table.
+The controller's file `calibration.conf` holds numbers that are added to the nominal
+Denavit-Hartenberg table. The YAML that ur_robot_driver extracts (package ur_calibration) holds the
+pose of each joint in the link before the joint. For parallel axes, a factory table may have
+lengths of hundreds of metres that cancel. The table written here has an extra angle instead. Its
+corrections are fitted to poses computed from the factory's table.
 """
 
+import ast
+import configparser
+import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from ...errors import CalibrationError
+from ...errors import CalibrationError, RecordingError
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...kinematics.uncertainty.parameters import parameters_of
-from ...rigid_motion import apart, screw_z
+from ...rigid_motion import apart, pose_of, screw_z
 from ...robot.file.parts.description import DhRow
 from ...robot.file.parts.parameters import ENDS
+from ...robot.file.text.yaml_reader import YamlError
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
+from ..recordings.readers.plan_reader import text_of
+from ..recordings.readers.yaml_values import read_documents
 from .calibration import calibrate
 from .checking import ROUND_OFF
 from .corrections import corrected_robot
 from .robot_text import CalibrationOrigin, Frames, calibrated_text, placed_robot
-from .ur_calibration import JOINTS, UrCalibration, read_ur_calibration
+
+JOINTS = 6
+# Keys of the controller's file for each number of the table; the values are added to the numbers.
+DELTAS = {'theta': 'delta_theta', 'a': 'delta_a', 'd': 'delta_d', 'alpha': 'delta_alpha'}
+# Links of ur_description whose joints have an origin in the YAML, from base to tool.
+LINKS = ('shoulder', 'upper_arm', 'forearm', 'wrist_1', 'wrist_2', 'wrist_3')
+ORIGIN = ('x', 'y', 'z', 'roll', 'pitch', 'yaw')
+LARGEST = 256 * 1024
 
 # Number of seeded poses that the corrections are fitted to. The other poses are held out, and test
 # the corrections.
@@ -86,7 +103,6 @@ def import_ur_calibration(path: Path, robot: Robot, text: str, date: str) -> Fac
     CalibrationError
         The file cannot be read, or is that of another robot.
     """
-    given = read_ur_calibration(path)
     rows = [isinstance(link, DhRow) for link in robot.description.links]
     turning = robot.joint_types.count('revolute') == len(rows) == JOINTS
     if robot.convention != 'standard' or not turning:
@@ -96,7 +112,7 @@ def import_ur_calibration(path: Path, robot: Robot, text: str, date: str) -> Fac
             code='unsupported',
         )
     q = np.clip(seeded_poses(robot.limits, [False] * JOINTS), -np.pi, np.pi)
-    expected = _poses(given, robot, q)
+    expected = _poses(path, robot, q)
     nominal = float(np.max(apart(forward_kinematics(robot, q), expected)[0]))
     some, rest = slice(0, FITTED_POSES), slice(FITTED_POSES, None)
     # First keep the frames of base and tool. If this fit is not exact, correct base and tool in a
@@ -120,13 +136,84 @@ def import_ur_calibration(path: Path, robot: Robot, text: str, date: str) -> Fac
     return FactoryImport(written, mine, len(distances), position, rotation, nominal)
 
 
-def _poses(given: UrCalibration, robot: Robot, q: Floats) -> Floats:
-    if given.deltas:
-        table = parameters_of(robot).table
-        added = [given.deltas.get(one.place, np.zeros(JOINTS))[one.row] for one in table]
+def _poses(path: Path, robot: Robot, q: Floats) -> Floats:
+    # Return the poses (N, 4, 4) of the factory's table, which the file has in one of two formats.
+    try:
+        text = text_of(path, LARGEST, 'give one of the two')
+    except RecordingError as error:
+        raise CalibrationError(str(error), code=error.code) from None
+    if 'delta_' in text:
+        deltas, table = _deltas(path, text), parameters_of(robot).table
+        added = [deltas.get(one.place, np.zeros(JOINTS))[one.row] for one in table]
         return forward_kinematics(corrected_robot(robot, table, np.array(added)), q)
-    base, tool = (end.motion.matrix for end in (robot.description.base, robot.description.tool))
-    T = np.broadcast_to(base, (len(q), 4, 4))
-    for origin, joint in zip(given.origins, q.T):
-        T = T @ origin @ np.array([screw_z(angle, 0.0) for angle in joint.tolist()])
-    return np.asarray(T @ tool)
+    if 'kinematics' in text:
+        T = np.broadcast_to(robot.description.base.motion.matrix, (len(q), 4, 4))
+        for origin, joint in zip(_origins(path, text), q.T):
+            T = T @ origin @ np.array([screw_z(angle, 0.0) for angle in joint.tolist()])
+        return np.asarray(T @ robot.description.tool.motion.matrix)
+    raise CalibrationError(
+        f'{path}: not a calibration of Universal Robots; give calibration.conf '
+        '([mounting] with delta_theta, delta_a, delta_d, delta_alpha) or the YAML of '
+        'ur_calibration (kinematics: shoulder, upper_arm and so on)',
+        code='unsupported',
+    )
+
+
+def _deltas(path: Path, text: str) -> dict[str, Floats]:
+    parser = configparser.ConfigParser(inline_comment_prefixes=('#',), interpolation=None)
+    try:
+        parser.read_string(text)
+    except configparser.Error as error:
+        reason = ' '.join(str(error).split())
+        raise CalibrationError(f'{path}: cannot be read: {reason}', code='syntax') from None
+    found = {}
+    for place, key in DELTAS.items():
+        written = next((section[key] for section in parser.values() if key in section), None)
+        if written is None:
+            raise CalibrationError(
+                f'{path}: {key} is missing; write {", ".join(DELTAS.values())}', code='missing-key'
+            )
+        found[place] = _six(path, key, written)
+    return found
+
+
+def _six(path: Path, key: str, text: str) -> Floats:
+    try:
+        given = ast.literal_eval(text)
+        # Accept only lists and tuples, because iteration over bytes, sets and mappings would yield
+        # numbers too.
+        numbers = given if type(given) in (list, tuple) else []
+        six = np.array([float(one) for one in numbers if type(one) in (int, float)])
+    except (ValueError, OverflowError, SyntaxError, MemoryError, RecursionError):
+        numbers, six = [], np.zeros(0)
+    if not len(numbers) == len(six) == JOINTS or not np.all(np.isfinite(six)):
+        raise CalibrationError(
+            f'{path}: {key}: expected six numbers in brackets, not {text[:40]}', code='wrong-shape'
+        )
+    return six
+
+
+def _origins(path: Path, text: str) -> tuple[Floats, ...]:
+    try:
+        documents = read_documents(text)
+    except YamlError as error:
+        raise CalibrationError(f'{path}:{error}', code='syntax') from None
+    document = documents[0] if documents else None
+    kinematics = document.get('kinematics') if isinstance(document, dict) else None
+    if not isinstance(kinematics, dict):
+        raise CalibrationError(
+            f'{path}: kinematics must be a mapping of links (shoulder, upper_arm and so on)',
+            code='wrong-type',
+        )
+    return tuple(_origin(path, link, kinematics.get(link)) for link in LINKS)
+
+
+def _origin(path: Path, link: str, entry: Any) -> Floats:
+    given = [entry.get(key) for key in ORIGIN] if isinstance(entry, dict) else []
+    numbers = [one for one in given if isinstance(one, float) and math.isfinite(one)]
+    if len(numbers) != len(ORIGIN):
+        raise CalibrationError(
+            f'{path}: kinematics.{link}: expected the numbers {", ".join(ORIGIN)}',
+            code='missing-key',
+        )
+    return pose_of(numbers[:3], (numbers[3], numbers[4], numbers[5]))
