@@ -564,7 +564,7 @@ def test_wrong_options_of_touched_points_are_sentences(tmp_path, capsys):
     few = touches(tmp_path / 'few.csv', arm, [0, 1, 2, 20, 21])
     code, _, err = run(capsys, 'calibrate-touch', few, '--robot', 'ur5e', '--point', 'hole')
     assert code == 1
-    assert 'B is touched from 2' in err
+    assert 'point B: 2 poses' in err
     hole = touches(tmp_path / 'hole.csv', arm, range(40), ['99.0,1,1,,1,1,1,A'])
     code, _, err = run(capsys, 'calibrate-touch', hole, '--robot', 'ur5e', '--point', 'hole')
     assert code == 1

@@ -462,7 +462,7 @@ def test_poses_are_proposed_from_which_the_tool_faces_the_instrument():
     [
         (np.zeros((5, 2)), 'too-few', 'only 1'),
         (np.zeros((0, 2)), 'too-few', 'only 0'),
-        (np.zeros((5, 3)), 'wrong-shape', '(M, 2)'),
+        (np.zeros((5, 3)), 'wrong-shape', '(N, 2)'),
         (np.zeros(2), 'wrong-shape', 'not (2,)'),
         ([[0.0, math.nan]], 'not-finite', 'among'),
     ],

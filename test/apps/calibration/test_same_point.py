@@ -214,7 +214,7 @@ def test_words_that_do_not_fit_are_refused():
     arm = touching_arm('ur5e', TWO, 40)
     q, marks = arm.q, arm.marks
     given, touched = (arm.robot, q), {'same_point': marks}
-    refuses('wrong-shape', '(N, 6)', arm.robot, q[:, :5], **touched)
+    refuses('wrong-shape', '(80, 6)', arm.robot, q[:, :5], **touched)
     refuses('not-finite', 'q', arm.robot, q * np.nan, **touched)
     refuses('unknown-parameter', "'base'|ur5e", *given, **touched, fix=['base'])
     refuses('conflict', "'A.x'", *given, **touched, fix=['A.x'])

@@ -17,6 +17,7 @@ from ...kinematics.forward import forward_kinematics
 from ...robot.file.parts.description import RobotDescription
 from ...robot.file.parts.parameters import ArmParameter
 from ...robot.robot import Robot
+from ...typography import counted
 from ..checking.diagnosis import (
     CAUSE_POSES,
     MIN_POSES,
@@ -198,27 +199,20 @@ def measured(
         Shapes do not fit, a number is not finite, there are too few poses, all poses are alike, or
         an orientation is not a rotation.
     """
-    at, given = numbers_of('q', q), numbers_of('poses', poses)
-    count = len(at) if at.ndim else 0
-    if at.shape != (count, robot.dof) or given.shape not in ((count, 4, 4), (count, 3)):
+    at, given = finite_rows('q', q, robot.dof), numbers_of('poses', poses)
+    count = len(at)
+    if given.shape not in ((count, 4, 4), (count, 3)):
         raise CalibrationError(
-            f'q must have the shape (N, {robot.dof}) and poses (N, 4, 4) or (N, 3), '
-            f'not {at.shape} and {given.shape}',
+            f'poses must have the shape ({count}, 4, 4) or ({count}, 3), not {given.shape}',
             code='wrong-shape',
         )
     positions = given.ndim == 2
     T = rigid_positions(given if positions else given[:, :3, 3])
     if not positions:
         T[:, :3, :3] = given[:, :3, :3]
-    if not (np.all(np.isfinite(at)) and np.all(np.isfinite(T))):
-        raise CalibrationError('q, poses: must be finite numbers', code='not-finite')
-    rates = None if qdot is None else numbers_of('qdot', qdot)
-    if rates is not None and rates.shape != at.shape:
-        raise CalibrationError(
-            f'qdot must have the shape {at.shape}, not {rates.shape}', code='wrong-shape'
-        )
-    if rates is not None and not np.all(np.isfinite(rates)):
-        raise CalibrationError('qdot: must be finite numbers', code='not-finite')
+    if not np.all(np.isfinite(T)):
+        raise CalibrationError('poses: must be finite numbers', code='not-finite')
+    rates = None if qdot is None else finite_rows('qdot', qdot, robot.dof, count)
     marks = np.zeros(count) if sets is None else numbers_of('sets', sets)
     if marks.shape != (count,) or np.any(np.unique(marks, return_inverse=True)[1] != marks):
         raise CalibrationError(
@@ -227,19 +221,32 @@ def measured(
     result = Measured.of(at, T, positions, marks.astype(np.int64), rates)
     for k in range(result.set_count if count else 1):
         own = result.of_set(k)
-        if len(own.q) < MIN_POSES:
-            few = '1 pose is' if len(own.q) == 1 else f'{len(own.q)} poses are'
-            raise CalibrationError(
-                f'{few} too few: at least {MIN_POSES} are needed, and some {robot.dof + 4} or '
-                'more identify most of an arm',
-                code='too-few',
-            )
+        check_enough(own.q, f'{robot.dof + 4} or more')
         try:
             check_rotations(own.poses[:, :3, :3])
         except FramesError as error:
             raise CalibrationError(str(error), code=error.code) from None
-        check_different(own.q, f'the {len(own.q)} poses')
     return result
+
+
+def finite_rows(name: str, given: npt.ArrayLike, columns: int, count: int | None = None) -> Floats:
+    """
+    Return an argument as an array of finite numbers, shape (count, columns).
+
+    Raises
+    ------
+    CalibrationError
+        The argument has another shape, or a number is not finite.
+    """
+    array = numbers_of(name, given)
+    if array.ndim != 2 or array.shape != (len(array) if count is None else count, columns):
+        raise CalibrationError(
+            f'{name} must have the shape ({count or "N"}, {columns}), not {array.shape}',
+            code='wrong-shape',
+        )
+    if not np.all(np.isfinite(array)):
+        raise CalibrationError(f'{name}: must be finite numbers', code='not-finite')
+    return array
 
 
 def rigid_positions(points: Floats) -> Floats:
@@ -276,26 +283,39 @@ def position_numbers(q: Floats) -> Integers:
     return numbers
 
 
-def check_different(q: Floats, whose: str, least: int = MIN_POSES) -> None:
+def check_enough(q: Floats, usual: str, where: str = '', least: int = MIN_POSES) -> None:
     """
-    Refuse joint positions (N, n), rad or m, if too few of them are different.
+    Refuse joint positions (N, n), rad or m, if they are too few, or too few are different.
+
+    Parameters
+    ----------
+    usual, where
+        Text of the usual number of poses, and the beginning of the error message.
+    least
+        Least number of different joint positions.
 
     Raises
     ------
     CalibrationError
-        All are equal, or fewer than `least` are different.
+        There are fewer than three, all are equal, or fewer than `least` are different.
     """
+    poses = f'{where}{counted(len(q), "pose")}'
+    if len(q) < MIN_POSES:
+        raise CalibrationError(
+            f'{poses}: at least {MIN_POSES} are needed, and some {usual} identify most of an arm',
+            code='too-few',
+        )
     different = int(np.max(position_numbers(q))) + 1
     if different == 1:
         moved = float(np.max(np.ptp(q, axis=0)))
         raise CalibrationError(
-            f'{whose} are all alike (no joint moves by more than {moved:.2g} rad or m): '
+            f'{poses} are all alike (no joint moves by more than {moved:.2g} rad or m): '
             'nothing of the arm is identifiable from them; take poses far apart',
             code='no-variation',
         )
     if different < least:
         raise CalibrationError(
-            f'{whose} are {different} different ones, repeated; take at least {least} different '
+            f'{poses} are {different} different ones, repeated; take at least {least} different '
             'ones, far apart',
             code='too-few',
         )

@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from ...errors import CalibrationError
 from ...kernel import Floats
-from ...kinematics.arguments import number_or_nan, numbers_of
+from ...kinematics.arguments import number_or_nan
 from ...kinematics.forward import forward_kinematics
 from ...kinematics.singularity import singularity
 from ...kinematics.uncertainty.corrected_chain import pose_change
@@ -32,7 +32,7 @@ from ...robot.task import SEED, seeded_poses
 from ..recordings.readers.block import Flags
 from .board_views import BoardViews
 from .camera import ON_TOOL
-from .checking import refuse_loops
+from .checking import finite_rows, refuse_loops
 from .chosen_parameters import prior_of
 from .collecting import SECOND
 from .fitting import of_inverses
@@ -178,15 +178,7 @@ def propose_poses(
         q = _candidates(robot) if after is None or views is None else _around(robot, after, views)
         rows = np.arange(len(q))
     else:
-        q = numbers_of('among', among)
-        if q.ndim != 2 or q.shape[1] != robot.dof:
-            raise CalibrationError(
-                f'among: needs joint positions of {robot.name}, shape (M, {robot.dof}), '
-                f'not {q.shape}',
-                code='wrong-shape',
-            )
-        if not np.all(np.isfinite(q)):
-            raise CalibrationError('among: must be finite numbers', code='not-finite')
+        q = finite_rows('among', among, robot.dof)
         # Remove repeated joint positions, so that each joint position is one candidate.
         rows = np.sort(np.unique(q, axis=0, return_index=True)[1])
         if len(rows) > MAX_GIVEN:

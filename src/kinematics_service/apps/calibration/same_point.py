@@ -33,9 +33,10 @@ from .checking import (
     MIN_CHANGE,
     NAMES_IN_SENTENCE,
     Measured,
-    check_different,
+    check_enough,
     check_mark,
     explained_by_joints,
+    finite_rows,
     refuse_mistake,
     rigid_positions,
 )
@@ -165,15 +166,8 @@ class SamePointParameters(ChosenParameters):
         apart: Mapping[tuple[str, str], float],
         gears: bool,
     ) -> None:
-        joints, marks = np.array(q, dtype=np.float64), [str(one) for one in same_point]
-        if joints.shape != (len(marks), robot.dof):
-            raise CalibrationError(
-                f'q must have the shape (N, {robot.dof}) and same_point N names, '
-                f'not {joints.shape} and {len(marks)}',
-                code='wrong-shape',
-            )
-        if not np.all(np.isfinite(joints)):
-            raise CalibrationError('q: must be finite numbers', code='not-finite')
+        marks = [str(one) for one in same_point]
+        joints = finite_rows('q', q, robot.dof, len(marks))
         names = tuple(dict.fromkeys(marks))
         point = np.array([names.index(one) for one in marks], dtype=np.int64)
         if not names:
@@ -183,17 +177,10 @@ class SamePointParameters(ChosenParameters):
             )
         for k, name in enumerate(names):
             check_mark('point', name)
-            own = joints[point == k]
-            if len(own) < MIN_POSES:
-                poses = '1 pose' if len(own) == 1 else f'{len(own)} poses'
-                raise CalibrationError(
-                    f'point {name} is touched from {poses}: at least {MIN_POSES} are needed, and '
-                    f'some {2 * robot.dof} or more at each point identify most of an arm',
-                    code='too-few',
-                )
             # Require only two different joint positions at a point, because an arm of three joints
             # reaches a point at only a few joint positions.
-            check_different(own, f'the {len(own)} poses at point {name}', least=2)
+            usual = f'{2 * robot.dof} or more at each point'
+            check_enough(joints[point == k], usual, f'point {name}: ', least=2)
         self.marks, self.names, self.apart = marks, names, _checked(apart, names)
         self.chain = (arm := parameters_of(robot, gears)).chain
         nowhere = rigid_positions(np.zeros((len(marks), 3)))
