@@ -22,6 +22,7 @@ from .checking import (
     BACKLASH,
     REMARKED_DEVIATIONS,
     Measured,
+    check_known,
     checked_offsets,
     measured,
     position_numbers,
@@ -156,10 +157,8 @@ def calibrate(
     """
     robot = as_robot(robot)
     known, priors = _noise_of(noise), tolerances or {}
-    if camera not in (None, *get_args(Camera)):
-        raise CalibrationError(
-            f'camera: {camera!r} is not one of {", ".join(get_args(Camera))}', code='unknown-name'
-        )
+    if camera is not None:
+        check_known('camera', camera, get_args(Camera))
     refuse_loops(robot.description)
     names: ChosenParameters
     if same_point is not None:
@@ -193,10 +192,7 @@ def calibrate(
         if camera is not None:
             given = given_by_camera(robot, given, camera, check)
         for end in own:
-            if end not in ENDS:
-                raise CalibrationError(
-                    f'own: {end!r} is not one of {", ".join(ENDS)}', code='unknown-name'
-                )
+            check_known('own', end, ENDS)
         each = Free('base' in own, 'tool' in own)
         given = with_conditions(robot, given, each.base, sessions, loads)
         arm = parameters_of(robot, asks_for_gears(fit))

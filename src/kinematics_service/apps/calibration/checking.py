@@ -3,7 +3,7 @@
 """Check measured poses against the arm before the fit, and raise an error that names a mistake."""
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -281,6 +281,14 @@ def position_numbers(q: Floats) -> Integers:
         numbers[left & (np.max(np.abs(q - first), axis=1) < MIN_CHANGE)] = different
         different += 1
     return numbers
+
+
+def check_known(argument: str, name: str, known: Sequence[str]) -> None:
+    """Raise a CalibrationError if `name` is not one of the known values of an argument."""
+    if name not in known:
+        raise CalibrationError(
+            f'{argument}: {name!r} is not one of {", ".join(known)}', code='unknown-name'
+        )
 
 
 def check_enough(q: Floats, usual: str, where: str = '', least: int = MIN_POSES) -> None:

@@ -56,9 +56,6 @@ DISTANCE_DEVIATION = 1e-5
 STEP = float(np.cbrt(np.finfo(np.float64).eps))
 
 
-# Residuals (N, 2, 3) and the Jacobian of the poses (N, 2, 3, P), as `FitProblem.equations` returns
-# them.
-Equations: TypeAlias = tuple[Floats, Floats]
 # One chain with its rows: flags of the rows, the chain, all corrections of the chain, and the
 # joint positions in the rows.
 _ChainRows: TypeAlias = tuple[Flags, CorrectedChain, Floats, Floats]
@@ -122,12 +119,8 @@ class FitProblem:
         driving = values[len(values) - self.given.rates.shape[2] :]
         for k, chain in enumerate(self.chains):
             own = self.given.sets == k
-            yield (
-                own,
-                chain,
-                self.every(values),
-                self.given.q[own] + self.given.rates[own] @ driving,
-            )
+            q = self.given.q[own] + self.given.rates[own] @ driving
+            yield own, chain, self.every(values), q
 
     def predicted(self, values: Floats) -> Floats:
         """Return the poses (N, 4, 4) that corrections (P,) predict for the rows."""
@@ -163,7 +156,7 @@ class FitProblem:
             )
         return remainders_between(self.given.poses, poses, self.given.positions)
 
-    def equations(self, values: Floats) -> Equations:
+    def equations(self, values: Floats) -> tuple[Floats, Floats]:
         """
         Return whitened residuals (N, 2, 3) and the whitened Jacobian of the poses (N, 2, 3, P).
         """

@@ -17,6 +17,7 @@ from ...kinematics.tool_state import ToolState, evaluate, velocities_of
 from ...kinematics.uncertainty.arm_errors import covariances, pose_errors, table_errors_of
 from ...robot.points import TOOL
 from ...robot.robot import AnyRobot, Robot, as_robot
+from .checking import check_known
 from .identified_table import IdentifiedTable
 
 
@@ -120,8 +121,7 @@ def twist_covariance(
     0.014142
     """
     robot = as_robot(robot)
-    if str(axes) not in (BASE, TOOL):
-        raise CalibrationError(f'axes must be {BASE} or {TOOL}, not {axes!r}', code='unknown-name')
+    check_known('axes', axes, (BASE, TOOL))
     said = robot.description.uncertainty
     if velocities is None:
         if said is None or said.velocity_noise is None:

@@ -321,16 +321,12 @@ def _value(J: Floats, information: Floats, chosen: Sequence[int]) -> float:
 
 def _best(J: Floats, information: Floats, others: Sequence[int]) -> int:
     # Return the index of the pose with the largest gain among the poses that are not chosen yet.
-    gains = _gains(J, _measured(J, information, others))
+    # The gain is the increase of log det M: log det(I + J M^-1 J^T).
+    inverse = np.linalg.inv(_measured(J, information, others))
+    inner = np.eye(J.shape[1]) + J @ (0.5 * (inverse + inverse.T)) @ np.swapaxes(J, 1, 2)
+    gains = np.asarray(np.linalg.slogdet(inner)[1])
     gains[np.array(others, dtype=np.int64)] = -np.inf
     return int(np.argmax(gains))
-
-
-def _gains(J: Floats, M: Floats) -> Floats:
-    # Return the gain of each pose, the increase of log det M: log det(I + J M^-1 J^T).
-    inverse = np.linalg.inv(M)
-    inner = np.eye(J.shape[1]) + J @ (0.5 * (inverse + inverse.T)) @ np.swapaxes(J, 1, 2)
-    return np.asarray(np.linalg.slogdet(inner)[1])
 
 
 def _order(q: Floats) -> list[int]:

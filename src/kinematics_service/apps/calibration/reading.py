@@ -298,12 +298,17 @@ def read_images(
         mirrored.
     """
     rows = read_touches(file, wanted, IMAGE, IMAGE)
-    files = [_image(folder, name) for name in rows.points]
-    if len(set(files)) < len(files):
-        twice = next(one for one in files if files.count(one) > 1)
-        raise CalibrationError(
-            f'{file}: two rows name the image {twice.name}; leave one out', code='duplicate-name'
-        )
+    files = [folder / name for name in rows.points]
+    for name, image in zip(rows.points, files):
+        if not image.is_file():
+            raise CalibrationError(
+                f'{folder}: no image {name!r}; write names with their endings', code='missing-file'
+            )
+        if files.count(image) > 1:
+            raise CalibrationError(
+                f'{file}: two rows name the image {image.name}; leave one out',
+                code='duplicate-name',
+            )
     seen = tuple(finder.corners_in(one) for one in files)
     if all(isinstance(one, str) for one in seen) and any(map(finder.is_mirrored_in, files)):
         raise CalibrationError(
@@ -312,14 +317,6 @@ def read_images(
             code='mirrored',
         )
     return replace(rows, points=tuple(one.name for one in files)), seen
-
-
-def _image(folder: Path, name: str) -> Path:
-    if not (folder / name).is_file():
-        raise CalibrationError(
-            f'{folder}: no image {name!r}; write names with their endings', code='missing-file'
-        )
-    return folder / name
 
 
 def _column(file: Path, column: str) -> list[str]:

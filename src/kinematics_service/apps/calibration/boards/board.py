@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Find the corners of a ChArUco board (a chessboard with markers in white squares) in images."""
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -120,10 +121,9 @@ class BoardFinder:
         RecordingError
             The file is not an image, or the image does not have the camera's size.
         """
-        try:
+        image = None
+        with suppress(opencv().error):  # its message names lines of OpenCV's source
             image = opencv().imread(str(file), opencv().IMREAD_GRAYSCALE)
-        except opencv().error:  # the message names lines of OpenCV's source: write another one
-            image = None
         if image is None:
             raise RecordingError(
                 f'{file}: not a readable image of at most {MAX_PIXELS:,} pixels; write '

@@ -9,6 +9,7 @@ from typing import Annotated, NamedTuple, Optional
 from ....cli.options import RobotOption, WrongUsage, given_robot, named, option
 from ....errors import CalibrationError
 from ..conditions import RowConditions, ToolLoads
+from ..output.calibration_run import CalibratedPoses, CalibrationRun
 from ..reading import MeasuredRecording, cells_beside
 from .calibration_options import FilesArgument, FitOptions, PoseOptions, TableOptions, grouped
 from .calibration_outputs import OutputOptions, run_calibration
@@ -87,10 +88,9 @@ def calibrate(
     run = fitting.run(arm, positions, not outputs.anyway, poses.own)
     if not given:
         raise WrongUsage('give FILE with measured poses; calibrate-propose says which to measure')
-    run_calibration(
-        run,
-        robot,
-        given,
-        outputs,
-        lambda one: one.of_recordings(given, reading, poses.pose_gap, conditions.of),
-    )
+
+    def calibrated(one: CalibrationRun) -> CalibratedPoses:
+        rows = one.read(given, reading, poses.pose_gap)
+        return one.of_recordings(rows, conditions.of(rows))
+
+    run_calibration(run, robot, given, outputs, calibrated)

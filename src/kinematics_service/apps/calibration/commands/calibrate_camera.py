@@ -5,6 +5,7 @@
 from typing import Annotated
 
 from ....cli.options import RobotOption, WrongUsage, given_robot, named
+from ..output.calibration_run import CalibratedPoses, CalibrationRun
 from .calibration_options import (
     CameraChoice,
     FilesArgument,
@@ -51,10 +52,8 @@ def calibrate_camera(
     finder = images.finder(given)
     positions = reading.pose_format.kind == 'position'
     run = fitting.run(arm, positions, not outputs.anyway, poses.own, camera=camera)
-    run_calibration(
-        run,
-        robot,
-        given,
-        outputs,
-        lambda one: images.calibrated(one, given, reading, poses.pose_gap, finder),
-    )
+
+    def calibrated(one: CalibrationRun) -> CalibratedPoses:
+        return images.calibrated(one, given, reading, poses.pose_gap, finder)
+
+    run_calibration(run, robot, given, outputs, calibrated)

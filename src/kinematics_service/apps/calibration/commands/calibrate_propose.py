@@ -26,7 +26,8 @@ from .calibration_options import (
 )
 from .calibration_outputs import named_errors
 
-SIGHT = re.compile(r'([^,]+),([^,]+),([^,]+),([^,]+?)\s*(?:deg)?(?:,\s*([+-]?)([xyz]))?')
+NUMBER = r'\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*'
+SIGHT = re.compile(rf'{NUMBER},{NUMBER},{NUMBER},{NUMBER}(?:deg)?(?:,\s*([+-]?)([xyz]))?')
 PLANS = ('.csv', '.yaml', '.yml')
 
 
@@ -96,10 +97,7 @@ def calibrate_propose(
 
 def _sight(text: str) -> LineOfSight:
     match = SIGHT.fullmatch(text.strip())
-    try:
-        x, y, z, angle = map(float, match.group(1, 2, 3, 4) if match else [math.nan] * 4)
-    except ValueError:
-        x = y = z = angle = math.nan
+    x, y, z, angle = map(float, match.group(1, 2, 3, 4)) if match else [math.nan] * 4
     if match is None or not (math.isfinite(x + y + z) and 0.0 < angle <= 180.0):
         raise WrongUsage(
             f'--line-of-sight: {text!r} is not accepted; write for instance 2.5,0,1.2,30 for a '

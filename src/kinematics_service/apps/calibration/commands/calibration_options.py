@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple, Optional, get_type_hints
+from typing import Annotated, Any, NamedTuple, Optional
 
 import typer
 
@@ -154,7 +154,7 @@ class ImageOptions(NamedTuple):
     ) -> CalibratedPoses:
         """Return the calibration from poses of a board, or from images if `finder` is given."""
         if self.images is None or finder is None or run.camera is None:
-            return run.of_recordings(files, reading, gap)
+            return run.of_recordings(run.read(files, reading, gap))
         run.tell('images')
         given, seen = read_images(files[0], reading, self.images, finder)
         camera = run.camera
@@ -174,22 +174,14 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
     """
     Return a command whose groups of options are replaced by the single options of each group.
     """
-    hints = get_type_hints(command, include_extras=True)
     groups, parameters = dict[str, Any](), list[inspect.Parameter]()
     for one in inspect.signature(command).parameters.values():
-        own = hints[one.name]
-        if hasattr(own, '_fields'):
-            groups[one.name] = own
-            defaults = own._field_defaults
-            fields = get_type_hints(own, include_extras=True).items()
+        if hasattr(one.annotation, '_fields'):
+            groups[one.name] = one.annotation
+            parameters += inspect.signature(one.annotation).parameters.values()
         else:
-            defaults, fields = {one.name: one.default}, {one.name: own}.items()
-        parameters += [
-            inspect.Parameter(
-                name, one.KEYWORD_ONLY, annotation=hint, default=defaults.get(name, one.empty)
-            )
-            for name, hint in fields
-        ]
+            parameters.append(one)
+    parameters = [one.replace(kind=one.KEYWORD_ONLY) for one in parameters]
 
     def run(**values: Any) -> None:
         given = {

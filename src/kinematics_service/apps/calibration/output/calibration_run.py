@@ -28,6 +28,8 @@ from ..zeros import JointZero
 
 # The calibration fits a lag if some joint is faster than this, rad/s or m/s.
 MOVING = 0.05
+NO_CONDITIONS = RowConditions()
+Recordings = Sequence[MeasuredRecording]
 
 
 class CalibratedPoses(NamedTuple):
@@ -99,32 +101,27 @@ class CalibrationRun(NamedTuple):
         every = parameters_of(self.arm, asks_for_gears(self.fit)).table
         ChosenParameters(self.arm, given, self.own, every).fitted(self.fit, self.fix)
 
-    def of_recordings(
-        self,
-        files: Sequence[Path],
-        reading: Selection,
-        gap: float | None,
-        conditions: Callable[[Sequence[MeasuredRecording]], RowConditions] = lambda _: (
-            RowConditions()
-        ),
-    ) -> CalibratedPoses:
+    def read(self, files: Sequence[Path], reading: Selection, gap: float | None) -> Recordings:
         """
-        Return the calibration from the poses of recordings; each file is one set.
-
-        Parameters
-        ----------
-        gap : s
-            Largest time between the joint states around a pose; None: three usual intervals.
-        conditions
-            Returns sessions and loads of the rows, as `calibrate` takes them.
+        Return the measured poses of files; `gap` (s) is the largest time between the joint states
+        around a pose, or None for three usual intervals.
         """
-        on_tool = self.camera == ON_TOOL
-        given = [read_measured(file, reading, gap, on_tool) for file in files]
+        given = [read_measured(file, reading, gap, self.camera == ON_TOOL) for file in files]
         if len({one.positions for one in given}) > 1:
             raise CalibrationError(
                 'FILE: some have poses, others positions alone; give files of one kind',
                 code='conflict',
             )
+        return given
+
+    def of_recordings(
+        self, given: Recordings, conditions: RowConditions = NO_CONDITIONS
+    ) -> CalibratedPoses:
+        """
+        Return the calibration from the poses of recordings; each file is one set. `conditions` are
+        the sessions and loads of the rows.
+        """
+        on_tool = self.camera == ON_TOOL
         found = self.calibrated(
             np.concatenate([one.q for one in given]),
             poses=np.concatenate([one.measured for one in given]),
@@ -132,7 +129,7 @@ class CalibrationRun(NamedTuple):
             qdot=np.concatenate([one.rates for one in given]),
             read='' if on_tool else given[0].kind,
             camera=self.camera,
-            **conditions(given)._asdict(),
+            **conditions._asdict(),
         )
         poses = inverses(given[0].poses) if on_tool else given[0].poses
         return CalibratedPoses(found, *origin_of(given), given[0].q, poses)

@@ -94,11 +94,8 @@ def _gradients(robot: Robot, plane: Plane, q: Floats) -> Floats:
     # Return A, shape (..., k, n): the product of the k gradients of the plane's coordinates and
     # the scaled Jacobian of the position, divided by the reach. A is nan if a loop does not close.
     position, J = _position_and_jacobian(robot, q)
-    return (
-        plane.gradients(position)
-        @ (J * robot.singularity.task.column_scales)
-        / robot.singularity.task.reach
-    )
+    task = robot.singularity.task
+    return plane.gradients(position) @ (J * task.column_scales) / task.reach
 
 
 def _position_and_jacobian(robot: Robot, q: Floats) -> tuple[Floats, Floats]:

@@ -60,14 +60,12 @@ def suffix_of(file: Path, other: str = '') -> str:
         The suffix is not `.png`, `.svg` or `.pdf`, and `other` is empty.
     """
     suffix = file.suffix.lower()
-    if suffix not in METADATA and other:
+    if suffix in METADATA:
+        return suffix
+    if other:
         return other
-    if suffix not in METADATA:
-        given = (
-            f'a picture cannot have the suffix {suffix!r}' if suffix else 'the suffix is missing'
-        )
-        raise PlotError(f'{file}: {given}; write {", ".join(METADATA)}', code='unsupported')
-    return suffix
+    given = f'a picture cannot have the suffix {suffix!r}' if suffix else 'the suffix is missing'
+    raise PlotError(f'{file}: {given}; write {", ".join(METADATA)}', code='unsupported')
 
 
 def refuse_without_matplotlib() -> None:

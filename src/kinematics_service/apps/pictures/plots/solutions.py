@@ -60,9 +60,8 @@ def poses_of(result: IkResult) -> tuple[SolutionPose, ...]:
         posture = f': {solution.posture}' if str(solution.posture) else ''
         poses.append(SolutionPose(solution.q, f'{k + 1}{posture}{beyond}', solution.feasible))
     for family in result.families:
-        poses.append(
-            SolutionPose(family.q, _family(family) + _beyond(family.beyond), family.feasible)
-        )
+        heading = f'{_family(family)}{_beyond(family.beyond)}'
+        poses.append(SolutionPose(family.q, heading, family.feasible))
     nearest = result.nearest
     if not poses and nearest is not None:
         off = f'{nearest.position_error:.3g} m and {math.degrees(nearest.rotation_error):.3g}°'

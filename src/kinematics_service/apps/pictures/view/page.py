@@ -191,10 +191,8 @@ def serve(address: Address, label: str) -> Iterator[tuple[viser.ViserServer, str
     check_address(host, port)
     origin_check = origin_check_of(host, more_names)
     with guarded_server(host, port, label, origin_check) as server:
-        if port not in (
-            0,
-            server.get_port(),
-        ):  # viser takes the next port if another program was faster
+        # viser takes the next port if another program was faster.
+        if port not in (0, server.get_port()):
             message = f'--port {port}: another program uses it on {host}; choose another'
             raise ViewError(message, code='port-in-use')
         yield server, origin_check.address(host, server.get_port())
