@@ -4,10 +4,9 @@
 
 import math
 import re
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import Annotated, Any, Optional, TypeVar
 
 import typer
 
@@ -43,6 +42,7 @@ from ..plots.velocity import velocity_picture
 from ..plots.workspace import workspace
 from ..plots.workspace_picture import workspace_picture
 
+Result = TypeVar('Result')
 # Maps a kind of picture to the options that it accepts besides --of, --save, --show and --deg.
 OPTIONS = {
     'arm': ('--q',),
@@ -136,8 +136,7 @@ def plot(
             f'plot {kind}: the target is missing; give one, such as --xyz 0.3,0.1,0.4'
         )
     if save is not None:
-        with _wrong_usage():
-            suffix_of(save)
+        _accepted(suffix_of, save)
     refuse_without_matplotlib()
     arm = ending_at(given_robot(robot), of)
     count = _points(arm, kind, points) if kind in POINTS else 0
@@ -172,11 +171,11 @@ def _refuse_unknown_options(robot: str, kind: str, given: list[str]) -> None:
             )
 
 
-@contextmanager
-def _wrong_usage() -> Iterator[None]:
-    # If the library refuses the value of an option, report wrong usage (exit code 2).
+def _accepted(function: Callable[..., Result], *arguments: Any) -> Result:
+    # Call a function of the library. If it refuses the value of an option, report wrong usage
+    # (exit code 2).
     try:
-        yield
+        return function(*arguments)
     except PlotError as error:
         raise WrongUsage(str(error)) from None
 
@@ -219,17 +218,14 @@ def _drawing(
         return arm_picture(robot, clear_pose(robot) if pose is None else pose)
     if kind == 'map':
         names = None if joints is None else re.split(r'[\s,]+', joints.strip())
-        with _wrong_usage():
-            pair = joint_pair(robot, names)
+        pair = _accepted(joint_pair, robot, names)
         held = clear_pose(robot) if pose is None else pose
         return map_picture(robot, distance_map(robot, pair, held, points, workers))
     if kind == 'workspace':
-        with _wrong_usage():
-            where = plane_of(robot, *plane)
+        where = _accepted(plane_of, robot, *plane)
         space = workspace(robot, where, points, workers)
         return workspace_picture(robot, space, critical_points(robot, where))
-    with _wrong_usage():
-        motion = motion_of(robot, path or 'smooth')
+    motion = _accepted(motion_of, robot, path or 'smooth')
     if kind == 'velocity':
         return velocity_picture(robot, motion)
     return measures_picture(robot, motion)

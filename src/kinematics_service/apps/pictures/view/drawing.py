@@ -11,7 +11,6 @@ import viser
 
 from ....kernel import Floats
 from ....node.drawing import scene as look
-from ....node.drawing.ellipsoids import Ellipsoid
 from ....node.drawing.scene import Scene
 
 # Largest number of points of the tool's trail.
@@ -47,27 +46,20 @@ class Drawing:
             '/grid', 4 * size, 4 * size, cell_size=_round_length(size / 10), section_size=0
         )
         add.add_frame('/base', axes_length=0.16 * size, axes_radius=0.006 * size)
-        self._links = [
-            (
-                add.add_cylinder(f'/links/{k}', 1.0, 1.0, look.LINK_COLOUR),
-                add.add_icosphere(f'/links/ball{k}', look.LINK_RADIUS * size, look.LINK_COLOUR),
-            )
-            for k in range(len(scene.links))
-        ]
-        self._joints = []
+        radius = look.LINK_RADIUS * size
+        self._links, self._balls, self._joints = [], [], []
+        for k in range(len(scene.links)):
+            self._links.append(add.add_cylinder(f'/links/{k}', 1.0, 1.0, look.LINK_COLOUR))
+            self._balls.append(add.add_icosphere(f'/links/ball{k}', radius, look.LINK_COLOUR))
         for k, (axis, label) in enumerate(zip(scene.axes, scene.axis_labels)):
             colour = look.SLIDING_COLOUR if axis.slides else look.TURNING_COLOUR
             radius = (0.8 if axis.slides else 1.0) * look.JOINT_RADIUS * size
             length = look.JOINT_LENGTH * size
-            self._joints.append(
-                (
-                    add.add_cylinder(f'/joints/{k}', radius, length, look.JOINT_COLOUR),
-                    add.add_cylinder(
-                        f'/axes/{k}', look.AXIS_RADIUS * size, look.AXIS_LENGTH * size, colour
-                    ),
-                    add.add_label(f'/axes/label{k}', label, anchor='bottom-center'),
-                )
-            )
+            barrel = add.add_cylinder(f'/joints/{k}', radius, length, look.JOINT_COLOUR)
+            radius, length = look.AXIS_RADIUS * size, look.AXIS_LENGTH * size
+            line = add.add_cylinder(f'/axes/{k}', radius, length, colour)
+            words = add.add_label(f'/axes/label{k}', label, anchor='bottom-center')
+            self._joints.append((barrel, line, words))
         axes = {'axes_length': 0.09 * size, 'axes_radius': 0.0035 * size, 'origin_radius': 0.0}
         self._frames = [add.add_frame(f'/frames/{k}', **axes) for k in range(len(scene.frames))]
         self._tool = add.add_frame(
@@ -112,7 +104,7 @@ class Drawing:
         shown
             Names of the visible groups: linear, angular, frames, axes, trail, velocity.
         """
-        for (link, ball), ends in zip(self._links, scene.links):
+        for link, ball, ends in zip(self._links, self._balls, scene.links):
             self._stretch(link, ends, look.LINK_RADIUS * scene.size, scene.size)
             self._set(ball, position=ends[1])
         for (barrel, line, label), axis in zip(self._joints, scene.axes):
@@ -124,8 +116,13 @@ class Drawing:
         for handle, T in zip(self._frames, scene.frames):
             self._set(handle, **_place(T), visible='frames' in shown)
         self._set(self._tool, **_place(scene.tool))
-        self._draw_ellipsoid('linear', scene, scene.linear, scene.scales.linear, shown)
-        self._draw_ellipsoid('angular', scene, scene.angular, scene.scales.angular, shown)
+        for name, handle in self._ellipsoids.items():
+            self._set(handle, visible=name in shown)
+            if name in shown:
+                ellipsoid, T = getattr(scene, name), np.array(scene.tool)
+                T[:3, :3] = ellipsoid.axes
+                radii = scene.drawn_radii(ellipsoid, getattr(scene.scales, name))
+                self._set(handle, **_place(T), scale=tuple(radii.tolist()))
         self._draw_lines(self._velocity, scene.velocity, 'velocity' in shown)
         self._draw_lines(self._rotation, scene.rotation, 'velocity' in shown)
         self._draw_lost(scene)
@@ -152,33 +149,21 @@ class Drawing:
             points = points.reshape(-1, 2, 3).astype(np.float32)
             self._set(handle, visible=True, points=points)
 
-    def _stretch(self, handle: Any, ends: Floats, radius: float, size: float) -> None:
-        length = float(np.linalg.norm(ends[1] - ends[0]))
+    def _stretch(self, handle: Any, ends: Floats | None, radius: float, size: float) -> None:
+        # Show a cylinder between two points; hide it if the points are missing or coincide.
+        length = 0.0 if ends is None else float(np.linalg.norm(ends[1] - ends[0]))
         visible = length > look.MIN_ARROW_LENGTH * size
         self._set(handle, visible=visible)
-        if visible:
+        if ends is not None and visible:
             along = _wxyz_along((ends[1] - ends[0]) / length)
             scale = radius, radius, length
             self._set(handle, position=ends.mean(axis=0), wxyz=along, scale=scale)
 
-    def _draw_ellipsoid(
-        self, name: str, scene: Scene, ellipsoid: Ellipsoid, scale: float, shown: Set[str]
-    ) -> None:
-        handle = self._ellipsoids[name]
-        self._set(handle, visible=name in shown)
-        if name in shown:
-            T = np.array(scene.tool)
-            T[:3, :3] = ellipsoid.axes
-            radii = scene.drawn_radii(ellipsoid, scale)
-            self._set(handle, **_place(T), scale=tuple(radii.tolist()))
-
     def _draw_lost(self, scene: Scene) -> None:
         lost, size = scene.lost, scene.size
-        lines = {'linear': lost and lost.linear, 'angular': lost and lost.angular}
+        lines = {name: lost and getattr(lost, name) for name in self._lost}
         for name, ends in lines.items():
-            self._set(self._lost[name], visible=ends is not None)
-            if ends is not None:
-                self._stretch(self._lost[name], ends, LOST_RADII[name] * size, size)
+            self._stretch(self._lost[name], ends, LOST_RADII[name] * size, size)
         turn = lines['angular']
         self._draw_lines(self._ring, None if turn is None else look.ring(turn, size))
         self._set(self._words, visible=lost is not None)
