@@ -214,10 +214,8 @@ def board_poses(camera: Intrinsics, seen: SeenCorners) -> list[BoardPose]:
     free = 2 * len(seen.points) - 6
     most = best.squares * (1.0 + POSE_DEVIATIONS**2 / free)
     turned = apart(best.pose[None], np.array([one.pose for one in [best, *others]]))[1][1:]
-    return [
-        best,
-        *(one for one, w in zip(others, turned) if one.squares < most and w > MIN_CHANGE),
-    ]
+    rivals = zip(others, turned)
+    return [best, *(one for one, w in rivals if one.squares < most and w > MIN_CHANGE)]
 
 
 def board_views(

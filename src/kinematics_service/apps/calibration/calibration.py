@@ -156,7 +156,9 @@ def calibrate(
     (0.001, 30, 30)
     """
     robot = as_robot(robot)
-    known, priors = _noise_of(noise), tolerances or {}
+    if noise is not None and numbers_of('noise', noise).shape != (2,):
+        raise refused('noise', 'two numbers, m and rad', noise)
+    known, priors = None if noise is None else Noise(*noise), tolerances or {}
     if camera is not None:
         check_known('camera', camera, get_args(Camera))
     refuse_loops(robot.description)
@@ -243,12 +245,6 @@ def calibrate(
         left = found.with_outliers.after
         causes = explained(changes, scores, outcome_of, left, found.positions)
     return replace(found, explained=causes)
-
-
-def _noise_of(given: tuple[float, float] | None) -> Noise | None:
-    if given is not None and numbers_of('noise', given).shape != (2,):
-        raise refused('noise', 'two numbers, m and rad', given)
-    return None if given is None else Noise(*given)
 
 
 def _fitted(

@@ -213,9 +213,8 @@ class ChosenParameters:
         """
         # `J` is the Jacobian of the first set. Count the parameters of further sets separately,
         # because each further set adds a base or tool of its own, which its poses determine.
-        J = scaled_jacobian(self.robot, problem.chains[0], self.every, problem.given.positions)[
-            :, problem.columns
-        ]
+        J = scaled_jacobian(self.robot, problem.chains[0], self.every, problem.given.positions)
+        J = J[:, problem.columns]
         elsewhere = sum(not np.any(column) for column in J.T)
         idle = int(np.sum(~np.any(problem.given.rates, axis=(0, 1))))
         return structural_rank(J) + elsewhere - idle

@@ -150,11 +150,10 @@ class FitProblem:
         return rows
 
     def _between(self, poses: Floats) -> Floats:
+        measured = self.given.poses
         if self.given.from_tool:
-            return remainders_between(
-                inverses(self.given.poses), inverses(poses), self.given.positions
-            )
-        return remainders_between(self.given.poses, poses, self.given.positions)
+            measured, poses = inverses(measured), inverses(poses)
+        return remainders_between(measured, poses, self.given.positions)
 
     def equations(self, values: Floats) -> tuple[Floats, Floats]:
         """
@@ -167,9 +166,8 @@ class FitProblem:
             change = pose_change(chain, every, q)
             poses[own], jacobian[own] = change.pose, change.jacobian[:, :, self.columns]
             if driving:
-                jacobian[own, :, -driving:] = (
-                    _moved_by_joints(chain, every, q) @ self.given.rates[own]
-                )
+                by_joints = _moved_by_joints(chain, every, q)
+                jacobian[own, :, -driving:] = by_joints @ self.given.rates[own]
         return self.whitened(self._between(poses)), self._as_weighed(poses, jacobian)
 
     def moves_with_joints(self, values: Floats) -> Floats:
@@ -243,8 +241,7 @@ def remainders_between(measured: Floats, poses: Floats, positions: bool) -> Floa
     position = measured[:, :3, 3] - poses[:, :3, 3]
     rotation = np.zeros_like(position)
     if not positions:
-        R = measured[:, :3, :3] @ np.swapaxes(poses[:, :3, :3], 1, 2)
-        rotation = rotation_vector(R)
+        rotation = rotation_vector(measured[:, :3, :3] @ np.swapaxes(poses[:, :3, :3], 1, 2))
     return np.stack([position, rotation], axis=1)
 
 

@@ -278,11 +278,8 @@ def combinations_of(
     J : shape (rows, P)
         Jacobian: the motion of the poses for a usual error of each parameter.
     """
-    null = np.zeros((0, J.shape[1]))
-    if J.size:
-        # Rows of `null` span the null space of J, up to round-off.
-        _, values, right = np.linalg.svd(J, full_matrices=len(J) < J.shape[1])
-        null = right[int(np.sum(values > SINGULAR_VALUE_RATIO * values[0])) :]
+    # Rows of `null` span the null space of J, up to round-off.
+    null = np.linalg.svd(J, full_matrices=len(J) < J.shape[1])[2][structural_rank(J) :]
     # The projector onto the null space is block diagonal: each set of coupled parameters has one
     # block.
     projector = null.T @ null

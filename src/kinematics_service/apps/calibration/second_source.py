@@ -136,14 +136,10 @@ def diagnosed(
     stamps = stamps[rising]
     times = np.array([state[0] for state in way])
     motion = (times - stamps[0]) * 1e-9, np.array([state[1] for state in way])
+    seconds, known = (stamps - stamps[0]) * 1e-9, motion if len(way) > 1 else None
+    q, T = poses.q[rising], poses.poses[rising]
     try:
-        return diagnose_frames(
-            robot,
-            poses.q[rising],
-            poses.poses[rising],
-            (stamps - stamps[0]) * 1e-9,
-            motion=motion if len(way) > 1 else None,
-        )
+        return diagnose_frames(robot, q, T, seconds, motion=known)
     except KinematicsError as error:
         return str(error)
 

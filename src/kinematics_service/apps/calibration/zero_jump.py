@@ -546,10 +546,8 @@ def _table_of(robot: Robot) -> TableErrors:
 def _table_columns(table: TableErrors, frames: Floats, A: Floats, q: Floats) -> Floats:
     # Return the motion (N, 6, causes) of the tool by each independent cause of table errors.
     F = frames[:, table.frames]
-    linear, angular = (
-        np.einsum('npij,pj->npi', F[..., :3, :3], part)
-        for part in (table.screws[:, :3], table.screws[:, 3:])
-    )
+    parts = np.split(table.screws, 2, axis=1)
+    linear, angular = (np.einsum('npij,pj->npi', F[..., :3, :3], part) for part in parts)
     linear = linear + np.cross(angular, A[:, None, :3, 3] - F[..., :3, 3])
     by_gear = np.where(table.gears >= 0, q[:, table.gears], 1.0)
     moves = np.concatenate([linear, angular], axis=2) * by_gear[:, :, None]

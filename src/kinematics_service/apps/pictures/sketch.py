@@ -19,16 +19,9 @@ MARGIN = 16
 # Azimuth and elevation of the view, rad.
 AZIMUTH = -0.9
 ELEVATION = 0.4  # angle above the horizontal plane
-VIEW = np.array(
-    [
-        [-math.sin(AZIMUTH), math.cos(AZIMUTH), 0.0],
-        [
-            math.sin(ELEVATION) * math.cos(AZIMUTH),
-            math.sin(ELEVATION) * math.sin(AZIMUTH),
-            -math.cos(ELEVATION),
-        ],
-    ]
-)
+RIGHT = -math.sin(AZIMUTH), math.cos(AZIMUTH), 0.0
+DOWN = math.sin(ELEVATION) * RIGHT[1], -math.sin(ELEVATION) * RIGHT[0], -math.cos(ELEVATION)
+VIEW = np.array([RIGHT, DOWN])
 # Length of the axes of the tool, pixels.
 AXES_LENGTH = 26
 # Colours of x, y and z that people with any colour vision can distinguish.

@@ -105,9 +105,8 @@ def distance_map(
     grids = table.reshape(size, size, -1)
     if np.all(np.isnan(grids[..., 0])):
         raise PlotError(
-            f'{robot.name}: no position of the map closes the '
-            f'{all_in_words(robot.loop_names)}; hold '
-            'the other joints elsewhere with --q',
+            f'{robot.name}: no position of the map closes the {all_in_words(robot.loop_names)}; '
+            'hold the other joints elsewhere with --q',
             code='open-loop',
         )
     functions = {name: grids[..., 2 + k] for k, name in enumerate(robot.singularity.factors.names)}
@@ -165,9 +164,8 @@ def _pair_with_most_change(robot: Robot) -> tuple[int, int]:
     for j in range(robot.dof):
         q = np.repeat(starts[:, None], POSITIONS, axis=1)
         q[..., j] = np.linspace(ranges[j, 0], ranges[j, 1], POSITIONS + 1)[:-1]
-        distances = singular_table(robot, q.reshape(-1, robot.dof))[:, 0].reshape(
-            len(q), POSITIONS
-        )
+        table = singular_table(robot, q.reshape(-1, robot.dof))
+        distances = table[:, 0].reshape(len(q), POSITIONS)
         closed = distances[np.any(np.isfinite(distances), axis=1)]
         changes.append(float(np.mean(np.nanstd(closed, axis=1))) if len(closed) else 0.0)
     first, second = sorted(np.argsort(-np.round(changes, 6), kind='stable')[:2])

@@ -106,11 +106,8 @@ def skeleton_of(robot: Robot, q: Floats) -> Skeleton:
         moving = frames[k + 1] @ inverse(row.after)
         turns = [name for name, c in row.theta.coefficients if c != 0.0]
         slides = [name for name, c in row.d.coefficients if c != 0.0]
-        corners += [
-            (before[:3, 3], False),
-            (moving[:3, 3], bool(slides)),
-            (frames[k + 1, :3, 3], False),
-        ]
+        corners += [(before[:3, 3], False), (moving[:3, 3], bool(slides))]
+        corners.append((frames[k + 1, :3, 3], False))
         if turns or slides:
             names = tuple(dict.fromkeys([*turns, *slides]))
             axes.append(JointAxis(before[:3, 3], before[:3, 2], names, not turns))

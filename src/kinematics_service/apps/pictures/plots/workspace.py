@@ -162,10 +162,8 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
     if not len(found):
         message = f'{robot.name}: the tool does not reach the {plane.title}; choose another plane'
         raise PlotError(message, code='unreachable')
-    widest = max(
-        float(np.max(np.ptp(found[:, :2], axis=0))), MIN_WIDTH_RATIO * robot.singularity.task.reach
-    )
-    size = widest / CELLS
+    widest = float(np.max(np.ptp(found[:, :2], axis=0)))
+    size = max(widest, MIN_WIDTH_RATIO * robot.singularity.task.reach) / CELLS
     found = _best_of_cells(found, size)
     each = max(CHANGED_RATIO * points // ROUNDS, 1)
     span = np.ptp(ranges, axis=1)
