@@ -178,14 +178,11 @@ def calibrate(
         frames = None
     else:
         if not (qdot is None or approach is None):
-            raise CalibrationError(
-                'qdot, approach: give qdot if the arm moved, or approach if it stood still',
-                code='conflict',
-            )
+            message = 'qdot, approach: give qdot if the arm moved, or approach if it stood still'
+            raise CalibrationError(message, code='conflict')
         if poses is None or apart:
-            raise CalibrationError(
-                'give poses, or same_point with its distances apart', code='conflict'
-            )
+            message = 'give poses, or same_point with its distances apart'
+            raise CalibrationError(message, code='conflict')
         if approach is None:
             given = measured(robot, q, poses, sets, qdot)
         else:

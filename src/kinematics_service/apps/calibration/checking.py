@@ -170,10 +170,8 @@ def refuse_loops(description: RobotDescription) -> None:
     """
     if description.loops:
         names = ', '.join(repr(loop.name) for loop in description.loops)
-        raise KinematicsError(
-            f'{description.name} has closed loops ({names}); calibration needs an open arm',
-            code='closed-loop',
-        )
+        message = f'{description.name} has closed loops ({names}); calibration needs an open arm'
+        raise KinematicsError(message, code='closed-loop')
 
 
 def measured(
@@ -202,10 +200,8 @@ def measured(
     at, given = finite_rows('q', q, robot.dof), numbers_of('poses', poses)
     count = len(at)
     if given.shape not in ((count, 4, 4), (count, 3)):
-        raise CalibrationError(
-            f'poses must have the shape ({count}, 4, 4) or ({count}, 3), not {given.shape}',
-            code='wrong-shape',
-        )
+        message = f'poses must have the shape ({count}, 4, 4) or ({count}, 3), not {given.shape}'
+        raise CalibrationError(message, code='wrong-shape')
     positions = given.ndim == 2
     T = rigid_positions(given if positions else given[:, :3, 3])
     if not positions:
@@ -215,9 +211,8 @@ def measured(
     rates = None if qdot is None else finite_rows('qdot', qdot, robot.dof, count)
     marks = np.zeros(count) if sets is None else numbers_of('sets', sets)
     if marks.shape != (count,) or np.any(np.unique(marks, return_inverse=True)[1] != marks):
-        raise CalibrationError(
-            f'sets must be {count} whole numbers from 0 on, none left out', code='out-of-range'
-        )
+        message = f'sets must be {count} whole numbers from 0 on, none left out'
+        raise CalibrationError(message, code='out-of-range')
     result = Measured.of(at, T, positions, marks.astype(np.int64), rates)
     for k in range(result.set_count if count else 1):
         own = result.of_set(k)
@@ -240,10 +235,8 @@ def finite_rows(name: str, given: npt.ArrayLike, columns: int, count: int | None
     """
     array = numbers_of(name, given)
     if array.ndim != 2 or array.shape != (len(array) if count is None else count, columns):
-        raise CalibrationError(
-            f'{name} must have the shape ({count or "N"}, {columns}), not {array.shape}',
-            code='wrong-shape',
-        )
+        message = f'{name} must have the shape ({count or "N"}, {columns}), not {array.shape}'
+        raise CalibrationError(message, code='wrong-shape')
     if not np.all(np.isfinite(array)):
         raise CalibrationError(f'{name}: must be finite numbers', code='not-finite')
     return array
@@ -286,9 +279,8 @@ def position_numbers(q: Floats) -> Integers:
 def check_known(argument: str, name: str, known: Sequence[str]) -> None:
     """Raise a CalibrationError if `name` is not one of the known values of an argument."""
     if name not in known:
-        raise CalibrationError(
-            f'{argument}: {name!r} is not one of {", ".join(known)}', code='unknown-name'
-        )
+        message = f'{argument}: {name!r} is not one of {", ".join(known)}'
+        raise CalibrationError(message, code='unknown-name')
 
 
 def check_enough(q: Floats, usual: str, where: str = '', least: int = MIN_POSES) -> None:

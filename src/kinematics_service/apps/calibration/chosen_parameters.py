@@ -161,9 +161,8 @@ class ChosenParameters:
             and not (self.given.positions and one.group == 'tool' and one.angle)
         ]
         if not chosen:
-            raise CalibrationError(
-                'fit, fix: nothing is left to fit; fit more, or fix less', code='empty'
-            )
+            message = 'fit, fix: nothing is left to fit; fit more, or fix less'
+            raise CalibrationError(message, code='empty')
         return chosen
 
     def chains(self, arm: CorrectedChain, offsets: Sequence[Offsets]) -> list[CorrectedChain]:
@@ -323,8 +322,6 @@ def prior_of(
     usual = usual or (of_file.gear if one.group == GEARS else by_kind)
     found = tolerances.get(one.name, tolerances.get(one.group, usual or one.scale))
     if not found > 0.0:
-        raise CalibrationError(
-            f'tolerances: {one.name} is {found:g}, not above 0; fix {one.name} instead',
-            code='out-of-range',
-        )
+        message = f'tolerances: {one.name} is {found:g}, not above 0; fix {one.name} instead'
+        raise CalibrationError(message, code='out-of-range')
     return float(found)

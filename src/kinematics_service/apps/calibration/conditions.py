@@ -106,10 +106,8 @@ def with_conditions(
                 code='wrong-length',
             )
         if len(names) == 1:
-            raise CalibrationError(
-                f'sessions: all rows are of session {names[0]!r}; name two or more, or none',
-                code='no-variation',
-            )
+            message = f'sessions: all rows are of session {names[0]!r}; name two or more, or none'
+            raise CalibrationError(message, code='no-variation')
         for name in names:
             check_mark('session', name)
         number = np.array([names.index(str(one)) for one in sessions])
@@ -153,13 +151,11 @@ def _checked_loads(robot: Robot, count: int, loads: ToolLoads) -> tuple[Floats, 
     # Check the loads; return the masses (kg) and the force on 1 kg (N) in the base frame.
     masses, at, down = (np.array(one, dtype=np.float64) for one in loads)
     if masses.shape != (count,):
-        raise CalibrationError(
-            f'loads must be {count} masses, not of the shape {masses.shape}', code='wrong-shape'
-        )
+        message = f'loads must be {count} masses, not of the shape {masses.shape}'
+        raise CalibrationError(message, code='wrong-shape')
     if not np.all(np.isfinite(masses)) or np.min(masses) < 0.0:
-        raise CalibrationError(
-            'loads must be masses in kg, finite and not below 0', code='out-of-range'
-        )
+        message = 'loads must be masses in kg, finite and not below 0'
+        raise CalibrationError(message, code='out-of-range')
     if not (at.shape == down.shape == (3,) and np.all(np.isfinite([at, down])) and np.any(down)):
         raise CalibrationError(
             'the centre of mass and the direction of gravity of loads must be three finite '

@@ -170,9 +170,8 @@ def _deltas(path: Path, text: str) -> dict[str, Floats]:
     for place, key in DELTAS.items():
         written = next((section[key] for section in parser.values() if key in section), None)
         if written is None:
-            raise CalibrationError(
-                f'{path}: {key} is missing; write {", ".join(DELTAS.values())}', code='missing-key'
-            )
+            message = f'{path}: {key} is missing; write {", ".join(DELTAS.values())}'
+            raise CalibrationError(message, code='missing-key')
         found[place] = _six(path, key, written)
     return found
 
@@ -187,9 +186,8 @@ def _six(path: Path, key: str, text: str) -> Floats:
     except (ValueError, OverflowError, SyntaxError, MemoryError, RecursionError):
         numbers, six = [], np.zeros(0)
     if not len(numbers) == len(six) == JOINTS or not np.all(np.isfinite(six)):
-        raise CalibrationError(
-            f'{path}: {key}: expected six numbers in brackets, not {text[:40]}', code='wrong-shape'
-        )
+        message = f'{path}: {key}: expected six numbers in brackets, not {text[:40]}'
+        raise CalibrationError(message, code='wrong-shape')
     return six
 
 
@@ -201,10 +199,8 @@ def _origins(path: Path, text: str) -> tuple[Floats, ...]:
     document = documents[0] if documents else None
     kinematics = document.get('kinematics') if isinstance(document, dict) else None
     if not isinstance(kinematics, dict):
-        raise CalibrationError(
-            f'{path}: kinematics must be a mapping of links (shoulder, upper_arm and so on)',
-            code='wrong-type',
-        )
+        message = f'{path}: kinematics must be a mapping of links (shoulder, upper_arm and so on)'
+        raise CalibrationError(message, code='wrong-type')
     return tuple(_origin(path, link, kinematics.get(link)) for link in LINKS)
 
 
@@ -212,8 +208,6 @@ def _origin(path: Path, link: str, entry: Any) -> Floats:
     given = [entry.get(key) for key in ORIGIN] if isinstance(entry, dict) else []
     numbers = [one for one in given if isinstance(one, float) and math.isfinite(one)]
     if len(numbers) != len(ORIGIN):
-        raise CalibrationError(
-            f'{path}: kinematics.{link}: expected the numbers {", ".join(ORIGIN)}',
-            code='missing-key',
-        )
+        message = f'{path}: kinematics.{link}: expected the numbers {", ".join(ORIGIN)}'
+        raise CalibrationError(message, code='missing-key')
     return pose_of(numbers[:3], (numbers[3], numbers[4], numbers[5]))

@@ -51,9 +51,8 @@ def with_sections(
     root = yaml.compose(text, Loader=LOADER)
     assert isinstance(root, MappingNode)  # valid robot files are mappings
     if root.flow_style:
-        raise RobotFileWriteError(
-            'the keys of the robot file are in braces; write them as lines', code='unsupported'
-        )
+        message = 'the keys of the robot file are in braces; write them as lines'
+        raise RobotFileWriteError(message, code='unsupported')
     lines = text.splitlines()
     found = {key.value: (key.start_mark.line, last_line(value)) for key, value in root.value}
     # Replace the last section first, so that the lines before it keep their numbers.

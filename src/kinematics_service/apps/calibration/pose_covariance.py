@@ -125,10 +125,8 @@ def twist_covariance(
     said = robot.description.uncertainty
     if velocities is None:
         if said is None or said.velocity_noise is None:
-            raise CalibrationError(
-                f'the file of {robot.name} has no velocity_noise: give velocities',
-                code='missing-uncertainty',
-            )
+            message = f'the file of {robot.name} has no velocity_noise: give velocities'
+            raise CalibrationError(message, code='missing-uncertainty')
         velocities = said.velocity_noise
     if robot.description.loops:
         deviations = _of_joints_alone(robot, joints, calibration)
@@ -214,8 +212,6 @@ def _each(name: str, given: npt.ArrayLike, count: int) -> Floats:
     deviations = numbers_of(name, given)
     usable = np.isfinite(deviations) & (deviations >= 0.0)
     if deviations.shape not in ((), (count,)) or not usable.all():
-        raise CalibrationError(
-            f'{name} must be one standard deviation or {count}, finite and none below 0',
-            code='out-of-range',
-        )
+        message = f'{name} must be one standard deviation or {count}, finite and none below 0'
+        raise CalibrationError(message, code='out-of-range')
     return np.array(np.broadcast_to(deviations, count))

@@ -165,14 +165,11 @@ def propose_poses(
     robot = as_robot(robot)
     refuse_loops(robot.description)
     if after is not None and after.points:
-        raise CalibrationError(
-            'after: poses are proposed after measured poses, not after touched points',
-            code='unsupported',
-        )
+        message = 'after: poses are proposed after measured poses, not after touched points'
+        raise CalibrationError(message, code='unsupported')
     if not 1 <= number_or_nan(count) <= MAX_COUNT or count != int(count):
-        raise CalibrationError(
-            f'count: {count} is out of range; propose 1 to {MAX_COUNT} poses', code='out-of-range'
-        )
+        message = f'count: {count} is out of range; propose 1 to {MAX_COUNT} poses'
+        raise CalibrationError(message, code='out-of-range')
     views = None if after is None else after.views
     if among is None:
         q = _candidates(robot) if after is None or views is None else _around(robot, after, views)

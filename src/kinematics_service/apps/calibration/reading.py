@@ -107,9 +107,8 @@ def read_measured(
         how = '--pose-topic (bags) or their columns with --columns pose=... (tables)'
         if source.pose_topics:
             how = f'--pose-topic: poses are on {source.pose_topics}'
-        raise CalibrationError(
-            f'{file}: no measured poses; name their topic with {how}', code='no-poses'
-        )
+        message = f'{file}: no measured poses; name their topic with {how}'
+        raise CalibrationError(message, code='no-poses')
     if track.refused:
         raise CalibrationError(f'{file}: {track.name}: {track.refused}', code='refused-poses')
     found = joined(wanted.robot, track, states)
@@ -197,10 +196,8 @@ def cells_beside(given: MeasuredRecording, column: str) -> list[str]:
         The file is not a table, the table has no such column, or a cell is empty.
     """
     if given.rows is None or Path(given.file).suffix.lower() not in TABLES:
-        raise CalibrationError(
-            f'{given.file}: not a table, so without a column {column!r}; give a table (.csv)',
-            code='not-a-table',
-        )
+        message = f'{given.file}: not a table, so without a column {column!r}; give a table (.csv)'
+        raise CalibrationError(message, code='not-a-table')
     every = _column(Path(given.file), column)
     cells = [every[k] for k in given.rows.tolist()]
     if '' in cells:
@@ -255,10 +252,8 @@ def read_touches(
         The file is not a table, has no such column, or a named row lacks a joint position.
     """
     if file.exists() and file.suffix.lower() not in TABLES:
-        raise CalibrationError(
-            f'{file}: not a table, so without a column {column!r}; give a table (.csv)',
-            code='not-a-table',
-        )
+        message = f'{file}: not a table, so without a column {column!r}; give a table (.csv)'
+        raise CalibrationError(message, code='not-a-table')
     with open_source(file, standing_poses(file, wanted)) as source:
         blocks = [one for one in source.blocks if not isinstance(one, UnreadableMessage)]
         remarks = [remark.text for remark in source.remarks]
@@ -301,14 +296,11 @@ def read_images(
     files = [folder / name for name in rows.points]
     for name, image in zip(rows.points, files):
         if not image.is_file():
-            raise CalibrationError(
-                f'{folder}: no image {name!r}; write names with their endings', code='missing-file'
-            )
+            message = f'{folder}: no image {name!r}; write names with their endings'
+            raise CalibrationError(message, code='missing-file')
         if files.count(image) > 1:
-            raise CalibrationError(
-                f'{file}: two rows name the image {image.name}; leave one out',
-                code='duplicate-name',
-            )
+            message = f'{file}: two rows name the image {image.name}; leave one out'
+            raise CalibrationError(message, code='duplicate-name')
     seen = tuple(finder.corners_in(one) for one in files)
     if all(isinstance(one, str) for one in seen) and any(map(finder.is_mirrored_in, files)):
         raise CalibrationError(
@@ -323,10 +315,8 @@ def _column(file: Path, column: str) -> list[str]:
     # Return the cells of a column. Skip empty lines, as the table's reader does.
     table = table_of(file)
     if column not in table.header:
-        raise CalibrationError(
-            f'{file}: no column {column!r}; the header has {", ".join(table.header)}',
-            code='unknown-name',
-        )
+        message = f'{file}: no column {column!r}; the header has {", ".join(table.header)}'
+        raise CalibrationError(message, code='unknown-name')
     at = table.header.index(column)
     with table.opened() as stream:
         rows = csv.reader(table.lines(stream), delimiter=table.delimiter)

@@ -113,9 +113,8 @@ def calibrated_text(
         The text cannot be changed without changing other lines.
     """
     if not (found.accepted or anyway):
-        raise CalibrationError(
-            f'this is no calibration: {"; ".join(found.refusals)}', code='not-accepted'
-        )
+        message = f'this is no calibration: {"; ".join(found.refusals)}'
+        raise CalibrationError(message, code='not-accepted')
     description = found.robot.description
     robot = placed_robot(found, frames)
     factors = robot.description.singularity.factors
@@ -141,9 +140,8 @@ def calibrated_text(
     read = build_robot(written)
     apart = np.abs(forward_kinematics(read, q) - forward_kinematics(robot, q)).max()
     if not apart < ROUND_OFF:
-        raise RobotFileWriteError(
-            f'the text written is {apart:.2g} m from what was found', code='mismatch'
-        )
+        message = f'the text written is {apart:.2g} m from what was found'
+        raise RobotFileWriteError(message, code='mismatch')
     return result
 
 

@@ -171,10 +171,8 @@ class SamePointParameters(ChosenParameters):
         names = tuple(dict.fromkeys(marks))
         point = np.array([names.index(one) for one in marks], dtype=np.int64)
         if not names:
-            raise CalibrationError(
-                f'same_point: no row touches a point; at least {MIN_POSES} at one are needed',
-                code='empty',
-            )
+            message = f'same_point: no row touches a point; at least {MIN_POSES} at one are needed'
+            raise CalibrationError(message, code='empty')
         for k, name in enumerate(names):
             check_mark('point', name)
             # Require only two different joint positions at a point, because an arm of three joints
@@ -203,10 +201,8 @@ class SamePointParameters(ChosenParameters):
         """
         for word in (*fit, *fix):
             if word.rpartition('.')[0] in self.names:
-                raise CalibrationError(
-                    f'{word!r}: points are always fitted; leave it out of fit and fix',
-                    code='conflict',
-                )
+                message = f'{word!r}: points are always fitted; leave it out of fit and fix'
+                raise CalibrationError(message, code='conflict')
         points = range(self.first(POINTS, 0), self.first('tool', 0))
         return sorted({*super().fitted(fit, fix, tolerances), *points})
 
@@ -412,10 +408,8 @@ def _checked(
     for (one, other), distance in apart.items():
         if missing := [name for name in (one, other) if name not in names]:
             points = ', '.join(names)
-            raise CalibrationError(
-                f'apart: no row touches point {missing[0]}; the points are {points}',
-                code='unknown-name',
-            )
+            message = f'apart: no row touches point {missing[0]}; the points are {points}'
+            raise CalibrationError(message, code='unknown-name')
         if one == other or not 0.0 < distance < np.inf:
             raise CalibrationError(
                 f'apart: points {one} and {other} cannot be {distance:g} m apart; give two points '

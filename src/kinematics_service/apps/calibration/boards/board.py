@@ -92,10 +92,8 @@ class BoardFinder:
         number = getattr(aruco, board.dictionary, None)
         if not isinstance(number, int):
             known = ', '.join(name for name in dir(aruco) if name.startswith('DICT_'))
-            raise RecordingError(
-                f'--board: unknown dictionary {board.dictionary!r}; write one of {known}',
-                code='unknown-name',
-            )
+            message = f'--board: unknown dictionary {board.dictionary!r}; write one of {known}'
+            raise RecordingError(message, code='unknown-name')
         markers = aruco.getPredefinedDictionary(number)
         needed = board.columns * board.rows // 2
         if needed > len(markers.bytesList):

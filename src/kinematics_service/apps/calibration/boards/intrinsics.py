@@ -134,10 +134,8 @@ def read_intrinsics(file: Path) -> Intrinsics:
 def _numbers(file: Path, given: dict[str, Any], names: tuple[str, ...]) -> Floats:
     found = [given[name] for name in names if name in given]
     if not found:
-        raise RecordingError(
-            f'{file}: {names[0]} is missing; a calibration file has {KEYS_OF_FILE}',
-            code='missing-key',
-        )
+        message = f'{file}: {names[0]} is missing; a calibration file has {KEYS_OF_FILE}'
+        raise RecordingError(message, code='missing-key')
     value = found[0].get('data') if isinstance(found[0], dict) else found[0]
     try:
         numbers = np.array(value, dtype=np.float64).reshape(-1)

@@ -52,9 +52,8 @@ class ConditionOptions(NamedTuple):
             try:
                 loads = ToolLoads([float(cell) for cell in cells], self.load_at, self.gravity)
             except ValueError as error:
-                raise CalibrationError(
-                    f'column {self.load!r}: not a mass in kg: {error}', code='not-a-number'
-                ) from None
+                message = f'column {self.load!r}: not a mass in kg: {error}'
+                raise CalibrationError(message, code='not-a-number') from None
         return RowConditions(sessions, loads)
 
 

@@ -63,9 +63,8 @@ def calibrate_live(
     arm, seconds = given_robot(robot), options.seconds
     run = fitting.run(arm, False, not outputs.anyway, camera=camera)
     if not 0.0 < seconds <= TIME_LIMIT:
-        raise WrongUsage(
-            f'--seconds: {seconds:g} is out of range; write at most {TIME_LIMIT:,.0f}'
-        )
+        message = f'--seconds: {seconds:g} is out of range; write at most {TIME_LIMIT:,.0f}'
+        raise WrongUsage(message)
     with named_errors(()):
         run.check_names()
         heard = collected(run, options, outputs.stream, context.obj)

@@ -81,9 +81,8 @@ def calibrate_propose(
             after = images.calibrated(run, given, reading, poses.pose_gap, finder).found
             if not (after.accepted or after.only_worse):
                 refused = '; '.join(after.refusals)
-                raise CalibrationError(
-                    f'this is no calibration to go on from: {refused}', code='not-accepted'
-                )
+                message = f'this is no calibration to go on from: {refused}'
+                raise CalibrationError(message, code='not-accepted')
     # Read only the joint positions of the candidates, because their poses are not measured yet.
     chosen = None if among is None else read_positions(among, reading._replace(pose_topic=None))
     proposed = propose_poses(arm, count, after, positions, among=chosen, line_of_sight=sight)

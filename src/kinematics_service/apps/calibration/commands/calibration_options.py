@@ -211,9 +211,8 @@ def given_noise(text: str | None, positions: bool) -> tuple[float, float] | None
         return None
     given = given_limit('--noise', text)
     if math.isinf(given.position) or (math.isinf(given.angle) and not positions):
-        raise WrongUsage(
-            f'--noise: {text!r} lacks a length or an angle; write for instance 2mm,0.3deg'
-        )
+        message = f'--noise: {text!r} lacks a length or an angle; write for instance 2mm,0.3deg'
+        raise WrongUsage(message)
     return given.position, given.angle if math.isfinite(given.angle) else 0.0
 
 

@@ -108,10 +108,8 @@ class CalibrationRun(NamedTuple):
         """
         given = [read_measured(file, reading, gap, self.camera == ON_TOOL) for file in files]
         if len({one.positions for one in given}) > 1:
-            raise CalibrationError(
-                'FILE: some have poses, others positions alone; give files of one kind',
-                code='conflict',
-            )
+            message = 'FILE: some have poses, others positions alone; give files of one kind'
+            raise CalibrationError(message, code='conflict')
         return given
 
     def of_recordings(

@@ -56,9 +56,8 @@ class Sheet(NamedTuple):
         """
         points = self.points
         if name not in points:
-            raise CalibrationError(
-                f'unknown point {name!r}; the sheet has {", ".join(points)}', code='unknown-name'
-            )
+            message = f'unknown point {name!r}; the sheet has {", ".join(points)}'
+            raise CalibrationError(message, code='unknown-name')
         return points[name]
 
     @property

@@ -132,9 +132,8 @@ def plot(
     given = (f'--{name}' for name, value in context.params.items() if value is not None)
     _refuse_unknown_options(robot, kind, [name for name in given if name in ALL_OPTIONS])
     if kind in TARGETS and xyz is None:
-        raise WrongUsage(
-            f'plot {kind}: the target is missing; give one, such as --xyz 0.3,0.1,0.4'
-        )
+        message = f'plot {kind}: the target is missing; give one, such as --xyz 0.3,0.1,0.4'
+        raise WrongUsage(message)
     if save is not None:
         _accepted(suffix_of, save)
     refuse_without_matplotlib()
@@ -160,15 +159,13 @@ def plot(
 def _refuse_unknown_options(robot: str, kind: str, given: list[str]) -> None:
     if kind not in OPTIONS:
         order = ' (the robot comes first)' if robot in OPTIONS else ''
-        raise WrongUsage(
-            f'plot: there is no kind {kind!r}{order}; choose from {", ".join(OPTIONS)}'
-        )
+        message = f'plot: there is no kind {kind!r}{order}; choose from {", ".join(OPTIONS)}'
+        raise WrongUsage(message)
     for name in given:
         if name not in OPTIONS[kind]:
             others = ' and '.join(other for other, names in OPTIONS.items() if name in names)
-            raise WrongUsage(
-                f'{name} is for plot {others}; plot {kind} takes {", ".join(OPTIONS[kind])}'
-            )
+            message = f'{name} is for plot {others}; plot {kind} takes {", ".join(OPTIONS[kind])}'
+            raise WrongUsage(message)
 
 
 def _accepted(function: Callable[..., Result], *arguments: Any) -> Result:
@@ -184,9 +181,8 @@ def _points(robot: Robot, kind: str, given: int | None) -> int:
     low, high = POINTS[kind]
     if given is not None:
         if not low <= given <= high:
-            raise WrongUsage(
-                f'--points: {given} is not accepted; plot {kind} takes {low} to {high}'
-            )
+            message = f'--points: {given} is not accepted; plot {kind} takes {low} to {high}'
+            raise WrongUsage(message)
         return given
     # Use fewer points for an arm with closed loops, because closing the loops takes time. The
     # number does not depend on the measured time, so that the same command gives the same picture.

@@ -112,10 +112,8 @@ def motion_of(robot: Robot, path: str) -> PlottedMotion:
     first = np.append(True, np.diff(times) > 0.0)
     times, q = times[first], recording.positions[first]
     if len(times) < 2:
-        raise PlotError(
-            f'{path}: all rows have the same time; give a recording with rising stamps',
-            code='wrong-order',
-        )
+        message = f'{path}: all rows have the same time; give a recording with rising stamps'
+        raise PlotError(message, code='wrong-order')
     q[:, robot.continuous] = np.unwrap(q[:, robot.continuous], axis=0)
     if recording.velocities is not None:
         return _closed(robot, times, q, recording.velocities[first], file.name, False)

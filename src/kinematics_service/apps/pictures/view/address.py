@@ -50,10 +50,8 @@ def check_address(host: str, port: int) -> None:
             probe.bind(address)
             probe.listen()
     except PermissionError:
-        raise ViewError(
-            f'--port {port}: ports below 1024 need privileges; choose another with --port',
-            code='not-permitted',
-        ) from None
+        message = f'--port {port}: ports below 1024 need privileges; choose another with --port'
+        raise ViewError(message, code='not-permitted') from None
     except OSError as error:
         if error.errno == errno.EADDRNOTAVAIL:
             raise ViewError(
