@@ -4,6 +4,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import astuple, replace
+from functools import partial
 from typing import get_args
 
 import numpy as np
@@ -215,20 +216,11 @@ def calibrate(
         return found
     progress('explanations')
 
+    again = partial(calibrate, robot, apart=apart, camera=camera, whitening=whitening, own=own)
+    again = partial(again, fit=fit, fix=fix, tolerances=tolerances, noise=noise, check=False)
+
     def outcome_of(change: Hypothesis) -> TriedCalibration:
-        one = calibrate(
-            robot,
-            **names.undone(change),
-            apart=apart,
-            camera=camera,
-            whitening=whitening,
-            own=own,
-            fit=fit,
-            fix=fix,
-            tolerances=tolerances,
-            noise=noise,
-            check=False,
-        )
+        one = again(**names.undone(change))
         left = (one.without if one.accepted else one.with_outliers).after
         return TriedCalibration(one.accepted, left, len(one.outliers))
 

@@ -39,10 +39,11 @@ MIN_POSES = 8
 # fit.
 NEXT_FIT_RATIO = 1.25
 
-
 # Fits the poses collected so far and prints the result; returns True if all identifiable
 # combinations of parameters are identified.
 Fit = Callable[[CollectedPoses], bool]
+# Prints a line for the user.
+Say = Callable[[str], None]
 
 
 def collect_poses(
@@ -52,7 +53,7 @@ def collect_poses(
     joint_prefix: str,
     seconds: float,
     fit: Fit,
-    say: Callable[[str], None],
+    say: Say,
     ros_args: Sequence[str],
 ) -> CollectedPoses | int:
     """
@@ -76,7 +77,8 @@ def collect_poses(
 
     def work(context: Context, stop: StopSignal) -> CollectedPoses | int:
         node = helper_node(f'kinematics_calibrate_{os.getpid()}', context)
-        session = _Session(node, robot, topic, pose_topic, joint_prefix, fit, say)
+        estimator = Estimator(robot, EstimatorSettings(joint_prefix))
+        session = _Session(node, estimator, (topic, pose_topic), fit, say)
         spinner = Spinner(context, [node])
         end = time.monotonic() + seconds
         spinner.obey(stop)
@@ -96,24 +98,16 @@ class _Session:
     # thread.
 
     def __init__(
-        self,
-        node: Node,
-        robot: Robot,
-        topic: str,
-        pose_topic: str,
-        joint_prefix: str,
-        fit: Fit,
-        say: Callable[[str], None],
+        self, node: Node, estimator: Estimator, topics: tuple[str, str], fit: Fit, say: Say
     ) -> None:
-        self.collector = PoseCollector(robot)
-        self._node, self._fit, self._say = node, fit, say
-        self._estimator = Estimator(robot, EstimatorSettings(joint_prefix))
+        self.collector = PoseCollector(estimator.robot)
+        self._node, self._estimator, self._fit, self._say = node, estimator, fit, say
         self._due = MIN_POSES
         self._thread: threading.Thread | None = None
         self._complete = self._refused = self._explained = False
         self._begin = time.monotonic()
-        self._states = LatestMessage(node, topic, JointState, ANY_SENDER, self._on_state)
-        self._poses = LatestMessage(node, pose_topic, PoseStamped, ANY_SENDER, self._on_pose)
+        self._states = LatestMessage(node, topics[0], JointState, ANY_SENDER, self._on_state)
+        self._poses = LatestMessage(node, topics[1], PoseStamped, ANY_SENDER, self._on_pose)
         steady_timer(node, PERIOD, self._look)
         say(f'collecting joint states of {self._states.topic} and poses of {self._poses.topic}')
 

@@ -137,17 +137,14 @@ class ChosenParameters:
         """
         Return the indices of the fitted parameters; raise an error if a word names no parameter.
         """
-        known = (*self.words, EVERYTHING, *(one.name for one in self.every))
+        groups, names = (*self.words, EVERYTHING), [one.name for one in self.every]
         for word in (*fit, *fix, *tolerances):
-            if word not in known:
-                groups = ', '.join(known[: len(self.words) + 1])
-                names = ', '.join(known[len(self.words) + 1 :])
-                raise ParameterNotFoundError(
-                    f'unknown parameter {word!r} of {self.robot.name}; write a group ({groups}) '
-                    f'or a parameter ({names})',
-                    word,
-                    known,
+            if word not in (*groups, *names):
+                message = (
+                    f'unknown parameter {word!r} of {self.robot.name}; write a group '
+                    f'({", ".join(groups)}) or a parameter ({", ".join(names)})'
                 )
+                raise ParameterNotFoundError(message, word, (*groups, *names))
 
         def is_among(one: ArmParameter, words: Sequence[str]) -> bool:
             return bool({one.name, one.group, EVERYTHING} & set(words))

@@ -312,9 +312,8 @@ class _Equations:
         # Return the scaled residuals of rows, known distances and priors, in this order.
         problem = self.problem
         rows = (remainders[:, : problem.kinds] * self.scale).reshape(-1)
-        return np.concatenate(
-            [rows, problem.distance_equations(values)[1], -values / problem.prior]
-        )
+        distances = problem.distance_equations(values)[1]
+        return np.concatenate([rows, distances, -values / problem.prior])
 
     def solved(self, values: Floats) -> _Step:
         # Stack the derivatives of rows, known distances and priors. Each parameter is in units of

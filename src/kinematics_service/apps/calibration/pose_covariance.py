@@ -199,13 +199,9 @@ def _errors(
     else:
         table = table_errors_of(robot, said)
         floor = (said.floor_xyz, said.floor_rpy) if said else (0.0, 0.0)
-    return pose_errors(
-        robot,
-        table,
-        _each('joints', of_joints, robot.dof),
-        _each('velocities', 0.0 if velocities is None else velocities, robot.dof),
-        floor,
-    )
+    joints = _each('joints', of_joints, robot.dof)
+    velocities = _each('velocities', 0.0 if velocities is None else velocities, robot.dof)
+    return pose_errors(robot, table, joints, velocities, floor)
 
 
 def _each(name: str, given: npt.ArrayLike, count: int) -> Floats:

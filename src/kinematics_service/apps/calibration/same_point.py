@@ -347,12 +347,10 @@ class SamePointParameters(ChosenParameters):
     def points(self, problem: FitProblem, found: Identified) -> tuple[TouchedPoint, ...]:
         """Return the touched points with their fitted positions and standard deviations."""
         own = slice(self.first(POINTS, 0), self.first('tool', 0))
-        moved, deviations = (
-            problem.every(values)[own].reshape(-1, 3)
-            for values in (found.values, np.sqrt(np.diag(found.covariance)))
-        )
+        moved = problem.every(found.values)[own].reshape(-1, 3)
+        deviations = np.sqrt(problem.every(np.diag(found.covariance)))[own].reshape(-1, 3).tolist()
         counts = np.bincount(self.given.sets).tolist()
-        numbers = zip((self.start.points + moved).tolist(), deviations.tolist(), counts)
+        numbers = zip((self.start.points + moved).tolist(), deviations, counts)
         return tuple(
             TouchedPoint(name, (x, y, z), (dx, dy, dz), count)
             for name, ((x, y, z), (dx, dy, dz), count) in zip(self.names, numbers)

@@ -85,6 +85,7 @@ MAX_OUTLIERS = WINDOW // 8
 FORECAST = 50
 
 BASE, TOOL, LAGS = slice(0, 6), slice(6, 12), slice(12, 13)
+KEYS = {BASE.start: 'base', TOOL.start: 'tool', LAGS.start: 'time_lag'}
 # The length (m) that has the weight of one rad. It is 1, so positions are not scaled.
 ONE = np.ones((1, 1, 1))
 
@@ -509,9 +510,7 @@ class JumpDetector:
             best = joints[0] if best.gain - joints[0].gain < bent + fewer else best
         rows = self._rows[best.begin :, :, 1:][:, :, best.own] @ best.size
         position, angle = np.sqrt(np.mean(np.sum(rows.reshape(-1, 2, 3) ** 2, axis=2), axis=0))
-        key = {BASE.start: 'base', TOOL.start: 'tool', LAGS.start: 'time_lag'}.get(
-            best.own.start, 'joint_offset'
-        )
+        key = KEYS.get(best.own.start, 'joint_offset')
         names, sizes = [key], [LAG * float(best.size[0]) if best.own == LAGS else float(angle)]
         if key == 'joint_offset':
             near = best.gain * (1.0 - float(best.size[0]) ** 2) - RIVAL_GAIN * best.scale

@@ -95,16 +95,8 @@ def calibrate_zeros(
     before = {one.name: 10.0 * TOLERANCES[not one.angle] for one in offsets}
     fit = ('offsets', *ENDS, *([] if approach is None else [BACKLASH.group]))
     # Skip the frame check, because it assumes right joint zeros and would report another robot.
-    fitted = partial(
-        calibrate,
-        robot,
-        poses=points,
-        approach=approach,
-        fit=fit,
-        tolerances=before,
-        check=False,
-        progress=progress,
-    )
+    measured = partial(calibrate, robot, poses=points, approach=approach, progress=progress)
+    fitted = partial(measured, fit=fit, tolerances=before, check=False)
     found = fitted(q, fix=fix, noise=noise)
     if noise is None and not found.noise_told:
         noise = (TOUCH_NOISE, 0.0)

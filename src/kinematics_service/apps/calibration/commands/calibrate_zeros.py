@@ -88,14 +88,9 @@ def calibrate_zeros(
         points = np.array([paper.point(name) for one in rows for name in one.points])
         came = [one.approach for one in rows if one.approach is not None]
         q, (names, remarks) = np.concatenate([one.q for one in rows]), origin_of(rows)
-        found = calibrated_zeros(
-            arm,
-            q,
-            points,
-            approach=np.concatenate(came) if len(came) == len(rows) else None,
-            progress=one.tell,
-            **attributes(one, 'fix', 'noise', 'check'),
-        )
+        approach = np.concatenate(came) if len(came) == len(rows) else None
+        settings = {'progress': one.tell, **attributes(one, 'fix', 'noise', 'check')}
+        found = calibrated_zeros(arm, q, points, approach=approach, **settings)
         remarks, places = [*zero_sentences(found), *remarks], rigid_positions(points)
         return CalibratedPoses(found, names, remarks, q, places, zeros_of(found))
 

@@ -139,15 +139,9 @@ class CalibrationRun(NamedTuple):
         limit, named = self.limit, dict(self.arm.description.tolerances.named)
         table = [one for one in parameters_of(self.arm).table if one.name not in named]
         sizes = {one.name: limit[one.angle] for one in table} if limit else {}
-        return calibrate(
-            self.arm,
-            q,
-            qdot=qdot if moves else None,
-            tolerances={name: size for name, size in sizes.items() if math.isfinite(size)},
-            progress=self.tell,
-            **attributes(self, 'fit', 'fix', 'own', 'noise', 'check'),
-            **rows,
-        )
+        rows['tolerances'] = {name: one for name, one in sizes.items() if math.isfinite(one)}
+        rows |= attributes(self, 'fit', 'fix', 'own', 'noise', 'check')
+        return calibrate(self.arm, q, qdot=qdot if moves else None, progress=self.tell, **rows)
 
 
 def origin_of(given: Sequence[MeasuredRecording | TouchRecording]) -> tuple[list[str], list[str]]:

@@ -99,9 +99,8 @@ def azimuth_of(skeleton: Skeleton) -> float:
     M = (lengths * middles.T) @ middles + (lengths * along.T) @ along / 12.0
     M /= np.trace(M)
     a, e = np.radians(AZIMUTHS), np.radians(ELEVATION)
-    to_viewer = np.stack(
-        [np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.full(len(a), np.sin(e))]
-    )
+    ones = np.ones(len(a))
+    to_viewer = np.stack([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e) * ones])
     # det(P M P^T) of a projection P along n is n^T adj(M) n.
     adjugate = M @ M - M + (1.0 - np.trace(M @ M)) / 2.0 * np.eye(3)
     areas = np.einsum('in,ij,jn->n', to_viewer, adjugate, to_viewer)
@@ -170,10 +169,8 @@ def draw_skeleton(
         for tip, name, color in zip(tips, FRAME_LABELS, AXIS_COLORS):
             line(frame[:3, 3], tip, width, color, label=name, gid='frame')
     if label_size:
-        labels += [
-            Label(tip, name, color, bold=True)
-            for tip, name, color in zip(tips, 'xyz', AXIS_COLORS)
-        ]
+        colored = zip(tips, 'xyz', AXIS_COLORS)
+        labels += [Label(tip, name, color, bold=True) for tip, name, color in colored]
         lines = [(segment.start, segment.end) for segment in skeleton.segments]
         lines += [(tool[:3, 3], tip) for tip in tips]
         lines += [(axis.point, axis.point) for axis in skeleton.axes]

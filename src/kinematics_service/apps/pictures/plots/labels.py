@@ -110,17 +110,9 @@ def _write(axes: Axes3D, label: Label, offset: Floats, size: float) -> None:
     from matplotlib.patheffects import withStroke
     from matplotlib.transforms import ScaledTranslation
 
-    text = axes.text(
-        *label.point,
-        label.text,
-        color=label.color,
-        fontsize=size,
-        fontweight='bold' if label.bold else 'normal',
-        ha='center',
-        va='center',
-        zorder=20,
-        path_effects=[withStroke(linewidth=2.0, foreground='white')],
-    )
+    text = axes.text(*label.point, label.text, color=label.color, fontsize=size, zorder=20)
+    text.set(ha='center', va='center', fontweight='bold' if label.bold else 'normal')
+    text.set_path_effects([withStroke(linewidth=2.0, foreground='white')])
     across, up = offset / 72.0
     inches = ScaledTranslation(across, up, axes.figure.dpi_scale_trans)
     text.set_transform(axes.transData + inches)

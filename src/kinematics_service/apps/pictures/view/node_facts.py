@@ -5,6 +5,7 @@
 import json
 import time
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -117,18 +118,16 @@ def ask_node(node: Node, executor: Executor, source: str, timeout: float) -> Nod
             return None
         executor.spin_once(timeout_sec=0.05)
     deadline = max(deadline, time.monotonic() + MAX_CALLS * CALL_TIMEOUT)
-    answer = call_service(
-        node, executor, Trigger, DESCRIBE.replace('~', source), Trigger.Request(), deadline
-    )
+    call = partial(call_service, node, executor)
+    answer = call(Trigger, DESCRIBE.replace('~', source), Trigger.Request(), deadline)
     if answer is None:
         return None
     request = GetParameters.Request(names=['robot'])
-    values = call_service(
-        node, executor, GetParameters, f'{source}/get_parameters', request, deadline
-    )
+    values = call(GetParameters, f'{source}/get_parameters', request, deadline)
     try:
         facts = json.loads(answer.message)
         judged = facts['singularity']
+        limits = float(judged['warn']), float(judged['stop'])
         return NodeFacts(
             source=source,
             text=answer.message,
@@ -137,9 +136,7 @@ def ask_node(node: Node, executor: Executor, source: str, timeout: float) -> Nod
             joints=tuple(str(joint['name']) for joint in facts['joints']),
             joint_states=str(facts['subscribes']),
             axes=(str(facts['jacobian']['axes']), str(facts['twist']['axes'])),
-            thresholds=Thresholds(
-                str(judged['measure']), float(judged['warn']), float(judged['stop'])
-            ),
+            thresholds=Thresholds(str(judged['measure']), *limits),
             length=float(judged['length']),
             sha256=str(facts['file']['sha256']),
             tool=pose_of(facts['tool']['xyz'], facts['tool']['rpy']),

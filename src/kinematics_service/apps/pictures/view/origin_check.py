@@ -162,10 +162,8 @@ def origin_check_of(host: str, more_names: Sequence[str]) -> OriginCheck:
         return OriginCheck(frozenset(), '')
     here = socket.gethostname().lower()
     names = {host.lower(), here, f'{here.partition(".")[0]}.local'} - set(ANYWHERE)
-    return OriginCheck(
-        frozenset(names.union(name.lower() for name in more_names)),
-        secrets.token_urlsafe(TOKEN_BYTES),
-    )
+    names |= {name.lower() for name in more_names}
+    return OriginCheck(frozenset(names), secrets.token_urlsafe(TOKEN_BYTES))
 
 
 def is_loopback(host: str) -> bool:
