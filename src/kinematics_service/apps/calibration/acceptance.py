@@ -154,11 +154,10 @@ def _nearly_still(robot: Robot, problem: FitProblem, found: Identified) -> Itera
     q = problem.given.q[found.used]
     seen = np.linalg.norm(q - np.mean(q, axis=0), axis=0)
     usual = np.where(robot.prismatic, float(ANGLE), LENGTH)
-    named = [
-        f'{robot.joint_names[j]} (by '
-        f'{(length_in_words if robot.prismatic[j] else angle_in_words)(float(np.ptp(q[:, j])))})'
-        for j in np.flatnonzero(usual * seen < KNOWN_RATIO * found.noise.position)
-    ]
+    named = []
+    for j in np.flatnonzero(usual * seen < KNOWN_RATIO * found.noise.position):
+        words = length_in_words if robot.prismatic[j] else angle_in_words
+        named.append(f'{robot.joint_names[j]} (by {words(float(np.ptp(q[:, j])))})')
     if named:
         yield (
             f'Joints that move too little for their axes to be seen beside the noise: '

@@ -115,13 +115,11 @@ def placement_section(key: str, placement: Placement, note: str = '') -> list[st
 
 def points_section(points: Sequence[PointDescription]) -> list[str]:
     """Return the lines of the section `points`."""
-    return [
-        'points:',
-        *(
-            f'  {scalar(one.name)}: {{row: {one.row}, {_motion(one.motion).removeprefix("{")}'
-            for one in points
-        ),
-    ]
+    lines = ['points:']
+    for one in points:
+        pose = _motion(one.motion).removeprefix('{')
+        lines.append(f'  {scalar(one.name)}: {{row: {one.row}, {pose}')
+    return lines
 
 
 def _link(link: Link) -> str:

@@ -161,10 +161,8 @@ def draw_skeleton(
         style = {'marker': marker, 'markersize': 7.0 * thick, 'markeredgecolor': BLACK}
         line(axis.point, axis.point, 0.0, 'white', label=label, **style)
     tool = skeleton.tool
-    for frame, length, width in (
-        *((frame, FRAME_LENGTH, 1.1) for frame in skeleton.frames),
-        (tool, TOOL_FRAME_LENGTH, 2.2),
-    ):
+    frames = [(frame, FRAME_LENGTH, 1.1) for frame in skeleton.frames]
+    for frame, length, width in (*frames, (tool, TOOL_FRAME_LENGTH, 2.2)):
         tips = frame[:3, 3] + length * edge * frame[:3, :3].T
         for tip, name, color in zip(tips, FRAME_LABELS, AXIS_COLORS):
             line(frame[:3, 3], tip, width, color, label=name, gid='frame')

@@ -48,11 +48,8 @@ def draw_distances(
         cmap=colormaps['cividis'].with_extremes(over=FARTHER) if farther else 'cividis',
         vmin=scale.low, vmax=np.nextafter(high, 0.0) if farther else high,
     )  # fmt: skip
-    bar = figure.colorbar(
-        image,
-        cax=axes.inset_axes((1.03, 0.0, 0.045, 1.0)),
-        extend='max' if farther or scale.open else 'neither',
-    )
+    extend = 'max' if farther or scale.open else 'neither'
+    bar = figure.colorbar(image, cax=axes.inset_axes((1.03, 0.0, 0.045, 1.0)), extend=extend)
     bar.set_label(with_unit(label, 'rad'))
     if not farther:
         return []

@@ -98,13 +98,10 @@ def with_border_crossed(values: Floats) -> Floats:
 def _draw_thresholds(axes: Axes, robot: Robot, numbers: DistanceMap) -> list[Artist]:
     from matplotlib.lines import Line2D
 
-    if robot.singularity.thresholds.measure != 'distance':
-        return []
-    entries: list[Artist] = []
-    for value, name, style in (
-        (robot.singularity.thresholds.warn, 'warn', '-'),
-        (robot.singularity.thresholds.stop, 'stop', ':'),
-    ):
+    limits, entries = robot.singularity.thresholds, list[Artist]()
+    if limits.measure != 'distance':
+        return entries
+    for value, name, style in ((limits.warn, 'warn', '-'), (limits.stop, 'stop', ':')):
         if not np.nanmin(numbers.distance) < value < np.nanmax(numbers.distance):
             continue
         axes.contour(

@@ -83,12 +83,10 @@ def shade(
         end = max(interval.end, interval.start + least)
         for axes in rows:
             axes.axvspan(interval.start, end, color=color, alpha=alpha, linewidth=0, zorder=0.5)
-    present = {interval.level for interval in found}
-    entries = [
-        Patch(color=color, alpha=alpha, label=level.name)
-        for level, (color, alpha) in SHADES.items()
-        if level in present
-    ]
+    entries = []
+    for level, (color, alpha) in SHADES.items():
+        if any(interval.level == level for interval in found):
+            entries.append(Patch(color=color, alpha=alpha, label=level.name))
     if entries:
         figure.legend(
             handles=entries, loc='outside lower left', ncols=2, frameon=False,

@@ -72,9 +72,8 @@ def clear_pose(robot: Robot) -> Floats:
     # Draw random positions in the middle 80 % of each range, at most 2 pi / 3 from the middle.
     count = CANDIDATES_OF_LOOPS if robot.chain.loops else CANDIDATES
     middle, half = ranges.mean(axis=1), 0.4 * np.ptp(ranges, axis=1)
-    q = middle + np.minimum(half, 2.0 * math.pi / 3.0) * np.random.default_rng(SEED).uniform(
-        -1.0, 1.0, (count, robot.dof)
-    )
+    random = np.random.default_rng(SEED).uniform(-1.0, 1.0, (count, robot.dof))
+    q = middle + np.minimum(half, 2.0 * math.pi / 3.0) * random
     rounded = np.round(q, 1)
     inside = np.all((rounded >= ranges[:, 0]) & (rounded <= ranges[:, 1]), axis=1)
     q = closed_poses(robot.chain, np.where(inside[:, None], rounded, q))

@@ -144,9 +144,8 @@ def joint_readings(seen: Observation) -> tuple[JointReading, ...]:
     """Return the position of each joint between its limits."""
     robot = seen.robot
     readings = []
-    for name, unit, q, (lower, upper) in zip(
-        robot.joint_names, robot.units, seen.q.tolist(), robot.limits.tolist()
-    ):
+    joints = zip(robot.joint_names, robot.units, seen.q.tolist(), robot.limits.tolist())
+    for name, unit, q, (lower, upper) in joints:
         text = f'{q:+.3f} {unit}' + ('' if unit == 'm' else f' = {math.degrees(q):+.1f}°')
         bounded = math.isfinite(upper - lower)
         margin = LIMIT_MARGIN * (upper - lower) if bounded else LIMIT_MARGIN

@@ -136,11 +136,8 @@ class OriginCheck(NamedTuple):
     def _is_remembered(self, headers: Headers, port: int) -> bool:
         cookies = (part.strip() for line in headers.get_all('Cookie') for part in line.split(';'))
         start = f'{COOKIE.format(port=port)}='
-        return any(
-            self._is_token(cookie.removeprefix(start))
-            for cookie in cookies
-            if cookie.startswith(start)
-        )
+        tokens = (one.removeprefix(start) for one in cookies if one.startswith(start))
+        return any(map(self._is_token, tokens))
 
     def _is_token(self, text: str) -> bool:
         return hmac.compare_digest(text.encode(errors='surrogateescape'), self.token.encode())

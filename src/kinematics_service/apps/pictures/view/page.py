@@ -80,11 +80,9 @@ class Page:
         with gui.add_folder('Joints'):
             self.sliders = Sliders(self._server, self.robot)
             self._self_motion = SelfMotionSlider(self._server, self.robot)
+            hint = 'the sliders publish joint states, as the robot would'
             self._publish = gui.add_checkbox(
-                'publish joint states',
-                False,
-                visible=publishable,
-                hint='the sliders publish joint states, as the robot would',
+                'publish joint states', False, visible=publishable, hint=hint
             )
             self._add_buttons(self.sliders.positions)
         with gui.add_folder('Tool and measures'):

@@ -117,11 +117,8 @@ class ViewListener:
             self._request = None
             text = '' if answer.exception() else answer.result().message
             before = self.facts
-            if text and (
-                before is None
-                or text != before.text
-                or self._publishers() - self._known_publishers
-            ):
+            restarted = self._publishers() - self._known_publishers
+            if text and (before is None or text != before.text or restarted):
                 return self.ask(ANSWER_TIMEOUT) is not before
         if time.monotonic() - self._request_time > REQUEST_PERIOD:
             self._request_time = time.monotonic()
