@@ -88,7 +88,7 @@ def calibrate_live(
 
 
 def _of_heard(run: CalibrationRun, poses: CollectedPoses) -> Calibration:
-    return run.calibrated(poses.q, poses.rates, poses=poses.poses, camera=run.camera)
+    return run.calibrated(poses.q, poses.rates, poses=poses.poses)
 
 
 def collected(

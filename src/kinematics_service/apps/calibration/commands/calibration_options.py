@@ -161,7 +161,7 @@ class ImageOptions(NamedTuple):
         views = board_views(run.arm, given.q, seen, given.points, finder.camera, camera)
         run, q = run._replace(noise=run.noise or views.instrument), given.q[views.rows]
         try:
-            found = run.calibrated(q, poses=views.poses, camera=camera, whitening=views.whitening)
+            found = run.calibrated(q, poses=views.poses, whitening=views.whitening)
         except CalibrationError as error:
             doubt = f'. And {views.doubt}' if views.doubt else ''
             raise CalibrationError(f'{error}{doubt}', code=error.code) from None

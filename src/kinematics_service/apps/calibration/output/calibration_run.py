@@ -126,7 +126,6 @@ class CalibrationRun(NamedTuple):
             sets=np.repeat(np.arange(len(given)), [len(one.q) for one in given]),
             qdot=np.concatenate([one.rates for one in given]),
             read='' if on_tool else given[0].kind,
-            camera=self.camera,
             **conditions._asdict(),
         )
         poses = inverses(given[0].poses) if on_tool else given[0].poses
@@ -140,7 +139,7 @@ class CalibrationRun(NamedTuple):
         table = [one for one in parameters_of(self.arm).table if one.name not in named]
         sizes = {one.name: limit[one.angle] for one in table} if limit else {}
         rows['tolerances'] = {name: one for name, one in sizes.items() if math.isfinite(one)}
-        rows |= attributes(self, 'fit', 'fix', 'own', 'noise', 'check')
+        rows |= attributes(self, 'fit', 'fix', 'own', 'noise', 'check', 'camera')
         return calibrate(self.arm, q, qdot=qdot if moves else None, progress=self.tell, **rows)
 
 

@@ -128,23 +128,17 @@ def turn(page: Page, source: ArmSource) -> None:
     if chosen != source.node:
         source.choose(chosen)
         return
-    seen = source.observation()
-    status = source.status
-    if page.wants_to_publish:
+    seen, status, publishes = source.observation(), source.status, page.wants_to_publish
+    if publishes or seen is None:
         q, qdot = page.lead()
+        led, status = _led(page, q, qdot, status)
+    if publishes:
         refusal = source.publish(q)
-        if not refusal:
-            led, status = _led(page, q, qdot, status)
-            page.show(seen or led, source.title, f'publishing; {status}')
-            return
-        status = f'not publishing: {refusal}'
-    if seen is not None:
+        publishes = not refusal
+        status = f'not publishing: {refusal}' if refusal else f'publishing; {status}'
+    if seen is not None and not publishes:
         page.follow(seen.q)
-        page.show(seen, source.title, status)
-        return
-    q, qdot = page.lead()
-    led, status = _led(page, q, qdot, status)
-    page.show(led, source.title, status)
+    page.show(seen or led, source.title, status)
 
 
 def _led(page: Page, q: Floats, qdot: Floats | None, status: str) -> tuple[Observation, str]:
