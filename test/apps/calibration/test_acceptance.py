@@ -7,6 +7,7 @@ Each wrong thing is made by hand here: the calibration does not know its name.
 """
 
 import json
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -29,8 +30,8 @@ from kinematics_service.apps.calibration.checking import measured
 from kinematics_service.apps.calibration.explanations import (
     TriedCalibration,
     explained,
+    misfits_of_poses,
     mistakes_of,
-    scores_of_poses,
 )
 from kinematics_service.apps.calibration.placing import Free, offsets_of
 from kinematics_service.apps.calibration.report import document_of, sentences_of
@@ -335,7 +336,7 @@ def test_each_mistake_is_weighed_as_if_it_were_alone_in_its_own_unit():
     poses = ks.forward_kinematics(robot, q * [1, 1, -1, 1, 1, 1])
     given = measured(robot, q, poses, None)
     changes = mistakes_of(robot, given, '')
-    scores_of = scores_of_poses(robot, given, np.ones(30, dtype=bool))
+    scores_of = partial(misfits_of_poses, robot, given, np.ones(30, dtype=bool))
     scores = scores_of(changes)
     best = changes[int(np.argmin(scores))]
     assert best.sentence.startswith('joint elbow_joint counts')
@@ -350,20 +351,14 @@ def test_each_mistake_is_weighed_as_if_it_were_alone_in_its_own_unit():
 
 def test_a_mistake_that_fits_no_better_than_none_is_not_tried():
     changes = [Hypothesis('', name) for name in ('better', 'worse')]
-    scores = {'': 0.5, 'better': 0.1, 'worse': 0.6}
+    misfits = np.array([0.5, 0.1, 0.6])
     tried = []
 
     def outcome_of(change):
         tried.append(change.sentence)
         return TriedCalibration(True, Errors(1e-5, 1e-5, 1e-5, 1e-5), 0)
 
-    causes = explained(
-        changes,
-        lambda some: np.array([scores[one.sentence] for one in some]),
-        outcome_of,
-        Errors(1.0, 1.0, 1.0, 1.0),
-        False,
-    )
+    causes = explained(changes, misfits, outcome_of, Errors(1.0, 1.0, 1.0, 1.0), False)
     assert tried == ['better']
     assert causes.decided
 

@@ -230,9 +230,10 @@ def calibrate(
         # error.
         causes = RefusalCauses((frames.cause.sentence,), True, True)
     else:
-        changes, scores = mistakes_of(robot, names.given, read), names.scores_of(found.used)
+        changes = mistakes_of(robot, names.given, read)
+        misfits = names.misfits(found.used, [Hypothesis('', ''), *changes])
         left = found.with_outliers.after
-        causes = explained(changes, scores, outcome_of, left, found.positions)
+        causes = explained(changes, misfits, outcome_of, left, found.positions)
     return replace(found, explained=causes)
 
 

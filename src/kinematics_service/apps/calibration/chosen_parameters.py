@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Choose the parameters that a calibration fits, and their priors."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, TypedDict
 
@@ -29,7 +29,7 @@ from ...robot.robot import Robot
 from ..checking.hypotheses import Hypothesis
 from ..recordings.readers.block import Flags
 from .checking import BACKLASH, COMPLIANCE, LAG, PLACEMENT, ZEROS, Measured
-from .explanations import scores_of_poses
+from .explanations import misfits_of_poses
 from .fitting import (
     FitProblem,
     Identified,
@@ -254,11 +254,9 @@ class ChosenParameters:
         poses = T[:, :3, 3] if self.given.positions else inverses(T) if self.given.from_tool else T
         return {'q': change.joints(self.given.q), 'poses': poses, 'sets': self.given.sets}
 
-    def scores_of(self, used: Flags) -> Callable[[Sequence[Hypothesis]], Floats]:
-        """
-        Return a function that maps mistakes of the input to the misfits after their correction.
-        """
-        return scores_of_poses(self.robot, self.given, used)
+    def misfits(self, used: Flags, changes: Sequence[Hypothesis]) -> Floats:
+        """Return the misfit of the rows after each of H mistakes of the input is corrected."""
+        return misfits_of_poses(self.robot, self.given, used, changes)
 
     def points(self, problem: FitProblem, found: Identified) -> tuple[TouchedPoint, ...]:
         """Return the points that were touched; none if poses were measured."""

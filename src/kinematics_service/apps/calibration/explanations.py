@@ -69,7 +69,7 @@ class RefusalCauses(NamedTuple):
 
 def explained(
     changes: Sequence[Hypothesis],
-    scores_of: Callable[[Sequence[Hypothesis]], Floats],
+    misfits: Floats,
     outcome_of: Callable[[Hypothesis], TriedCalibration],
     left: Errors,
     positions: bool,
@@ -81,8 +81,8 @@ def explained(
     ----------
     changes
         Possible mistakes, with corrected data.
-    scores_of
-        Returns the misfit of the rows with each mistake corrected, with the nominal table.
+    misfits
+        The misfit of the rows with the nominal table: as given, and with each mistake corrected.
     outcome_of
         Returns the result of a calibration with one mistake corrected.
     left
@@ -90,8 +90,7 @@ def explained(
     positions
         Whether only positions were measured.
     """
-    begin, *others = scores_of([Hypothesis('', ''), *changes]).tolist()
-    scores, found = np.array(others), []
+    begin, scores, found = misfits[0], misfits[1:], []
     likeliest = np.argsort(scores, kind='stable')[:MISTAKE_TRIALS]
     for k in likeliest[scores[likeliest] < begin].tolist():
         try:
@@ -125,12 +124,11 @@ def mistakes_of(robot: Robot, given: Measured, read: str) -> list[Hypothesis]:
     return own + list(order_hypotheses_of(given.poses, A, read))
 
 
-def scores_of_poses(
-    robot: Robot, given: Measured, used: Flags
-) -> Callable[[Sequence[Hypothesis]], Floats]:
+def misfits_of_poses(
+    robot: Robot, given: Measured, used: Flags, changes: Sequence[Hypothesis]
+) -> Floats:
     """
-    Return a function whose arguments are supposed mistakes of the input. It corrects the input for
-    each mistake, and returns the misfits of the poses after the correction.
+    Return the misfit of the poses after each of H supposed mistakes of the input is corrected.
 
     Base and tool are fitted to the used rows of the set with most outliers. A row counts at most 1
     in a misfit: errors above 20 mm or 2 deg count no more.
@@ -140,19 +138,15 @@ def scores_of_poses(
     some = [few_of(len(own)) for own in both]
     rows = np.concatenate([own[at] for own, at in zip(both, some) if len(own)])
     near = used[rows]
-
-    def scores(changes: Sequence[Hypothesis]) -> Floats:
-        A, B = undone(ComparedData(robot, given.q, given.poses), changes, rows)
-        a, b = A[:, near], B[:, near]
-        X, Y, *_ = offsets_of(a, b, True, Free()) if given.positions else fit_offsets(a, b)
-        lengths, angles = apart(B, X[:, None] @ A @ Y[:, None])
-        units = np.array([one.unit for one in changes])
-        squares = (units[:, None] * lengths / ERROR_LIMIT.position) ** 2
-        return truncated(
-            squares if given.positions else squares + (angles / ERROR_LIMIT.angle) ** 2
-        )
-
-    return scores
+    A, B = undone(ComparedData(robot, given.q, given.poses), changes, rows)
+    a, b = A[:, near], B[:, near]
+    X, Y, *_ = offsets_of(a, b, True, Free()) if given.positions else fit_offsets(a, b)
+    lengths, angles = apart(B, X[:, None] @ A @ Y[:, None])
+    units = np.array([one.unit for one in changes])
+    squares = (units[:, None] * lengths / ERROR_LIMIT.position) ** 2
+    if not given.positions:
+        squares = squares + (angles / ERROR_LIMIT.angle) ** 2
+    return truncated(squares)
 
 
 def truncated(squares: Floats) -> Floats:

@@ -9,7 +9,7 @@ table. If arm, tip and points grow by one factor, the touches stay the same: onl
 are identifiable, unless the distance between two points is known.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -237,15 +237,13 @@ class SamePointParameters(ChosenParameters):
         """Return the rows with a mistake corrected, as arguments of `calibrate`."""
         return {'q': change.joints(self.given.q), 'same_point': self.marks}
 
-    def scores_of(self, used: Flags) -> Callable[[Sequence[Hypothesis]], Floats]:
+    def misfits(self, used: Flags, changes: Sequence[Hypothesis]) -> Floats:
         """
-        Return a function that takes a mistake of the input. It corrects the input, and returns the
-        truncated mean of the squared distances from tips to points.
+        Return the truncated mean of the squared distances from tips to points, after each of H
+        mistakes of the input is corrected.
         """
-        q, far = self.given.q, ERROR_LIMIT.position
-        return lambda changes: truncated(
-            (self._distances(np.stack([one.joints(q) for one in changes])) / far) ** 2
-        )
+        distances = self._distances(np.stack([one.joints(self.given.q) for one in changes]))
+        return truncated((distances / ERROR_LIMIT.position) ** 2)
 
     def _distances(self, joints: Floats) -> Floats:
         # Fit tip and points to joint positions (H, N, n), and return the distances (H, N) from
