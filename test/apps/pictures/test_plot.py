@@ -605,7 +605,7 @@ def test_the_workspace_of_two_links_is_a_ring():
     text = ks.bundled_robots()['planar_2r'].read_text().partition('known_poses')[0]
     robot = ks.robot_from_text(re.sub(r'constants:.*', 'constants: {L1: 1.0, L2: 0.6}', text))
     plane = plane_of(robot)
-    assert (plane.name, plane.at) == ('xy', 0.0)
+    assert (plane.name, plane.origin[2]) == ('xy', 0.0)
     space = workspace(robot, plane, 12_000)
     rows, columns = np.nonzero(np.isfinite(space.best))
     centres = space.corner + space.size * (np.column_stack([columns, rows]) + 0.5)

@@ -195,14 +195,11 @@ class _Corrections:
 
     def _dh_rows(self, k: int, link: DhRow, turn: float) -> tuple[list[Link], float]:
         def corrected(name: str, given: Expression) -> Expression:
-            angle = link.motions[link.names.index(name)].axis[0] == 'R'
-            return self._added(given, self.of(k, name), angle)
+            return self._added(given, self.of(k, name), name in ('theta', 'alpha'))
 
-        turns = {'theta': turn} if turn else {}
-        cells = {
-            name: corrected(name, self._turned(link[name], turns.get(name, 0.0)))
-            for name in link.names
-        }
+        cells = {name: corrected(name, link[name]) for name in link.names}
+        if turn:
+            cells['theta'] = corrected('theta', self._turned(link['theta'], turn))
         beta, b = self.of(k, 'Ry'), self.of(k, 'Ty')
         if not beta and not b:
             return [_row(link, cells)], 0.0

@@ -45,8 +45,6 @@ class Plane(FrozenArrays):
     across, up : shape (3,)
         Unit vectors of the coordinates. For the half plane `up` is along the edge, and the first
         coordinate is the radius, without `across`.
-    at
-        Position of a plane along base axes on the third axis, m.
     labels
         Labels of the coordinates, with units.
     title
@@ -57,7 +55,6 @@ class Plane(FrozenArrays):
     origin: Floats
     across: Floats
     up: Floats
-    at: float
     labels: tuple[str, str]
     title: str
 
@@ -161,7 +158,6 @@ def _half_plane(axis: JointAxis) -> Plane:
         origin=np.array(axis.point),
         across=np.roll(direction, 1),
         up=np.array(direction),
-        at=0.0,
         labels=(with_unit(f'distance from the axis of {joint}', 'm'), with_unit(height, 'm')),
         title=f'half plane of the axis of {joint}',
     )
@@ -179,7 +175,6 @@ def _base_plane(name: str, at: float | None, points: Floats, flat: float) -> Pla
         origin=at * unit[third],
         across=unit[across],
         up=unit[up],
-        at=at,
         labels=(with_unit(name[0], 'm'), with_unit(name[1], 'm')),
         title=f'plane {"xyz"[third]} = {at:.3g} m',
     )
