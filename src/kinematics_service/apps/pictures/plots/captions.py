@@ -13,7 +13,7 @@ from ....kinematics.singularity import Singularity, flat_loop, none_found
 from ....robot.file.parts.loop_groups import group_in_words
 from ....robot.measures import Level
 from ....robot.robot import Robot
-from .picture import with_unit, words
+from .picture import words
 
 # Maximum number of letters of a joint name in a picture; a longer name is cut.
 MAX_LETTERS = 16
@@ -65,8 +65,3 @@ def nearness(robot: Robot, singularity: Singularity) -> str:
     if singularity.level not in (Level.OK, Level.STALE):
         text += f' [{singularity.level.name}]'
     return text
-
-
-def joint_label(robot: Robot, j: int) -> str:
-    """Return the label of an axis with the positions of a joint: its variable and unit."""
-    return with_unit(short(robot.variables[j]), robot.units[j])

@@ -12,10 +12,10 @@ import numpy as np
 from ....kernel import Floats
 from ....robot.robot import Robot
 from .artists import Artist, Axes, Figure
-from .captions import joint_label, positions
+from .captions import positions, short
 from .distance_colours import ColourScale, draw_distances
 from .distance_map import DistanceMap
-from .picture import Draw, words
+from .picture import Draw, with_unit, words
 from .ranges import not_all_closed
 from .set_styles import set_styles
 
@@ -133,7 +133,7 @@ def _draw_open(axes: Axes, robot: Robot, numbers: DistanceMap) -> list[Artist]:
 def _label(axis: Any, robot: Robot, joint: int) -> None:
     from matplotlib.ticker import FuncFormatter, MultipleLocator
 
-    axis.set_label_text(joint_label(robot, joint))
+    axis.set_label_text(with_unit(short(robot.variables[joint]), robot.units[joint]))
     low, high = axis.get_view_interval()
     if not robot.prismatic[joint] and high - low > math.pi:
         step = QUARTER if high - low <= 1.25 * math.pi else 2.0 * QUARTER

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ....kernel import Floats
 from ....kinematics.forward import twist
 from ....kinematics.singularity import singularity
 from ....robot.robot import Robot
@@ -50,7 +49,8 @@ def velocity_picture(robot: Robot, motion: PlottedMotion, marked: Sequence[float
             (angular, tool[:, 3:], 'angular', 'ω', 'rad/s'),
         ):
             names = [f'{letter}{axis}' for axis in 'xyz'] + [f'|{letter}|']
-            draw_curves(axes, motion, _with_norm(part), names, (*AXIS_COLORS, BLACK))
+            with_norm = np.column_stack([part, np.linalg.norm(part, axis=1)])
+            draw_curves(axes, motion, with_norm, names, (*AXIS_COLORS, BLACK))
             axes.set_ylabel(with_unit(f'{kind} velocity', unit))
             axes.lines[-1].set(linestyle='-', linewidth=1.0, zorder=2)
         for axes, (chosen, unit) in zip(rates, joints):
@@ -65,7 +65,3 @@ def velocity_picture(robot: Robot, motion: PlottedMotion, marked: Sequence[float
         shade(figure, rows, motion, levels, 'near a singular pose')
 
     return draw
-
-
-def _with_norm(vectors: Floats) -> Floats:
-    return np.column_stack([vectors, np.linalg.norm(vectors, axis=1)])

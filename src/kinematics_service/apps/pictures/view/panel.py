@@ -142,7 +142,8 @@ def _value(value: float) -> str:
 def jacobian_html(seen: Observation) -> str:
     """Return J as a table: a row for each of vx to wz, a column for each joint."""
     names = short_names(seen.robot.joint_names)
-    head = ''.join(f'<th>{_breakable(name)}</th>' for name in names)
+    broken = (escape(name).replace('_', '_<wbr>') for name in names)
+    head = ''.join(f'<th>{name}</th>' for name in broken)
     body = ''.join(
         f'<tr><td>{label}</td>'
         + ''.join(f'<td class="num">{_number(float(value))}</td>' for value in row)
@@ -175,10 +176,6 @@ def _joint(joint: JointReading) -> str:
         f'<div class="pair"><span>{escape(joint.name)}<b style="color:{colour(joint.level)}">'
         f'{escape(remark)}</b></span><span class="num">{escape(joint.text)}</span></div>{pin}'
     )
-
-
-def _breakable(name: str) -> str:
-    return escape(name).replace('_', '_<wbr>')
 
 
 def _number(value: float, decimals: int = 3) -> str:
