@@ -11,7 +11,6 @@ from ....app_modules import app_module
 from ....errors import PlotError
 from ....kernel import Floats, Integers
 from ....robot.closed_poses import closes_at
-from ....robot.measures import Level
 from ....robot.robot import Robot
 from ...recordings.readers.recording import read_recording
 
@@ -152,33 +151,3 @@ def _differentiated(robot: Robot, times: Floats, q: Floats, name: str) -> Plotte
     qdot = [np.gradient(positions, t, axis=0) for t, positions in parts]
     kept, positions = (np.concatenate(column) for column in zip(*parts))
     return _closed(robot, kept, positions, np.concatenate(qdot), name, True)
-
-
-@dataclass(frozen=True)
-class ShadedInterval:
-    """An interval from `start` to `end`, s, with a level other than OK."""
-
-    start: float
-    end: float
-    level: Level
-
-
-def shaded_intervals(times: Floats, levels: Floats) -> tuple[ShadedInterval, ...]:
-    """
-    Return the intervals of constant level other than OK, each up to the first row with another
-    level.
-
-    Parameters
-    ----------
-    times : shape (N,), s
-    levels : shape (N,)
-        `Singularity.level` of a batch.
-    """
-    changes = np.flatnonzero(np.diff(levels)) + 1
-    starts = np.concatenate([[0], changes]).astype(int)
-    ends = np.append(changes, len(levels) - 1).astype(int)
-    return tuple(
-        ShadedInterval(float(times[a]), float(times[b]), Level(int(levels[a])))
-        for a, b in zip(starts, ends)
-        if levels[a] != Level.OK
-    )

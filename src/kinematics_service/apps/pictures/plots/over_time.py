@@ -5,10 +5,12 @@
 from collections.abc import Sequence
 from itertools import cycle
 
+import numpy as np
+
 from ....kernel import Floats
 from ....robot.measures import Level
 from .artists import Axes, Figure
-from .motion import PlottedMotion, shaded_intervals
+from .motion import PlottedMotion
 from .picture import DASHES, SERIES, VERMILION, YELLOW
 
 # Width of a picture, inches.
@@ -76,16 +78,22 @@ def shade(
     """
     from matplotlib.patches import Patch
 
-    found = shaded_intervals(motion.times, levels)
-    least = 0.001 * float(motion.times[-1] - motion.times[0])
-    for interval in found:
-        color, alpha = SHADES[interval.level]
-        end = max(interval.end, interval.start + least)
-        for axes in rows:
-            axes.axvspan(interval.start, end, color=color, alpha=alpha, linewidth=0, zorder=0.5)
+    times, changes = motion.times.tolist(), np.flatnonzero(np.diff(levels)) + 1
+    least = 0.001 * (times[-1] - times[0])
+    # An interval of constant level ends at the first row with another level.
+    starts, ends = [0, *changes.tolist()], [*changes.tolist(), len(times) - 1]
+    for start, end in zip(starts, ends):
+        level = Level(int(levels[start]))
+        if level in SHADES:
+            color, alpha = SHADES[level]
+            until = max(times[end], times[start] + least)
+            for axes in rows:
+                axes.axvspan(
+                    times[start], until, color=color, alpha=alpha, linewidth=0, zorder=0.5
+                )
     entries = []
     for level, (color, alpha) in SHADES.items():
-        if any(interval.level == level for interval in found):
+        if np.any(levels == level):
             entries.append(Patch(color=color, alpha=alpha, label=level.name))
     if entries:
         figure.legend(
