@@ -15,13 +15,12 @@ from kinematics_service.apps.calibration.checking import not_nothing
 from kinematics_service.apps.calibration.output.page import (
     BOTTOM,
     HEIGHT,
-    PageOrigin,
     PointPlot,
     page_of,
 )
 
 NOISE = 5e-5
-ORIGIN = PageOrigin(('tracker <1>.csv',), 'ur5e.yaml', '2031-02-03', ('A remark',))
+ORIGIN = ('tracker <1>.csv',), 'ur5e.yaml', '2031-02-03', ('A remark',)
 
 
 @pytest.fixture(scope='module')
@@ -33,7 +32,7 @@ def found():
 
 
 def test_the_page_says_what_was_found(found):
-    page = page_of(found, ORIGIN)
+    page = page_of(found, *ORIGIN)
     assert 'tracker &lt;1&gt;.csv' in page
     assert 'd2 + d3 + d4' in page
     assert 'A remark.' in page
@@ -42,7 +41,7 @@ def test_the_page_says_what_was_found(found):
     # Two plots of the poses have a point before and after for each, those of joints no outlier.
     assert page.count('<circle class="before"') == 2 * 40 + 6 * 39
     assert page.count('<circle class="outlier"') == 2
-    assert page == page_of(found, ORIGIN)
+    assert page == page_of(found, *ORIGIN)
 
 
 def test_an_error_far_below_the_others_is_not_drawn_beside_them():
@@ -67,7 +66,7 @@ def test_no_deviation_is_nothing():
 
 
 def test_the_page_needs_nothing_else(found):
-    page = page_of(found, ORIGIN)
+    page = page_of(found, *ORIGIN)
     assert not re.findall(r'(?:src|href)=|url\(|@import|https?:', page)
 
 
@@ -78,19 +77,19 @@ def test_positions_touches_and_several_sets_have_pages():
     poses[10:] = np.linalg.inv(BASE) @ poses[10:]
     sets = np.repeat([0, 1], 10)
     found = ks.calibrate(arm.robot, arm.q, poses, sets=sets, check=False)
-    assert 'of the orientation by pose' in page_of(found, ORIGIN)
+    assert 'of the orientation by pose' in page_of(found, *ORIGIN)
     found = ks.calibrate(arm.robot, arm.q, arm.poses[:, :3, 3], check=False)
-    assert 'of the orientation by pose' not in page_of(found, ORIGIN)
+    assert 'of the orientation by pose' not in page_of(found, *ORIGIN)
     arm = touching_arm('puma560', (('A', (0.4, 0.2, 0.1)),), 20, NOISE)
     found = ks.calibrate(robot_of('puma560'), arm.q, same_point=arm.marks, check=False)
-    assert 'of the position by touch' in page_of(found, ORIGIN)
+    assert 'of the position by touch' in page_of(found, *ORIGIN)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(('width', 'scheme'), [(1000, 'dark'), (390, 'light')])
 def test_the_page_fits_the_window(found, tmp_path, width, scheme):
     page = tmp_path / 'page.html'
-    page.write_text(page_of(found, ORIGIN))
+    page.write_text(page_of(found, *ORIGIN))
     with chromium_tab() as tab:
         tab.open(page.as_uri(), width, 900)
         feature = {'name': 'prefers-color-scheme', 'value': scheme}

@@ -20,7 +20,7 @@ from ....printing import Output, heading, json_text, plain, table, working
 from ....robot.bundled import find_robot, find_robot_file
 from ....robot.file.reader import robot_file_text
 from ..output.calibration_run import CalibratedPoses, CalibrationRun
-from ..output.page import PageOrigin, page_of
+from ..output.page import page_of
 from ..report import cells_of, document_of, sentences_of
 from ..robot_text import CalibrationOrigin, calibrated_text
 from .calibration_options import check_inputs, check_output
@@ -110,8 +110,8 @@ def _robot_text(data: CalibratedPoses, robot: str, outputs: OutputOptions) -> st
 def write_report(data: CalibratedPoses, robot: str, outputs: OutputOptions) -> None:
     """Write the page and the document of a calibration, and print its results."""
     date = datetime.now().astimezone().isoformat(' ', 'seconds')
-    origin = PageOrigin(tuple(data.files), str(find_robot_file(robot)), date, tuple(data.remarks))
-    page = page_of(data.found, origin) if outputs.html else ''
+    origin = data.files, str(find_robot_file(robot)), date, data.remarks
+    page = page_of(data.found, *origin) if outputs.html else ''
     document = {**document_of(data.found, data.files), 'reading': data.remarks}
     if data.zeros:
         document['zeros'] = data.zeros

@@ -38,29 +38,30 @@ PLOT_DECADES = 4
 DECADES = 3
 
 
-@dataclass(frozen=True)
-class PageOrigin:
-    """The data at the head of the page: measured files, robot file, date, remarks on reading."""
+def page_of(
+    found: Calibration, files: Sequence[str], robot: str, date: str, remarks: Sequence[str] = ()
+) -> str:
+    """
+    Return the HTML page of a calibration.
 
-    files: tuple[str, ...]
-    robot: str
-    date: str
-    remarks: tuple[str, ...] = ()
-
-
-def page_of(found: Calibration, origin: PageOrigin) -> str:
-    """Return the HTML page of a calibration."""
+    Parameters
+    ----------
+    files, robot, date
+        Names of the measured files and of the robot file, and the date, for the head of the page.
+    remarks
+        Sentences on reading the files.
+    """
     title = f'Calibration of {found.robot.name}'
     rows = [
-        ('data', escape(', '.join(origin.files))),
+        ('data', escape(', '.join(files))),
         ('', f'{found.count:,} {found.kind}'),
-        ('robot file', escape(origin.robot)),
-        ('date', escape(origin.date)),
+        ('robot file', escape(robot)),
+        ('date', escape(date)),
         ('version', f'kinematics_service {__version__}'),
     ]
     body = [
         f'<h1>{escape(title)}</h1>\n{facts(rows)}',
-        _verdict(found, origin),
+        _verdict(found, remarks),
         '<h2>Errors</h2>\n',
         _errors(found),
         _by_pose(found),
@@ -71,8 +72,8 @@ def page_of(found: Calibration, origin: PageOrigin) -> str:
     return document(title, body, resource(__package__, 'page.css'))
 
 
-def _verdict(found: Calibration, origin: PageOrigin) -> str:
-    first, *others = (*sentences_of(found), *origin.remarks)
+def _verdict(found: Calibration, remarks: Sequence[str]) -> str:
+    first, *others = (*sentences_of(found), *remarks)
     level = 'ERROR' if not found.accepted else 'WARN' if found.no_better else 'OK'
     items = ''.join(f'<li>{escape(one)}.</li>' for one in others)
     return (

@@ -138,8 +138,6 @@ def _system(robot: Robot, plane: Plane, q: Floats, c: Floats) -> tuple[Floats, F
 
 
 def _names(robot: Robot, q: Floats) -> tuple[str, ...]:
-    if not len(q):
-        return ()
     factors = singularity(robot, q).factors
     if factors is None:
         return ('',) * len(q)
