@@ -72,19 +72,20 @@ class Page:
         gui.main_panel.dock_right()
         self._nodes = gui.add_dropdown('arm of', ('',), visible=False)
         self._gauges = gui.add_html('')
-        self._add_folders(publishable)
-        viewpoint.look_at(self._first)
-
-    def _add_folders(self, publishable: bool) -> None:
-        gui = self._server.gui
         with gui.add_folder('Joints'):
-            self.sliders = Sliders(self._server, self.robot)
-            self._self_motion = SelfMotionSlider(self._server, self.robot)
+            self.sliders = Sliders(server, robot)
+            self._self_motion = SelfMotionSlider(server, robot)
             hint = 'the sliders publish joint states, as the robot would'
             self._publish = gui.add_checkbox(
                 'publish joint states', False, visible=publishable, hint=hint
             )
-            self._add_buttons(self.sliders.positions)
+            regular = self.sliders.positions
+            singular = singular_pose(robot, self.sliders.ranges, regular)
+            self._buttons = [(gui.add_button('Regular pose'), regular)]
+            if singular is not None:
+                self._buttons.append((gui.add_button('Singular pose'), singular))
+            for button, q in self._buttons:
+                button.on_click(lambda _, q=q: setattr(self, '_requested', q))
         with gui.add_folder('Tool and measures'):
             self._facts = gui.add_html('')
         with gui.add_folder('Jacobian'):
@@ -92,11 +93,12 @@ class Page:
         with gui.add_folder('Limits'):
             self._joints = gui.add_html('')
         with gui.add_folder('Show', expand_by_default=False):
-            self.last = observe(self.robot, self.sliders.positions)
-            self._first = scene_of(self.last)
-            self._drawing = Drawing(self._server, self._first)
+            self.last = observe(robot, regular)
+            first = scene_of(self.last)
+            self._drawing = Drawing(server, first)
             self._switches = {name: gui.add_checkbox(label, on) for name, label, on in SWITCHES}
             gui.add_button('Clear the trail').on_click(lambda _: self._drawing.clear_trail())
+        viewpoint.look_at(first)
 
     def offer(self, nodes: tuple[str, ...], node: str) -> str:
         """
@@ -115,14 +117,6 @@ class Page:
             self._nodes.value = node
             self._nodes.visible = len(options) > 1
         return str(self._nodes.value)
-
-    def _add_buttons(self, regular: Floats) -> None:
-        singular = singular_pose(self.robot, self.sliders.ranges, regular)
-        self._buttons = [(self._server.gui.add_button('Regular pose'), regular)]
-        if singular is not None:
-            self._buttons.append((self._server.gui.add_button('Singular pose'), singular))
-        for button, q in self._buttons:
-            button.on_click(lambda _, q=q: setattr(self, '_requested', q))
 
     @property
     def wants_to_publish(self) -> bool:
