@@ -32,6 +32,8 @@ MIN_NEW = 20
 LOOKS_OF_A_JUMP = ('joint_offset', 'link_length', 'link_twist', 'time_lag')
 # The advice to the user if large errors remain that no mistake explains.
 ADVICE = 'calibrate-live collects poses for a robot file of this very arm'
+# The path of the joints: stamps (ns), and the joint positions (n,) at these stamps.
+Way = list[tuple[int, Floats]]
 
 
 @dataclass(frozen=True)
@@ -65,16 +67,9 @@ class Examined:
 
 
 def examined(
-    robot: Robot,
-    limits: ReferenceLimits,
-    before: Examined | None,
-    new: CollectedPoses,
-    way: list[tuple[int, Floats]],
+    robot: Robot, limits: ReferenceLimits, before: Examined | None, new: CollectedPoses, way: Way
 ) -> Examined:
-    """
-    Return the diagnosis and the jump test after new poses. `way` is a list of pairs: stamp (ns),
-    and joint positions (n,) at this stamp.
-    """
+    """Return the diagnosis and the jump test after new poses; `way` has the joints' path."""
     if before is None:
         return restarted(robot, limits, None, new, way)
     watched = before.detector.observe(new) if before.detector else None
@@ -98,7 +93,7 @@ def restarted(
     limits: ReferenceLimits,
     before: Examined | None,
     newest: CollectedPoses,
-    way: list[tuple[int, Floats]],
+    way: Way,
 ) -> Examined:
     """
     Return the diagnosis of the newest poses alone, and a jump test. A running jump test goes on if
@@ -124,12 +119,10 @@ def restarted(
     return Examined(0, newest, found, detector=detector, watched=watched)
 
 
-def diagnosed(
-    robot: Robot, poses: CollectedPoses, way: list[tuple[int, Floats]]
-) -> FrameDiagnosis | str:
+def diagnosed(robot: Robot, poses: CollectedPoses, way: Way) -> FrameDiagnosis | str:
     """
-    Return the diagnosis of poses, or a sentence that says why no diagnosis is possible. `way` is a
-    list of pairs: stamp (ns), and joint positions (n,) at this stamp.
+    Return the diagnosis of poses, or a sentence that says why no diagnosis is possible; `way` has
+    the joints' path.
     """
     stamps = np.array(poses.stamps)
     rising = np.argsort(stamps, kind='stable')
