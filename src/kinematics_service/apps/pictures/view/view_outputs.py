@@ -48,19 +48,17 @@ class ViewOutputs:
     """
 
     def __init__(self, node: Node, source: str) -> None:
-        def subscribe(topic: str, kind: type) -> LatestMessage:
-            return LatestMessage(node, f'{source}/{topic}', kind, LAST_QOS)
+        def subscribe(topic: str, kind: type, qos: QoSProfile = LAST_QOS) -> LatestMessage:
+            return LatestMessage(node, topic.replace('~', source), kind, qos)
 
-        self.pose = subscribe('pose', PoseStamped)
-        self.jacobian = subscribe('jacobian', Float64MultiArray)
-        self.frames = subscribe('link_frames', PoseArray)
-        self.twist = subscribe('twist', TwistStamped)
-        self.distance = subscribe('singularity/distance', Float64)
-        self.scale = LatestMessage(node, SCALE.replace('~', source), Float64, LAST_QOS)
-        self.warning, self.reason = (
-            LatestMessage(node, topic.replace('~', source), DiagnosticStatus, WARNING_QOS)
-            for topic in (WARNING, SCALE_REASON)
-        )
+        self.pose = subscribe('~/pose', PoseStamped)
+        self.jacobian = subscribe('~/jacobian', Float64MultiArray)
+        self.frames = subscribe('~/link_frames', PoseArray)
+        self.twist = subscribe('~/twist', TwistStamped)
+        self.distance = subscribe('~/singularity/distance', Float64)
+        self.scale = subscribe(SCALE, Float64)
+        self.warning = subscribe(WARNING, DiagnosticStatus, WARNING_QOS)
+        self.reason = subscribe(SCALE_REASON, DiagnosticStatus, WARNING_QOS)
 
     @property
     def count(self) -> int:
@@ -122,8 +120,7 @@ def _six_rows(message: Any) -> Floats | None:
         matrix = jacobian_of(message)
     except LayoutError:
         return None
-    order = {name: k for k, name in enumerate(matrix.rows)}
     wanted = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
-    if set(order) != set(wanted):
+    if set(matrix.rows) != set(wanted):
         return None
-    return matrix.jacobian[[order[name] for name in wanted]]
+    return matrix.jacobian[[matrix.rows.index(name) for name in wanted]]
