@@ -143,11 +143,8 @@ def _gaps(times: Floats) -> Integers:
 def _differentiated(robot: Robot, times: Floats, q: Floats, name: str) -> PlottedMotion:
     # Differentiate each part between gaps. A single row between two gaps has no velocity and is
     # left out. At least one part has two rows, because the median time step is no gap.
-    parts = [
-        (t, positions)
-        for t, positions in zip(np.split(times, _gaps(times)), np.split(q, _gaps(times)))
-        if len(t) > 1
-    ]
+    gaps = _gaps(times)
+    parts = [(t, p) for t, p in zip(np.split(times, gaps), np.split(q, gaps)) if len(t) > 1]
     qdot = [np.gradient(positions, t, axis=0) for t, positions in parts]
     kept, positions = (np.concatenate(column) for column in zip(*parts))
     return _closed(robot, kept, positions, np.concatenate(qdot), name, True)

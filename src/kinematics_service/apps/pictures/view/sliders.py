@@ -54,8 +54,7 @@ class Sliders:
         self._history: deque[tuple[float, Floats]] = deque()
         start = np.clip(np.round(clear_pose(robot), 3), self.ranges[:, 0], self.ranges[:, 1])
         self._handles = []
-        names = short_names(robot.joint_names)
-        for j, (name, unit) in enumerate(zip(names, robot.units)):
+        for j, (name, unit) in enumerate(zip(short_names(robot.joint_names), robot.units)):
             low, high = self.ranges[j].tolist()
             limited = bool(np.all(np.isfinite(robot.limits[j])))
             self._handles.append(
