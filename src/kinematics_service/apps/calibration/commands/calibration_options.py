@@ -184,9 +184,10 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
     parameters = [one.replace(kind=one.KEYWORD_ONLY) for one in parameters]
 
     def run(**values: Any) -> None:
+        given = dict[str, Any]()
         for name, own in groups.items():
-            values[name] = own(*(values.pop(field) for field in own._fields))
-        command(**values)
+            given[name] = own(*(values.pop(field) for field in own._fields))
+        command(**given, **values)
 
     run.__doc__, run.__name__ = command.__doc__, command.__name__
     run.__annotations__ = {one.name: one.annotation for one in parameters}
