@@ -4,7 +4,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -237,7 +237,7 @@ class ChosenParameters:
         poses = forward_kinematics(self.robot, self.given.q)
         return remainders_between(self.given.poses, poses, self.given.positions)
 
-    def undone(self, change: Hypothesis) -> dict[str, Any]:
+    def undone(self, change: Hypothesis) -> dict[str, object]:
         """
         Correct a mistake of the input, and return the measured rows as arguments of `calibrate`.
         """

@@ -11,7 +11,7 @@ are identifiable, unless the distance between two points is known.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -232,7 +232,7 @@ class SamePointParameters(ChosenParameters):
         poses = rigid_positions(points[self.given.sets])
         return self.problem(chains, poses, chosen, tolerances, distances)
 
-    def undone(self, change: Hypothesis) -> dict[str, Any]:
+    def undone(self, change: Hypothesis) -> dict[str, object]:
         """Return the rows with a mistake corrected, as arguments of `calibrate`."""
         return {'q': change.joints(self.given.q), 'same_point': self.marks}
 
