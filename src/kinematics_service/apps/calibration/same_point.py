@@ -45,6 +45,7 @@ from .chosen_parameters import (
     ChosenParameters,
     PlacedEnds,
     TouchedPoint,
+    UndoneRows,
     usual_motions,
 )
 from .explanations import truncated
@@ -232,7 +233,7 @@ class SamePointParameters(ChosenParameters):
         poses = rigid_positions(points[self.given.sets])
         return self.problem(chains, poses, chosen, tolerances, distances)
 
-    def undone(self, change: Hypothesis) -> dict[str, object]:
+    def undone(self, change: Hypothesis) -> UndoneRows:
         """Return the rows with a mistake corrected, as arguments of `calibrate`."""
         return {'q': change.joints(self.given.q), 'same_point': self.marks}
 
