@@ -371,6 +371,8 @@ def _first_sentence(ks: Any, name: str) -> str:
 CODE = re.compile(r'[a-z][a-z0-9]*(-[a-z0-9]+)*')
 # Functions that take the code of a fault after its message.
 TAKES_CODE = {'fault', 'warn', 'refuse', 'note', 'Reason', 'YamlError', '_refuse'}
+# Functions that return an error whose code is their name.
+NAMED_AS_CODE = {'unknown_name', 'wrong_shape'}
 
 
 def _codes(tree: ast.AST) -> Iterator[str]:
@@ -388,6 +390,8 @@ def _codes(tree: ast.AST) -> Iterator[str]:
             # The fault of a row of a table has its report and column first.
             of_row = name == 'fault' and getattr(node.args[0], 'id', '') == 'report'
             values = node.args[3 if of_row else 1 :] if name in TAKES_CODE else []
+            if name in NAMED_AS_CODE:
+                yield name.replace('_', '-')
         else:
             continue
         for value in values:
@@ -400,10 +404,12 @@ def _codes(tree: ast.AST) -> Iterator[str]:
 def error_codes() -> str:
     """Return a table of the codes of errors, with the parts of the package that raise them."""
     import kinematics_service as ks
+    from kinematics_service import errors
 
     package = Path(ks.__file__).parent
-    rooms: dict[str, set[str]] = {}
-    for file in package.rglob('*.py'):
+    kinds = (kind for name, kind in vars(errors).items() if name.endswith('Error'))
+    rooms = {kind.code: {'errors'} for kind in kinds}
+    for file in set(package.rglob('*.py')) - {Path(errors.__file__)}:
         folders = file.relative_to(package).parts[:-1]
         room = next((name for name in folders if name != 'apps'), 'errors')
         for code in _codes(ast.parse(file.read_text(encoding='utf-8'))):

@@ -40,7 +40,8 @@ changes.
     +-- WireError (V)
 """
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -84,10 +85,17 @@ class KinematicsError(Exception):
     ----------
     code
         Stable name of the cause, for example `unknown-name`; it is not printed. Each class has a
-        general code, for errors that are raised without a code of their own.
+        general code, for errors that are raised without a code of their own: its name, unless the
+        class gives another (`robot-file` for RobotFileError).
     """
 
     code = 'error'
+
+    def __init_subclass__(cls) -> None:
+        """Give a class without a general code its name as code."""
+        if 'code' not in vars(cls):
+            words = re.findall('[A-Z][a-z]*', cls.__name__.removesuffix('Error'))
+            cls.code = '-'.join(words).lower()
 
     def __init__(self, message: str = '', *, code: str = '') -> None:
         super().__init__(message)
@@ -97,8 +105,6 @@ class KinematicsError(Exception):
 
 class RobotFileError(KinematicsError, ValueError):
     """A robot file does not describe a robot; the text of the error has one line per fault."""
-
-    code = 'robot-file'
 
     def __init__(self, faults: Sequence[Fault]) -> None:
         self.faults = tuple(faults)
@@ -131,8 +137,6 @@ class RobotNotFoundError(KinematicsError, ValueError):
 class RobotFileWriteError(KinematicsError):
     """A part of a robot file cannot be changed without a change of other parts of the file."""
 
-    code = 'robot-file-write'
-
 
 class ExpressionError(KinematicsError, ValueError):
     """A text is not an accepted mathematical expression."""
@@ -158,8 +162,6 @@ class ArgumentError(KinematicsError, ValueError):
         The given shape or text; None for a value without a shape.
     """
 
-    code = 'argument'
-
     def __init__(
         self,
         message: str,
@@ -171,6 +173,32 @@ class ArgumentError(KinematicsError, ValueError):
     ) -> None:
         self.argument, self.expected, self.given = argument, tuple(expected), given
         super().__init__(message, code=code)
+
+    @classmethod
+    def refused(
+        cls, argument: str, expected: str, given: object, *, code: str = ''
+    ) -> 'ArgumentError':
+        """Return the error that an argument must be what `expected` says."""
+        sentence = f'{argument} must be {expected}, not {given!r:.80}'
+        return cls(sentence, argument, [expected], given, code=code)
+
+    @classmethod
+    def unknown_name(
+        cls, argument: str, known: Iterable[str], given: object, others: str = ''
+    ) -> 'ArgumentError':
+        """Return the error for a name that is not in `known`; `others` continues the list."""
+        names = tuple(known)
+        sentence = f'{argument} must be one of {", ".join(names)}{others}, not {given!r}'
+        return cls(sentence, argument, names, given, code='unknown-name')
+
+    @classmethod
+    def wrong_shape(
+        cls, argument: str, given: tuple[int, ...], expected: Sequence[Shape], accepted: str = ''
+    ) -> 'ArgumentError':
+        """Return the error that an array has another shape; `accepted` is the text of shapes."""
+        shapes = accepted or ' or '.join(map(str, expected))
+        sentence = f'{argument} has shape {given}; it must be {shapes}'
+        return cls(sentence, argument, expected, given, code='wrong-shape')
 
 
 class JointVectorError(ArgumentError):
@@ -207,25 +235,17 @@ class PointError(ArgumentError):
     The arm has no point, table row or axes of this name, or the coordinates are not three numbers.
     """
 
-    code = 'point'
-
 
 class TargetError(ArgumentError):
     """A target is not a finite pose or position, or it names task rows that do not exist."""
-
-    code = 'target'
 
 
 class TwistError(ArgumentError):
     """A twist is not six finite numbers, or it is given in the axes of an unknown frame."""
 
-    code = 'twist'
-
 
 class WrenchError(ArgumentError):
     """A wrench is not six finite numbers, or its leading dimensions do not fit those of `q`."""
-
-    code = 'wrench'
 
 
 class PlanError(ArgumentError):
@@ -233,31 +253,21 @@ class PlanError(ArgumentError):
     The times of a plan do not increase, or a setting of the plan's check is outside its range.
     """
 
-    code = 'plan'
-
 
 class ServoSettingsError(ArgumentError):
     """A setting for joint velocities (servo, damping or scale) is outside its range."""
-
-    code = 'servo-settings'
 
 
 class SweepError(KinematicsError):
     """The worker processes of a sweep (a computation over many poses) cannot be used."""
 
-    code = 'sweep'
-
 
 class DerivationError(KinematicsError, ValueError):
     """Formulas cannot be derived exactly; the message has the reason."""
 
-    code = 'derivation'
-
 
 class FormulaError(KinematicsError, ValueError):
     """A formula cannot be read; the error has the line and column."""
-
-    code = 'formula'
 
     def __init__(self, message: str, line: int = 0, column: int = 0, *, code: str = '') -> None:
         self.message = message
@@ -276,8 +286,6 @@ class UrdfError(KinematicsError, ValueError):
         The fault, with its file, line and element.
     """
 
-    code = 'urdf'
-
     def __init__(self, fault: Fault) -> None:
         self.fault = fault
         super().__init__(str(fault), code=fault.code)
@@ -290,19 +298,13 @@ class UrdfError(KinematicsError, ValueError):
 class RecordingError(KinematicsError, ValueError):
     """A recording of joint positions cannot be read or evaluated; the message has the reason."""
 
-    code = 'recording'
-
 
 class FramesError(KinematicsError, ValueError):
     """Measured poses and joint positions cannot be compared with an arm."""
 
-    code = 'frames'
-
 
 class CalibrationError(KinematicsError, ValueError):
     """Measured poses do not identify the parameters of a robot; the message has the reason."""
-
-    code = 'calibration'
 
 
 class ParameterNotFoundError(CalibrationError):
@@ -327,25 +329,17 @@ class ParameterNotFoundError(CalibrationError):
 class PlotError(KinematicsError, ValueError):
     """A picture cannot be drawn."""
 
-    code = 'plot'
-
 
 class ViewError(KinematicsError):
     """The live page cannot be served, because of its address or because viser is missing."""
-
-    code = 'view'
 
 
 class ArmsError(KinematicsError, ValueError):
     """Several arms cannot run together in one process; the exit code is 2 (wrong usage)."""
 
-    code = 'arms'
-
 
 class RobotConflictError(KinematicsError, ValueError):
     """The command line and a parameter name different robots; the exit code is 2 (wrong usage)."""
-
-    code = 'robot-conflict'
 
 
 class SettingsError(KinematicsError, ValueError):
@@ -357,22 +351,14 @@ class SettingsError(KinematicsError, ValueError):
 class RefusedTargetError(KinematicsError, ValueError):
     """The node cannot use a target, or cannot use the target now; the message has the reason."""
 
-    code = 'refused-target'
-
 
 class LayoutError(KinematicsError, ValueError):
     """The layout of a Float64MultiArray does not describe a matrix with labels."""
-
-    code = 'layout'
 
 
 class CdrError(KinematicsError, ValueError):
     """Serialized bytes have an encapsulation header or a length that a message cannot have."""
 
-    code = 'cdr'
-
 
 class WireError(KinematicsError, ValueError):
     """Serialized bytes are not a message of the expected type; ROS would refuse them as well."""
-
-    code = 'wire'

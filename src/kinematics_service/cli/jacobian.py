@@ -14,6 +14,7 @@ from ..kinematics.tool_state import evaluate
 from ..printing import Output, broken_name, heading, json_text, number, plain, table
 from ..robot.points import TOOL
 from ..robot.robot import Robot
+from ..robot.task import TWIST_ROWS
 from .options import (
     AtOption,
     DegreesOption,
@@ -37,7 +38,6 @@ from .singularity_report import (
     state_json,
 )
 
-ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
 # Width (characters) of a column of the printed matrix. Longer joint names are broken into lines.
 CELL = 9
 
@@ -104,7 +104,7 @@ def jacobian(
         document = {
             **state_json(state),
             'frame': axes,
-            'rows': ROWS,
+            'rows': TWIST_ROWS,
             'jacobian': J,
             'qdot': state.qdot,
             'twist': twist,
@@ -144,7 +144,7 @@ def _print_jacobian(out: Output, robot: Robot, at: str | None, axes: str, J: Flo
             column.justify = 'right'
             column.min_width = CELL
             column.max_width = cell
-        for row, entries in zip(ROWS, J[:, columns]):
+        for row, entries in zip(TWIST_ROWS, J[:, columns]):
             matrix.add_row(f'  {row}', *(number(entry, 5) for entry in entries))
         out.print('', matrix) if first else out.print(matrix)
 
@@ -153,9 +153,9 @@ def _print_twist(out: Output, robot: Robot, at: str | None, axes: str, twist: Fl
     rows = table('', '', '')
     for column in rows.columns:
         column.justify = 'right'
-    for name, value in zip(ROWS[:3], twist[:3]):
+    for name, value in zip(TWIST_ROWS[:3], twist[:3]):
         rows.add_row(f'  {name}', f'{number(value)} m/s')
-    for name, value in zip(ROWS[3:], twist[3:]):
+    for name, value in zip(TWIST_ROWS[3:], twist[3:]):
         rows.add_row(f'  {name}', f'{number(value)} rad/s', f'{number(value * DEGREES, 4)} deg/s')
     rows.show_header = False
     title = heading(f'Twist of {_place(robot, at)}, axes of {axes}')

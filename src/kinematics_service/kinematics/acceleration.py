@@ -24,7 +24,7 @@ from ..kernel import Chain, Closure, Floats, Integers, groups_from
 from ..robot.chain import first_entries
 from ..robot.points import TOOL, Point
 from ..robot.robot import AnyRobot, as_robot
-from .arguments import finite_rows, shape_together
+from .arguments import finite_rows
 from .forward import BASE, chosen, cross, offset_of, state_of, with_point_at
 from .tool_state import ToolState, velocities_of
 
@@ -106,9 +106,7 @@ def acceleration(
     """
     robot = as_robot(robot)
     state, point = state_of(robot, of, q, qdot), robot.point(of)
-    accelerations = finite_rows(JointVectorError, 'qddot', qddot, robot.dof)
-    shape = state.q.shape
-    shape_together(JointVectorError, ('q', 'qddot'), shape, accelerations.shape, shape)
+    accelerations = finite_rows(JointVectorError, 'qddot', qddot, robot.dof, state.q.shape)
     total = acceleration_of(state, point, accelerations, at)
     return chosen(robot, q, state, total[..., None], of, None, axes)[..., 0]
 

@@ -100,14 +100,7 @@ def analytic_jacobian(
     """
     robot = as_robot(robot)
     if not isinstance(rates, str) or rates not in COORDINATES:
-        known = tuple(COORDINATES)
-        raise PointError(
-            f'rates must be one of {", ".join(known)}, not {rates!r}',
-            'rates',
-            known,
-            rates,
-            code='unknown-name',
-        )
+        raise PointError.unknown_name('rates', COORDINATES, rates)
     state = state_of(robot, of, q)
     J = chosen(robot, q, state, state.jacobian, of, at, BASE)
     R = state.pose[..., :3, :3]

@@ -40,23 +40,11 @@ def numbers_of(
         raise refusal(sentence, name, expected, code='not-a-number') from None
 
 
-def refused(
-    name: str,
-    expected: str,
-    given: object,
-    refusal: type[ArgumentError] = ArgumentError,
-    code: str = '',
-) -> ArgumentError:
-    """Return an error that names an argument, the expected value and the given value."""
-    sentence = f'{name} must be {expected}, not {given!r:.80}'
-    return refusal(sentence, name, [expected], given, code=code)
-
-
 def seed_of(seed: SupportsIndex) -> int:
     """Return a random seed as an int, or raise an ArgumentError if it is not a whole number."""
     if not isinstance(seed, Integral) or seed < 0:
         code = 'out-of-range' if isinstance(seed, Integral) else 'wrong-type'
-        raise refused('seed', 'a whole number from 0 on', seed, code=code)
+        raise ArgumentError.refused('seed', 'a whole number from 0 on', seed, code=code)
     return int(seed)
 
 
@@ -69,10 +57,16 @@ def random_from(seed: SupportsIndex) -> np.random.Generator:
 
 
 def finite_rows(
-    refusal: type[ArgumentError], name: str, given: npt.ArrayLike, count: int
+    refusal: type[ArgumentError],
+    name: str,
+    given: npt.ArrayLike,
+    count: int,
+    q_shape: tuple[int, ...] | None = None,
 ) -> Floats:
     """
     Return an argument as an array of finite numbers, shape (..., count).
+
+    If `q_shape` is given, the leading dimensions must fit those of joint positions of this shape.
 
     Raises
     ------
@@ -82,13 +76,28 @@ def finite_rows(
     """
     array = numbers_of(name, given, refusal, [(count,)], f'(..., {count})')
     if array.ndim == 0 or array.shape[-1] != count:
-        sentence = f'{name} has shape {array.shape}; it must be (..., {count})'
-        raise refusal(sentence, name, [(count,)], array.shape, code='wrong-shape')
+        raise refusal.wrong_shape(name, array.shape, [(count,)], f'(..., {count})')
     finite = np.isfinite(array).all(axis=-1)
     if not finite.all():
         sentence = f'{name} must be finite, not {array[~finite][0].tolist()}'
         raise refusal(sentence, name, [(count,)], array.shape, code='not-finite')
+    if q_shape is not None:
+        shape_together(refusal, ('q', name), q_shape, array.shape, (count,))
     return array
+
+
+def finite_vector(
+    refusal: type[ArgumentError], name: str, given: npt.ArrayLike, components: Sequence[str]
+) -> Floats:
+    """Return an argument as a finite number for each of the components, or raise `refusal`."""
+    shape = (len(components),)
+    vector = numbers_of(name, given, refusal, [shape])
+    if vector.shape == shape and np.isfinite(vector).all():
+        return vector
+    numbers = f'{len(components)} finite numbers ({", ".join(components)})'
+    code = 'wrong-shape' if vector.shape != shape else 'not-finite'
+    sentence = f'{name} must be {numbers}, not {vector.tolist()}'
+    raise refusal(sentence, name, [shape], vector.shape, code=code)
 
 
 def shape_together(

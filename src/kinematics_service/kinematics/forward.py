@@ -110,15 +110,8 @@ def pose_of_axes(robot: Robot, axes: str | int, q: npt.ArrayLike) -> Floats:
     try:
         robot.point(axes)
     except PointError:
-        known = (BASE, *robot.points)
-        raise PointError(
-            f'axes must be one of {", ".join(known)}, or a row from 0 to {robot.rows}, '
-            f'not {axes!r}',
-            'axes',
-            known,
-            axes,
-            code='unknown-name',
-        ) from None
+        others = f', or a row from 0 to {robot.rows}'
+        raise PointError.unknown_name('axes', (BASE, *robot.points), axes, others) from None
     return state_of(robot, axes, q, depth=kernel.POSE).pose
 
 

@@ -95,8 +95,8 @@ def inverted(sigma: Floats, length: float, damping: float, damped_below: float) 
         `damping` is negative, `damped_below` not positive, or one of them not finite.
     """
     if not 0.0 <= number_or_nan(damping) < np.inf:
-        told = f'damping must be 0 or a positive number, not {damping}'
-        raise ServoSettingsError(told, 'damping', code='out-of-range')
+        accepted = '0 or a positive number'
+        raise ServoSettingsError.refused('damping', accepted, damping, code='out-of-range')
     check_positive(ServoSettingsError, 'damped_below', damped_below)
     kept = sigma > kernel.RANK_TOLERANCE * np.maximum(sigma[..., :1], np.finfo(float).tiny)
     share = np.minimum(sigma / (damped_below * length), 1.0)

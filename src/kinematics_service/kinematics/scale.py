@@ -24,7 +24,7 @@ from ..robot.chain import FrozenArrays
 from ..robot.file.parts.description import SpeedLimit
 from ..robot.measures import MEASURES
 from ..robot.robot import AnyRobot, Robot, as_robot
-from .arguments import check_positive, refused
+from .arguments import check_positive
 from .clearance import clearances
 from .forward import twist
 from .one_or_many import Number, Text
@@ -195,13 +195,11 @@ def scale(
     check_positive(ServoSettingsError, 'horizon', horizon)
     limits = robot.description.speed_limits
     if reduced and not any(np.isfinite(limit.reduced) for limit in limits):
-        raise ServoSettingsError(
-            f'{robot.name} has no reduced speed; add reduced to speed_limits in the robot file',
-            'reduced',
-            code='missing-key',
-        )
+        advice = 'add reduced to speed_limits in the robot file'
+        sentence = f'{robot.name} has no reduced speed; {advice}'
+        raise ServoSettingsError(sentence, 'reduced', code='missing-key')
     if not isinstance(rule, ServoRule | None):
-        raise refused('rule', 'a ServoRule or None', rule, ServoSettingsError, 'wrong-type')
+        raise ServoSettingsError.refused('rule', 'a ServoRule or None', rule, code='wrong-type')
     if rule is not None:
         rule.check(robot)
     state = evaluate(robot, q, qdot)

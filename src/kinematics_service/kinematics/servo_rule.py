@@ -55,22 +55,18 @@ class ServoRule:
             check_positive(ServoSettingsError, name, getattr(self, name))
         lower, hard_stop = self.lower_singularity_threshold, self.hard_stop_singularity_threshold
         if lower >= hard_stop:
-            raise ServoSettingsError(
-                f'hard_stop_singularity_threshold, {hard_stop:g}, must be above '
-                f'lower_singularity_threshold, {lower:g}',
-                'hard_stop_singularity_threshold',
-                code='wrong-order',
-            )
+            name = 'hard_stop_singularity_threshold'
+            above = f'above lower_singularity_threshold, {lower:g}'
+            raise ServoSettingsError.refused(name, above, hard_stop, code='wrong-order')
 
     def check(self, robot: Robot) -> None:
         """Raise ServoSettingsError for an arm with closed loops, which MoveIt does not support."""
         if robot.chain.loops:
-            raise ServoSettingsError(
+            sentence = (
                 f"{robot.name} has closed loops, for which MoveIt Servo's rule is not made; leave "
-                'out rule to use the distance',
-                'rule',
-                code='unsupported',
+                'out rule to use the distance'
             )
+            raise ServoSettingsError(sentence, 'rule', code='unsupported')
 
 
 class ServoShares(NamedTuple):

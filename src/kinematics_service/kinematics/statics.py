@@ -19,7 +19,7 @@ from ..kernel import Floats
 from ..robot.chain import FrozenArrays
 from ..robot.points import TOOL
 from ..robot.robot import AnyRobot, Robot, as_robot
-from .arguments import finite_rows, shape_together
+from .arguments import finite_rows
 from .forward import BASE, jacobian
 from .pseudo_inverse import DAMPED_BELOW, inverted
 
@@ -103,9 +103,7 @@ def joint_torques(
     """
     robot = as_robot(robot)
     J = jacobian(robot, q, axes, of=of, at=at)
-    F = finite_rows(WrenchError, 'wrench', wrench, 6)
-    shape = *J.shape[:-2], robot.dof
-    shape_together(WrenchError, ('q', 'wrench'), shape, F.shape, (6,))
+    F = finite_rows(WrenchError, 'wrench', wrench, 6, (*J.shape[:-2], robot.dof))
     return np.asarray(np.einsum('...ij,...i->...j', J, F))
 
 
@@ -151,9 +149,8 @@ def wrench_from_torques(
     """
     robot = as_robot(robot)
     J = jacobian(robot, q, axes, of=of, at=at)
-    tau = finite_rows(JointVectorError, 'torques', torques, robot.dof)
-    shape = *J.shape[:-2], robot.dof
-    shape_together(JointVectorError, ('q', 'torques'), shape, tau.shape, (robot.dof,))
+    q_shape = *J.shape[:-2], robot.dof
+    tau = finite_rows(JointVectorError, 'torques', torques, robot.dof, q_shape)
     return wrench_of(robot, J, tau, damping, damped_below)
 
 

@@ -10,12 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import kernel
-from ..errors import JointVectorError, LoopError
+from ..errors import ArgumentError, JointVectorError, LoopError
 from ..kernel import Chain, Floats
 from ..notebook import as_html
 from ..robot.points import Point
 from ..robot.robot import AnyRobot, Robot, as_robot
-from .arguments import numbers_of, refused, shape_together
+from .arguments import numbers_of, shape_together
 from .closure import LoopClosure, closure_in, why_not_closed
 from .threads import in_parts
 
@@ -173,14 +173,11 @@ def _joint_vector(robot: Robot, q: npt.ArrayLike, name: str) -> Floats:
     # state.
     array = numbers_of(name, q, JointVectorError, [(robot.dof,)], f'(..., {robot.dof})')
     if array.ndim == 0 or array.shape[-1] != robot.chain.dof:
-        raise JointVectorError(
+        sentence = (
             f'{name} has shape {array.shape}; {robot.name} has {robot.dof} joints '
-            f'({", ".join(robot.joint_names)}), so it must be (..., {robot.dof})',
-            name,
-            [(robot.dof,)],
-            array.shape,
-            code='wrong-shape',
+            f'({", ".join(robot.joint_names)}), so it must be (..., {robot.dof})'
         )
+        raise JointVectorError(sentence, name, [(robot.dof,)], array.shape, code='wrong-shape')
     return array
 
 
@@ -188,7 +185,7 @@ def velocities_of(state: ToolState) -> Floats:
     """Return the joint velocities (..., n) of a state; raise JointVectorError if it has none."""
     if state.qdot is None:
         expected = f'numbers, shape (..., {state.robot.dof})'
-        raise refused('qdot', expected, None, JointVectorError, 'missing-argument')
+        raise JointVectorError.refused('qdot', expected, None, code='missing-argument')
     return state.qdot
 
 
@@ -249,7 +246,7 @@ def evaluate(
         width = chain.single_widths[depth]
     except (TypeError, IndexError):
         expected = 'kernel.POSE, JACOBIAN or ALL_FRAMES'
-        raise refused('depth', expected, depth, code='out-of-range') from None
+        raise ArgumentError.refused('depth', expected, depth, code='out-of-range') from None
     if positions.ndim > 1 or rates.ndim > 1:
         return _evaluate_batch(robot, chain, positions, None if qdot is None else rates, depth)
     row, measures = np.empty(width), None

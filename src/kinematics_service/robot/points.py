@@ -82,14 +82,11 @@ def described_point(description: RobotDescription, of: str | int) -> PointDescri
     elif isinstance(of, (int, np.integer)) and not isinstance(of, bool) and 0 <= of <= rows:
         return PointDescription(f'row {of}', int(of), IDENTITY)
     known = known_points(description)
-    raise PointError(
+    sentence = (
         f'unknown point {of!r} of {description.name} (known: {", ".join(known)}, and the frames '
-        f'of rows 0 to {rows})',
-        'of',
-        known,
-        of,
-        code='unknown-name',
+        f'of rows 0 to {rows})'
     )
+    raise PointError(sentence, 'of', known, of, code='unknown-name')
 
 
 def place_in_frame(at: npt.ArrayLike) -> Floats:

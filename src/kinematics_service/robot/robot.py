@@ -184,14 +184,11 @@ class Robot(FrozenArrays):
         if found is not None:
             return found
         if not point.chain.entries:
-            raise PointError(
+            sentence = (
                 f'no joint moves {of!r} of {self.name}, so it cannot be singular; '
-                'give a point after the first joint',
-                'of',
-                self.points,
-                of,
-                code='no-effect',
+                'give a point after the first joint'
             )
+            raise PointError(sentence, 'of', self.points, of, code='no-effect')
         description = ending_at(self.description, of, at)
         robot = self if description is self.description else _build_for_its_joints(description)
         if at is None:

@@ -16,6 +16,7 @@ from .chain import FrozenArrays, poses_and_jacobians
 from .closed_poses import closed_poses
 
 ROW_NAMES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
+TWIST_ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
 
 # Number of random joint positions at which the generic properties of an arm are computed.
 SEEDED_POSES = 1000

@@ -10,9 +10,9 @@ from typing import get_args
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import CalibrationError
+from ...errors import ArgumentError, CalibrationError
 from ...kernel import Floats, Integers
-from ...kinematics.arguments import numbers_of, refused
+from ...kinematics.arguments import numbers_of
 from ...kinematics.uncertainty.parameters import parameters_of
 from ...robot.file.parts.parameters import ENDS, GEARS, TABLE_GROUPS
 from ...robot.robot import AnyRobot, as_robot

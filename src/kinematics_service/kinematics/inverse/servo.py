@@ -25,7 +25,8 @@ from ...errors import ServoSettingsError, TwistError
 from ...kernel import Floats
 from ...robot.chain import FrozenArrays
 from ...robot.robot import AnyRobot, Robot, as_robot
-from ..arguments import check_positive, numbers_of, refused, rows_in_order
+from ...robot.task import TWIST_ROWS
+from ..arguments import check_positive, finite_vector, rows_in_order
 from ..task_jacobian import task_of
 from ..tool_state import ToolState, evaluate
 
@@ -183,38 +184,20 @@ def joint_velocity(
     """
     robot = as_robot(robot)
     if not isinstance(settings, ServoSettings):
-        raise refused('settings', 'ServoSettings', settings, ServoSettingsError, 'wrong-type')
+        raise ServoSettingsError.refused('settings', 'ServoSettings', settings, code='wrong-type')
     servo = _servo_of(robot, settings)
     if not isinstance(state, ToolState):
         state = evaluate(robot, state)
     if state.numbers.ndim != 1:
-        raise TwistError(
-            f'state must be one pose, not {state.q.shape[:-1]} of them; call it for each pose',
-            'state',
-            [(robot.dof,)],
-            state.q.shape,
-            code='wrong-shape',
-        )
-    wanted = numbers_of('twist', twist, TwistError, [(6,)])
-    if wanted.shape != (6,) or not np.all(np.isfinite(wanted)):
-        raise TwistError(
-            f'twist must be six finite numbers, vx vy vz wx wy wz, not {wanted.tolist()}',
-            'twist',
-            [(6,)],
-            wanted.shape,
-            code='wrong-shape' if wanted.shape != (6,) else 'not-finite',
-        )
+        shape = state.q.shape
+        sentence = f'state must be one pose, not {shape[:-1]} of them; call it for each pose'
+        raise TwistError(sentence, 'state', [(robot.dof,)], shape, code='wrong-shape')
+    wanted = finite_vector(TwistError, 'twist', twist, TWIST_ROWS)
     if str(axes) == 'tool':
         turn = state.pose[:3, :3]
         wanted = np.concatenate([turn @ wanted[:3], turn @ wanted[3:]])
     elif str(axes) != 'base':
-        raise TwistError(
-            f"axes must be 'base' or 'tool', not {axes!r}",
-            'axes',
-            ('base', 'tool'),
-            axes,
-            code='unknown-name',
-        )
+        raise TwistError.unknown_name('axes', ('base', 'tool'), axes)
     qdot = np.empty(robot.chain.dof)
     step = kernel.ServoOutput(servo, qdot)
     kernel.servo(step, state.q, state.numbers, wanted)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .... import kernel
 from ....errors import JointVectorError, PlanError
 from ....kernel import Floats
-from ....kinematics.arguments import check_positive, number_or_nan, numbers_of, refused
+from ....kinematics.arguments import check_positive, number_or_nan, numbers_of
 from ....robot.measures import MEASURES
 from ....robot.robot import AnyRobot, Robot, as_robot
 from .bisection import Bounded, bracketed
@@ -103,9 +103,9 @@ def check_plan(
         for name, table in (('q', q), ('qdot', qdot), ('qddot', qddot))
     ]
     if given[0] is None:
-        raise refused('q', f'numbers, shape ({len(at)}, {robot.dof})', q, JointVectorError)
+        raise JointVectorError.refused('q', f'numbers, shape ({len(at)}, {robot.dof})', q)
     if not isinstance(speed_of, Iterable):
-        raise refused('speed_of', 'names of points', speed_of, PlanError)
+        raise PlanError.refused('speed_of', 'names of points', speed_of)
     asked = threshold_of_distance(robot) if distance is None else _threshold(distance)
     limit = speed_limit
     if limit is not None:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from ....errors import JointVectorError
 from ....kernel import Floats
 from ....robot.robot import Robot
-from ...arguments import numbers_of, random_from
+from ...arguments import finite_vector, random_from
 from .plan import InversePlan
 from .target import IkTarget
 
@@ -60,14 +60,4 @@ def near_or_middle(robot: Robot, plan: InversePlan, near: npt.ArrayLike | None) 
     """
     if near is None:
         return plan.middle
-    q = numbers_of('near', near, JointVectorError, [(robot.dof,)])
-    if q.shape != (robot.chain.dof,) or not np.isfinite(q).all():
-        raise JointVectorError(
-            f'near must be {robot.dof} finite numbers ({", ".join(robot.joint_names)}), '
-            f'not {q.tolist()}',
-            'near',
-            [(robot.dof,)],
-            q.shape,
-            code='wrong-shape' if q.shape != (robot.chain.dof,) else 'not-finite',
-        )
-    return q
+    return finite_vector(JointVectorError, 'near', near, robot.joint_names)

@@ -134,32 +134,18 @@ def ik_target_of(
         not exist, or both do not go together; the tolerance is negative or not finite.
     """
     if not 0.0 <= number_or_nan(tolerance) < math.inf:
-        raise TargetError(
-            f'tolerance must be 0 or a positive number (m and rad), not {tolerance}',
-            'tolerance',
-            code='out-of-range',
-        )
+        accepted = '0 or a positive number (m and rad)'
+        raise TargetError.refused('tolerance', accepted, tolerance, code='out-of-range')
     try:
         given = np.asarray(target, np.float64, 'C')
     except (TypeError, ValueError, OverflowError):
-        raise TargetError(
-            'target must be numbers: a pose (4, 4) or a position (3,)',
-            'target',
-            SHAPES,
-            code='not-a-number',
-        ) from None
+        sentence = 'target must be numbers: a pose (4, 4) or a position (3,)'
+        raise TargetError(sentence, 'target', SHAPES, code='not-a-number') from None
     shape = given.shape
     if shape not in SHAPES:
-        raise TargetError(
-            f'target has shape {shape}; it must be (4, 4) or (3,)',
-            'target',
-            SHAPES,
-            shape,
-            code='wrong-shape',
-        )
+        raise TargetError.wrong_shape('target', shape, SHAPES)
     if axis is not None and str(axis) not in TOOL_AXES:
-        sentence = f'axis must be x, y or z, not {axis!r}'
-        raise TargetError(sentence, 'axis', TOOL_AXES, axis, code='unknown-name')
+        raise TargetError.unknown_name('axis', TOOL_AXES, axis)
     if axis is not None and shape != (4, 4):
         sentence = f'axis {axis} needs a pose (4, 4) as target, not a position (3,)'
         raise TargetError(sentence, 'axis', TOOL_AXES, axis, code='conflict')
@@ -185,13 +171,7 @@ def poses_of(targets: npt.ArrayLike) -> Floats:
     """
     given = numbers_of('targets', targets, TargetError, [('N', 4, 4)])
     if given.ndim != 3 or given.shape[1:] != (4, 4):
-        raise TargetError(
-            f'targets have shape {given.shape}; it must be (N, 4, 4)',
-            'targets',
-            [('N', 4, 4)],
-            given.shape,
-            code='wrong-shape',
-        )
+        raise TargetError.wrong_shape('targets', given.shape, [('N', 4, 4)], '(N, 4, 4)')
     return np.array([_rigid(pose) for pose in given]).reshape(-1, 4, 4)
 
 

@@ -17,8 +17,6 @@ from ...arm.world import World
 from ..text.file import Settings
 from .symbols import SymbolicArm
 
-ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
-
 ACCEPTED = (
     'T, T_03 or A_03 (frame 0 to 3), T_2 or A_2 (row 2), A_i (any row), R, R_2, R_36, p, p_14, '
     'o_2, z_2, z^1_2 (axes of frame 1), s_o1 (o_0 - o_n), J, J_v, J_w, J_2, J_v2, J_w2, J_s, J_b, '

@@ -18,10 +18,11 @@ import numpy.typing as npt
 import sympy as sp
 
 from .....robot.robot import Robot
+from .....robot.task import TWIST_ROWS
 from ...arm.numbers import DEGREE, Evaluation, Floats
 from ...arm.table import general_row
 from ...arm.world import World
-from ..arm.quantities import ANGLES, ROWS, Quantity, row_order, value_of
+from ..arm.quantities import ANGLES, Quantity, row_order, value_of
 from ..text.file import Settings
 from .names import ANGLE_IN_PLANE, FormulaNames
 from .poses import Poses
@@ -271,7 +272,7 @@ class QuantityCheck(Check):
             self.jacobian_rows if self.quantity.part == 'all' else range(self.shape[0])
         )
         order = row_order(self.quantity, self.reading)
-        return tuple(ROWS[order[k]] for k in rows)
+        return tuple(TWIST_ROWS[order[k]] for k in rows)
 
 
 def task_determinant(robot: Robot, world: World) -> Floats:
