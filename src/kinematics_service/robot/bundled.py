@@ -102,12 +102,13 @@ def find_robot(name: str | os.PathLike[str]) -> RobotSource:
         The name is neither a file nor a bundled robot; the message lists the bundled names.
     """
     bundled = bundled_robots()
+    known = tuple(bundled)
     if not isinstance(name, str | os.PathLike):
         raise RobotNotFoundError(
             'robot must be a Robot, the name of a bundled robot or the path of a robot file, '
             f'not {type(name).__name__}',
             repr(name),
-            tuple(bundled),
+            known,
             code='wrong-type',
         )
     text = os.fspath(name)
@@ -118,12 +119,8 @@ def find_robot(name: str | os.PathLike[str]) -> RobotSource:
     if (translator_of(whole) or whole.endswith(YAML)) and not path.exists():
         return RobotSource(Path(whole), *ends)
     if text.startswith(TOPIC):
-        raise RobotNotFoundError(
-            f'{text}: only the node takes a robot from a topic; give a file',
-            text,
-            tuple(bundled),
-            code='unsupported',
-        )
+        sentence = f'{text}: only the node takes a robot from a topic; give a file'
+        raise RobotNotFoundError(sentence, text, known, code='unsupported')
     looks_like_a_path = text.endswith(YAML) or bool(translator_of(text)) or path.name != text
     if path.exists() or looks_like_a_path:
         return RobotSource(path)
@@ -131,11 +128,8 @@ def find_robot(name: str | os.PathLike[str]) -> RobotSource:
     hint = f'did you mean {near[0]!r}? ' if near else ''
     if near and _other_model(text, near[0]):
         hint = f'there is no {text}; {near[0]} is another arm; '
-    raise RobotNotFoundError(
-        f'no robot {text!r}: {hint}give a robot file, a URDF or one of: {", ".join(bundled)}',
-        text,
-        tuple(bundled),
-    )
+    accepted = f'a robot file, a URDF or one of: {", ".join(known)}'
+    raise RobotNotFoundError(f'no robot {text!r}: {hint}give {accepted}', text, known)
 
 
 def _other_model(text: str, name: str) -> bool:

@@ -141,39 +141,45 @@ def motions_to_zeros(results: Floats, column_scales: Floats) -> Floats:
     return np.asarray(-step[..., None] * scaled * column_scales)
 
 
-class _TapeBuilder:
-    """Collect the elementary operations of several expressions on one tape."""
+def _taped(description: RobotDescription) -> Factors:
+    # Return the factors of a robot file, with the elementary operations of their expressions on
+    # one tape.
+    listed = description.singularity.factors
+    steps: list[tuple[int, int, int]] = []
+    numbers: list[float] = []
+    angle, length = description.radians, description.metres
+    constants = {'pi': math.pi, **{one.name: one.value for one in description.constants}}
+    # Map each variable to its joint index and to the scale from rad or m to the file's unit.
+    variables = {
+        joint.variable: (j, 1.0 / (length if joint.type == 'prismatic' else angle))
+        for j, joint in enumerate(description.joints)
+    }
 
-    def __init__(self, description: RobotDescription) -> None:
-        self.steps: list[tuple[int, int, int]] = []
-        self.numbers: list[float] = []
-        angle, length = description.radians, description.metres
-        self._angle = angle
-        self._constants = {'pi': math.pi, **{one.name: one.value for one in description.constants}}
-        # Map each variable to its joint index and to the scale from rad or m to the file's unit.
-        self._variables = {
-            joint.variable: (j, 1.0 / (length if joint.type == 'prismatic' else angle))
-            for j, joint in enumerate(description.joints)
-        }
-
-    def add(self, text: str) -> int:
-        """Add a valid expression to the tape; return the index of the step with its value."""
-        return evaluated(syntax_tree(text, lambda _: None), self._step)
-
-    def _step(self, symbol: float | str, operands: list[int]) -> int:
+    def add_step(symbol: float | str, operands: list[int]) -> int:
         if isinstance(symbol, float):
             step, number = (kernel.CONSTANT, 0, 0), symbol
         elif operands:
             step = (_OPERATIONS[symbol], operands[0], operands[-1])
-            number = self._angle if symbol in ARGUMENTS_OF else 1.0
-        elif symbol in self._variables:
-            j, number = self._variables[symbol]
+            number = angle if symbol in ARGUMENTS_OF else 1.0
+        elif symbol in variables:
+            j, number = variables[symbol]
             step = (kernel.JOINT, j, 0)
         else:
-            step, number = (kernel.CONSTANT, 0, 0), self._constants[symbol]
-        self.steps.append(step)
-        self.numbers.append(number)
-        return len(self.steps) - 1
+            step, number = (kernel.CONSTANT, 0, 0), constants[symbol]
+        steps.append(step)
+        numbers.append(number)
+        return len(steps) - 1
+
+    ends = [evaluated(syntax_tree(one.text, lambda _: None), add_step) for one in listed]
+    return Factors(
+        names=tuple(factor.name for factor in listed),
+        texts=tuple(factor.text for factor in listed),
+        approximate=tuple(factor.approximate for factor in listed),
+        complete=False,
+        operations=np.array(steps, dtype=np.int64).reshape(-1, 3),
+        constants=np.array(numbers),
+        ends=np.array(ends, dtype=np.int64),
+    )
 
 
 _OPERATIONS = {
@@ -207,17 +213,7 @@ def read_factors(description: RobotDescription, chain: Chain, task: Task, q: Flo
         A zero of a factor is not a singular pose, or not close to one if the factor is
         approximate. The message names the factor and the pose.
     """
-    tape = _TapeBuilder(description)
-    ends = [tape.add(factor.text) for factor in description.singularity.factors]
-    factors = Factors(
-        names=tuple(factor.name for factor in description.singularity.factors),
-        texts=tuple(factor.text for factor in description.singularity.factors),
-        approximate=tuple(factor.approximate for factor in description.singularity.factors),
-        complete=False,
-        operations=np.array(tape.steps, dtype=np.int64).reshape(-1, 3),
-        constants=np.array(tape.numbers),
-        ends=np.array(ends, dtype=np.int64),
-    )
+    factors = _taped(description)
     if not factors:
         return factors
     if _product_is_the_determinant(factors, chain, task, q):

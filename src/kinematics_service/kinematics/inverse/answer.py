@@ -86,7 +86,8 @@ def result_of(
     `best` (n,) is an additional start of the search for the nearest pose.
     """
     solutions = _solutions(problem, found)
-    continua = (*(family_of(problem, family) for family in families), *curves)
+    near = (_moved_near(problem, family) for family in families)
+    continua = (*(family_of(problem, family) for family in near), *curves)
     inside = tuple(solution for solution in solutions if solution.feasible)
     status, reason = _status(problem, solutions, inside, continua, method)
     nearest = None if inside else _nearest(problem, (*solutions, *continua), continua, best)
@@ -186,7 +187,7 @@ def _solutions(problem: IkProblem, found: DistinctSolutions) -> tuple[IkSolution
     )
 
 
-def moving_joints(robot: Robot, motions: Floats) -> tuple[str, ...]:
+def _moving_joints(robot: Robot, motions: Floats) -> tuple[str, ...]:
     """Return the names of the joints that at least one of the joint motions (k, n) moves."""
     columns = zip(robot.joint_names, *motions.tolist())
     return tuple(name for name, *moves in columns if any(abs(move) > MIN_MOTION for move in moves))
@@ -203,27 +204,32 @@ def family_of(problem: IkProblem, family: SolutionFamily, moved: Floats | None =
     `moved` (k, n) are joint motions along the family, by default `family.motions`. They determine
     which joints are named as moving.
     """
-    robot, plan = problem.robot, problem.plan
-    if not plan.redundant:
-        q = representatives(plan, family.q[None], problem.near).q[0]
-        inside = np.all((q >= plan.limits[:, 0]) & (q <= plan.limits[:, 1]))
-        limits = plan.limits if inside else plan.unlimited
-        family = nearer(problem, family._replace(q=q), limits)
+    plan = problem.plan
     chosen = representatives(plan, family.q[None], problem.near)
     outside = chosen.outside[0]
     return IkFamily(
         q=chosen.q[0].copy(),
         motions=family.motions.copy(),
         straight=family.straight,
-        joints=moving_joints(robot, family.motions if moved is None else moved),
+        joints=_moving_joints(problem.robot, family.motions if moved is None else moved),
         residual=family.error,
         feasible=not bool(np.any(outside)),
-        beyond=_named(robot, outside),
+        beyond=_named(problem.robot, outside),
         margin=float(chosen.margin[0]),
         posture=_postures(problem, family.q[None])[0],
         scales=plan.scales.copy(),
         periods=plan.periods.copy(),
     )
+
+
+def _moved_near(problem: IkProblem, family: SolutionFamily) -> SolutionFamily:
+    # Returns the family with the joint positions moved along it, as near to `near` as possible.
+    plan = problem.plan
+    if plan.redundant:
+        return family
+    q = representatives(plan, family.q[None], problem.near).q[0]
+    inside = np.all((q >= plan.limits[:, 0]) & (q <= plan.limits[:, 1]))
+    return nearer(problem, family._replace(q=q), plan.limits if inside else plan.unlimited)
 
 
 def _postures(problem: IkProblem, q: Floats) -> list[Posture]:

@@ -28,14 +28,13 @@ from .answer import (
     LEFT_FREE,
     answer,
     beyond,
+    family_of,
     inside_limits,
-    moving_joints,
     nearest_pose,
     not_exact,
     result_of,
 )
 from .closed_forms import (
-    NO_POSTURE,
     closed_solutions,
     closed_solutions_of_each,
     room_for,
@@ -47,13 +46,13 @@ from .elimination import (
     eliminated_solutions,
     solutions_beside,
 )
-from .families import SUSPECT_PIVOT_RATIO, isolated_or_not, tangent
+from .families import SUSPECT_PIVOT_RATIO, SolutionFamily, isolated_or_not, tangent
 from .multiple import with_multiplicities
 from .problem.plan import as_six, elimination_of, plan_for
 from .problem.problem import IkProblem, near_or_middle
 from .problem.target import ik_target_of, poses_of
 from .redundant import into_limits, redundant_result
-from .result import Complete, IkFamily, IkResult, Method
+from .result import Complete, IkResult, Method
 from .search import (
     DistinctSolutions,
     distinct,
@@ -389,25 +388,14 @@ def _found(proved: kernel.Solutions) -> DistinctSolutions:
 
 
 def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
-    robot, target, plan, *_ = problem
+    target, plan = problem.target, problem.plan
     method: Method = 'search' if plan.closed is None else 'closed form'
     error, motions = proved.miss(0), plan.idle
     if plan.redundant:
         motions = tangent(problem, proved.q[0], plan.freedom)
     if len(motions):
-        continuum = IkFamily(
-            q=proved.q[0].copy(),
-            motions=motions.copy(),
-            straight=not plan.redundant,
-            joints=moving_joints(robot, motions),
-            residual=error,
-            feasible=True,
-            beyond=(),
-            margin=proved.margin(0),
-            posture=NO_POSTURE,
-            scales=plan.scales.copy(),
-            periods=plan.periods.copy(),
-        )
+        family = SolutionFamily(proved.q[0], error, motions, not plan.redundant)
+        continuum = family_of(problem, family)
         nearest = nearest_pose(problem, continuum.q, error)
         reason = LEFT_FREE + ', '.join(continuum.joints) + not_exact(target, error)
         return IkResult((), (continuum,), 'family', reason, method, nearest, 'partial')

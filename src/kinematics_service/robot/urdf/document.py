@@ -82,6 +82,11 @@ class XmlElement:
         return Fault(self.file, self.line, where, message, code)
 
 
+def refuse(file: str, message: str, code: str, line: int = 0) -> NoReturn:
+    """Raise a UrdfError at a line of a file, or for the whole file."""
+    raise UrdfError(Fault(file, line, '', message, code))
+
+
 def _title(tag: str, attributes: Mapping[str, str]) -> str:
     # Return the name of an element in messages: `<joint name='elbow'>`.
     name = attributes.get('name')
@@ -106,10 +111,9 @@ def read_urdf(path: Path) -> XmlElement:
         with path.open('rb') as stream:
             content = stream.read(MAX_BYTES + 1)
     except FileNotFoundError:
-        raise UrdfError(Fault(str(path), 0, '', 'no such file', 'missing-file')) from None
+        refuse(str(path), 'no such file', 'missing-file')
     except OSError as error:
-        message = f'cannot be read: {error.strerror}'
-        raise UrdfError(Fault(str(path), 0, '', message, 'unreadable')) from None
+        refuse(str(path), f'cannot be read: {error.strerror}', 'unreadable')
     return parse_urdf(content, str(path))
 
 
@@ -124,8 +128,7 @@ def parse_urdf(content: bytes, file: str) -> XmlElement:
         root is not `<robot>`.
     """
     if len(content) > MAX_BYTES:
-        message = f'larger than {MAX_BYTES // 2**20} MiB: not a URDF'
-        raise UrdfError(Fault(file, 0, '', message, 'too-large'))
+        refuse(file, f'larger than {MAX_BYTES // 2**20} MiB: not a URDF', 'too-large')
     root = _XmlReader(file).read(content)
     if root.tag != 'robot':
         other = {'sdf': 'SDF', 'mujoco': 'MuJoCo XML'}.get(root.tag)
@@ -157,12 +160,12 @@ class _XmlReader:
             reason = expat.errors.messages.get(error.code, 'malformed')
             if error.code == MISPLACED:
                 reason += '; delete the text before <?xml, or delete <?xml ...?>'
-            self._refuse(error.lineno, f'not valid XML: {reason}', 'syntax')
+            refuse(self.file, f'not valid XML: {reason}', 'syntax', error.lineno)
         except UrdfError:
             raise  # a handler refused the file (UrdfError is a ValueError)
         except (ValueError, LookupError) as error:
             # expat raises these errors if it does not know the encoding.
-            self._refuse(0, f'not valid XML: {error}', 'syntax')
+            refuse(self.file, f'not valid XML: {error}', 'syntax')
         assert self.root is not None  # expat refuses a document without a root
         return self.root
 
@@ -181,37 +184,29 @@ class _XmlReader:
                 return (content.decode(one).encode('utf-8'), 'utf-8') if one else (content, None)
             except UnicodeDecodeError as error:
                 line = content.count(b'\n', 0, error.start) + 1
-        return self._refuse(
-            line,
+        return refuse(
+            self.file,
             f'not {declared} text; write its encoding into the first line, such as <?xml '
             'version="1.0" encoding="Shift_JIS"?>, or convert it: '
             f'iconv -f SHIFT_JIS -t UTF-8 {self.file} > utf8.urdf',
             'wrong-encoding',
+            line,
         )
-
-    def _refuse(self, line: int, message: str, code: str) -> NoReturn:
-        raise UrdfError(Fault(self.file, line, '', message, code))
 
     def _doctype(self, *_: object) -> None:
-        self._refuse(
-            self.parser.CurrentLineNumber,
-            'a DOCTYPE, which may declare entities, is not accepted; delete it',
-            'unsupported',
-        )
+        message = 'a DOCTYPE, which may declare entities, is not accepted; delete it'
+        refuse(self.file, message, 'unsupported', self.parser.CurrentLineNumber)
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         line = self.parser.CurrentLineNumber
         self.elements += 1
         if tag.startswith('xacro:'):
-            self._refuse(
-                line,
-                f'<{tag}> is xacro; expand the file first (xacro FILE > robot.urdf)',
-                'xacro',
-            )
+            message = f'<{tag}> is xacro; expand the file first (xacro FILE > robot.urdf)'
+            refuse(self.file, message, 'xacro', line)
         if len(self.open) >= MAX_DEPTH:
-            self._refuse(line, f'nested more than {MAX_DEPTH} deep', 'too-deep')
+            refuse(self.file, f'nested more than {MAX_DEPTH} deep', 'too-deep', line)
         if self.elements > MAX_ELEMENTS:
-            self._refuse(line, f'more than {MAX_ELEMENTS} elements', 'too-many')
+            refuse(self.file, f'more than {MAX_ELEMENTS} elements', 'too-many', line)
         self.open.append((tag, attributes, line, []))
 
     def _end(self, _: str) -> None:

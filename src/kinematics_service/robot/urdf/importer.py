@@ -21,7 +21,7 @@ from ..file.translation import RobotText
 from ..robot import Robot, robot_from_text
 from .certificate import Certificate, certify, configurations
 from .chain import UrdfChain, read_chain
-from .document import XmlElement, parse_urdf, read_urdf
+from .document import XmlElement, parse_urdf, read_urdf, refuse
 from .doubts import chain_doubts, chain_remarks
 from .ends import chain_ends
 from .robot_text import printable_source, robot_file_text
@@ -104,11 +104,7 @@ def import_urdf(
         cannot express.
     """
     if not isinstance(urdf, str | os.PathLike):
-        raise UrdfError(
-            Fault(
-                '', 0, 'urdf', f'must be a path or a text, not {type(urdf).__name__}', 'wrong-type'
-            )
-        )
+        refuse('urdf', f'must be a path or a text, not {type(urdf).__name__}', 'wrong-type')
     if isinstance(urdf, str) and ('<' in urdf or not urdf.strip()):
         root, origin = parse_urdf(urdf.encode('utf-8'), '<text>'), 'URDF'
     else:
@@ -164,7 +160,7 @@ def _imported(
                 f'the chain from {quoted(base)} to {quoted(tip)} has {count} {what}, '
                 f'and a robot file at most {most}'
             )
-            raise UrdfError(Fault(root.file, 0, '', message, 'too-many'))
+            refuse(root.file, message, 'too-many')
 
     rounded = read_chain(tree, base, tip, rounds=True)
     meant = rounded if round_angles else chain
@@ -191,7 +187,7 @@ def _imported(
     size = 1.0 + sum(float(np.linalg.norm(motion.before[:3, 3])) for motion in chain.motions)
     if worst > MAX_RELATIVE_ERROR * size and not round_angles:
         message = f'the table is not exact enough to be written: {certificate}'
-        raise UrdfError(Fault(root.file, 0, '', message, 'inexact'))
+        refuse(root.file, message, 'inexact')
     written = text(str(certificate))
     _refuse_large(root, written)
     doubts = chain_doubts(tree, chain, robot.description.warnings)
@@ -224,7 +220,7 @@ def _check_names(tree: UrdfTree, chain: UrdfChain) -> None:
 def _refuse_large(root: XmlElement, text: str) -> None:
     if len(text.encode('utf-8')) > MAX_BYTES:
         message = f'larger than the {MAX_BYTES // 1024} KiB that one may have'
-        raise UrdfError(Fault(_as_robot_file(root), 0, '', message, 'too-large'))
+        refuse(_as_robot_file(root), message, 'too-large')
 
 
 def _robot(root: XmlElement, text: str) -> Robot:

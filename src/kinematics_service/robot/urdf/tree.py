@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
 from typing import NamedTuple
 
-from ...errors import Fault, UrdfError
 from ..file.text.entries import did_you_mean, meant_by
 from ..file.text.fault_report import quoted
-from .document import XmlElement, listed_names
+from .document import XmlElement, listed_names, refuse
 from .elements import VERSIONS
 
 
@@ -126,7 +125,7 @@ def read_tree(root: XmlElement) -> UrdfTree:
     """
     links, joints = _named(root, 'link'), _named(root, 'joint')
     if not links:
-        raise UrdfError(Fault(root.file, 0, '', 'the file has no <link>', 'missing-key'))
+        refuse(root.file, 'the file has no <link>', 'missing-key')
     above: dict[str, list[XmlElement]] = {}
     for joint in joints.values():
         for end in ('parent', 'child'):

@@ -222,14 +222,9 @@ def _periods_of_loops(robot: Robot) -> Floats:
 
 
 def _periods_by(robot: Robot, ratios: Iterable[Floats], periodic: npt.NDArray[np.bool_]) -> Floats:
-    turns = zip(robot.joint_types, periodic, ratios)
-    return (
-        2
-        * math.pi
-        * np.array(
-            [_turns(own) if ends and kind == 'revolute' else math.inf for kind, ends, own in turns]
-        )
-    )
+    revolute = np.array(robot.joint_types) == 'revolute'
+    turns = [_turns(own) if ends else math.inf for ends, own in zip(revolute & periodic, ratios)]
+    return math.tau * np.array(turns)
 
 
 def _turns(ratios: Floats) -> float:
