@@ -12,7 +12,7 @@ real, or if a factor may be a product of two complex factors.
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
 from random import Random
@@ -236,22 +236,14 @@ def _pieces(polynomial: _Polynomial) -> tuple[list[tuple[PolyElement, int]] | No
 
 
 def _gaussian_pieces(element: PolyElement) -> tuple[list[tuple[PolyElement, int]], bool]:
-    # Divide first by candidates, so that most polynomials need no Gaussian factoring. Most factors
-    # are sines or cosines of half an angle, or lack a generator.
-    found: list[tuple[PolyElement, int]] = []
-    for candidate in _candidates(element):
-        power = 0
-        while not element.rem(candidate):
-            element, power = element.exquo(candidate), power + 1
-        found += [(candidate, power)] if power else []
     if element.is_ground:
-        return found, True
+        return [], True
     if _irreducible_on_a_line(element, ZZ_I):
-        return [*found, (element, 1)], True
+        return [(element, 1)], True
     letters = sum(map(bool, _degrees(element)))
     if letters > MAX_GAUSSIAN_GENERATORS or len(element) > MAX_GAUSSIAN_TERMS:
-        return [*found, (element, 1)], False
-    return found + _gaussian_factors(element), True
+        return [(element, 1)], False
+    return _gaussian_factors(element), True
 
 
 def _gaussian_factors(element: PolyElement) -> list[tuple[PolyElement, int]]:
@@ -265,32 +257,6 @@ def _gaussian_factors(element: PolyElement) -> list[tuple[PolyElement, int]]:
         pieces = _gaussian_factors(factor) if again else [(factor, 1)]
         found += [(piece.set_ring(ring), power * times) for piece, times in pieces]
     return found
-
-
-def _candidates(element: PolyElement) -> Iterator[PolyElement]:
-    # Yield irreducible polynomials that may divide `element`, the linear polynomials first.
-    ring, degrees = element.ring, _degrees(element)
-    for generator, degree in zip(ring.gens, degrees):
-        for unit in (1, -1, ZZ_I(0, 1), ZZ_I(0, -1)) if degree else ():
-            yield generator - unit
-    # Factor the shortest coefficient of the powers of each generator: a factor of `element`
-    # without the generator divides all coefficients.
-    for k, degree in enumerate(degrees):
-        parts: dict[int, Terms] = {}
-        for e, c in element.terms():
-            parts.setdefault(e[k], {})[(*e[:k], 0, *e[k + 1 :])] = (int(c.x), int(c.y))
-        shortest = min(parts.values(), key=len)
-        turned = (
-            _turned_real(shortest) if degree and 1 < len(shortest) <= MAX_SHORT_TERMS else None
-        )
-        if turned is None:
-            continue
-        turns, real = turned
-        R, *_ = polynomial_ring([f'x{j}' for j in range(len(degrees))], ZZ)
-        for factor, _ in _factor_list(R.from_dict(real)):
-            back = _turned_back(factor, turns, [1] * len(turns))
-            if len(back) > 1 and _stays_whole(factor):
-                yield ring.from_dict({e: ZZ_I(a, b) for e, (a, b) in back.items()})
 
 
 def _degrees(element: PolyElement) -> list[int]:
