@@ -257,9 +257,8 @@ def robot_first(arguments: Sequence[str]) -> list[str]:
             continue
         robot = robot if equals else next(words, '')
         if not robot or robot.startswith('-'):
-            raise WrongUsage(
-                f'{ROBOT}: write a robot file or the name of a bundled robot after it'
-            )
+            message = f'{ROBOT}: write a robot file or the name of a bundled robot after it'
+            raise WrongUsage(message)
         robots.append(robot)
     return [*robots, *others]
 
@@ -328,9 +327,8 @@ def _node(
         options = NodeOptions(robot or [], allow_unsecured, allow_mixed_ros, managed)
         raise typer.Exit(start_node(options, context.obj))
     if robot or allow_unsecured or allow_mixed_ros or managed:
-        raise WrongUsage(
-            f'options before a command belong to the node; write them after {command!r}'
-        )
+        message = f'options before a command belong to the node; write them after {command!r}'
+        raise WrongUsage(message)
     if context.obj and command not in WITH_ROS:
         raise WrongUsage(f'{command} takes no --ros-args: it needs no ROS')
     # Print a notice if the kernel is not compiled, unless the user has set the variable that

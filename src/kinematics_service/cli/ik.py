@@ -187,10 +187,8 @@ def target_from(xyz: str, rpy: str | None, quaternion: str | None, degrees: bool
     if rpy is not None:
         angles = given_numbers('--rpy', rpy, 3, True, degrees)
         if not degrees and np.abs(angles).max() > math.tau:
-            print(
-                '--rpy is read in radians and looks like degrees: did you mean --deg?',
-                file=sys.stderr,
-            )
+            message = '--rpy is read in radians and looks like degrees: did you mean --deg?'
+            print(message, file=sys.stderr)
         R = rotation_of_roll_pitch_yaw(angles)
     elif quaternion is not None:
         given = given_numbers('--quaternion', quaternion, 4)

@@ -71,9 +71,8 @@ def import_urdf(
         raise WrongUsage(f'--name: {name!r} is not a name of letters, digits and underscores')
     if ur_calibration is not None:
         if robot is None or urdf is not None:
-            raise WrongUsage(
-                '--ur-calibration: give the nominal arm by --robot, and leave out --urdf'
-            )
+            message = '--ur-calibration: give the nominal arm by --robot, and leave out --urdf'
+            raise WrongUsage(message)
         _import_ur_calibration(ur_calibration, robot, out)
         return
     if urdf is None:

@@ -149,9 +149,8 @@ def _unit_words(text: str) -> list[str]:
     found = re.findall(r'[^\s,]+', text)
     for word in found:
         if word not in (*get_args(AngleUnit), *get_args(LengthUnit)):
-            raise WrongUsage(
-                f'--units: unknown unit {word!r} (accepted: rad, deg, m, mm, as deg,mm)'
-            )
+            message = f'--units: unknown unit {word!r} (accepted: rad, deg, m, mm, as deg,mm)'
+            raise WrongUsage(message)
     for accepted in get_args(AngleUnit), get_args(LengthUnit):
         if all(unit in found for unit in accepted):
             raise WrongUsage(f'--units: {" and ".join(accepted)} exclude each other; write one')

@@ -136,9 +136,8 @@ def refuse_unwritable(option: str, file: Path) -> None:
     if file.is_dir():
         raise WrongUsage(f'{option}: {file} is a folder: give the file itself')
     if not folder.is_dir():
-        raise WrongUsage(
-            f'{option}: there is no folder {folder}; make it first (mkdir -p {folder})'
-        )
+        message = f'{option}: there is no folder {folder}; make it first (mkdir -p {folder})'
+        raise WrongUsage(message)
     if reason := unwritable(file):
         raise WrongUsage(f'{option}: {reason}')
 
@@ -265,9 +264,8 @@ def given_positions(robot: Robot, text: str, degrees: bool) -> Floats:
     """
     q = joint_values(robot, text, '--q', degrees)
     if not degrees and _look_like_degrees(robot, q):
-        print(
-            '--q is read in radians and looks like degrees: did you mean --deg?', file=sys.stderr
-        )
+        message = '--q is read in radians and looks like degrees: did you mean --deg?'
+        print(message, file=sys.stderr)
     return q
 
 

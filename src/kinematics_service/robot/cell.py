@@ -271,10 +271,8 @@ def _check_names(arms: Mapping[str, RobotDescription], common: Sequence[str], to
             if joint.name == name
         ]
         if any(one != theirs[0] for one in theirs):
-            top['common', index].fault(
-                f'{quoted(name)} differs between the arms in type, limits or speed',
-                'mismatch',
-            )
+            message = f'{quoted(name)} differs between the arms in type, limits or speed'
+            top['common', index].fault(message, 'mismatch')
         if sum(name in joints for joints in names.values()) < 2:
             known = ', '.join(sorted(set().union(*names.values())))
             message = f'{quoted(name)} is not a joint of two arms (joints: {known})'

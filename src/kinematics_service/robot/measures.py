@@ -85,10 +85,8 @@ def thresholds_for(
     joints = len(task.column_scales)
     measure = measure or default_measure(joints).name
     if measure not in MEASURES:
-        raise KinematicsError(
-            f'singularity measure {measure!r} is unknown (choose from {", ".join(MEASURES)})',
-            code='unknown-name',
-        )
+        message = f'singularity measure {measure!r} is unknown (choose from {", ".join(MEASURES)})'
+        raise KinematicsError(message, code='unknown-name')
     row = MEASURES[measure]
     if measure == 'distance' and (unsearched := why_unsearched(joints)):
         raise KinematicsError(

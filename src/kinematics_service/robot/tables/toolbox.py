@@ -90,9 +90,8 @@ def toolbox_links(text: str, report: TableReport) -> ToolboxLinks | None:
     always = re.search(r"SerialLink\([^;\n]*'modified'", text) is not None
     modified = {always or 'MDH' in one.function or one.has('mdh', 'modified') for one in links}
     if len(modified) > 1:
-        report.refuse(
-            'some links are standard and some modified; write all in one way', 'conflict'
-        )
+        message = 'some links are standard and some modified; write all in one way'
+        report.refuse(message, 'conflict')
     rows = [PastedRow(links[0].line, HEADS), *(_row(link, report) for link in links)]
     return ToolboxLinks(rows, 'modified' if modified.pop() else 'standard', settings)
 

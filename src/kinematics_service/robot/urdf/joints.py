@@ -251,7 +251,6 @@ def _numbers(
         )
     if len(words) != count and '$' not in text:
         wanted = 'three' if count == 3 else 'four'
-        element.refuse(
-            f'{attribute}: expected {wanted} numbers, not {quoted(text)}', 'wrong-length'
-        )
+        message = f'{attribute}: expected {wanted} numbers, not {quoted(text)}'
+        element.refuse(message, 'wrong-length')
     return [_value(element, attribute, word, rounds) for word in words]

@@ -104,9 +104,8 @@ def derive(
     locked = dict(_locks(lock or []))
     arm = given_robot(robot, in_letters=True)
     if arm.description.loops and (lock or frame or code or path or write):
-        raise WrongUsage(
-            f'{arm.name} has closed loops; omit --lock, --frame, --code, --path and --write'
-        )
+        message = f'{arm.name} has closed loops; omit --lock, --frame, --code, --path and --write'
+        raise WrongUsage(message)
     if (path or lock) and arm.description.letters:
         option_given = '--path' if path else '--lock'
         raise WrongUsage(

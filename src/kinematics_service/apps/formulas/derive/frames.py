@@ -113,10 +113,8 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
             )
         if nearly:
             advice += '; the factors here are those of that one, approximately'
-        raise DerivationError(
-            f'the pose of the tool has {size} terms (at most {MAX_POSE_TERMS}): {advice}',
-            code='too-large',
-        )
+        message = f'the pose of the tool has {size} terms (at most {MAX_POSE_TERMS}): {advice}'
+        raise DerivationError(message, code='too-large')
     return Frames(rows, transforms, tool, in_base, T)
 
 

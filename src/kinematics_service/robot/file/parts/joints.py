@@ -95,9 +95,8 @@ def read_joint(head: JointHead, at: Place, quantities: Quantities) -> JointDescr
         for key in ('velocity', 'acceleration')
     )
     if FASTEST_JOINT < velocity < math.inf:
-        at['velocity'].warn(
-            f'{number(velocity)} per second is very fast: which unit?', 'wrong-unit'
-        )
+        message = f'{number(velocity)} per second is very fast: which unit?'
+        at['velocity'].warn(message, 'wrong-unit')
     if entry.name is None or variable is None or not at.intact:
         return None
     return JointDescription(

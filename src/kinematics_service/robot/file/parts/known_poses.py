@@ -62,9 +62,8 @@ def _known_pose(
     rpy = quantities.above_zero(tolerance.rpy, 'angle', beside['rpy']) or DEFAULT_TOLERANCE
     if entry.rpy is None:
         if tolerance.rpy is not None and isinstance(data, dict) and 'rpy' not in data:
-            beside['rpy'].fault(
-                'the pose has no rpy; write rpy, or delete this tolerance', 'conflict'
-            )
+            message = 'the pose has no rpy; write rpy, or delete this tolerance'
+            beside['rpy'].fault(message, 'conflict')
         rpy = math.inf
     if motion is None or not at.intact or len(q) != len(types):
         return None

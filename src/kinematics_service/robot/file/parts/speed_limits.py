@@ -60,10 +60,8 @@ def _limit(
         return None
     limit = SpeedLimit(name, *given)
     if math.isfinite(limit.reduced) and limit.reduced > limit.linear:
-        at['reduced'].fault(
-            f'must be at most linear, {entry.linear}, not {entry.reduced}',
-            'wrong-order',
-        )
+        message = f'must be at most linear, {entry.linear}, not {entry.reduced}'
+        at['reduced'].fault(message, 'wrong-order')
         return None
     _warn_of_units(limit, at, quantities.units)
     return limit

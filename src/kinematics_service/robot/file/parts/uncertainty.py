@@ -67,9 +67,8 @@ def read_uncertainty(
     parameters = _parameters(entry.parameters, known, at['parameters'], quantities)
     factor = _factor(entry.covariance, known, at['covariance'], quantities)
     if entry.parameters is not None and entry.covariance is not None:
-        at['parameters'].fault(
-            'parameters and covariance exclude each other; write one', 'conflict'
-        )
+        message = 'parameters and covariance exclude each other; write one'
+        at['parameters'].fault(message, 'conflict')
     floor = checked(FloorEntry, {} if entry.floor is None else entry.floor, at['floor'])
     xyz = _deviation(floor.xyz, 'length', at['floor', 'xyz'], quantities)
     rpy = _deviation(floor.rpy, 'angle', at['floor', 'rpy'], quantities)
@@ -131,9 +130,8 @@ def _parameters(
         if len(kinds) == 1:
             found.append((name, _deviation(text, kinds.pop(), at[name], quantities)))
         elif kinds:
-            at[name].fault(
-                'one number cannot be rad and m; write the parameters one by one', 'ambiguous'
-            )
+            message = 'one number cannot be rad and m; write the parameters one by one'
+            at[name].fault(message, 'ambiguous')
         elif name in TABLE_GROUPS:
             at[name].fault('the table has no parameter in this group; delete it', 'no-effect')
         else:

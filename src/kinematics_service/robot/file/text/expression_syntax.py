@@ -278,9 +278,8 @@ def _check_names(tokens: list[Token], why_not: WhyNot) -> None:
         if token.text in ARGUMENTS_OF:
             if not called:
                 inside = following.text if following and following.kind != 'operator' else '...'
-                raise ExpressionError(
-                    f"'{token.text}' is a function: write {token.text}({inside})"
-                )
+                message = f"'{token.text}' is a function: write {token.text}({inside})"
+                raise ExpressionError(message)
             continue
         reason = why_not(token.text)
         if called:

@@ -55,9 +55,8 @@ def other_convention(check: QuantityCheck) -> Iterator[Variant]:
         if check.quantity.kind == 'general':
             general = replace(table, convention=other.name)
             changed = replace(check, names=type(check.names)(general))
-            yield Variant(
-                f'the row is {_whose(other)}, the robot file is {table_name(check)}', changed.right
-            )
+            sentence = f'the row is {_whose(other)}, the robot file is {table_name(check)}'
+            yield Variant(sentence, changed.right)
             continue
         rows = tuple(replace(row, convention=other.name) for row in table.rows)
         sentence = (

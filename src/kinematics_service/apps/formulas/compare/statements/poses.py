@@ -106,10 +106,8 @@ def poses_for(
     coupling = _close(robot, names, values, given, count) if table.passive else None
     located = _with_coordinates(values, names, settings, count)
     if ANGLE_IN_PLANE in symbols and np.isnan(located[ANGLE_IN_PLANE]).any():
-        raise FormulaError(
-            'phi: the tool does not turn about z alone; define phi, as in phi = q1 + q2',
-            code='unknown-name',
-        )
+        message = 'phi: the tool does not turn about z alone; define phi, as in phi = q1 + q2'
+        raise FormulaError(message, code='unknown-name')
     chosen = tuple(s.name for s in table.variables if s in given)
     return Poses(count, located, tuple(randomised), chosen, coupling)
 
@@ -129,10 +127,8 @@ def _close(
         if symbol not in joints:
             why = 'follows from the joints' if symbol in table.variables else 'is a constant'
             accepted = ', '.join(joint.name for joint in joints)
-            raise FormulaError(
-                f'at: {symbol} {why}; with closed loops give values of {accepted} only',
-                code='unsupported',
-            )
+            message = f'at: {symbol} {why}; with closed loops give values of {accepted} only'
+            raise FormulaError(message, code='unsupported')
     drawn = [_drawn(robot, k, rng, CLOSURE_SAMPLES) for k in range(table.joints)]
     q = np.stack([values[joint] for joint in joints], axis=1)
     for k, joint in enumerate(joints):

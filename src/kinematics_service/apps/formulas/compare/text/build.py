@@ -194,10 +194,8 @@ def _divided(node: Node, one: Value, other: Value) -> Value:
 def _powered(node: Node, base: Value, exponent: Value) -> Value:
     if is_matrix(base):
         if exponent != -1 or base.rows != base.cols:
-            raise node.at.fault(
-                'only a square matrix has a power, ^-1; write T_23 for frame 3 in frame 2',
-                'unsupported',
-            )
+            message = 'only a square matrix has a power, ^-1; write T_23 for frame 3 in frame 2'
+            raise node.at.fault(message, 'unsupported')
         return _inverse(node, base)
     if not (exponent.is_Rational and abs(exponent) <= MAX_EXPONENT and exponent.q <= 4):
         message = f'an exponent must be a number of at most {MAX_EXPONENT}'
@@ -284,9 +282,8 @@ def _called(node: Node, arguments: list[Value]) -> Value:
         return _OF_MATRICES[node.text](node, *arguments)
     arguments = [_unwrapped(argument) for argument in arguments]
     if any(map(is_matrix, arguments)):
-        raise node.at.fault(
-            f'{node.text}: the argument is a matrix; write a number', 'wrong-shape'
-        )
+        message = f'{node.text}: the argument is a matrix; write a number'
+        raise node.at.fault(message, 'wrong-shape')
     if max(map(_functions_inside, arguments)) >= MAX_CALL_DEPTH:
         message = f'functions are nested more than {MAX_CALL_DEPTH} deep; compare a part of it'
         raise node.at.fault(message, 'too-deep')

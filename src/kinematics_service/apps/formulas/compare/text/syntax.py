@@ -200,9 +200,8 @@ class _Parser:
             return Node("'", '', (base,), operator)
         node = Node('^', '', (base, self.exponent()), operator)
         if self.is_next('^'):
-            raise self.error(
-                "'^' after a power is ambiguous; write (a^b)^c or a^(b*c)", 'ambiguous'
-            )
+            message = "'^' after a power is ambiguous; write (a^b)^c or a^(b*c)"
+            raise self.error(message, 'ambiguous')
         return node
 
     def exponent(self) -> Node:

@@ -162,12 +162,11 @@ def _token(text: str, at: int, line: int, column: int) -> tuple[str, str, int]:
     # commands, which are skipped.
     place = line, column + at
     if found := PLUS_MINUS.match(text, at):
-        raise FormulaError(
+        message = (
             f"'{found[0]}' is two signs; write the line once with + and once with -, or + (-1) to "
-            'add a negative number',
-            *place,
-            code='ambiguous',
+            'add a negative number'
         )
+        raise FormulaError(message, *place, code='ambiguous')
     for kind, pattern, plain in TOKENS:
         if found := pattern.match(text, at):
             word = found[0] if plain is None else plain
@@ -176,12 +175,11 @@ def _token(text: str, at: int, line: int, column: int) -> tuple[str, str, int]:
         message = 'the backslash has no command; write for example \\cos'
         raise FormulaError(message, *place, code='syntax')
     sign = text[at : at + 1]
-    raise FormulaError(
+    message = (
         f'{sign!r} has no meaning in a formula{ADVICE.get(sign, "")} (accepted: numbers, names, '
-        '+ - * / ^ = , ; brackets, and LaTeX commands)',
-        *place,
-        code='syntax',
+        '+ - * / ^ = , ; brackets, and LaTeX commands)'
     )
+    raise FormulaError(message, *place, code='syntax')
 
 
 def _before(text: str, at: int, operand: bool, spaced: bool) -> tuple[str, str, int] | None:

@@ -104,20 +104,16 @@ def names_of(description: RobotDescription, locked: Mapping[str, str] | None = N
     }
     for name in locked:
         if name not in known:
-            raise DerivationError(
-                f'no joint variable {name!r} to lock (known: {", ".join(known)})',
-                code='unknown-name',
-            )
+            message = f'no joint variable {name!r} to lock (known: {", ".join(known)})'
+            raise DerivationError(message, code='unknown-name')
     used = names_by_use(description)
     in_angles = used['angle'] | used['number']
     meanings: dict[str, sympy.Expr] = {}
     values: dict[sympy.Symbol, float] = {}
     for constant in description.constants:
         if constant.letter and constant.name in in_angles:
-            raise DerivationError(
-                f'constants.{constant.name} stands in an angle or a ratio: it needs a value',
-                code='missing-value',
-            )
+            message = f'constants.{constant.name} stands in an angle or a ratio: it needs a value'
+            raise DerivationError(message, code='missing-value')
         derived = exact(constant.text, meanings, description.angle_unit)
         if constant.value == 0.0 or constant.name in in_angles or derived.free_symbols:
             meanings[constant.name] = derived
