@@ -350,3 +350,10 @@ def test_positions_axes_and_settings_are_checked():
         ks.scale(robot, rest, None)
     with refused(ArgumentError, 'out-of-range', 'depth', '9'):
         ks.evaluate(robot, rest, depth=9)
+
+
+def test_the_arrays_of_a_step_are_read_only():
+    step = joint_velocity(robot_of('ur5e'), [0.3] * 6, [0.1] * 6)
+    for array in (step.qdot, step.twist):
+        with pytest.raises(ValueError, match='read-only'):
+            array[0] = 0.0

@@ -10,8 +10,6 @@ velocities are scaled down by one factor, so that no velocity exceeds its limit.
 position limit are slowed, and the other joints compensate.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from dataclasses import dataclass
@@ -137,7 +135,7 @@ DEFAULTS = ServoSettings()
 
 
 @functools.lru_cache(maxsize=128)
-def _servo_of(robot: Robot, settings: ServoSettings) -> kernel.Servo:
+def _servo_of(robot: Robot, settings: ServoSettings) -> 'kernel.Servo':
     task = task_of(robot, settings.rows)
     otherwise = np.where(robot.prismatic, settings.default_speed, settings.default_rate)
     given = np.isfinite(robot.velocity_limits)

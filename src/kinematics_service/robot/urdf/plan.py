@@ -13,7 +13,7 @@ loops.
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -38,17 +38,12 @@ class _JointTerm:
     leads: bool = False
 
 
-class _UniqueNames:
-    # A set of used names. `new` makes a name unique: the method appends underscores to a used
-    # name.
-    def __init__(self, taken: Iterable[str]) -> None:
-        self._taken = set(taken)
-
-    def new(self, name: str) -> str:
-        while name in self._taken:
-            name += '_'
-        self._taken.add(name)
-        return name
+def _unique(name: str, taken: set[str]) -> str:
+    # Return a name that is not in `taken`, and add it: underscores are appended to a used name.
+    while name in taken:
+        name += '_'
+    taken.add(name)
+    return name
 
 
 def _motions(row: Row, index_of: Mapping[str, int]) -> list[_JointTerm]:
@@ -88,14 +83,14 @@ class _Planner:
             names.frame_prefix + point.name: point for point in robot.description.points
         }
         self._stem = f'{names.frame_prefix}{robot.name}_frame'
-        self._new_link = _UniqueNames((self.base, self.tool, *self.points)).new
-        self._new_joint = _UniqueNames(self.joint_names).new
+        self._links = {self.base, self.tool, *self.points}
+        self._joints = set(self.joint_names)
 
     def plan(self) -> UrdfPlan:
         robot, rows = self.robot, table_rows(self.robot.description)
         index_of = {variable: j for j, variable in enumerate(robot.variables)}
         motions = _with_leaders(robot, [_motions(row, index_of) for row in rows])
-        frames = [self._new_link(f'{self._stem}_{i}') for i in range(len(rows) + 1)]
+        frames = [_unique(f'{self._stem}_{i}', self._links) for i in range(len(rows) + 1)]
         base = robot.description.base.motion.matrix
         joints = [self._fixed(self.base, frames[0], base)]
         ends = itertools.pairwise(frames)
@@ -127,19 +122,20 @@ class _Planner:
         for k, motion in enumerate(moving):
             last = k == len(moving) - 1
             axis = f'{self._stem}_{i}_axis' + (f'_{k + 1}' if k else '')
-            end = child if last and ends_here else self._new_link(axis)
+            end = child if last and ends_here else _unique(axis, self._links)
             yield self._moving(i, motion, parent, end, still, k == 0)
             parent, still = end, IDENTITY
         if not ends_here:
             yield self._fixed(parent, child, row.after)
 
     def _fixed(self, parent: str, child: str, origin: Floats) -> PlannedJoint:
-        return PlannedJoint(self._new_joint(f'{child}_fixed'), 'fixed', parent, child, origin)
+        name = _unique(f'{child}_fixed', self._joints)
+        return PlannedJoint(name, 'fixed', parent, child, origin)
 
     def _idle(self, j: int) -> PlannedJoint:
         # No row of the table contains variable j. Return a joint at the base, beside the chain, so
         # that the URDF has all joints of the robot.
-        end = self._new_link(f'{self._stem}_idle_{self.robot.variables[j]}')
+        end = _unique(f'{self._stem}_idle_{self.robot.variables[j]}', self._links)
         term = _JointTerm(j, not self.robot.prismatic[j], 1.0, True)
         return self._moving(0, term, self.base, end, IDENTITY, False)
 
@@ -157,7 +153,7 @@ class _Planner:
         mimic = None
         if not term.leads:
             limits, velocity = np.sort(factor * limits), abs(factor) * velocity
-            name, mimic = self._new_joint(f'{name}_in_row_{i}'), Mimic(name, factor)
+            name, mimic = _unique(f'{name}_in_row_{i}', self._joints), Mimic(name, factor)
             factor = 1.0
         lower, upper, most = np.clip([*limits, velocity], -UNLIMITED, UNLIMITED).tolist()
         limit: Limit | None = Limit(lower, upper, most)
