@@ -48,14 +48,6 @@ def seed_of(seed: SupportsIndex) -> int:
     return int(seed)
 
 
-def random_from(seed: SupportsIndex) -> np.random.Generator:
-    """
-    Return a generator of random numbers with the given seed, or raise an ArgumentError for a bad
-    seed.
-    """
-    return np.random.default_rng(seed_of(seed))
-
-
 def finite_rows(
     refusal: type[ArgumentError],
     name: str,

@@ -141,9 +141,9 @@ def inverse_kinematics(
     plan = plan_for(robot, checked.rows, checked.axis)
     if plan.overdetermined:
         checked = checked.within_tolerance()
-    seed_of(seed)  # raise ArgumentError for an invalid seed
+    random_seed = seed_of(seed)
     near = near_or_middle(robot, plan, near)
-    problem = IkProblem(robot, checked, plan, near, seed, curves, respect_limits)
+    problem = IkProblem(robot, checked, plan, near, random_seed, curves, respect_limits)
     if all_solutions:
         return _exact_or_near(problem)
     proved = _first_solution(problem)

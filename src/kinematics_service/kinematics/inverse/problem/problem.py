@@ -12,7 +12,7 @@ import numpy.typing as npt
 from ....errors import JointVectorError
 from ....kernel import Floats
 from ....robot.robot import Robot
-from ...arguments import finite_vector, random_from
+from ...arguments import finite_vector
 from .plan import InversePlan
 from .target import IkTarget
 
@@ -46,7 +46,7 @@ class IkProblem(NamedTuple):
 
     def random(self) -> np.random.Generator:
         """Return a new generator of random numbers with the seed of the problem."""
-        return random_from(self.seed)
+        return np.random.default_rng(self.seed)
 
 
 def near_or_middle(robot: Robot, plan: InversePlan, near: npt.ArrayLike | None) -> Floats:
