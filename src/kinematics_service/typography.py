@@ -4,7 +4,7 @@
 
 import re
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 DEGREE = '°'
 _MINUS = '−‐‑‒–﹣－'
@@ -62,6 +62,15 @@ def counted(number: int, noun: str) -> str:
 def number_text(value: float) -> str:
     """Return a number as exact text, without a final `.0`: 2 for 2.0, 0 for -0.0."""
     return repr(float(value) + 0.0).removesuffix('.0')
+
+
+def linear_text(terms: Iterable[tuple[float, str]]) -> str:
+    """Return a sum of factors times names as text, such as `2*q1 - q2`."""
+    text = ''
+    for factor, name in terms:
+        times = '' if abs(factor) == 1.0 else f'{number_text(abs(factor))}*'
+        text += f' {"-" if factor < 0.0 else "+"} {times}{name}'
+    return f'-{text[3:]}' if text.startswith(' -') else text[3:]
 
 
 def listed(names: Sequence[str], most: int, between: str = ', ') -> str:

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..kernel import Floats
 from ..rigid_motion import inverse, screw_z
+from ..typography import linear_text
 from .conventions import table_rows
 from .file.parts.convention_table import Axis
 from .file.parts.description import (
@@ -197,12 +198,7 @@ def _links(chain: _JointChain) -> 'Sequence[Link]':
 
 
 def _text(affine: Affine) -> str:
-    terms = [
-        f'{"-" if factor < 0.0 else "+"} '
-        + (name if abs(factor) == 1.0 else f'{abs(factor)!r}*{name}')
-        for name, factor in affine.coefficients
-    ]
-    return ' '.join(terms).removeprefix('+ ').replace('- ', '-', 1 if terms[0][0] == '-' else 0)
+    return linear_text((factor, name) for name, factor in affine.coefficients)
 
 
 def _as_matrix(motion: Floats) -> RigidMotion:

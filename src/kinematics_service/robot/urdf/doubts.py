@@ -10,9 +10,9 @@ from difflib import get_close_matches
 import numpy as np
 
 from ...errors import Fault
-from ..file.parts.quantities import DEGREES, LARGEST_USUAL_ANGLE, LARGEST_USUAL_LENGTH, MILLIMETRES
+from ..file.parts.quantities import Kind, unit_doubt
 from ..file.text.entries import choice, did_you_mean, meant_by
-from ..file.text.fault_report import MAX_FAULTS, number, quoted
+from ..file.text.fault_report import MAX_FAULTS, quoted
 from .chain import UrdfChain
 from .document import XmlElement, listed_names
 from .elements import VERSIONS
@@ -26,12 +26,8 @@ MAPPED_PLACES = re.compile(r'joints\[(\d+)\]|links$')
 # Least similarity (difflib) of an unknown element to the element that a warning suggests. The
 # value is the similarity of `axes` to `axis`.
 SIMILARITY = 0.75
-# For each attribute of an `<origin>`: the largest plausible number (m or rad, as in a robot file),
-# and the warning about a larger number.
-UNIT_DOUBTS = (
-    ('xyz', LARGEST_USUAL_LENGTH, 'a length of {} m: ' + MILLIMETRES),
-    ('rpy', LARGEST_USUAL_ANGLE, '{} rad is more than a turn: ' + DEGREES),
-)
+# The attributes of an `<origin>`, with the kind of their numbers.
+ORIGIN_KINDS: tuple[tuple[str, Kind], ...] = (('xyz', 'length'), ('rpy', 'angle'))
 
 
 def chain_doubts(
@@ -124,11 +120,10 @@ def _of_joint(joint: XmlElement, version: str) -> Iterator[Fault]:
             elif name == 'quat_xyzw' and 'rpy' in part.attributes:
                 message = 'rpy and quat_xyzw are the same rotation; rpy is read'
                 yield part.fault(message, 'duplicate-key')
-        for name, largest, what in UNIT_DOUBTS if part.tag == 'origin' else ():
+        for name, kind in ORIGIN_KINDS if part.tag == 'origin' else ():
             for value in map(float, part.attributes.get(name, '').split()):
-                if abs(value) > largest:
-                    message = _in_urdf(what.replace('{}', number(value)))
-                    yield part.fault(message, 'wrong-unit')
+                if doubt := unit_doubt(value, kind):
+                    yield part.fault(_in_urdf(doubt), 'wrong-unit')
         for meant in () if known else get_close_matches(part.tag[:60], ATTRIBUTES, 1, SIMILARITY):
             message = f'an unknown element, which is not read{did_you_mean(meant)}'
             yield part.fault(message, 'unknown-key')

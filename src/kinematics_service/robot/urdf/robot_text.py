@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from ...kernel import Floats
 from ...rigid_motion import exact_rpy
-from ...typography import number_text
+from ...typography import linear_text, number_text
 from ..file.text.expression_syntax import why_no_name
 from .chain import UrdfChain, Variable
 from .table import ConstantPose, UrdfRow, UrdfTable
@@ -110,22 +110,13 @@ def _link(row: UrdfRow, names: Sequence[str]) -> str:
 
 def _expression(row: UrdfRow, turns: bool, names: Sequence[str]) -> str:
     constant = row.theta if turns else row.d
-    text = ''
-    for term in row.terms:
-        if term.turns == turns:
-            factor = '' if abs(term.factor) == 1.0 else f'{number_text(abs(term.factor))}*'
-            text = _added(text, term.factor < 0.0, f'{factor}{names[term.variable]}')
-    if not text:
+    terms = [(term.factor, names[term.variable]) for term in row.terms if term.turns == turns]
+    if not terms:
         return constant.text
-    if constant.value == 0.0:
-        return text
-    return _added(text, constant.value < 0.0, constant.text.removeprefix('-'))
-
-
-def _added(text: str, negative: bool, term: str) -> str:
-    if not text:
-        return f'-{term}' if negative else term
-    return f'{text} {"-" if negative else "+"} {term}'
+    if constant.value != 0.0:
+        sign = math.copysign(1.0, constant.value)
+        terms.append((sign, constant.text.removeprefix('-')))
+    return linear_text(terms)
 
 
 def _placement(frame: str, pose: ConstantPose) -> str:
