@@ -152,7 +152,7 @@ class IkFamily(FrozenArrays):
         away = np.asarray(q) - self.q
         if self.straight:
             away = off_motions(away, self.motions * self.scales)
-        return float(np.max(np.abs(_wrapped(away, self.periods) / self.scales)))
+        return float(np.max(np.abs(without_turns(away, self.periods) / self.scales)))
 
 
 def off_motions(away: Floats, motions: Floats) -> Floats:
@@ -172,7 +172,8 @@ def off_motions(away: Floats, motions: Floats) -> Floats:
     return np.asarray(away)
 
 
-def _wrapped(away: Floats, periods: Floats) -> Floats:
+def without_turns(away: Floats, periods: Floats) -> Floats:
+    """Return joint differences (..., n) without full turns; joints without one have period inf."""
     turns = np.where(np.isfinite(periods), np.round(away / periods), 0.0)
     return np.asarray(away - turns * np.where(np.isfinite(periods), periods, 0.0))
 

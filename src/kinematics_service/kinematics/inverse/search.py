@@ -20,6 +20,7 @@ from ...robot.robot import Robot
 from .problem.plan import InversePlan
 from .problem.problem import IkProblem
 from .problem.target import IkTarget
+from .result import without_turns
 
 # Number of random starts that are refined in one call of the kernel.
 BATCH = 48
@@ -124,12 +125,7 @@ def _refined(refinement: kernel.Refinement, q: Floats) -> DistinctSolutions:
 
 def apart(plan: InversePlan, a: Floats, b: Floats) -> Floats:
     """Return the joint differences b - a (..., n) without full turns."""
-    away = b - a
-    turning = np.isfinite(plan.periods)
-    if np.any(turning):
-        period = plan.periods[turning]
-        away[..., turning] -= period * np.round(away[..., turning] / period)
-    return away
+    return without_turns(b - a, plan.periods)
 
 
 def distinct(
