@@ -158,7 +158,7 @@ def calibrate(
     """
     robot = as_robot(robot)
     if noise is not None and numbers_of('noise', noise).shape != (2,):
-        raise refused('noise', 'two numbers, m and rad', noise)
+        raise ArgumentError.refused('noise', 'two numbers, m and rad', noise)
     known, priors = None if noise is None else Noise(*noise), tolerances or {}
     if camera is not None:
         check_known('camera', camera, get_args(Camera))
