@@ -278,7 +278,7 @@ def position_numbers(q: Floats) -> Integers:
 
 def check_known(argument: str, name: str, known: Sequence[str]) -> None:
     """Raise a CalibrationError if `name` is not one of the known values of an argument."""
-    if name not in known:
+    if not isinstance(name, str) or name not in known:
         message = f'{argument}: {name!r} is not one of {", ".join(known)}'
         raise CalibrationError(message, code='unknown-name')
 
