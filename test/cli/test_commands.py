@@ -127,6 +127,26 @@ def test_an_error_is_also_json_with_its_code_where_json_is_printed(capsys, tmp_p
     assert capsys.readouterr().out == ''
 
 
+@pytest.mark.parametrize(
+    ('words', 'named'),
+    [
+        (['--q', '1'], '6 joints'),
+        (['--nosuch'], '--nosuch'),
+        ([], "Missing option '--q'"),
+    ],
+)
+def test_wrong_usage_is_json_too_where_json_is_printed(capsys, words, named):
+    assert main(['fk', 'ur5e', *words, '--json']) == 2
+    out, err = capsys.readouterr()
+    error = json.loads(out)['error']
+    assert error['code'] == 'wrong-usage'
+    assert named in error['message']
+    assert error['message'] in err
+    for unknown in (['nosuch', '--json'], ['--json']):
+        assert main(unknown) == 2
+        assert capsys.readouterr().out == ''
+
+
 def test_the_help_without_a_command_names_every_command(capsys, narrow):
     text = answer(capsys, '--help')
     assert all(re.search(rf'^  {command} ', text, re.MULTILINE) for command in COMMANDS)

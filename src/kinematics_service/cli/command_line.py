@@ -10,7 +10,14 @@ from collections.abc import Sequence
 from contextlib import nullcontext, suppress
 from typing import Any
 
-from ..errors import ArmsError, KinematicsError, RobotConflictError, RobotFileError, UrdfError
+from ..errors import (
+    ArmsError,
+    Fault,
+    KinematicsError,
+    RobotConflictError,
+    RobotFileError,
+    UrdfError,
+)
 from ..stop_signals import interruptible
 from .arguments import WrongArguments, join_numbers, name_robots, split_ros_arguments
 from .missing_ros import RosMissingError
@@ -21,6 +28,8 @@ from .standard_output import checked_output
 # Exit code if the process that reads the output through a pipe has ended: 128 + SIGPIPE, as in a
 # shell.
 READER_GONE = 141
+# Code of errors in the use of the command line, in JSON.
+WRONG_USAGE = 'wrong-usage'
 # Name of the installed program. A shell sets COMPLETION_VARIABLE to request completions.
 # COMPLETION_OPTIONS install or print the completion script of a shell.
 PROGRAM = 'kinematics_service'
@@ -80,6 +89,9 @@ def _code_of(argv: Sequence[str] | None) -> int:
         # click turns a BrokenPipeError into exit code 1, so look for the error in the context.
         if isinstance(end.__context__, BrokenPipeError):
             return READER_GONE
+        # Typer has printed the message on standard error.
+        if (message := getattr(end.__context__, 'format_message', None)) and _wants_json(ours):
+            _print_error(WRONG_USAGE, message())
         return end.code if isinstance(end.code, int) else 0
     except (RobotConflictError, ArmsError) as error:
         return _refused(error, ours, 2)
@@ -95,27 +107,34 @@ def _code_of(argv: Sequence[str] | None) -> int:
 
 
 def _refused(error: KinematicsError, ours: Sequence[str], code: int = 1) -> int:
-    if '--json' in ours and _prints_json(ours[0]):
-        from ..printing import attributes, json_text
-
-        entry: dict[str, Any] = {'code': error.code, 'message': str(error)}
+    if _wants_json(ours):
         faults = error.faults if isinstance(error, RobotFileError) else ()
         if isinstance(error, UrdfError):
             faults = (error.fault,)
-        if faults:
-            fields = ('file', 'line', 'where', 'message', 'code')
-            entry['faults'] = [attributes(fault, *fields) for fault in faults]
-        print(json_text({'error': entry}))
+        _print_error(error.code, str(error), faults)
     return _failed(str(error), code)
 
 
-def _prints_json(name: str) -> bool:
-    # Return whether the option --json of a command is a flag, and not an option with the name of a
-    # file.
+def _print_error(code: str, message: str, faults: Sequence[Fault] = ()) -> None:
+    from ..printing import attributes, json_text
+
+    entry: dict[str, Any] = {'code': code, 'message': message}
+    if faults:
+        fields = ('file', 'line', 'where', 'message', 'code')
+        entry['faults'] = [attributes(fault, *fields) for fault in faults]
+    print(json_text({'error': entry}))
+
+
+def _wants_json(ours: Sequence[str]) -> bool:
+    # Return whether a command with a flag --json has it. In other commands the option --json takes
+    # the name of a file.
+    if '--json' not in ours:
+        return False
     from .commands import command_group
 
-    command = command_group().get_command(None, name)
-    return any('--json' in option.opts and option.is_flag for option in command.params)
+    command = command_group().get_command(None, ours[0])
+    options = command.params if command else ()
+    return any('--json' in option.opts and option.is_flag for option in options)
 
 
 def _failed(sentence: str, code: int = 1) -> int:
