@@ -14,7 +14,8 @@ import numpy as np
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.estimation import estimator as reasons
+from kinematics_service.estimation import outcomes as reasons
+from kinematics_service.estimation.estimator import AcceptedMessage, RefusedMessage
 
 LARGEST = 1e15
 MOVED_APART, RETURNED, JUMPS_KEPT = 1e-3, 0.2, 16
@@ -193,11 +194,11 @@ class PlainEstimator:
 
 def same(outcome, expected):
     """Return whether an answer, an acceptance or a refusal is the model's, to the last bit."""
-    if isinstance(outcome, reasons.RefusedMessage):
+    if isinstance(outcome, RefusedMessage):
         return tuple(outcome) == tuple(expected)
     if len(expected) == 2:
         return False
-    if isinstance(outcome, reasons.AcceptedMessage):
+    if isinstance(outcome, AcceptedMessage):
         found = [outcome.q, outcome.qdot]
     else:
         found = [outcome.state.q, outcome.state.qdot]

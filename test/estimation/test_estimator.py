@@ -11,8 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinematics_service as ks
-from kinematics_service.estimation import estimator as reasons
+from kinematics_service.estimation import outcomes as reasons
 from kinematics_service.estimation.estimator import (
+    VELOCITY_SOURCES,
     Estimator,
     EstimatorOutput,
     EstimatorSettings,
@@ -433,7 +434,7 @@ SAMPLES = st.builds(
 
 @pytest.mark.slow
 @settings(max_examples=50, deadline=None)
-@given(samples=st.lists(SAMPLES, max_size=12), source=st.sampled_from(reasons.VELOCITY_SOURCES))
+@given(samples=st.lists(SAMPLES, max_size=12), source=st.sampled_from(VELOCITY_SOURCES))
 def test_no_sample_makes_it_raise_and_every_answer_is_finite(craig, samples, source):
     one = Estimator(craig, EstimatorSettings(velocity_source=source))
     for each in samples:

@@ -12,7 +12,7 @@ from linkages import SHORT_FIVE_BAR
 from tolerances import ROUND_OFF
 
 import kinematics_service as ks
-from kinematics_service.estimation import estimator as reasons
+from kinematics_service.estimation import outcomes as reasons
 from kinematics_service.estimation.estimator import (
     Estimator,
     EstimatorOutput,

@@ -17,8 +17,14 @@ from random_robots import random_arm
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.estimation import estimator as reasons
-from kinematics_service.estimation.estimator import AcceptedMessage, Estimator, EstimatorSettings
+from kinematics_service.estimation import outcomes as reasons
+from kinematics_service.estimation.estimator import (
+    VELOCITY_SOURCES,
+    AcceptedMessage,
+    Estimator,
+    EstimatorSettings,
+    RefusedMessage,
+)
 from kinematics_service.estimation.joint_sample import JointSample
 
 MILLISECOND = 1_000_000
@@ -93,7 +99,7 @@ def cases(draw):
     prefix = draw(st.sampled_from(['', '', 'left_']))
     setting = EstimatorSettings(
         prefix,
-        draw(st.sampled_from(reasons.VELOCITY_SOURCES)),
+        draw(st.sampled_from(VELOCITY_SOURCES)),
         draw(st.sampled_from([SECOND, SECOND, 50 * MILLISECOND])),
     )
     return robot, setting, draw(streams([prefix + name for name in robot.joint_names]))
@@ -136,7 +142,7 @@ def test_accepting_alone_follows_the_same_rules(case):
         known_alike(one, plain, sample.arrival)
         # And so does `take`, whose answers are of the same joints.
         answer = both.take(sample)
-        if isinstance(outcome, AcceptedMessage) and not isinstance(answer, reasons.RefusedMessage):
+        if isinstance(outcome, AcceptedMessage) and not isinstance(answer, RefusedMessage):
             assert np.array_equal(answer.state.q, outcome.q)
             assert answer[1:3] == outcome[2:]
 

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import kinematics_service as ks
+from kinematics_service.estimation import outcomes
 from kinematics_service.estimation.estimator import (
-    NO_POSITION,
-    TOO_FAST,
     Estimator,
     EstimatorOutput,
     EstimatorSettings,
@@ -86,7 +85,7 @@ def test_as_before_where_nobody_asks_for_it():
     one.take(sample(Q, (0.0,) * 3, START))
     refused = one.take(sample((), (1.0,) * 3, START + STEP))
     assert isinstance(refused, RefusedMessage)
-    assert refused.reason == NO_POSITION
+    assert refused.reason == outcomes.NO_POSITION
 
 
 @pytest.mark.parametrize(
@@ -105,7 +104,7 @@ def test_what_cannot_be_counted_on_is_no_position(velocities, later):
     one.take(sample(Q, (0.0,) * 3, START))
     refused = one.take(sample((), velocities, START + later))
     assert isinstance(refused, RefusedMessage)
-    assert refused.reason == NO_POSITION
+    assert refused.reason == outcomes.NO_POSITION
     assert one.integration.seconds == 0.0
 
 
@@ -117,10 +116,10 @@ def test_a_velocity_beyond_the_limit_of_its_joint_is_refused_with_its_name(tmp_p
     one = estimator(file)
     one.take(sample((0.1, 0.2), (0.0, 0.0), START, ('q1', 'q2')))
     refused = one.take(sample((), (speed, 0.0), START + STEP, ('q1', 'q2')))
-    assert refused.reason == TOO_FAST
+    assert refused.reason == outcomes.TOO_FAST
     for word in ("'q1'", f'{speed:g}', 'at most 2.2'):
         assert word in refused.sentence
-    assert one.counts[TOO_FAST] == 1
+    assert one.counts[outcomes.TOO_FAST] == 1
     # The next good message is integrated from the last good one; noise at the limit is no fault.
     found = one.take(sample((), (2.05, 0.0), START + 2 * STEP, ('q1', 'q2')))
     np.testing.assert_allclose(found.state.q, [0.1 + 0.5 * 2.05 * 0.02, 0.2], atol=1e-12)
@@ -129,7 +128,7 @@ def test_a_velocity_beyond_the_limit_of_its_joint_is_refused_with_its_name(tmp_p
 def test_a_joint_without_a_limit_has_the_bound_of_robot_files():
     one = estimator()
     one.take(sample(Q, (0.0,) * 3, START))
-    assert one.take(sample((), (101.0, 0.0, 0.0), START + STEP)).reason == TOO_FAST
+    assert one.take(sample((), (101.0, 0.0, 0.0), START + STEP)).reason == outcomes.TOO_FAST
     assert isinstance(one.take(sample((), (0.0, 99.0, 0.0), START + STEP)), EstimatorOutput)
 
 
@@ -142,16 +141,16 @@ def test_a_velocity_beyond_the_limit_beside_positions_is_not_integrated_later():
 
 def test_without_a_known_start_there_is_no_position():
     one = estimator()
-    assert one.take(sample((), (0.1,) * 3, START)).reason == NO_POSITION
+    assert one.take(sample((), (0.1,) * 3, START)).reason == outcomes.NO_POSITION
     one.take(sample(Q[:2], (), START, NAMES[:2]))
-    assert one.take(sample((), (0.1,) * 3, START + STEP)).reason == NO_POSITION
+    assert one.take(sample((), (0.1,) * 3, START + STEP)).reason == outcomes.NO_POSITION
     # Nor after time stepped back.
     one.take(sample(Q, (0.1,) * 3, START + STEP))
     one.take(sample((), (0.1,) * 3, START + 2 * STEP))
     assert one.integration.seconds
     one.reset()
     assert one.integration.seconds == 0.0
-    assert one.take(sample((), (0.1,) * 3, START + 3 * STEP)).reason == NO_POSITION
+    assert one.take(sample((), (0.1,) * 3, START + 3 * STEP)).reason == outcomes.NO_POSITION
 
 
 def test_what_the_noise_of_velocities_makes_of_it_is_what_a_simulation_shows(tmp_path):

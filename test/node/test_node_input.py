@@ -36,12 +36,7 @@ from sensor_msgs.msg import JointState
 from target_harness import Targets, twist_target
 
 import kinematics_service as ks
-from kinematics_service.estimation.estimator import (
-    DUPLICATE,
-    MALFORMED,
-    NOT_FINITE,
-    TOO_LARGE,
-)
+from kinematics_service.estimation import outcomes
 from kinematics_service.node import best_subscription
 from kinematics_service.node.health import JOINT_STATES, why_no_joint_states
 
@@ -425,13 +420,13 @@ def test_a_bad_message_is_rejected_whole_and_the_next_good_one_answered(arm):
     one.answer(Q)
     sent = [one.stamp]
     for names, q, reason, count in (
-        (NAMES, (1.0, 2.0), MALFORMED, '2'),
-        (NAMES, (1.0, 2.0, 3.0, 4.0), MALFORMED, '4'),
-        ([*NAMES, 'q1'], (1.0, 2.0, 3.0, 1.0), DUPLICATE, '2'),
-        (NAMES, (1.0, math.nan, 3.0), NOT_FINITE, '2'),
-        (NAMES, (1.0, 2.0, math.inf), NOT_FINITE, '4'),
-        (NAMES, (-math.inf, 2.0, 3.0), NOT_FINITE, '6'),
-        (NAMES, (1e308, 2.0, 3.0), TOO_LARGE, '2'),
+        (NAMES, (1.0, 2.0), outcomes.MALFORMED, '2'),
+        (NAMES, (1.0, 2.0, 3.0, 4.0), outcomes.MALFORMED, '4'),
+        ([*NAMES, 'q1'], (1.0, 2.0, 3.0, 1.0), outcomes.DUPLICATE, '2'),
+        (NAMES, (1.0, math.nan, 3.0), outcomes.NOT_FINITE, '2'),
+        (NAMES, (1.0, 2.0, math.inf), outcomes.NOT_FINITE, '4'),
+        (NAMES, (-math.inf, 2.0, 3.0), outcomes.NOT_FINITE, '6'),
+        (NAMES, (1e308, 2.0, 3.0), outcomes.TOO_LARGE, '2'),
     ):
         for k in (1, 2):
             one.publish(joint_state(names, q, (), one.stamp + k))

@@ -33,6 +33,7 @@ from ..kinematics.singularity import Singularity, watched_value
 from ..kinematics.tool_state import ToolState, as_the_kernel_takes_it, evaluate
 from ..robot.measures import Level
 from ..robot.robot import Robot
+from . import outcomes
 from .alarm import Alarm
 from .integration import Integration
 from .joint_memory import MessageJoints, NamedJoints, joint_names
@@ -179,22 +180,6 @@ class RefusedMessage(NamedTuple):
     sentence: str = ''
 
 
-# Keys of `Estimator.counts`: the outcomes of messages, as the diagnostics show them.
-UNREADABLE = 'not a JointState'
-NOT_OURS = 'none of our joints'
-NO_POSITION = 'no position'
-MALFORMED = 'position and name of different length'
-DUPLICATE = 'joint named twice'
-NOT_FINITE = 'position not finite'
-TOO_LARGE = 'position too large'
-TOO_FAST = 'velocity too large'
-NOT_CLOSED = 'loop does not close'
-DROPPED = 'stamp not newer'
-WAITING = 'waiting for other joints'
-ACCEPTED = 'accepted'
-NOT_STAMPED = 'not stamped'
-RESETS = 'resets'
-
 # A joint is disputed between drivers if its position jumps at least this number of times within
 # joint_memory.DISPUTE_WINDOW.
 JUMPS = 4
@@ -223,17 +208,17 @@ class MessageOutcome(NamedTuple):
 
 _UNREAD = MessageOutcome()
 _NOT_COMPUTABLE = RefusedMessage(
-    TOO_LARGE, 'positions or velocities are too large to compute with'
+    outcomes.TOO_LARGE, 'positions or velocities are too large to compute with'
 )
 # The `MessageOutcome` for each code that `kernel.observe` returns.
 _OUTCOMES = {
     kernel.WITHOUT_VELOCITIES: MessageOutcome('none'),
     kernel.WITH_VELOCITIES: MessageOutcome('message'),
     kernel.WITH_DIFFERENCES: MessageOutcome('difference'),
-    kernel.NOT_NEWER: MessageOutcome(refusal=RefusedMessage(DROPPED)),
-    kernel.INCOMPLETE: MessageOutcome(refusal=RefusedMessage(WAITING)),
+    kernel.NOT_NEWER: MessageOutcome(refusal=RefusedMessage(outcomes.DROPPED)),
+    kernel.INCOMPLETE: MessageOutcome(refusal=RefusedMessage(outcomes.WAITING)),
     kernel.NOT_COMPUTABLE: MessageOutcome(refusal=_NOT_COMPUTABLE),
-    kernel.NOT_CLOSED: MessageOutcome(refusal=RefusedMessage(NOT_CLOSED)),
+    kernel.NOT_CLOSED: MessageOutcome(refusal=RefusedMessage(outcomes.NOT_CLOSED)),
 }
 _OUTCOMES |= {
     kernel.STARTED_ANEW + code: outcome._replace(starts_anew=True)
@@ -264,8 +249,7 @@ class Estimator:
     Attributes
     ----------
     counts
-        Number of messages for each outcome. The keys are `ACCEPTED`, `DROPPED` and the other texts
-        of this module.
+        Number of messages for each outcome; the keys are the texts of the module `outcomes`.
     integration
         Integrates the velocities of messages that have no positions.
     """
@@ -334,7 +318,7 @@ class Estimator:
 
     def reset(self) -> None:
         """Forget all joint positions. Call it if the clock or the recording has started again."""
-        self.counts[RESETS] += 1
+        self.counts[outcomes.RESETS] += 1
         kernel.forget(self._joints)
         self.integration.forget()
         self._joints.is_new_tool = True
@@ -495,9 +479,9 @@ class Estimator:
         else:
             outcome = self._read_sample(message, row, measures)
         if outcome.starts_anew:
-            self.counts[RESETS] += 1
+            self.counts[outcomes.RESETS] += 1
         if outcome.velocity_source:
-            self.counts[ACCEPTED] += 1
+            self.counts[outcomes.ACCEPTED] += 1
             self._is_open = False
         elif outcome.refusal is not None:
             refusal = self._explained(outcome.refusal)
@@ -538,7 +522,7 @@ class Estimator:
         if outcome is _UNREAD:
             return MessageOutcome(refusal=self._bad_position(named.ours, positions))
         if sample.stamp == 0:
-            self.counts[NOT_STAMPED] += 1
+            self.counts[outcomes.NOT_STAMPED] += 1
         if measures is not None and outcome.velocity_source:
             kernel.measure_one(self._search, row, measures)
         return outcome
@@ -571,7 +555,7 @@ class Estimator:
             return sample, None
         velocities = doubles(sample.velocities)
         if fast := self.integration.too_fast(velocities, self.names, ours):
-            return sample, RefusedMessage(TOO_FAST, fast)
+            return sample, RefusedMessage(outcomes.TOO_FAST, fast)
         found = self.integration.positions(sample, velocities, self._joints, ours)
         return (sample if found is None else sample._replace(positions=found)), None
 
@@ -580,36 +564,37 @@ class Estimator:
             # Forget all joint positions, because positions that overflow in the kernel must not
             # stay in memory.
             kernel.forget(self._joints)
-        return self._not_closed() if refusal.reason == NOT_CLOSED else refusal
+        return self._not_closed() if refusal.reason == outcomes.NOT_CLOSED else refusal
 
     def _not_closed(self) -> RefusedMessage:
         # Only the first message with open loops gets a sentence, because making the sentence takes
         # 100 times as long as reading a message.
         if self._is_open:
-            return RefusedMessage(NOT_CLOSED)
+            return RefusedMessage(outcomes.NOT_CLOSED)
         self._is_open = True
         _, sentence = why_not_closed(self.robot, self._joints.positions())
         return RefusedMessage(
-            NOT_CLOSED,
+            outcomes.NOT_CLOSED,
             sentence or f'a loop of {self.robot.name} ends on the way from the last position',
         )
 
     def _shape_refusal(self, sample: JointSample, named: MessageJoints) -> RefusedMessage | None:
         if not named.ours.count:
-            return RefusedMessage(NOT_OURS)
+            return RefusedMessage(outcomes.NOT_OURS)
         names, positions = len(sample.names), len(sample.positions)
         if not positions:
-            return RefusedMessage(NO_POSITION)
+            return RefusedMessage(outcomes.NO_POSITION)
         if names != positions:
-            return RefusedMessage(MALFORMED, f'{names} names but {positions} positions')
+            return RefusedMessage(outcomes.MALFORMED, f'{names} names but {positions} positions')
         if named.duplicates:
-            return RefusedMessage(DUPLICATE, f'joint {named.duplicates[0]!r} is named twice')
+            name = named.duplicates[0]
+            return RefusedMessage(outcomes.DUPLICATE, f'joint {name!r} is named twice')
         return None
 
     def _bad_position(self, ours: OurJoints, positions: Floats) -> RefusedMessage:
         numbers = ((j, float(positions[index])) for j, index in zip(*ours.table))
         j, position = next(one for one in numbers if not abs(one[1]) <= kernel.LARGEST)
-        reason = TOO_LARGE if math.isfinite(position) else NOT_FINITE
+        reason = outcomes.TOO_LARGE if math.isfinite(position) else outcomes.NOT_FINITE
         return RefusedMessage(reason, f'position of joint {self._joints.names[j]!r} is {position}')
 
 

@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..estimation import estimator
+from ..estimation import outcomes
+from ..estimation.estimator import Estimator
 from ..estimation.input_checks import JointMessages, arrival_jitter, input_faults, zeros_of
 from ..estimation.joint_accelerations import JointAccelerations
 from ..estimation.status_text import StatusText
@@ -19,17 +20,17 @@ from .best_subscription import BestSubscription
 from .unmatched_names import shown, unmatched_in_words
 
 REJECTED = (
-    estimator.UNREADABLE,
-    estimator.MALFORMED,
-    estimator.DUPLICATE,
-    estimator.NOT_FINITE,
-    estimator.TOO_LARGE,
-    estimator.NOT_CLOSED,
-    estimator.TOO_FAST,
+    outcomes.UNREADABLE,
+    outcomes.MALFORMED,
+    outcomes.DUPLICATE,
+    outcomes.NOT_FINITE,
+    outcomes.TOO_LARGE,
+    outcomes.NOT_CLOSED,
+    outcomes.TOO_FAST,
 )
 # Reasons for refusing a message that few arms or settings can cause. The status shows these
 # reasons only if they occurred.
-RARE = (estimator.NOT_CLOSED, estimator.TOO_FAST)
+RARE = (outcomes.NOT_CLOSED, outcomes.TOO_FAST)
 INTERNAL_ERROR = 'internal error'
 # Time (s) for which the status reports lost messages and resets after they occurred.
 REPORTED_TIME = 10.0
@@ -86,7 +87,7 @@ class InputState(NamedTuple):
 
 
 def input_status(
-    arm: estimator.Estimator,
+    arm: Estimator,
     subscription: BestSubscription,
     state: InputState,
     warnings: Sequence[str],
@@ -94,7 +95,7 @@ def input_status(
     """Return the diagnostic status of an arm's input, made from the state of the input."""
     level, sentence = _verdict(arm, subscription.topic_name, state, warnings)
     counts, work, delay = state.counts, state.work, arm.quantity(JointAccelerations).delay
-    rate = state.news[estimator.ACCEPTED] / state.interval if state.interval > 0.0 else 0.0
+    rate = state.news[outcomes.ACCEPTED] / state.interval if state.interval > 0.0 else 0.0
     rejected = sum(counts[reason] for reason in REJECTED)
     age, lost = arm.age(state.arrival), subscription.lost
     values = [
@@ -111,13 +112,13 @@ def input_status(
         ('joints that publishers disagree about', ', '.join(_disputed(arm, state))),
         ('velocity source', state.velocity_source),
         *([('acceleration delay', f'{delay:.3g} s')] if delay else []),
-        ('accepted', f'{counts[estimator.ACCEPTED]}'),
-        ('ignored: none of our joints', f'{counts[estimator.NOT_OURS]}'),
-        ('ignored: no position', f'{counts[estimator.NO_POSITION]}'),
-        ('dropped: stamp not newer', f'{counts[estimator.DROPPED]}'),
-        ('waiting for other joints', f'{counts[estimator.WAITING]}'),
-        ('not stamped', f'{counts[estimator.NOT_STAMPED]}'),
-        ('resets', f'{counts[estimator.RESETS]}'),
+        ('accepted', f'{counts[outcomes.ACCEPTED]}'),
+        ('ignored: none of our joints', f'{counts[outcomes.NOT_OURS]}'),
+        ('ignored: no position', f'{counts[outcomes.NO_POSITION]}'),
+        ('dropped: stamp not newer', f'{counts[outcomes.DROPPED]}'),
+        ('waiting for other joints', f'{counts[outcomes.WAITING]}'),
+        ('not stamped', f'{counts[outcomes.NOT_STAMPED]}'),
+        ('resets', f'{counts[outcomes.RESETS]}'),
         ('rejected', f'{rejected}'),
         *(
             (f'rejected: {reason}', f'{counts[reason]}')
@@ -132,12 +133,12 @@ def input_status(
     return StatusText(level, sentence, tuple(values))
 
 
-def _disputed(arm: estimator.Estimator, state: InputState) -> Sequence[str]:
+def _disputed(arm: Estimator, state: InputState) -> Sequence[str]:
     return arm.disputed(state.arrival) if len(state.publishers) > 1 else ()
 
 
 def _verdict(
-    arm: estimator.Estimator, topic: str, state: InputState, warnings: Sequence[str]
+    arm: Estimator, topic: str, state: InputState, warnings: Sequence[str]
 ) -> tuple[Level, str]:
     if state.silent:
         return Level.OK, state.silent
@@ -154,7 +155,7 @@ def _verdict(
 
 
 def incomplete_in_words(
-    arm: estimator.Estimator, topic: str, state: InputState, warnings: Sequence[str]
+    arm: Estimator, topic: str, state: InputState, warnings: Sequence[str]
 ) -> str:
     """
     Return a text with the joints without a position, and the reason; '' if no joint lacks a
@@ -170,7 +171,7 @@ def incomplete_in_words(
         why = counted(count, 'publisher') if count else 'no publisher'
         return f'no joint state was received on {topic} ({why}): missing {missing}'
     text = f'joint states are stale: missing {missing}'
-    if math.isinf(arm.age(state.arrival)) and not state.counts[estimator.ACCEPTED]:
+    if math.isinf(arm.age(state.arrival)) and not state.counts[outcomes.ACCEPTED]:
         why = ', '.join(f'{reason}: {count}' for reason, count in state.counts.items())
         text = f'no complete joint state was received on {topic} ({why}): missing {missing}'
     expected = {*arm.names, *(mimic.name for mimic in arm.robot.description.mimics)}
@@ -178,21 +179,21 @@ def incomplete_in_words(
         name for group in state.messages for name in group.names if name not in expected
     }:
         text += f'; messages name {shown(sorted(unknown))}, too: map them with joint_names'
-    if state.counts[estimator.NO_POSITION]:
+    if state.counts[outcomes.NO_POSITION]:
         text += '; messages have no position: set integrate_velocities to use velocities'
     return '; '.join([text, *warnings])
 
 
-def unstamped_in_words(arm: estimator.Estimator, state: InputState) -> str:
+def unstamped_in_words(arm: Estimator, state: InputState) -> str:
     """
     Return a warning of noisy velocities if messages have neither stamps nor velocities; else ''.
     """
-    if not state.news[estimator.NOT_STAMPED] or state.velocity_source == 'message':
+    if not state.news[outcomes.NOT_STAMPED] or state.velocity_source == 'message':
         return ''
     return arrival_jitter(state.messages, arm.names)
 
 
-def input_warnings(arm: estimator.Estimator, state: InputState) -> Iterator[str]:
+def input_warnings(arm: Estimator, state: InputState) -> Iterator[str]:
     """Yield a sentence for each fault of the input."""
     disputed = _disputed(arm, state)
     if disputed:
@@ -220,7 +221,7 @@ def input_warnings(arm: estimator.Estimator, state: InputState) -> Iterator[str]
                 f'a joint state comes every {every:.3g} s, but joint_state_timeout is '
                 f'{timeout:.3g} s: set it to {2.0 * every:.2g}'
             )
-    if state.simulated == 0 and state.news[estimator.NOT_STAMPED]:
+    if state.simulated == 0 and state.news[outcomes.NOT_STAMPED]:
         yield 'no twist without stamps: no /clock was received; publish it or unset use_sim_time'
     if arm.integration.seconds:
         off = 'unknown; write velocity_noise in the robot file'

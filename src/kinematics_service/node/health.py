@@ -13,7 +13,8 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
-from ..estimation.estimator import RESETS, Estimator
+from ..estimation import outcomes
+from ..estimation.estimator import Estimator
 from ..estimation.input_checks import messages_of
 from ..estimation.status_text import StatusText
 from .diagnostics import (
@@ -197,7 +198,7 @@ class Health:
         subscription.settle(publishers)
         lost = subscription.lost or 0
         counts, work = Counter(estimator.counts), self.work
-        recent_losses, recent_resets = self._recent_counts(now, lost, counts[RESETS])
+        recent_losses, recent_resets = self._recent_counts(now, lost, counts[outcomes.RESETS])
         namesakes = namesakes_in_words(node)
         if namesakes and self._throttle.passes('namesakes'):
             node.get_logger().warning(namesakes)

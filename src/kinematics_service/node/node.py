@@ -15,14 +15,8 @@ from rclpy.time_source import CLOCK_TOPIC
 from std_srvs.srv import Trigger
 
 from ..errors import RefusedTargetError
-from ..estimation.estimator import (
-    RESETS,
-    UNREADABLE,
-    Estimator,
-    EstimatorOutput,
-    JointMessage,
-    RefusedMessage,
-)
+from ..estimation import outcomes
+from ..estimation.estimator import Estimator, EstimatorOutput, JointMessage, RefusedMessage
 from ..estimation.joint_efforts import JointEfforts
 from ..estimation.joint_state_form import SerializedSample
 from ..estimation.status_text import StatusText, singularity_status, stale_status
@@ -250,8 +244,8 @@ class KinematicsNode(Node):
     # Methods that answer messages
 
     def _refuse(self, sentence: str) -> None:
-        self._estimator.counts[UNREADABLE] += 1
-        self._reject(RefusedMessage(UNREADABLE, sentence))
+        self._estimator.counts[outcomes.UNREADABLE] += 1
+        self._reject(RefusedMessage(outcomes.UNREADABLE, sentence))
 
     def _take(self, message: JointMessage) -> bool:
         # Answer a message. Return False if the bytes do not have the form of the last message,
@@ -265,9 +259,9 @@ class KinematicsNode(Node):
             )
             if outcome is None:
                 return False
-            if self._estimator.counts.get(RESETS, 0) != self._resets:
+            if self._estimator.counts.get(outcomes.RESETS, 0) != self._resets:
                 self._follow_reset()
-                if self._throttle.passes(RESETS):
+                if self._throttle.passes(outcomes.RESETS):
                     self.get_logger().info(
                         'stamps stepped back by more than joint_state_timeout: the state starts '
                         'again'
@@ -314,7 +308,7 @@ class KinematicsNode(Node):
                 self._publish_warning(singularity_status(robot, *warned, base))
 
     def _follow_reset(self) -> None:
-        self._resets = self._estimator.counts.get(RESETS, 0)
+        self._resets = self._estimator.counts.get(outcomes.RESETS, 0)
         self._grid.forget()
         self._reference.forget()
 

@@ -23,19 +23,10 @@ from ..estimation.status_text import StatusText
 from ..kernel import LARGEST, Floats
 from ..kinematics.scale import LEAVING, POSITION, SINGULARITY, MotionScales, scale
 from ..robot.measures import Level
+from .messages import topics
 from .messages.message_check import read_message
 from .messages.messages import full_name, stamp_of, status_message
-from .messages.topics import (
-    COMMAND,
-    COMMAND_QOS,
-    OUTPUT_QOS,
-    SCALE,
-    SCALE_REASON,
-    SERVO_STATUS,
-    WARNING_QOS,
-    overridable,
-    raw_subscription,
-)
+from .messages.topics import output_publisher, raw_subscription
 from .parameters.settings import NodeSettings
 from .steady_time import Throttle
 
@@ -84,10 +75,12 @@ class Scaling:
     ) -> None:
         self._node, self._present = node, present
         self._throttle = Throttle(5.0)
-        self._scale = node.create_publisher(Float64, SCALE, **overridable(OUTPUT_QOS))
-        self._code = node.create_publisher(Int8, SERVO_STATUS, **overridable(OUTPUT_QOS))
-        self._why = node.create_publisher(DiagnosticStatus, SCALE_REASON, WARNING_QOS)
-        raw_subscription(node, JointState, COMMAND, self._on_command, COMMAND_QOS)
+        self._scale = output_publisher(node, Float64, topics.SCALE)
+        self._code = output_publisher(node, Int8, topics.SERVO_STATUS)
+        self._why = node.create_publisher(
+            DiagnosticStatus, topics.SCALE_REASON, topics.WARNING_QOS
+        )
+        raw_subscription(node, JointState, topics.COMMAND, self._on_command, topics.COMMAND_QOS)
         self.configure(settings)
 
     def configure(self, settings: NodeSettings) -> None:

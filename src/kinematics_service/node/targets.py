@@ -15,7 +15,6 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from queue import SimpleQueue
-from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -33,6 +32,7 @@ from ..kinematics.inverse.self_motion.best_posture import has_arcs
 from ..kinematics.inverse.servo import joint_velocity
 from ..kinematics.inverse.solve import inverse_kinematics
 from ..robot.measures import Level
+from .messages import topics
 from .messages.message_check import read_message
 from .messages.messages import full_name, stamp_of, status_message
 from .messages.target_messages import (
@@ -45,19 +45,7 @@ from .messages.target_messages import (
     twist_in_base,
     twist_of,
 )
-from .messages.topics import (
-    IK_JOINT_STATES,
-    IK_JOINT_VELOCITY,
-    IK_SOLUTIONS,
-    IK_STATUS,
-    OUTPUT_QOS,
-    TARGET_POSE,
-    TARGET_POSE_QOS,
-    TARGET_TWIST,
-    TARGET_TWIST_QOS,
-    overridable,
-    raw_subscription,
-)
+from .messages.topics import output_publisher, raw_subscription
 from .parameters.settings import NodeSettings
 from .steady_time import Throttle, steady_timer
 from .target_status import pose_status, twist_status
@@ -111,15 +99,16 @@ class Targets:
         # joints
         self._moving_since: float | None = None
 
-        def publisher(kind: Any, name: str) -> Any:
-            return node.create_publisher(kind, name, **overridable(OUTPUT_QOS))
-
-        self._joint_states = publisher(JointState, IK_JOINT_STATES)
-        self._solutions = publisher(Float64MultiArray, IK_SOLUTIONS)
-        self._joint_velocity = publisher(JointState, IK_JOINT_VELOCITY)
-        self._status = publisher(DiagnosticStatus, IK_STATUS)
-        raw_subscription(node, PoseStamped, TARGET_POSE, self._on_pose, TARGET_POSE_QOS)
-        raw_subscription(node, TwistStamped, TARGET_TWIST, self._on_twist, TARGET_TWIST_QOS)
+        self._joint_states = output_publisher(node, JointState, topics.IK_JOINT_STATES)
+        self._solutions = output_publisher(node, Float64MultiArray, topics.IK_SOLUTIONS)
+        self._joint_velocity = output_publisher(node, JointState, topics.IK_JOINT_VELOCITY)
+        self._status = output_publisher(node, DiagnosticStatus, topics.IK_STATUS)
+        raw_subscription(
+            node, PoseStamped, topics.TARGET_POSE, self._on_pose, topics.TARGET_POSE_QOS
+        )
+        raw_subscription(
+            node, TwistStamped, topics.TARGET_TWIST, self._on_twist, topics.TARGET_TWIST_QOS
+        )
         # The timer runs only while a twist is valid.
         self._timer = steady_timer(node, self._watch_period(), self._watch, autostart=False)
 

@@ -7,7 +7,8 @@ import re
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
-from ..estimation.estimator import NOT_OURS, Estimator
+from ..estimation import outcomes
+from ..estimation.estimator import Estimator
 from ..robot.bundled import bundled_robots
 from ..robot.robot import Robot
 from ..typography import listed
@@ -30,7 +31,7 @@ def unmatched_in_words(arm: Estimator, topic: str) -> str:
 
     Return an empty text before the first message, and after a message that names a joint.
     """
-    lists, count = arm.unmatched(), arm.counts[NOT_OURS]
+    lists, count = arm.unmatched(), arm.counts[outcomes.NOT_OURS]
     beginning = f'{count} messages on {topic} name no joint of {arm.robot.name}: '
     return beginning + _in_words(arm.robot, lists) if lists else ''
 

@@ -417,7 +417,7 @@ def test_a_timeout_that_is_none_is_wrong_usage(told, seconds):
 def test_a_silent_node_is_explained_and_waited_for(arm, told, monkeypatch):
     one, said = arm('craig_3r'), []
     monkeypatch.setattr(tool, 'SILENCE_TIMEOUT', 4.0)
-    monkeypatch.setattr(tool, 'tell', said.append)
+    monkeypatch.setattr(tool.session, 'tell', said.append)
     one.attach()
     one.peer.create_timer(0.02, lambda: said and one.send(Q, QDOT))
     with turned(one, moving=False):

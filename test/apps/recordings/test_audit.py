@@ -21,12 +21,8 @@ from kinematics_service.apps.recordings.audit.verdict import verdict_of
 from kinematics_service.apps.recordings.readers.open_file import open_source
 from kinematics_service.apps.recordings.readers.source import Selection
 from kinematics_service.errors import RecordingError
-from kinematics_service.estimation.estimator import (
-    RESETS,
-    Estimator,
-    EstimatorOutput,
-    EstimatorSettings,
-)
+from kinematics_service.estimation import outcomes
+from kinematics_service.estimation.estimator import Estimator, EstimatorOutput, EstimatorSettings
 from kinematics_service.estimation.joint_state_columns import columns_of
 from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.kinematics.singularity import singularity_of
@@ -115,7 +111,7 @@ def test_an_awkward_stream_gives_what_the_node_says(name):
     samples = awkward(robot)
     result, parts = audited(samples, robot)
     live = Live(samples, robot)
-    assert result.counts[RESETS] == 1
+    assert result.counts[outcomes.RESETS] == 1
     assert len(result.counts) >= 7
     assert_same(result, parts, live)
 

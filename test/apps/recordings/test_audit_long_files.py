@@ -31,7 +31,7 @@ from kinematics_service.apps.recordings.readers import (
 from kinematics_service.apps.recordings.readers.open_file import open_source
 from kinematics_service.apps.recordings.readers.source import Selection
 from kinematics_service.errors import RecordingError
-from kinematics_service.estimation.estimator import UNREADABLE
+from kinematics_service.estimation import outcomes
 from kinematics_service.estimation.joint_state_columns import columns_of
 
 ROBOT = ('--robot', 'planar_2r')
@@ -279,7 +279,7 @@ def test_an_unreadable_message_of_a_ros_1_bag_is_counted(tmp_path, capsys, store
     bag = write_ros1(tmp_path / 'run.bag', stores[1], samples, bad=(0, 7, 200))
     messages = document(capsys, bag, *ROBOT)['messages']
     assert (messages['total'], messages['states']) == (400, 397)
-    assert messages['by_outcome'][UNREADABLE] == 3
+    assert messages['by_outcome'][outcomes.UNREADABLE] == 3
 
 
 def test_messages_of_ros_1_are_read_in_columns_as_one_by_one(stores):

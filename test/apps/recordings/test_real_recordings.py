@@ -16,7 +16,7 @@ import pytest
 from recordings import PR2, recorded
 
 import kinematics_service as ks
-from kinematics_service.estimation import estimator as reasons
+from kinematics_service.estimation import outcomes as reasons
 from kinematics_service.estimation.estimator import Estimator, EstimatorOutput, EstimatorSettings
 from kinematics_service.estimation.joint_sample import JointSample
 from kinematics_service.kinematics.singularity import singularity_of

@@ -14,18 +14,8 @@ from rich.console import Console, Group
 from rich.text import Text
 
 from ...errors import LayoutError
+from ...node.process import session
 from ...node.process.no_messages import why_no_messages
-from ...node.process.session import (
-    FAULT,
-    NODE_NAMES,
-    SUCCESS,
-    WRONG_USAGE,
-    destroy,
-    helper_node,
-    is_name,
-    run_session,
-    tell,
-)
 from ...node.process.spin import Spinner
 from ...node.steady_time import steady_timer
 from ...printing import json_text
@@ -75,22 +65,22 @@ def run_echo(
     0 after a signal, after one message with `once`, or if the reader of the output has ended; 1 if
     no message arrived in time; 2 for wrong usage.
     """
-    if not is_name('--node', node, NODE_NAMES):
-        return WRONG_USAGE
+    if not session.is_name('--node', node, session.NODE_NAMES):
+        return session.WRONG_USAGE
     source = f'/{node.strip("/")}'
 
     def work(context: Context, stop: StopSignal) -> int:
-        listener = helper_node(f'kinematics_echo_{os.getpid()}', context)
+        listener = session.helper_node(f'kinematics_echo_{os.getpid()}', context)
         echo = _Echo(listener, source, what, once, as_json, timeout)
         spinner = Spinner(context, [listener])
         spinner.obey(stop)
         with echo.shown():
             is_intact = spinner.spin(lambda: stop.came or not context.ok() or echo.over)
         spinner.close()
-        destroy(listener)
-        return SUCCESS if is_intact and not echo.in_vain else FAULT
+        session.destroy(listener)
+        return session.SUCCESS if is_intact and not echo.in_vain else session.FAULT
 
-    return run_session(ros_args, work)
+    return session.run_session(ros_args, work)
 
 
 class _Echo:
@@ -153,7 +143,7 @@ class _Echo:
             lines = self._echoed.lines(decoded, columns if is_terminal else UNBROKEN_WIDTH)
         except LayoutError as error:
             self.in_vain = self._once
-            tell(f'{self._latest.topic}: {error}')
+            session.tell(f'{self._latest.topic}: {error}')
             return
         self._output.line(*lines, *([] if self._once else [SEPARATOR]))
 
@@ -165,7 +155,7 @@ class _Echo:
             return
         if not self._explained:
             self._explained = True
-            tell(self._why_silent())
+            session.tell(self._why_silent())
 
     def _why_silent(self) -> str:
         topic = self._echoed.awaited or self._latest.topic
@@ -180,9 +170,9 @@ class _Echo:
         if self._latest.count > 0 or self.in_vain:
             return
         if not self._explained:
-            tell(self._why_silent())
+            session.tell(self._why_silent())
         self.in_vain = True
-        tell(f'gave up after {self._timeout:g} s without a message')
+        session.tell(f'gave up after {self._timeout:g} s without a message')
 
     def _screen(self, console: Console) -> Group:
         latest = self._latest

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.subscription import Subscription
@@ -43,6 +44,11 @@ def overridable(qos: QoSProfile) -> dict[str, Any]:
     """
     overrides = QoSOverridingOptions.with_default_policies()
     return {'qos_profile': copy.copy(qos), 'qos_overriding_options': overrides}
+
+
+def output_publisher(node: Node, kind: type, name: str) -> Publisher:
+    """Return a publisher of answers, whose quality of service parameters can override."""
+    return node.create_publisher(kind, name, **overridable(OUTPUT_QOS))
 
 
 def raw_subscription(

@@ -11,14 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ....errors import RecordingError
-from ....estimation.estimator import (
-    ACCEPTED,
-    NOT_OURS,
-    NOT_STAMPED,
-    RESETS,
-    Estimator,
-    EstimatorSettings,
-)
+from ....estimation import outcomes
+from ....estimation.estimator import Estimator, EstimatorSettings
 from ....kernel import Floats
 from ....robot.measures import MEASURES, Level
 from ....robot.robot import Robot
@@ -102,7 +96,7 @@ class Audit:
         """
         Return the numbers of messages that gave no state of the arm, by reason of the refusal.
         """
-        other = (ACCEPTED, NOT_STAMPED, RESETS, NOT_OURS)
+        other = (outcomes.ACCEPTED, outcomes.NOT_STAMPED, outcomes.RESETS, outcomes.NOT_OURS)
         return {reason: n for reason, n in self.counts.items() if n and reason not in other}
 
     @property
@@ -221,7 +215,7 @@ def _without_states(
     robot, wanted = estimator.robot, ', '.join(estimator.names)
     if not ingest.counts:
         return RecordingError(f'{where}: has no messages; record it anew', code='empty')
-    if ingest.counts[NOT_OURS] == sum(ingest.counts.values()):
+    if ingest.counts[outcomes.NOT_OURS] == sum(ingest.counts.values()):
         shown = ', '.join(heard[:MAX_NAMES]) or 'nothing'
         return RecordingError(
             f'{where}: no message names a joint of {robot.name} ({wanted}); they name {shown}',

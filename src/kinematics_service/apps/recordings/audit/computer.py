@@ -10,7 +10,7 @@ from collections import Counter
 import numpy as np
 
 from ....errors import JointVectorError, LoopError
-from ....estimation.estimator import ACCEPTED, NOT_CLOSED, TOO_LARGE
+from ....estimation import outcomes
 from ....estimation.status_text import singularity_status, stale_status
 from ....kernel import Floats, NearestSearch
 from ....kinematics.singularity import singularity_of
@@ -98,8 +98,9 @@ class Computer:
                 evaluate(self._robot, known.q[k], np.nan_to_num(known.qdot[k], nan=0.0))
             except JointVectorError as error:
                 good[k] = False
-                refused[NOT_CLOSED if isinstance(error, LoopError) else TOO_LARGE] += 1
-        self._ingest.counts[ACCEPTED] -= refused.total()
+                is_open = isinstance(error, LoopError)
+                refused[outcomes.NOT_CLOSED if is_open else outcomes.TOO_LARGE] += 1
+        self._ingest.counts[outcomes.ACCEPTED] -= refused.total()
         self._ingest.counts.update(refused)
         at = np.cumsum(good) - 1
         columns = {name: part[good] for name, part in vars(known).items() if name != 'timeouts'}

@@ -16,23 +16,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....estimation.estimator import (
-    ACCEPTED,
-    DROPPED,
-    DUPLICATE,
-    MALFORMED,
-    NO_POSITION,
-    NOT_CLOSED,
-    NOT_FINITE,
-    NOT_OURS,
-    RESETS,
-    TOO_FAST,
-    TOO_LARGE,
-    UNREADABLE,
-    WAITING,
-    Estimator,
-    RefusedMessage,
-)
+from ....estimation import outcomes
+from ....estimation.estimator import Estimator, RefusedMessage
 from ....kernel import LARGEST, Floats
 from ....robot.robot import Robot
 from ..readers.block import Block, Flags, Times, UnreadableMessage
@@ -41,17 +26,17 @@ from ..readers.block import Block, Flags, Times, UnreadableMessage
 MIN_RUN = 8
 # Code for JSON of each reason for which the estimator refuses a message.
 CODES = {
-    UNREADABLE: 'unreadable',
-    NOT_OURS: 'unknown-name',
-    NO_POSITION: 'empty',
-    MALFORMED: 'wrong-length',
-    DUPLICATE: 'duplicate-name',
-    NOT_FINITE: 'not-finite',
-    TOO_LARGE: 'too-large',
-    TOO_FAST: 'too-large',
-    NOT_CLOSED: 'open-loop',
-    DROPPED: 'wrong-order',
-    WAITING: 'missing-joint',
+    outcomes.UNREADABLE: 'unreadable',
+    outcomes.NOT_OURS: 'unknown-name',
+    outcomes.NO_POSITION: 'empty',
+    outcomes.MALFORMED: 'wrong-length',
+    outcomes.DUPLICATE: 'duplicate-name',
+    outcomes.NOT_FINITE: 'not-finite',
+    outcomes.TOO_LARGE: 'too-large',
+    outcomes.TOO_FAST: 'too-large',
+    outcomes.NOT_CLOSED: 'open-loop',
+    outcomes.DROPPED: 'wrong-order',
+    outcomes.WAITING: 'missing-joint',
 }
 
 
@@ -144,8 +129,8 @@ class Ingest:
     def take(self, block: Block | UnreadableMessage) -> KnownJoints:
         """Take the next block of messages, and return the joint states that its messages yield."""
         if isinstance(block, UnreadableMessage):
-            self.counts[UNREADABLE] += 1
-            self._refused(0, UNREADABLE, 0, block.reason)
+            self.counts[outcomes.UNREADABLE] += 1
+            self._refused(0, outcomes.UNREADABLE, 0, block.reason)
             self._message += 1
             return self._rows.known()
         for begin, end in self._runs(block):
@@ -203,9 +188,9 @@ class Ingest:
         estimator, sample = self._estimator, block.sample(k)
         self._started = sample.arrival if self._started is None else self._started
         self._listen(sample.arrival)
-        resets = estimator.counts[RESETS]
+        resets = estimator.counts[outcomes.RESETS]
         outcome = estimator.accept(sample)
-        self._rows.reset |= estimator.counts[RESETS] != resets
+        self._rows.reset |= estimator.counts[outcomes.RESETS] != resets
         if isinstance(outcome, RefusedMessage):
             self._refused(k, outcome.reason, sample.stamp, outcome.sentence)
             return False
@@ -271,7 +256,7 @@ class Ingest:
             qdot[1:],
             differenced[1:],
         )
-        self.counts[ACCEPTED] += len(q) - 1
+        self.counts[outcomes.ACCEPTED] += len(q) - 1
 
     def _differences(self, q: Floats, stamps: Times, longest: int) -> Floats:
         # Returns velocities as backward differences of the positions, as the estimator computes

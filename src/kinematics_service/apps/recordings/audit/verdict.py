@@ -5,7 +5,7 @@
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from ....estimation.estimator import DROPPED, RESETS
+from ....estimation import outcomes
 from ....robot.measures import MEASURES, Level
 from ....typography import counted
 from .auditing import Audit
@@ -58,7 +58,7 @@ def verdict_of(audit: Audit) -> AuditVerdict:
 
 def _unjudged(audit: Audit) -> int:
     # Do not count repeated messages of a recording, because the states in them were judged before.
-    repeated = 0 if audit.planned else audit.refused.get(DROPPED, 0)
+    repeated = 0 if audit.planned else audit.refused.get(outcomes.DROPPED, 0)
     return sum(audit.refused.values()) - repeated
 
 
@@ -204,7 +204,7 @@ def _slowing(audit: Audit) -> Iterator[Finding]:
 
 def _messages(audit: Audit) -> Iterator[Finding]:
     refused = audit.refused
-    dropped = refused.pop(DROPPED, 0)
+    dropped = refused.pop(outcomes.DROPPED, 0)
     if refused:
         number = counted(sum(refused.values()), 'message')
         level = Level.WARN if _in_doubt(audit) else Level.OK
@@ -215,7 +215,7 @@ def _messages(audit: Audit) -> Iterator[Finding]:
         if stream.identical:
             text += f' ({stream.identical:,} of them plain repetitions)'
         yield Finding(Level.WARN, f'{text}.')
-    if resets := audit.counts.get(RESETS, 0):
+    if resets := audit.counts.get(outcomes.RESETS, 0):
         step = seconds(audit.stream.largest_step_back)
         text = f'The stamps jump back {counted(resets, "time")}, by up to {step}'
         yield Finding(Level.WARN, f'{text}: the state started again.')

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from functools import partial
 from html import escape
 
-from .....estimation.estimator import ACCEPTED
+from .....estimation import outcomes
 from .....page import document, resource, table
 from .....robot.measures import MEASURES
 from .....typography import counted
@@ -227,7 +227,7 @@ def _stream(audit: Audit) -> str:
     rows += [
         [escape(reason), f'{number:,}']
         for reason, number in audit.counts.items()
-        if number and reason != ACCEPTED
+        if number and reason != outcomes.ACCEPTED
     ]
     rows += [
         ['usual interval of the stamps', f'{1e3 * stream.median_interval:.4g} ms'],
