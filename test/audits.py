@@ -10,7 +10,7 @@ from recordings import SECOND
 
 from kinematics_service.__main__ import main
 from kinematics_service.apps.checking.hypotheses import quaternions_of
-from kinematics_service.apps.recordings.audit.auditing import AuditProgress, AuditSettings, audit
+from kinematics_service.apps.recordings.audit.auditing import AuditSettings, audit
 from kinematics_service.apps.recordings.readers.block import Block
 from kinematics_service.apps.recordings.readers.source import RecordingSource
 from kinematics_service.estimation.estimator import EstimatorSettings
@@ -91,9 +91,7 @@ def audited(samples, robot, settings=SETTINGS):
     """Return the audit of samples and the batches it was made of."""
     parts = []
     source = RecordingSource('made up', '/joint_states', False, None, blocks_of(samples))
-    result = audit(
-        source, robot, 'made_up', AuditSettings(settings), AuditProgress(part=parts.append)
-    )
+    result = audit(source, robot, 'made_up', AuditSettings(settings), write=parts.append)
     return result, parts
 
 

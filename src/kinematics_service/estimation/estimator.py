@@ -390,13 +390,8 @@ class Estimator:
             )
         if alarm.is_settled(level, arrival):
             return level, False
-        factors = singularity.factors
-        self._alarm, say = alarm.step(
-            level,
-            singularity.lost_direction,
-            arrival,
-            None if factors is None else factors.nearest,
-        )
+        factor = None if singularity.factors is None else singularity.factors.nearest
+        self._alarm, say = alarm.step(level, singularity.lost_direction, arrival, factor)
         return level, say
 
     def go_stale(self, arrival: int) -> bool:

@@ -13,7 +13,7 @@ from audits import SETTINGS, audited, blocks_of
 from recordings import BEGIN, SECOND, awkward, motion, recorded, samples_of
 from refusal import refused
 
-from kinematics_service.apps.recordings.audit.auditing import AuditProgress, AuditSettings, audit
+from kinematics_service.apps.recordings.audit.auditing import AuditSettings, audit
 from kinematics_service.apps.recordings.audit.curves import curve_of
 from kinematics_service.apps.recordings.audit.ingest import Ingest, JointTimeout
 from kinematics_service.apps.recordings.audit.report.document import document_of
@@ -166,8 +166,7 @@ def _of_bag(path, robot):
         for block in source.blocks:
             samples += [block.sample(k) for k in range(len(block))]
     with open_source(path, Selection(robot)) as source:
-        heard = AuditProgress(part=parts.append)
-        result = audit(source, robot, path.name, AuditSettings(SETTINGS), heard)
+        result = audit(source, robot, path.name, AuditSettings(SETTINGS), write=parts.append)
     return result, parts, samples
 
 

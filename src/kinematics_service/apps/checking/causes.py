@@ -8,7 +8,6 @@ Each possible mistake is corrected, and the residuals after a new fit are compar
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
 
@@ -107,8 +106,7 @@ POSE_DIGIT = 1e-6
 MIN_RESOLUTION = 0.75
 
 
-@dataclass(frozen=True, eq=False)
-class TestedCause:
+class TestedCause(NamedTuple):
     """
     A mistake that was tested as the cause of the residuals.
 
@@ -392,7 +390,7 @@ def _fitted(
         value = 1.0 + value / float(joint_range(given.q)[number.joint])
     cause = _cause(number.key, number_in_words(number, value), value, before, fit)
     if cause.ratio < NAMED_RATIO:
-        return replace(cause, name=number.name)
+        return cause._replace(name=number.name)
     # Compute the resolution of this number. Fit all numbers, scaled by their usual errors, by
     # least squares. The resolution is the diagonal entry of the model resolution matrix of this
     # fit (Menke, Geophysical Data Analysis, chapter 4). It is 1 if the poses distinguish this
@@ -410,7 +408,7 @@ def _fitted(
     inverse = np.linalg.inv(moved.T @ moved + noise * np.eye(moved.shape[1]))
     taken = size * abs(inverse[-1] @ (moved.T @ rest) / found.values[0, -1])
     resolution = 1.0 - noise * float(inverse[-1, -1]) - float(taken)
-    return replace(cause, name=number.name, resolution=resolution)
+    return cause._replace(name=number.name, resolution=resolution)
 
 
 def number_in_words(number: NumberHypothesis, value: float) -> str:

@@ -4,7 +4,7 @@
 
 import itertools
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -36,8 +36,7 @@ MAX_SWAPPED_JOINTS = 12
 MIN_RANGE = 1e-3
 
 
-@dataclass(frozen=True, eq=False)
-class Hypothesis:
+class Hypothesis(NamedTuple):
     """
     A possible discrete mistake, with corrected joint positions, table or poses.
 

@@ -3,9 +3,8 @@
 """List the topics that `echo` can show, with functions that write messages as text or JSON."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import AccelStamped, PoseStamped, TwistStamped, WrenchStamped
@@ -43,8 +42,7 @@ from .readings import ACCELERATION, WRENCH, pose_of, statuses_of
 COMMANDS_ANSWERED = 'commands of joint velocities on ~/command'
 
 
-@dataclass(frozen=True)
-class EchoTopic:
+class EchoTopic(NamedTuple):
     """
     A topic of the node, and functions that show its messages.
 

@@ -8,7 +8,6 @@ The page of `view` and the markers of a node draw the same scene.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -85,8 +84,7 @@ class LostDirection(NamedTuple):
     words: str
 
 
-@dataclass(frozen=True, eq=False)
-class Scene:
+class Scene(NamedTuple):
     """
     The picture of an arm, in the base frame, in m.
 

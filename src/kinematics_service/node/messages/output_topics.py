@@ -10,8 +10,7 @@ message without stamp and numbers.
 import math
 from array import array
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from builtin_interfaces.msg import Time
@@ -268,8 +267,7 @@ def link_frames(report: StateReport) -> Floats:
     return np.concatenate([frames[:, :3, 3], quaternions_xyzw], axis=1)
 
 
-@dataclass(frozen=True)
-class OutputTopic:
+class OutputTopic(NamedTuple):
     """
     A topic on which the node answers every joint state.
 
@@ -384,7 +382,7 @@ def topics_of(settings: NodeSettings) -> tuple[OutputTopic, ...]:
     return (
         *(topic for topic in TOPICS if topic.content(settings) is not None),
         *(
-            replace(topic, name=topic.name.replace('~', f'~/{point}'), of=point)
+            topic._replace(name=topic.name.replace('~', f'~/{point}'), of=point)
             for point in settings.points
             for topic in OF_POINTS
         ),

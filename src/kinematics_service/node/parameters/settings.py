@@ -138,8 +138,8 @@ def _refuse(name: str, value: object, accepted: str, code: str) -> SettingsError
 
 
 def _checked_name(name: str, value: str, what: str) -> str:
-    printable = value.isprintable() and not any(character.isspace() for character in value)
-    if not printable or value.startswith('/') or ',' in value:
+    has_space = any(character.isspace() for character in value)
+    if has_space or value.startswith('/') or not _is_plain(value):
         accepted = f'give {what} without spaces, commas and a leading slash'
         raise _refuse(name, value, accepted, 'syntax')
     return value
@@ -150,27 +150,27 @@ def _joint_names(values: Mapping[str, Any], robot: Robot) -> tuple[str, ...]:
     names = _listed(values['joint_names'])
     if names == []:
         return tuple(prefix + name for name in robot.joint_names)
-    valid_names = {
-        name
-        for name in names or ()
-        if isinstance(name, str) and name.strip() and name.isprintable() and ',' not in name
-    }
-    if names is None or prefix or not len(valid_names) == len(names) == robot.dof:
-        accepted = (
-            f'give {robot.dof} different names without commas, in the order of '
-            f"{robot.name}'s {', '.join(robot.joint_names)}, with an empty joint_prefix"
-        )
+    if names is None:
+        code = 'wrong-type'
+    elif prefix:
+        code = 'conflict'
+    elif len(names) != robot.dof:
+        code = 'wrong-length'
+    elif len(set(names)) != len(names):
+        code = 'duplicate-name'
+    elif not all(isinstance(name, str) and name.strip() and _is_plain(name) for name in names):
         code = 'syntax'
-        if names is None:
-            code = 'wrong-type'
-        elif prefix:
-            code = 'conflict'
-        elif len(names) != robot.dof:
-            code = 'wrong-length'
-        elif len(set(names)) != len(names):
-            code = 'duplicate-name'
-        raise _refuse('joint_names', names or values['joint_names'], accepted, code)
-    return tuple(names)
+    else:
+        return tuple(names)
+    accepted = (
+        f'give {robot.dof} different names without commas, in the order of '
+        f"{robot.name}'s {', '.join(robot.joint_names)}, with an empty joint_prefix"
+    )
+    raise _refuse('joint_names', names or values['joint_names'], accepted, code)
+
+
+def _is_plain(name: str) -> bool:
+    return name.isprintable() and ',' not in name
 
 
 def _renamed(robot: Robot, names: tuple[str, ...], prefix: str) -> Robot:
@@ -349,30 +349,23 @@ def _axis(values: Mapping[str, Any], rows: tuple[str, ...]) -> str | None:
 
 
 def _check_numbers(parameter: Parameter, value: Any) -> None:
-    listed, count = _listed(value), parameter.numbers
+    numbers, count = _listed(value), parameter.numbers
     largest, unit = (FULL_TURN, ' rad') if parameter.kind == 'angle' else (LARGEST, '')
-    kinds = {type(number) for number in listed or ()}
-    if (
-        listed is None
-        or len(listed) not in (0, count)
-        or not kinds <= {float, int}
-        or not all(abs(number) <= largest for number in listed)
-    ):
-        accepted = f'give {count} numbers of at most {largest:g}{unit}, such as [0.0, 0.0, 0.1]'
-        shown = value if listed is None else listed
-        numbers = listed if listed and kinds <= {float, int} else []
-        finite = [number for number in numbers if math.isfinite(number)]
+    accepted = f'give {count} numbers of at most {largest:g}{unit}, such as [0.0, 0.0, 0.1]'
+    if numbers is None or not {type(number) for number in numbers} <= {float, int}:
+        raise _refuse(parameter.name, numbers or value, accepted, 'wrong-type')
+    farthest = max(filter(math.isfinite, numbers), key=abs, default=0.0)
+    if len(numbers) not in (0, count):
+        code = 'wrong-length'
+    elif not all(map(math.isfinite, numbers)):
+        code = 'not-finite'
+    elif abs(farthest) > largest:
         code = 'out-of-range'
-        if len(numbers) not in (0, count):
-            code = 'wrong-length'
-        elif not numbers:
-            code = 'wrong-type'
-        elif finite != numbers:
-            code = 'not-finite'
-        if unit and max(map(abs, finite), default=0.0) > largest:
-            degrees = math.radians(max(finite, key=abs))
-            accepted += f'; are these degrees? write {degrees:.6g}'
-        raise _refuse(parameter.name, shown, accepted, code)
+    else:
+        return
+    if unit and abs(farthest) > largest:
+        accepted += f'; are these degrees? write {math.radians(farthest):.6g}'
+    raise _refuse(parameter.name, numbers, accepted, code)
 
 
 def _with_tool(values: Mapping[str, Any], robot: Robot) -> Robot:

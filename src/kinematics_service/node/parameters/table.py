@@ -3,8 +3,7 @@
 """List the parameters of a node: names, defaults, descriptions and accepted values."""
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 
@@ -74,8 +73,7 @@ REFERENCE: dict[str, tuple[float, float, Kind, str]] = {
 ROW_ORDERS = ('linear_first', 'angular_first')
 
 
-@dataclass(frozen=True)
-class Parameter:
+class Parameter(NamedTuple):
     """One parameter: its default, its description, and its accepted values."""
 
     name: str

@@ -3,7 +3,7 @@
 """Find a path through a singular pose: a straight line in joint space, slower in its middle."""
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -25,8 +25,7 @@ DIRECTIONS = 16
 SEED = 560
 
 
-@dataclass(frozen=True, eq=False)
-class Passage:
+class Passage(NamedTuple):
     """
     The motion q(t) = centre + x reach, with x = cos(u) (1 + 2 cos(u)^2) / 3 and u = 2 pi t /
     period.

@@ -4,7 +4,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,8 +15,7 @@ from .motion import JointMotion, allowed_speeds, inside_limits
 from .passage import Passage, smooth_trajectory
 
 
-@dataclass(frozen=True, eq=False)
-class Sines:
+class Sines(NamedTuple):
     """
     The motion q_j(t) = centre_j + amplitude_j sin(frequency_j t + phase_j).
 

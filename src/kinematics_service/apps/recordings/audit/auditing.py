@@ -18,7 +18,7 @@ from ....robot.measures import MEASURES, Level
 from ....robot.robot import Robot
 from ..plans.verdicts import PlanCheck
 from ..readers.block import Block
-from ..readers.columns import Column, spans
+from ..readers.columns import spans
 from ..readers.source import RecordingSource, Remark
 from .computer import Computer
 from .frames import FrameReport, FrameSettings, NotCompared, frames_of
@@ -127,17 +127,7 @@ class AuditSettings(NamedTuple):
     slowing: SlowingSettings | None = None
 
 
-class AuditProgress(NamedTuple):
-    """
-    Callbacks of an audit. `progress` receives the number of messages, or of checked plans, since
-    the previous call. `part` receives each batch of states.
-    """
-
-    progress: Callable[[int], None] = lambda messages: None
-    part: Callable[[TimelineBatch], None] = lambda part: None
-
-
-DEFAULT, UNHEARD = AuditSettings(), AuditProgress()
+DEFAULT = AuditSettings()
 
 
 def audit(
@@ -145,10 +135,19 @@ def audit(
     robot: Robot,
     file: str,
     settings: AuditSettings = DEFAULT,
-    listener: AuditProgress = UNHEARD,
+    progress: Callable[[int], None] = lambda messages: None,
+    write: Callable[[TimelineBatch], None] | None = None,
 ) -> Audit:
     """
     Return the audit of an open recording or planned trajectory.
+
+    Parameters
+    ----------
+    progress
+        A function that is called with the number of messages, or of checked plans, since its last
+        call.
+    write
+        A function that is called with each batch of states; None: the batches are not written.
 
     Raises
     ------
@@ -167,13 +166,13 @@ def audit(
     ingest, watch = Ingest(robot, estimator), StreamWatch(estimator.names)
     computer, heard = Computer(robot, ingest), dict[str, None]()
     for block in source.blocks:
-        part = computer.take(block)
+        batch = computer.take(block)
         watch.take(block)
         if isinstance(block, Block) and len(heard) < MAX_NAMES:
             heard.update(dict.fromkeys(block.names))
-        if part is not None:
-            listener.part(part)
-        listener.progress(len(block))
+        if batch is not None and write is not None:
+            write(batch)
+        progress(len(block))
     timeline = computer.timeline
     if not len(timeline):
         raise _without_states(f'{file}: {source.topic}', estimator, ingest, tuple(heard))
@@ -182,7 +181,7 @@ def audit(
     track, frames = source.poses(), None
     if track is not None:
         frames = frames_of(robot, track, timeline, settings.frames)
-    plans = checks_of(robot, source, prefix, asked, listener.progress)
+    plans = checks_of(robot, source, prefix, asked, progress)
     return Audit(
         robot=robot,
         file=file,
@@ -255,7 +254,10 @@ def _moments(
 def _moments_of_joint(timeline: Timeline, j: int, joint: JointReport) -> Iterator[WorstMoment]:
     unit, name = 'm' if joint.sliding else 'rad', joint.name
     if joint.beyond:
-        row, value = _largest(len(timeline), partial(_excess, timeline.q.columns[j], joint))
+        q = timeline.q.columns[j]
+        row, value = _largest(
+            len(q), lambda rows: np.maximum(joint.lower - q[rows], q[rows] - joint.upper)
+        )
         yield WorstMoment(f'{name} farthest beyond its limit', row, f'{value:.3g} {unit}')
     if joint.too_fast:
         row, _ = _largest(len(timeline), lambda rows: np.abs(timeline.qdot.columns[j][rows]))
@@ -265,10 +267,6 @@ def _moments_of_joint(timeline: Timeline, j: int, joint: JointReport) -> Iterato
     if check is not None and check.worst > 0.1 * check.speed:
         what = f'{name}: reported velocity farthest from its positions'
         yield WorstMoment(what, check.row, f'{check.worst:.3g} {unit}/s')
-
-
-def _excess(column: Column[np.float64], joint: JointReport, rows: slice) -> Floats:
-    return np.asarray(np.maximum(joint.lower - column[rows], column[rows] - joint.upper))
 
 
 def _largest(count: int, values_of: Callable[[slice], Floats]) -> tuple[int, float]:

@@ -54,18 +54,16 @@ class Computer:
         """
         Add the states of the next block to the timeline, and return them, or None without states.
         """
-        known = self._ingest.take(block)
-        return self._part(known) if len(known) else None
+        return self._part(self._ingest.take(block))
 
     def _part(self, known: KnownJoints) -> TimelineBatch | None:
         robot, first = self._robot, len(self.timeline)
+        if not len(known):
+            return None
         try:
             state = evaluate(robot, known.q, np.nan_to_num(known.qdot, nan=0.0))
         except JointVectorError:
-            known = self._computable(known)
-            if not len(known):
-                return None
-            state = evaluate(robot, known.q, np.nan_to_num(known.qdot, nan=0.0))
+            return self._part(self._computable(known))
         state = measured_in_order(state, self._search)
         singularity, measured = singularity_of(state), state.measures
         assert measured is not None

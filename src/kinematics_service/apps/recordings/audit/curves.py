@@ -6,8 +6,7 @@ values.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,8 +22,7 @@ COLUMNS = 800
 MAX_HELD_POINTS = 2**20
 
 
-@dataclass(frozen=True, eq=False)
-class Curve:
+class Curve(NamedTuple):
     """
     A curve of a chart, with its name, its style (`c0` to `c5`, or `limit`), and its points.
 

@@ -4,7 +4,6 @@
 Compare the tool poses of a second source with the poses computed from the recording (frame check).
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -53,8 +52,7 @@ class FrameSettings(NamedTuple):
     fine: PoseLimit = FINE
 
 
-@dataclass(frozen=True, eq=False)
-class FrameReport:
+class FrameReport(NamedTuple):
     """
     The diagnosis of the frame check, and the pose differences over time.
 
@@ -136,14 +134,7 @@ def frames_of(
     limit = settings.limits.explained
     try:
         diagnosis = diagnose_frames(
-            robot,
-            q,
-            poses,
-            stamps,
-            motion=motion,
-            limit=limit,
-            read=track.kind,
-            fine=settings.fine,
+            robot, q, poses, stamps, motion, limit=limit, read=track.kind, fine=settings.fine
         )
     except KinematicsError as error:
         return none._replace(reason=str(error), code=error.code)

@@ -4,7 +4,6 @@
 Find the intervals in which `ks.scale` would have slowed a motion, and the causes of the slowing.
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -50,8 +49,7 @@ class SlowedStretch(NamedTuple):
         return self.end - self.begin
 
 
-@dataclass(frozen=True, eq=False)
-class Slowing:
+class Slowing(NamedTuple):
     """
     The results of `ks.scale` for all states.
 

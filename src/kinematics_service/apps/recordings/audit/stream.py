@@ -6,7 +6,6 @@ names.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -33,8 +32,7 @@ class Gap(NamedTuple):
     seconds: float
 
 
-@dataclass(frozen=True)
-class Stream:
+class Stream(NamedTuple):
     """
     Statistics of the timing of a recording's messages.
 

@@ -24,7 +24,7 @@ POSES = {
 }
 TRANSFORM = 'geometry_msgs/msg/TransformStamped'
 TRANSFORMS = 'tf2_msgs/msg/TFMessage'
-# Largest number of poses in memory (13 MB). If the number is reached, every second pose is
+# Largest number of poses in memory (20 MB). If the number is reached, every second pose is
 # dropped. The frame check needs only some hundred poses.
 MAX_POSES_HELD = 2**16
 
@@ -49,17 +49,12 @@ def track_of_messages(
     """
     parts = zip(POSES[kind], ('xyz', 'xyzw'))
     numbers = [attrgetter(f'{part}.{axis}') for part, axes in parts for axis in axes]
-    rows = np.empty((MAX_POSES_HELD, len(numbers)))
-    stamps = np.empty(MAX_POSES_HELD, dtype=np.int64)
-    stride, kept, count, looked_at, frame = 1, 0, 0, 0, ''
-    unreadable = 0
+    stamps, rows, frame = list[int](), list[list[float]](), ''
+    stride, count, looked_at, unreadable = 1, 0, 0, 0
     for time, raw in messages:
         count += 1
         if (count - 1) % stride:
             continue
-        if kept == MAX_POSES_HELD:
-            kept, stride = MAX_POSES_HELD // 2, 2 * stride
-            rows[:kept], stamps[:kept] = rows[::2].copy(), stamps[::2].copy()
         looked_at += 1
         try:
             found = read(raw)
@@ -71,17 +66,18 @@ def track_of_messages(
             continue
         message = found[0]
         stamp = message.header.stamp
-        stamps[kept] = int(stamp.sec) * SECOND + int(stamp.nanosec) or time
-        rows[kept] = [number(message) for number in numbers]
+        stamps.append(int(stamp.sec) * SECOND + int(stamp.nanosec) or time)
+        rows.append([number(message) for number in numbers])
         frame = frame or str(message.header.frame_id)
-        kept += 1
+        if len(rows) > MAX_POSES_HELD:
+            stamps, rows, stride = stamps[::2], rows[::2], 2 * stride
     if not count:
         return None
-    if not kept:
-        none = np.zeros((0, 4, 4))
-        return PoseTrack(topic, '', stamps[:0], none, refused='none of its messages can be read')
+    if not rows:
+        none = np.zeros(0, dtype=np.int64), np.zeros((0, 4, 4))
+        return PoseTrack(topic, '', *none, refused='none of its messages can be read')
     poses = PoseRows(PoseFormat('xyzw' if len(numbers) == 7 else 'position'), len(numbers))
-    poses.take(stamps[:kept], rows[:kept])
+    poses.take(np.array(stamps, dtype=np.int64), np.array(rows, dtype=np.float64))
     track = poses.track(topic, frame)
     if unreadable:
         doubt = f'{unreadable:,} of {looked_at:,} messages cannot be read'

@@ -77,17 +77,15 @@ class JointFormat(NamedTuple):
                 _take_file(units, robot, Path(word), self.first)
                 continue
             name, named, unit = word.rpartition('=')
-            joints = range(robot.dof)
-            if named:
-                if name not in robot.joint_names:
-                    raise RecordingError(
-                        f'--joint-format: {robot.name} has no joint {name!r}; its joints are '
-                        f'{", ".join(robot.joint_names)}',
-                        code='unknown-name',
-                    )
-                joints = range(robot.joint_names.index(name), robot.joint_names.index(name) + 1)
-            for j in joints:
-                _take_word(units, robot, j, unit)
+            if named and name not in robot.joint_names:
+                raise RecordingError(
+                    f'--joint-format: {robot.name} has no joint {name!r}; its joints are '
+                    f'{", ".join(robot.joint_names)}',
+                    code='unknown-name',
+                )
+            for j, joint in enumerate(robot.joint_names):
+                if not named or joint == name:
+                    _take_word(units, robot, j, unit)
         return units
 
 
@@ -132,7 +130,13 @@ def _take_file(units: JointUnits, robot: Robot, file: Path, first: int) -> None:
         if motors:
             _take_calibration(units, robot, motors)
             return
-        least, most = _range_of_state(content, first, first + robot.dof)
+        # The least and largest joint positions, which the dataset maps to -1 and 1.
+        least, most = (
+            [float(x) for x in content[STATE][name][first : first + robot.dof]]
+            for name in ('min', 'max')
+        )
+        if min(len(least), len(most)) < robot.dof:
+            raise ValueError('there are fewer numbers than joints')
     except OSError as error:
         raise RecordingError(
             f'--joint-format: {file}: cannot be read: {error.strerror}; give a calibration or the '
@@ -161,14 +165,3 @@ def _take_calibration(units: JointUnits, robot: Robot, motors: Mapping[str, Any]
         reach = 0.5 * (float(one['range_max']) - float(one['range_min']))
         sign = -1.0 if one.get('drive_mode') else 1.0
         units.scale[j], units.zero[j] = sign * math.tau * reach / SERVO_TURN / 100.0, 0.0
-
-
-def _range_of_state(
-    content: Mapping[str, Any], first: int, end: int
-) -> tuple[list[float], list[float]]:
-    # Returns the least and largest joint positions, which the dataset maps to -1 and 1.
-    state = content[STATE]
-    least, most = ([float(x) for x in state[name][first:end]] for name in ('min', 'max'))
-    if min(len(least), len(most)) < end - first:
-        raise ValueError('there are fewer numbers than joints')
-    return least, most

@@ -157,30 +157,22 @@ def _trajectories(document: Values, depth: int = 0) -> Iterator[Mapping[str, Val
 
 
 def _planned(data: Mapping[str, Values], where: str) -> PlannedTrajectory:
-    points = data['points'] or []
+    points: Any = data['points'] or []
     names = data['joint_names'] or []
-    given = points if isinstance(points, list) else [None]
-    rows = [point for point in given if isinstance(point, dict)]
-    if len(rows) < len(given):
+    if not isinstance(points, list) or not all(isinstance(point, dict) for point in points):
         raise RecordingError(f'{where}: points must be a list of points', code='wrong-type')
     if not isinstance(names, list):
         raise RecordingError(f'{where}: joint_names must be a list of names', code='wrong-type')
-
-    for k, point in enumerate(rows):
-        _check_keys(point, f'{where}: points[{k}]')
-
-    times = [_seconds(point.get('time_from_start'), k, where) for k, point in enumerate(rows)]
-    joints = tuple(map(str, names))
-    return _trajectory(joints, times, lambda key: [one.get(key) or [] for one in rows], where)
-
-
-def _check_keys(point: Mapping[str, Values], where: str) -> None:
     # Refuse unknown keys, because a misspelt key would change the plan silently.
-    for key in map(str, point):
-        if key not in POINT_KEYS:
-            hint = did_you_mean(meant_by(key, POINT_KEYS))
-            message = f'{where}: unknown key {key[:60]!r}{hint}{choice(POINT_KEYS)}'
-            raise RecordingError(message, code='unknown-key')
+    for k, point in enumerate(points):
+        for key in map(str, point):
+            if key not in POINT_KEYS:
+                hint = did_you_mean(meant_by(key, POINT_KEYS)) + choice(POINT_KEYS)
+                message = f'{where}: points[{k}]: unknown key {key[:60]!r}{hint}'
+                raise RecordingError(message, code='unknown-key')
+    times = [_seconds(point.get('time_from_start'), k, where) for k, point in enumerate(points)]
+    joints = tuple(map(str, names))
+    return _trajectory(joints, times, lambda key: [one.get(key) or [] for one in points], where)
 
 
 def trajectory_of_message(message: Any) -> PlannedTrajectory:

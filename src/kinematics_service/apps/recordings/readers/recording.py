@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Read a whole table of joint states, to replay or draw its motion."""
 
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -20,8 +20,7 @@ from .table_reader import TableReader
 LISTED = 20
 
 
-@dataclass(frozen=True, eq=False)
-class Recording:
+class Recording(NamedTuple):
     """
     Joint states of an arm over time.
 

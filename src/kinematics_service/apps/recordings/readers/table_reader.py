@@ -141,14 +141,14 @@ def _table(
     heads = rows[0] + 1 if rows else len(lines)
     remarks = [k for k in filled if rows and k < rows[0]]
     labelled = any('.' in cell for cell in cells) and len(cells) > 2
+    header, named = cells, True
     if not rows or _are_numbers(cells[1:] if labelled else cells, decimal_comma):
         heads -= bool(rows)
-        named = _cells(lines[remarks[-1]].lstrip(' #'), delimiter) if remarks else []
-        if len(named) == len(cells):
-            return TableFile(file, opened, delimiter, named, heads, decimal_comma)
-        numbers = [str(k + 1) for k in range(len(cells))]
-        return TableFile(file, opened, delimiter, numbers, heads, decimal_comma, named=False)
-    return TableFile(file, opened, delimiter, cells, heads, decimal_comma)
+        header = _cells(lines[remarks[-1]].lstrip(' #'), delimiter) if remarks else []
+        named = len(header) == len(cells)
+    if not named:
+        header = [str(k + 1) for k in range(len(cells))]
+    return TableFile(file, opened, delimiter, header, heads, decimal_comma, named)
 
 
 def _cells(line: str, delimiter: str) -> list[str]:

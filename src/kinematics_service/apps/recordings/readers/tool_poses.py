@@ -97,18 +97,13 @@ class PoseRows:
                 self._upright &= _is_last_row(rows[:, 12:])
                 self._turned &= _is_last_row(rows[:, 3::4])
             return np.ones(len(rows), dtype=bool)
-        if form.kind in EULER:
-            sizes = np.max(np.abs(_angles(rows[:, 3:], form)), axis=1)
-        else:
-            numbers = rows[:, 3:] if form.kind in QUATERNION_LENGTH else _angles(rows[:, 3:], form)
-            sizes = np.linalg.norm(numbers, axis=1)
-        usual = QUATERNION_LENGTH.get(form.kind, 0.0)
+        numbers, usual = _numbers(rows[:, 3:], form), QUATERNION_LENGTH.get(form.kind, 0.0)
+        norms = np.linalg.norm(numbers, axis=1)
+        sizes = np.max(np.abs(numbers), axis=1) if form.kind in EULER else norms
         sizes_seen = np.append(sizes, self._worst)
         self._worst = float(sizes_seen[np.argmax(np.abs(sizes_seen - usual))])
-        return np.asarray(
-            np.abs(sizes - usual)
-            <= (UNIT_LENGTH_TOLERANCE if form.kind in QUATERNION_LENGTH else np.inf)
-        )
+        tolerance = UNIT_LENGTH_TOLERANCE if form.kind in QUATERNION_LENGTH else np.inf
+        return np.asarray(np.abs(sizes - usual) <= tolerance)
 
     def track(self, name: str, frame: str, most: int | None = None) -> PoseTrack:
         """
@@ -191,18 +186,20 @@ def _is_last_row(numbers: Floats) -> bool:
 ROTATIONS: dict[str, Callable[[Floats, PoseFormat], Floats]] = {
     'xyzw': lambda numbers, form: rotation_of_quaternion(numbers),
     'wxyz': lambda numbers, form: rotation_of_quaternion(np.roll(numbers, -1, axis=1)),
-    'rotvec': lambda numbers, form: exponential(_angles(numbers, form)),
-    'rpy': lambda numbers, form: rotation_of_euler('xyz', _angles(numbers, form)),
+    'rotvec': lambda numbers, form: exponential(_numbers(numbers, form)),
+    'rpy': lambda numbers, form: rotation_of_euler('xyz', _numbers(numbers, form)),
     'position': lambda numbers, form: np.tile(np.eye(3), (len(numbers), 1, 1)),
     **dict.fromkeys(
         EULER_ORDERS,
-        lambda numbers, form: rotation_of_euler(form.kind, _angles(numbers, form)),
+        lambda numbers, form: rotation_of_euler(form.kind, _numbers(numbers, form)),
     ),
 }
 
 
-def _angles(numbers: Floats, form: PoseFormat) -> Floats:
-    return np.radians(numbers) if form.angle == 'deg' else numbers
+def _numbers(orientations: Floats, form: PoseFormat) -> Floats:
+    # Returns the numbers of orientations (N, k), angles and rotation vectors in rad.
+    in_degrees = form.angle == 'deg' and form.kind not in QUATERNION_LENGTH
+    return np.radians(orientations) if in_degrees else orientations
 
 
 def _more_than_a_turn(what: str, angle: float, form: PoseFormat) -> str:

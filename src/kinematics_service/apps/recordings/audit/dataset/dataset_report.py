@@ -93,11 +93,8 @@ def report_of(name: str, robot: str, rows: Sequence[EpisodeRow]) -> DatasetRepor
     for row in rows:
         told = {NUMBER.sub('#', one.text): one for one in row.findings}
         if row.error:
-            told = {
-                NUMBER.sub('#', row.error.split(': ', 1)[-1]): Finding(
-                    Level.ERROR, row.error, row.code
-                )
-            }
+            key = NUMBER.sub('#', row.error.split(': ', 1)[-1])
+            told[key] = Finding(Level.ERROR, row.error, row.code)
         for key, one in told.items():
             if one.level > Level.OK:
                 kinds.setdefault((one.level, key), []).append(one)
@@ -113,10 +110,6 @@ def report_of(name: str, robot: str, rows: Sequence[EpisodeRow]) -> DatasetRepor
 def _badness(row: EpisodeRow) -> tuple[Any, ...]:
     levels = [one.level for one in row.findings]
     return -row.level, not row.error, [-levels.count(one) for one in (Level.ERROR, Level.WARN)]
-
-
-def _worst(row: EpisodeRow) -> str:
-    return row.error or row.findings[0][1]
 
 
 def print_report(report: DatasetReport) -> None:
@@ -139,7 +132,8 @@ def print_report(report: DatasetReport) -> None:
     rows = table('episode', *(['arm'] if arms else []), 'frames', 'level', 'worst')
     for row in worst[:MAX_SHOWN]:
         arm = [row.arm] if arms else []
-        rows.add_row(plain(row.name), *arm, f'{row.rows:,}', row.level.name, plain(_worst(row)))
+        text = plain(row.error or row.findings[0].text)
+        rows.add_row(plain(row.name), *arm, f'{row.rows:,}', row.level.name, text)
     out.print(Text(''), rows)
     if len(worst) > MAX_SHOWN:
         out.print(Text(f'and {len(worst) - MAX_SHOWN:,} more'))

@@ -7,7 +7,6 @@ results.
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -49,8 +48,7 @@ ANY_REMAINDER = PoseLimit(math.inf, math.inf)
 Crossed = Sequence[tuple[str, RecordingSource]]
 
 
-@dataclass(frozen=True)
-class EpisodeWork:
+class EpisodeWork(NamedTuple):
     """
     Settings of the audit of an episode.
 
@@ -131,7 +129,7 @@ def rows_of_batch(batch: EpisodeBatch) -> list[list[EpisodeRow]]:
     for episode, sought in zip(batch.episodes, batch.sought):
         fine = frames.fine if sought else frames.limits.warn if left > 0 else ANY_REMAINDER
         settings = batch.work.settings._replace(frames=frames._replace(fine=fine))
-        work = replace(batch.work, settings=settings)
+        work = batch.work._replace(settings=settings)
         found.append(_rows(work, episode))
         left -= any(row.disagrees for row in found[-1])
     return found

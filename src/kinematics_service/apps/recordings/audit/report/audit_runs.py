@@ -9,10 +9,9 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
-from dataclasses import dataclass
 from multiprocessing.connection import wait
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
@@ -23,7 +22,7 @@ from .....robot.measures import Level
 from ...readers.open_file import open_source
 from ...readers.source import Selection
 from ...sweep import Item, Result, results_of_workers
-from ..auditing import Audit, AuditProgress, AuditSettings, audit
+from ..auditing import Audit, AuditSettings, audit
 from ..frames import FrameReport
 from ..plan_findings import joints_refuted
 from .bag_writer import open_writer
@@ -38,8 +37,7 @@ Done = Callable[[int], None]
 Bar = Callable[[int | None], AbstractContextManager[Done]]
 
 
-@dataclass(frozen=True)
-class Run:
+class Run(NamedTuple):
     """
     One recording to audit, and the requested results.
 
@@ -97,13 +95,12 @@ def _audited(run: Run, bar: Bar) -> Audit:
     reading = run.reading
     with ExitStack() as stack:
         source = stack.enter_context(open_source(run.file, reading))
-        part: Callable[[Any], None] = lambda _: None  # noqa: E731
+        write = None
         if run.out is not None:
             writer = open_writer(run.out, reading.robot, reading.joint_prefix)
-            part = stack.enter_context(writer).write
+            write = stack.enter_context(writer).write
         progress = stack.enter_context(bar(source.total))
-        listener = AuditProgress(progress, part)
-        return audit(source, reading.robot, str(run.file), run.settings, listener)
+        return audit(source, reading.robot, str(run.file), run.settings, progress, write)
 
 
 def failed_by(finished: Audit, wanted: tuple[str, ...] | None) -> bool:
@@ -111,7 +108,9 @@ def failed_by(finished: Audit, wanted: tuple[str, ...] | None) -> bool:
     Return whether an audit fails. `wanted` names the findings with which it fails; None means the
     defaults for a recording or a plan.
     """
-    wanted = wanted or _usual_failures(finished)
+    if wanted is None:
+        usual = 'stop', 'undecided', *(['speed'] if finished.asked.speed_limit is not None else [])
+        wanted = usual if finished.planned else ('never',)
     worst = max((interval.level for interval in finished.intervals), default=Level.OK)
     frames = finished.frames
     plans = finished.plans.values()
@@ -135,13 +134,6 @@ def failed_by(finished: Audit, wanted: tuple[str, ...] | None) -> bool:
     # judged.
     unjudged = finished.damaged or (finished.planned and bool(finished.refused))
     return (unjudged and wanted != ('never',)) or any(met[word] for word in wanted)
-
-
-def _usual_failures(finished: Audit) -> tuple[str, ...]:
-    if not finished.planned:
-        return ('never',)
-    limited = finished.asked.speed_limit is not None
-    return ('stop', 'undecided', 'speed') if limited else ('stop', 'undecided')
 
 
 def no_frames(finished: Audit, failures: tuple[str, ...] | None) -> str:

@@ -8,8 +8,8 @@ The drawing stretches to any width. Its labels are HTML, so they keep their size
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from html import escape
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,8 +23,7 @@ AIR = 0.06
 DECADES = 5
 
 
-@dataclass(frozen=True)
-class Band:
+class Band(NamedTuple):
     """A shaded interval of time, s, in a chart; `style` is WARN, ERROR or gap."""
 
     begin: float
@@ -32,8 +31,7 @@ class Band:
     style: str
 
 
-@dataclass(frozen=True)
-class LevelLine:
+class LevelLine(NamedTuple):
     """A horizontal line with a name in a chart, such as a limit."""
 
     value: float
@@ -41,8 +39,7 @@ class LevelLine:
     style: str = 'limit'
 
 
-@dataclass(frozen=True, eq=False)
-class Chart:
+class Chart(NamedTuple):
     """
     Curves over one time axis.
 
@@ -138,8 +135,7 @@ class Chart:
         )
 
 
-@dataclass(frozen=True)
-class ValueScale:
+class ValueScale(NamedTuple):
     """The vertical axis of a chart, for values from `low` to `high`, linear or logarithmic."""
 
     low: float

@@ -72,7 +72,7 @@ def document_of(audit: Audit) -> dict[str, Json]:
             'by_outcome': audit.counts,
             'first_refused': audit.examples,
         },
-        'stream': {'rate': audit.stream.rate, **vars(audit.stream)},
+        'stream': {'rate': audit.stream.rate, **audit.stream._asdict()},
         'intervals': [
             {
                 'factor': interval.factor or None,

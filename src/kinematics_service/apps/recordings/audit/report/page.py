@@ -212,10 +212,6 @@ def _slowing(audit: Audit) -> str:
     )
 
 
-def _tool(audit: Audit) -> str:
-    return '<h2>Tool</h2>\n' + tool_charts(audit)
-
-
 def _stream(audit: Audit) -> str:
     if audit.planned:
         return ''
@@ -262,7 +258,7 @@ SECTIONS: tuple[Callable[[Audit], str], ...] = (
     _moments,
     _joints,
     _slowing,
-    _tool,
+    tool_charts,
     frame_section,
     _stream,
 )

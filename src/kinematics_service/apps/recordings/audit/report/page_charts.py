@@ -4,7 +4,6 @@
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import islice
 
@@ -115,7 +114,7 @@ def slowing_chart(audit: Audit, values: Column[np.float64]) -> str:
 
 def _html(audit: Audit, chart: Chart) -> str:
     # Returns the HTML of a chart, with time axis and shaded intervals of the recording added.
-    return replace(chart, bands=_bands(audit), end=audit.timeline.end).html()
+    return chart._replace(bands=_bands(audit), end=audit.timeline.end).html()
 
 
 def joint_charts(audit: Audit) -> str:
@@ -145,14 +144,14 @@ def _limits(scale: float, *values: float) -> list[LevelLine]:
 
 
 def tool_charts(audit: Audit) -> str:
-    """Return charts of position and speed of the tool."""
+    """Return the section with charts of position and speed of the tool."""
     timeline = audit.timeline
     curves = [
         _curve(audit, name, f'c{k}', timeline.position.columns[k].__getitem__)
         for k, name in enumerate(('x', 'y', 'z'))
     ]
     frame = audit.robot.base_frame
-    text = _html(audit, Chart(f'position in {frame}', 'm', curves))
+    text = '<h2>Tool</h2>\n' + _html(audit, Chart(f'position in {frame}', 'm', curves))
     for title, unit, values in (
         ('speed', 'm/s', timeline.speed.__getitem__),
         ('turning', 'deg/s', lambda rows: np.degrees(timeline.turning[rows])),

@@ -3,9 +3,9 @@
 """Write the head of the audit page: the files, the date and the version."""
 
 import hashlib
-from dataclasses import dataclass
 from html import escape
 from pathlib import Path
+from typing import NamedTuple
 
 from .....page import facts
 from .....robot.bundled import find_robot_file
@@ -17,8 +17,7 @@ from ..auditing import Audit
 READ_SIZE = 1 << 20
 
 
-@dataclass(frozen=True)
-class Provenance:
+class Provenance(NamedTuple):
     """
     The inputs of an audit, for the head of its page.
 
