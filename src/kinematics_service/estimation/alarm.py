@@ -56,11 +56,7 @@ class Alarm(NamedTuple):
         return level in _QUIET or arrival - self.last < MIN_TURN_PERIOD
 
     def step(
-        self,
-        level: Level,
-        direction: Floats | None,
-        arrival: int,
-        factor: int | None = None,
+        self, level: Level, direction: Floats | None, arrival: int, factor: int | None = None
     ) -> tuple['Alarm', bool]:
         """
         Return the next alarm, and whether the node must publish a warning now.

@@ -87,10 +87,7 @@ class InputState(NamedTuple):
 
 
 def input_status(
-    arm: Estimator,
-    subscription: BestSubscription,
-    state: InputState,
-    warnings: Sequence[str],
+    arm: Estimator, subscription: BestSubscription, state: InputState, warnings: Sequence[str]
 ) -> StatusText:
     """Return the diagnostic status of an arm's input, made from the state of the input."""
     level, sentence = _verdict(arm, subscription.topic_name, state, warnings)

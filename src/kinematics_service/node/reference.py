@@ -55,10 +55,7 @@ class Reference:
     """
 
     def __init__(
-        self,
-        node: Node,
-        robot: Callable[[], Robot],
-        limits: Callable[[], ReferenceLimits],
+        self, node: Node, robot: Callable[[], Robot], limits: Callable[[], ReferenceLimits]
     ) -> None:
         self.watch: Any = None
         self._node, self._robot, self._limits = node, robot, limits

@@ -84,10 +84,7 @@ class Targets:
     """
 
     def __init__(
-        self,
-        node: Node,
-        settings: NodeSettings,
-        present: Callable[[], EstimatorOutput],
+        self, node: Node, settings: NodeSettings, present: Callable[[], EstimatorOutput]
     ) -> None:
         self._node, self.in_force = node, threading.Lock()
         self._poses: SimpleQueue[bytes | None] = SimpleQueue()  # the item None ends the thread

@@ -35,12 +35,7 @@ SEPARATOR = '---'
 
 
 def run_echo(
-    what: str,
-    node: str,
-    once: bool,
-    as_json: bool,
-    timeout: float | None,
-    ros_args: Sequence[str],
+    what: str, node: str, once: bool, as_json: bool, timeout: float | None, ros_args: Sequence[str]
 ) -> int:
     """
     Show the messages of a topic of a node until a signal.
@@ -87,13 +82,7 @@ class _Echo:
     # Subscribes to a topic, and writes the received messages to the output.
 
     def __init__(
-        self,
-        node: Node,
-        source: str,
-        what: str,
-        once: bool,
-        as_json: bool,
-        timeout: float | None,
+        self, node: Node, source: str, what: str, once: bool, as_json: bool, timeout: float | None
     ) -> None:
         self.in_vain = False
         diagnostics = diagnostics_of(source)

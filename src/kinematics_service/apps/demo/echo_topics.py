@@ -12,12 +12,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64, Float64MultiArray
 
-from ...node.messages.readings import (
-    TWIST,
-    jacobian_of,
-    scale_of,
-    warned_of,
-)
+from ...node.messages.readings import TWIST, jacobian_of, scale_of, warned_of
 from ...node.messages.topics import (
     DIAGNOSTICS,
     DIAGNOSTICS_QOS,

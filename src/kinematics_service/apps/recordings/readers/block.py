@@ -93,9 +93,7 @@ class UnreadableMessage:
         return 1
 
 
-def joined(
-    parts: Iterable[Block | UnreadableMessage],
-) -> Iterator[Block | UnreadableMessage]:
+def joined(parts: Iterable[Block | UnreadableMessage]) -> Iterator[Block | UnreadableMessage]:
     """
     Yield blocks in order, and join consecutive blocks with equal joint names and counts of
     numbers.

@@ -190,8 +190,7 @@ ROTATIONS: dict[str, Callable[[Floats, PoseFormat], Floats]] = {
     'rpy': lambda numbers, form: rotation_of_euler('xyz', _numbers(numbers, form)),
     'position': lambda numbers, form: np.tile(np.eye(3), (len(numbers), 1, 1)),
     **dict.fromkeys(
-        EULER_ORDERS,
-        lambda numbers, form: rotation_of_euler(form.kind, _numbers(numbers, form)),
+        EULER_ORDERS, lambda numbers, form: rotation_of_euler(form.kind, _numbers(numbers, form))
     ),
 }
 

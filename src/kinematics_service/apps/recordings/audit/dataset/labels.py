@@ -94,10 +94,7 @@ def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> 'dict[str, pa
 
 
 def labels_of_arms(
-    file: Path | str,
-    columns: Columns,
-    arms: Sequence[DatasetArm],
-    clearance: bool,
+    file: Path | str, columns: Columns, arms: Sequence[DatasetArm], clearance: bool
 ) -> 'dict[str, pa.Array]':
     """
     Return the labels of all arms as Arrow arrays, by name. If there are several arms, each name

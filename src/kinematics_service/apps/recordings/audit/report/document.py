@@ -102,10 +102,7 @@ def document_of(audit: Audit) -> dict[str, Json]:
         'joints': audit.joints,
         'jumps': {'count': audit.jump_count, 'first': audit.jumps},
         'worst_moments': [
-            {
-                **attributes(moment, 'what', 'value'),
-                **_at(timeline, moment.row),
-            }
+            {**attributes(moment, 'what', 'value'), **_at(timeline, moment.row)}
             for moment in audit.moments
         ],
         'warnings': [
@@ -222,10 +219,7 @@ def _frames(audit: Audit) -> dict[str, Json] | None:
 
 
 def _cause(cause: TestedCause) -> dict[str, Json]:
-    return {
-        **attributes(cause, 'key', 'sentence', 'value', 'ratio', 'errors'),
-        **_offsets(cause),
-    }
+    return {**attributes(cause, 'key', 'sentence', 'value', 'ratio', 'errors'), **_offsets(cause)}
 
 
 def _offsets(found: FrameDiagnosis | TestedCause) -> dict[str, Json]:

@@ -169,10 +169,7 @@ def frame_charts(audit: Audit, report: FrameReport) -> str:
         _html(
             audit,
             Chart(
-                title,
-                unit,
-                [curve_of(title, 'c0', end, [(report.t, values, none)])],
-                height=110,
+                title, unit, [curve_of(title, 'c0', end, [(report.t, values, none)])], height=110
             ),
         )
         for title, unit, values in (
