@@ -524,7 +524,7 @@ class Estimator:
 
     def _keep(self, form: JointStateForm) -> IncomingForm | None:
         ours, duplicates = self._joints.joints_in(form.names)
-        one_each = form.counts[0] == len(form.names)
+        one_each = form.position_count == len(form.names)
         incoming = None
         if ours.count and not duplicates and one_each and not self.settings.integrate_velocities:
             incoming = form.for_joints(ours)

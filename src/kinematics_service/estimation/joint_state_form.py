@@ -50,12 +50,9 @@ class JointStateForm:
     same: Bytes
 
     @property
-    def counts(self) -> tuple[int, int]:
-        """Return how many positions and how many velocities a message has."""
-        positions, velocities = (
-            (one.stop - one.start) // DOUBLE for one in (self.positions, self.velocities)
-        )
-        return positions, velocities
+    def position_count(self) -> int:
+        """Return how many positions a message has."""
+        return int(self.positions.stop - self.positions.start) // DOUBLE
 
     def fits(self, data: bytes) -> bool:
         """Return whether a message has this form."""

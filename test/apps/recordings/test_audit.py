@@ -176,7 +176,7 @@ def test_messages_without_stamps_give_what_the_node_says(bag):
     robot = robot_of('kuka_iiwa14')
     result, parts, samples = _of_bag(path, robot)
     assert_same(result, parts, Live(samples, robot))
-    text = ' '.join(sentence.text for sentence in verdict_of(result).sentences)
+    text = ' '.join(sentence.text for sentence in verdict_of(result))
     assert '150 messages without stamp' in text
     assert ('may be in degrees' in text) == (bag == 'ptp-trajectory')
 
@@ -246,7 +246,7 @@ def test_planted_faults_of_a_stream_are_found():
     assert checks[1].scale == pytest.approx(math.degrees(1.0), rel=0.05)
     assert checks[3].scale == pytest.approx(-1.0, rel=0.05)
     assert checks[0].rms < 1e-3 < checks[3].rms
-    sentences = [sentence.text for sentence in verdict_of(result).sentences]
+    sentences = [sentence.text for sentence in verdict_of(result)]
     assert any(': degrees?' in text for text in sentences)
     assert any(': wrong sign' in text for text in sentences)
 
@@ -290,7 +290,7 @@ def test_limits_that_are_touched_are_told():
     assert first.beyond == 10
     assert first.worst_beyond == pytest.approx(0.1)
     assert (second.beyond, second.touching) == (0, 3)
-    text = ' '.join(sentence.text for sentence in verdict_of(result).sentences)
+    text = ' '.join(sentence.text for sentence in verdict_of(result))
     assert f'Beyond its limits: {robot.joint_names[0]}.' in text
 
 

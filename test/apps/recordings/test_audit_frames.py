@@ -221,13 +221,13 @@ def test_poses_between_joint_states_far_apart_cost_the_frames_not_the_audit():
     result = bare(robot, t, q, stamps, poses)
     assert isinstance(result.frames, NotCompared)
     assert len(result.timeline) == 30
-    sentences = [one.text for one in verdict_of(result).sentences]
+    sentences = [one.text for one in verdict_of(result)]
     (text,) = [one for one in sentences if '/tcp' in one]
     assert '30 of 30 poses' in text
     assert '29 between joint states more than 0.5 s apart' in text
     assert '1 before' in text
     assert result.frames.code == 'too-few'
-    assert verdict_of(result).sentences[0].level >= 0
+    assert verdict_of(result)[0].level >= 0
     assert isinstance(bare(robot, t, q, stamps, poses, gap=3.0).frames, FrameReport)
 
 
@@ -238,7 +238,7 @@ def test_poses_of_which_most_are_not_compared_are_not_fine(beside, level):
     stamps = BEGIN + np.rint(1e9 * t).astype(np.int64)
     stamps[beside:] += 10**12  # after the last joint state
     result = bare(robot, t, q, stamps, poses)
-    said = {one.text: one.level.name for one in verdict_of(result).sentences}
+    said = {one.text: one.level.name for one in verdict_of(result)}
     text = f'{len(t) - beside} of {len(t)} poses have no joint'
     assert [name for one, name in said.items() if text in one] == [level]
 
@@ -428,7 +428,7 @@ def test_a_joint_that_stands_still_is_not_accused_by_the_noise_of_its_encoder(si
         RecordingSource('table', 'joints', False, 1000, iter([block])), robot, 'made up'
     )
     assert result.joints[5].check is None
-    (text,) = (one.text for one in verdict_of(result).sentences if 'Reported' in one.text)
+    (text,) = (one.text for one in verdict_of(result) if 'Reported' in one.text)
     assert robot.joint_names[2] in text
     assert ': degrees?' in text
 

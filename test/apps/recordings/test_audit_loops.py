@@ -114,7 +114,7 @@ def test_an_audit_names_loops_that_are_closed_together(tmp_path, capsys):
     arm = ks.load_robot(robot)
     with open_source(recording, Selection(arm)) as source:
         judged = verdict_of(audit(source, arm, 'recording.csv'))
-    said = ' '.join(one.text for one in judged.sentences)
+    said = ' '.join(one.text for one in judged)
     open_ = sum(not closes(arm, q) for q in rows)
     assert 4 < open_ < 12
     assert f'loop does not close ({open_})' in said

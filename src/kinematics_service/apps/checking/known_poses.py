@@ -93,13 +93,9 @@ def within_digits(robot: Robot) -> tuple[KnownPose, ...]:
         q = pose.rounding.q or (0.0,) * robot.dof
         xyz, rpy = np.reshape(np.abs(J) @ q, (2, 3))
         xyz, rpy = xyz + pose.rounding.xyz, rpy + pose.rounding.rpy
-        widened.append(
-            replace(
-                pose,
-                tolerance_xyz=max(pose.tolerance_xyz, float(np.linalg.norm(xyz))),
-                tolerance_rpy=max(pose.tolerance_rpy, float(np.linalg.norm(rpy))),
-            )
-        )
+        position = max(pose.tolerance_xyz, float(np.linalg.norm(xyz)))
+        angle = max(pose.tolerance_rpy, float(np.linalg.norm(rpy)))
+        widened.append(replace(pose, tolerance_xyz=position, tolerance_rpy=angle))
     return tuple(widened)
 
 

@@ -78,17 +78,12 @@ def motion_text(motion: RigidMotion) -> str:
         return 'identity'
     texts = [plain(text) for text in motion.texts]
     if len(texts) == 6:
-        parts = [f'{key} ({", ".join(three)})' for key, three in _thirds(texts)]
+        parts = [
+            f'{key} ({", ".join(three)})'
+            for key, three in (('xyz', texts[:3]), ('rpy', texts[3:]))
+            if any(text != '0' for text in three)  # leave out a vector of zeros
+        ]
         return ' '.join(parts)
     width = max(map(len, texts))
     rows = (texts[i : i + 4] for i in range(0, len(texts), 4))
     return '\n'.join('  '.join(text.rjust(width) for text in row) for row in rows)
-
-
-def _thirds(texts: list[str]) -> list[tuple[str, list[str]]]:
-    # Return the texts of xyz and of rpy with their keys; leave out a vector of zeros.
-    return [
-        (key, three)
-        for key, three in (('xyz', texts[:3]), ('rpy', texts[3:]))
-        if any(text != '0' for text in three)
-    ]

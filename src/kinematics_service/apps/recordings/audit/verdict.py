@@ -3,7 +3,6 @@
 """Write the verdict of an audit as sentences, worst first."""
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 from ....estimation import outcomes
 from ....robot.measures import MEASURES, Level
@@ -23,22 +22,9 @@ MAX_UNJUDGED = 2
 MAX_UNJUDGED_RATIO = 1e-3
 
 
-class AuditVerdict(NamedTuple):
-    """
-    The findings of an audit. The first finding is the summary; the others are sorted by level.
-    """
-
-    sentences: tuple[Finding, ...]
-
-    @property
-    def level(self) -> Level:
-        """Return the worst level of the findings."""
-        return max(sentence.level for sentence in self.sentences)
-
-
-def verdict_of(audit: Audit) -> AuditVerdict:
-    """Return all findings of an audit."""
-    sentences = [
+def verdict_of(audit: Audit) -> tuple[Finding, ...]:
+    """Return all findings of an audit: first the summary, then the others, sorted by level."""
+    findings = [
         *_not_judged(audit),
         *plan_findings(audit),
         _singular(audit),
@@ -47,13 +33,13 @@ def verdict_of(audit: Audit) -> AuditVerdict:
         *_slowing(audit),
     ]
     if not audit.planned:
-        sentences += [*_messages(audit), *_stream(audit), *_velocities(audit)]
-    sentences += [
+        findings += [*_messages(audit), *_stream(audit), *_velocities(audit)]
+    findings += [
         *_jumps(audit),
         *(Finding(one.level, f'{one.text}.', one.code) for one in audit.remarks),
     ]
-    first, *others = sentences
-    return AuditVerdict((first, *sorted(others, key=lambda sentence: -sentence.level)))
+    first, *others = findings
+    return first, *sorted(others, key=lambda one: -one.level)
 
 
 def _unjudged(audit: Audit) -> int:

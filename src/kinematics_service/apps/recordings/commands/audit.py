@@ -278,10 +278,8 @@ def _belongs_to(path: Path, recording: Path) -> bool:
 
 
 def _report(outcome: Outcome, html: Path | None, json: Path | None) -> None:
-    if outcome.summary is None:
-        print(f'{outcome.error}', file=sys.stderr)
-        return
-    report = partial(print_summary, outcome.summary)
-    write_documents(html, outcome.html, json, outcome.json, report)
+    if outcome.summary is not None:
+        report = partial(print_summary, outcome.summary)
+        write_documents(html, outcome.html, json, outcome.json, report)
     if outcome.error:
         print(outcome.error, file=sys.stderr)

@@ -21,9 +21,7 @@ INSTALL = (
     "datasets need pyarrow and h5py ({reason}): pip install '.[dataset]' in its checkout, or pip "
     'install pyarrow h5py'
 )
-PARQUET, ARRAYS = ('.parquet',), ('.npz',)
-HDF5 = ('.hdf5', '.h5')
-SUFFIXES = (*PARQUET, *HDF5, *ARRAYS)
+SUFFIXES = ('.parquet', '.hdf5', '.h5', '.npz')
 # Accepted names of the column that holds the episode number of each row.
 NUMBERS = ('episode_index', 'episode_id', 'episode')
 # Largest count of numbers (2 GiB) that are read at once: an episode, or a row group of a parquet
@@ -201,10 +199,9 @@ def refuse_to_hold(file: Path, numbers: int) -> None:
 
 def _of_file(whole: Episode) -> Iterator[Episode]:
     # Yields the episodes in the file of `whole`, which is an episode with all rows of the file.
-    file, suffix = whole.file, whole.file.suffix.lower()
-    read = _of_parquet if suffix in PARQUET else _of_hdf5 if suffix in HDF5 else _of_arrays
+    file = whole.file
     try:
-        parts = list(islice(read(whole), MAX_EPISODES + 1))
+        parts = list(islice(READERS[file.suffix.lower()](whole), MAX_EPISODES + 1))
         if len(parts) > MAX_EPISODES:
             raise RecordingError(
                 f'{file}: has more than {MAX_EPISODES:,} episodes; cut it into several files',
@@ -341,3 +338,7 @@ def _held(folder: Any, name: str) -> Any:
     import h5py
 
     return folder[name] if isinstance(folder.get(name, getlink=True), h5py.HardLink) else None
+
+
+# The functions that find the episodes in a file, one for each of SUFFIXES.
+READERS = dict(zip(SUFFIXES, (_of_parquet, _of_hdf5, _of_hdf5, _of_arrays)))

@@ -15,10 +15,9 @@ import numpy as np
 from ....errors import RecordingError
 from ....kernel import Floats
 from .episodes import (
-    HDF5,
     INSTALL,
-    PARQUET,
     STEPS,
+    SUFFIXES,
     Episode,
     fault_of,
     headers_of,
@@ -70,9 +69,8 @@ def columns_of_episode(episode: Episode) -> Columns:
     """
     if episode.fault:
         raise episode.fault
-    suffix = episode.file.suffix.lower()
-    read = _of_parquet if suffix in PARQUET else _of_hdf5 if suffix in HDF5 else _of_arrays
     try:
+        read = READERS[episode.file.suffix.lower()]
         found = taken_apart(read(episode), episode.elements)
     except ImportError as error:
         raise RecordingError(INSTALL.format(reason=error), code='missing-package') from None
@@ -271,6 +269,10 @@ def _of_arrays(episode: Episode) -> dict[str, Floats]:
 def _arrays(file: Path, changed: int) -> dict[str, Floats]:
     with np.load(file, allow_pickle=False) as arrays:
         return _alike(file, headers_of(file), arrays.__getitem__)
+
+
+# The functions that read the numbers of an episode, one for each of SUFFIXES.
+READERS = dict(zip(SUFFIXES, (_of_parquet, _of_hdf5, _of_hdf5, _of_arrays)))
 
 
 def _alike(file: Path, arrays: Mapping[str, Any], read: Callable[[str], Any]) -> dict[str, Floats]:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from .... import kernel
 from ....errors import JointVectorError, PlanError
+from ....estimation.joint_memory import LIMIT_TOLERANCE
 from ....kernel import Floats
 from ....kinematics.arguments import check_positive, number_or_nan, numbers_of
 from ....robot.measures import MEASURES
@@ -21,9 +22,6 @@ from .polynomials import Pieces, PolynomialMotion, moment_at, polynomial_motion
 from .singular_proof import singularity_of_plan
 from .verdicts import JointExtreme, PlanCheck, PlanJoint, PlanVerdict
 
-# Tolerance of joint limits, as in the estimator. A position may exceed its limit by this much
-# (rad, m), and a velocity by this ratio of its limit.
-LIMIT_SLACK = 1e-6
 # Tolerance of the computed largest and least values of joints. It is absolute (rad, m) for values
 # up to 1, and relative for larger values.
 EXTREME_TOLERANCE = 1e-12
@@ -189,8 +187,8 @@ def _joint(robot: Robot, motion: PolynomialMotion, j: int) -> PlanJoint:
     greatest = _extreme(motion, q, np.positive, name)
     fastest = _extreme(motion, rate, np.abs, name)
     low, high = robot.limits[j]
-    inside = least.value >= low - LIMIT_SLACK and greatest.value <= high + LIMIT_SLACK
-    slow = fastest.value <= robot.velocity_limits[j] * (1.0 + LIMIT_SLACK)
+    inside = least.value >= low - LIMIT_TOLERANCE and greatest.value <= high + LIMIT_TOLERANCE
+    slow = fastest.value <= robot.velocity_limits[j] * (1.0 + LIMIT_TOLERANCE)
     limits: PlanVerdict = 'proved' if inside else 'refuted'
     speed: PlanVerdict = 'proved' if slow else 'refuted'
     return PlanJoint(name, least, greatest, fastest, limits, speed)

@@ -15,6 +15,7 @@ import numpy as np
 
 from .... import kernel
 from ....errors import PlanError
+from ....estimation.joint_memory import LIMIT_TOLERANCE
 from ....kernel import Chain, Floats
 from ....robot.robot import Robot
 from .bisection import Bounded, bracketed, verdict_of
@@ -26,8 +27,6 @@ TOOL = 'tool'
 RELATIVE_TOLERANCE = 0.01
 # Bisection also stops if the bounds of a speed differ by at most this, m/s.
 ABSOLUTE_TOLERANCE = 1e-9
-# Tolerance of the speed limit: a speed may exceed its limit by this ratio.
-LIMIT_SLACK = 1e-6
 # Largest number of pieces in the bisection, in addition to the segments of the plan.
 MAX_PIECES = 500_000
 
@@ -56,7 +55,7 @@ def speed_over_plan(
     chain = chain_to(robot, of)
     if chain is None or len(chain.table.joint) == 0:
         return speed_between(of, 0.0, 0.0, moment_at(motion, 0, 0.0), limit)
-    allowed = math.inf if limit is None else limit * (1.0 + LIMIT_SLACK)
+    allowed = math.inf if limit is None else limit * (1.0 + LIMIT_TOLERANCE)
 
     def enough(seen: float) -> float:
         good = seen * (1.0 + RELATIVE_TOLERANCE) + ABSOLUTE_TOLERANCE
@@ -77,7 +76,9 @@ def speed_between(
     Return the bounds (m/s) of a point's largest speed as a `PlanSpeed`, with the verdict on the
     speed limit. `lower` is the speed at `moment`.
     """
-    verdict = None if limit is None else verdict_of(lower, upper, limit * (1.0 + LIMIT_SLACK))
+    # A speed may exceed its limit by the ratio LIMIT_TOLERANCE.
+    allowed = math.inf if limit is None else limit * (1.0 + LIMIT_TOLERANCE)
+    verdict = None if limit is None else verdict_of(lower, upper, allowed)
     return PlanSpeed(of, lower, upper, moment, limit, verdict)
 
 

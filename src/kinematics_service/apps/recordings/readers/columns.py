@@ -70,44 +70,21 @@ class Column(Generic[Scalar]):
     @overload
     def __getitem__(self, at: Rows) -> npt.NDArray[Scalar]: ...
     def __getitem__(self, at: Row | Rows) -> Scalar | npt.NDArray[Scalar]:
-        if isinstance(at, slice):
-            begin, end, step = at.indices(len(self))
-            return self._read(begin, max(begin, end))[::step]
-        if isinstance(at, int | np.integer):
-            row = int(at) + (len(self) if at < 0 else 0)
-            number: Scalar = self._read(row, row + 1)[0]
-            return number
-        rows = np.asarray(at)
-        if self._file is None:
-            chosen: npt.NDArray[Scalar] = self._joined()[rows]
-            return chosen
-        return np.array([self[row] for row in rows.tolist()], dtype=self._kind)
+        numbers: Any = self.mapped()[at]
+        # Copy numbers of a file, because a part of its memory map would keep the whole map.
+        return numbers if self._file is None else np.array(numbers)[()]
 
     def mapped(self) -> npt.NDArray[Scalar]:
         """
         Return all numbers as an array, which is a memory map if the column is in a file. Changes
         of the array change the column.
         """
-        if self._file is None:
-            return self._joined()
-        self._write()
-        return np.memmap(self._file, self._kind, 'r+')
-
-    def _joined(self) -> npt.NDArray[Scalar]:
+        if self._file is not None:
+            self._write()
+            return np.memmap(self._file, self._kind, 'r+')
         if len(self._held) != 1:
-            empty = np.zeros(0, dtype=self._kind)
-            self._held = [np.concatenate(self._held) if self._held else empty]
+            self._held = [np.concatenate([np.zeros(0, dtype=self._kind), *self._held])]
         return self._held[0]
-
-    def _read(self, begin: int, end: int) -> npt.NDArray[Scalar]:
-        if begin >= self._written:
-            return self._joined()[begin - self._written : end - self._written]
-        assert self._file is not None
-        self._file.seek(begin * self._kind.itemsize)
-        own = np.fromfile(self._file, self._kind, min(end, self._written) - begin)
-        if end <= self._written:
-            return own
-        return np.concatenate([own, self._joined()[: end - self._written]])
 
 
 class StateTable:

@@ -175,7 +175,7 @@ def _row(
             found += _frames(finished, finished.frames, source, crossed)
     # Sort findings only by level, and keep their order within a level, because causes precede
     # their effects.
-    found = sorted([*found, *verdict_of(finished).sentences], key=lambda one: -one.level)
+    found = sorted([*found, *verdict_of(finished)], key=lambda one: -one.level)
     failed, end = failed_by(finished, work.failures), finished.timeline.end
     return EpisodeRow(
         episode.name, arm.label, len(columns), end, failed, '', '', disagrees, tuple(found)

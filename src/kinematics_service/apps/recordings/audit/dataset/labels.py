@@ -5,7 +5,7 @@ Label the rows of a table with the distance to singular poses, the branch of the
 measures.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 # Name of an optional label: the proved radius without singular poses. The label is optional
 # because it is slow to compute.
 CLEARANCE = 'clearance'
+# Names of the labels: results of `Singularity`, and the branch of the arm.
+LABELS = ('distance', 'manipulability', 'lost_direction', 'branch', CLEARANCE)
 # Largest number of factors whose signs become a label, because the signs are the bits of one
 # int32.
 MAX_FACTORS = 31
@@ -47,15 +49,6 @@ def _branch(found: Singularities) -> npt.NDArray[np.int32]:
     if found.determinant is None:
         return np.zeros(np.shape(found.distance), dtype=np.int32)
     return np.asarray(np.asarray(found.determinant) > 0.0, dtype=np.int32)
-
-
-LABELS: dict[str, Callable[[Singularities], Floats | npt.NDArray[np.int32]]] = {
-    'distance': lambda found: found.distance,
-    'manipulability': lambda found: found.manipulability,
-    'lost_direction': lambda found: found.lost_direction,
-    'branch': _branch,
-    CLEARANCE: lambda found: found.clearance,
-}
 
 
 def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> 'dict[str, pa.Array]':
@@ -79,10 +72,8 @@ def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> 'dict[str, pa
     known = singularity_of(measured_in_order(state, NearestSearch(robot.singularity.arm)))
     rows = pa.array(np.cumsum(good) - 1, mask=~good)
     labels = {}
-    for name, label in LABELS.items():
-        if name == CLEARANCE and not clearance:
-            continue
-        values = np.asarray(label(known))
+    for name in LABELS if clearance else LABELS[:-1]:
+        values = np.asarray(_branch(known) if name == 'branch' else getattr(known, name))
         array = pa.array(values.reshape(-1))
         if values.ndim > 1:
             # Store lists of variable size, because most versions of pyarrow cannot write or read

@@ -40,6 +40,7 @@ class _BagTopic(NamedTuple):
     raw: bytes
     numbers_at: int
     stamped: bool
+    of_motion: bool
 
     def filled(self, numbers: Floats, stamps: Times) -> np.ndarray:  # type: ignore[type-arg]
         """
@@ -100,51 +101,42 @@ class BagWriter:
         self._types: Any = self._store.types
         names = ','.join(joint_prefix + name for name in robot.joint_names)
         base, tool = robot.base_frame, robot.tool_frame
-        self._pose = self._add('pose', 'geometry_msgs/msg/PoseStamped', 7, base)
-        self._jacobian = self._add_jacobian(names)
-        self._twist = self._add('twist', 'geometry_msgs/msg/TwistStamped', 6, base)
-        self._velocity = self._add(
-            'velocity', 'geometry_msgs/msg/VelocityStamped', 6, base, tool, base
-        )
         self._measures = [
-            (measure.name, self._add(f'singularity/{measure.name}', 'std_msgs/msg/Float64', 1))
+            measure.name
             for measure in reversed(MEASURES.values())
             if robot.singularity.task.square or not measure.of_square
+        ]
+        self._topics = [
+            self._add('pose', 'geometry_msgs/msg/PoseStamped', 7, base),
+            self._add_jacobian(names),
+            self._add('twist', 'geometry_msgs/msg/TwistStamped', 6, base),
+            self._add('velocity', 'geometry_msgs/msg/VelocityStamped', 6, base, tool, base),
+            *(self._add(f'singularity/{x}', 'std_msgs/msg/Float64', 1) for x in self._measures),
         ]
         self._warning = self._connection(WARNING, 'diagnostic_msgs/msg/DiagnosticStatus', True)
 
     def write(self, part: TimelineBatch) -> None:
         """Write all messages of a batch, each at the time of receipt of its joint state."""
         known, state = part.known, part.state
-        count, n = len(known), self._robot.dof
-        moving, stamps = known.moving, known.stamps
         poses = np.concatenate([state.position, part.quaternion_xyzw], axis=1)
-        always = np.ones(count, dtype=bool)
-        topics = [
-            (self._pose, poses, always),
-            (self._jacobian, state.jacobian.reshape(count, 6 * n), always),
-            (self._twist, state.twist, moving),
-            (self._velocity, state.twist, moving),
-            *(
-                (topic, getattr(part.singularity, name)[:, None], always)
-                for name, topic in self._measures
-            ),
-        ]
+        J = state.jacobian.reshape(len(known), 6 * self._robot.dof)
+        measures = (getattr(part.singularity, name)[:, None] for name in self._measures)
+        numbers = [poses, J, state.twist, state.twist, *measures]
         columns = []
-        for topic, numbers, there in topics:
-            table = topic.filled(numbers, stamps)
-            data = memoryview(table.tobytes())
-            columns.append((topic.connection, data, table.shape[1], there.tolist()))
+        for topic, own in zip(self._topics, numbers):
+            data = memoryview(topic.filled(own, known.stamps).tobytes())
+            columns.append((topic, data, len(topic.raw)))
         warnings = defaultdict[int, list[PublishedWarning]](list)
         for warning in part.warnings:
             warnings[warning.row - part.first].append(warning)
-        for k, arrival in enumerate(known.arrivals.tolist()):
+        for k, (arrival, moves) in enumerate(zip(known.arrivals.tolist(), known.moving.tolist())):
             own = warnings[k]
             while own and own[0].moment < arrival:
                 self._warn(*own.pop(0)[1:])  # time-out before the joint state
-            for connection, data, size, there in columns:
-                if there[k]:
-                    self._writer.write(connection, arrival, data[k * size : (k + 1) * size])
+            for topic, data, size in columns:
+                if moves or not topic.of_motion:
+                    message = data[k * size : (k + 1) * size]
+                    self._writer.write(topic.connection, arrival, message)
             for warning in own:
                 self._warn(*warning[1:])
 
@@ -193,7 +185,8 @@ class BagWriter:
     ) -> _BagTopic:
         at = writer.room(DOUBLE, numbers)
         connection = self._connection(f'{NODE}/{name}', kind)
-        return _BagTopic(connection, bytes(writer.data), at, stamped)
+        of_motion = name in ('twist', 'velocity')
+        return _BagTopic(connection, bytes(writer.data), at, stamped, of_motion)
 
 
 def _quality(latched: bool) -> Any:

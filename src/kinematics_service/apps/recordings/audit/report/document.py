@@ -50,7 +50,7 @@ def thinned_rows(count: int, most: int, worse: Callable[[slice], Floats]) -> Tim
 def document_of(audit: Audit) -> dict[str, Json]:
     """Return the audit as a dictionary for `printing.json_text`; m, rad, s."""
     robot, timeline = audit.robot, audit.timeline
-    verdict = verdict_of(audit)
+    findings = verdict_of(audit)
     rows = thinned_rows(len(timeline), MAX_ROWS, partial(badness, robot, timeline))
     return {
         'version': __version__,
@@ -60,10 +60,9 @@ def document_of(audit: Audit) -> dict[str, Json]:
         'robot': robot.name,
         **attributes(robot, 'joint_names', 'base_frame', 'tool_frame'),
         **attributes(robot.singularity.thresholds, 'measure', 'warn', 'stop'),
-        'level': verdict.level.name,
+        'level': max(one.level for one in findings).name,
         'verdict': [
-            {'level': one.level.name, 'code': one.code, 'sentence': one.text}
-            for one in verdict.sentences
+            {'level': one.level.name, 'code': one.code, 'sentence': one.text} for one in findings
         ],
         'messages': {
             'total': audit.stream.messages,

@@ -8,7 +8,7 @@ the values from the SVG paths.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from html import escape
 
@@ -18,11 +18,11 @@ from .....robot.measures import MEASURES
 from .....typography import counted
 from .....version import __version__
 from ..auditing import Audit
-from ..findings import seconds
+from ..findings import Finding, seconds
 from ..intervals import Interval
 from ..joints import JointReport
 from ..reported_velocities import VelocityCheck
-from ..verdict import AuditVerdict, judged_in_words, verdict_of
+from ..verdict import judged_in_words, verdict_of
 from .page_charts import interval_chart, joint_charts, measure_charts, slowing_chart, tool_charts
 from .page_frames import frame_section
 from .page_header import Provenance, header
@@ -38,10 +38,9 @@ def page_of(audit: Audit, origin: Provenance | None = None) -> str:
     checksums and date.
     """
     title = f'Audit of {audit.file.rpartition("/")[2]}'
-    verdict = verdict_of(audit)
     body = [
         f'<h1>{escape(title)}</h1>\n{header(audit, origin)}{_introduction(audit)}',
-        _verdict(verdict),
+        _verdict(verdict_of(audit)),
         *(section(audit) for section in SECTIONS),
         f'<p class="soft">kinematics_service {__version__}. Computed as the node computes, from '
         f'{escape(audit.file)}.</p>\n',
@@ -60,14 +59,13 @@ def _introduction(audit: Audit) -> str:
     )
 
 
-def _verdict(verdict: AuditVerdict) -> str:
-    first, *others = verdict.sentences
-    items = ''.join(
-        f'<li>{_tag(sentence.level.name)} {escape(sentence.text)}</li>' for sentence in others
-    )
+def _verdict(findings: Sequence[Finding]) -> str:
+    first, *others = findings
+    items = ''.join(f'<li>{_tag(one.level.name)} {escape(one.text)}</li>' for one in others)
     listed = f'<ul>{items}</ul>' if items else ''
+    worst = max(one.level for one in findings)
     return (
-        f'<section class="verdict {verdict.level.name}"><p class="first">'
+        f'<section class="verdict {worst.name}"><p class="first">'
         f'{_tag(first.level.name)} {escape(first.text)}</p>{listed}</section>\n'
     )
 

@@ -32,7 +32,7 @@ def summary_of(audit: Audit) -> Summary:
     return Summary(
         f'{audit.file}: {audit.what}, {counted(audit.stream.messages, noun)} over '
         f'{seconds(audit.timeline.end)}, {audit.robot.name}',
-        verdict_of(audit).sentences,
+        verdict_of(audit),
         tuple(
             (
                 f'{interval.begin:.3f} s',
