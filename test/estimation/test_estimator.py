@@ -105,24 +105,24 @@ def test_joints_of_several_messages_are_merged_and_each_is_answered_once_all_are
 def test_a_joint_that_fell_silent_makes_the_arm_stale_and_no_other_joint_can_help(one):
     one.take(sample())
     late = START + 1001 * MILLISECOND
-    assert one.missing(START + SECOND) == ()
-    assert one.missing(late) == NAMES
+    assert one.joints.missing(START + SECOND) == ()
+    assert one.joints.missing(late) == NAMES
     assert refused(one.take(sample(Q[:2], names=NAMES[:2], at=late)), reasons.WAITING)
-    assert one.missing(late) == ('q3',)
+    assert one.joints.missing(late) == ('q3',)
     assert isinstance(one.take(sample(Q[2:], names=('q3',), at=late)), EstimatorOutput)
 
 
 def test_age_is_that_of_the_joint_longest_unheard(one):
-    assert one.age(START) == math.inf
+    assert one.joints.age(START) == math.inf
     one.take(sample())
     one.take(sample(Q[:1], names=('q1',), at=START + 500 * MILLISECOND))
-    assert one.age(START + 600 * MILLISECOND) == pytest.approx(0.6)
+    assert one.joints.age(START + 600 * MILLISECOND) == pytest.approx(0.6)
 
 
 def test_staleness_is_measured_by_arrival_and_not_by_stamps(one):
     one.take(sample(at=START, arrival=7 * SECOND))
-    assert one.missing(8 * SECOND) == ()
-    assert one.missing(8 * SECOND + 1) == NAMES
+    assert one.joints.missing(8 * SECOND) == ()
+    assert one.joints.missing(8 * SECOND + 1) == NAMES
 
 
 def test_a_prefix_stands_before_every_name(craig):
@@ -137,7 +137,7 @@ def test_another_prefix_forgets_the_joints_and_other_settings_keep_them(one, cra
     one.configure(craig, EstimatorSettings(velocity_source='difference'))
     assert isinstance(one.take(sample(Q[:1], names=('q1',), at=START + 1)), EstimatorOutput)
     one.configure(craig, EstimatorSettings(joint_prefix='left_'))
-    assert one.missing(START + 2) == ('left_q1', 'left_q2', 'left_q3')
+    assert one.joints.missing(START + 2) == ('left_q1', 'left_q2', 'left_q3')
 
 
 # Rejections
@@ -204,7 +204,7 @@ def test_a_position_that_cannot_be_computed_with_is_forgotten_with_all_others():
     outcome = one.take(sample((0.4, 0.2, 3e14, 0.1), names=names))
     assert refused(outcome, reasons.TOO_LARGE)
     # The other joints must not be answered with what was refused, nor be known themselves.
-    assert one.missing(START) == names
+    assert one.joints.missing(START) == names
     others = (*names[:2], names[3])
     outcome = one.take(sample((0.5, 0.6, 0.7), names=others, at=START + 1))
     assert refused(outcome, reasons.WAITING)
@@ -365,8 +365,8 @@ def test_a_joint_beyond_its_limit_is_computed_and_named():
 def test_publishers_that_take_turns_with_other_positions_are_in_dispute(one):
     for k in range(10):
         one.take(sample((0.5 * (k % 2), 0.0, 0.0), at=START + k * MILLISECOND))
-    assert one.disputed(START + 10 * MILLISECOND) == ('q1',)
-    assert one.disputed(START + 10 * SECOND) == ()
+    assert one.joints.disputed(START + 10 * MILLISECOND) == ('q1',)
+    assert one.joints.disputed(START + 10 * SECOND) == ()
 
 
 def test_a_publisher_whose_clock_is_behind_is_dropped_but_in_dispute(one):
@@ -376,7 +376,7 @@ def test_a_publisher_whose_clock_is_behind_is_dropped_but_in_dispute(one):
             (Q[0], Q[1] + 0.1, Q[2]), at=START + k * MILLISECOND - SECOND // 20, arrival=START
         )
         assert refused(one.take(late), reasons.DROPPED)
-    assert one.disputed(START + 10 * MILLISECOND) == ('q2',)
+    assert one.joints.disputed(START + 10 * MILLISECOND) == ('q2',)
 
 
 def test_a_moving_arm_and_its_late_messages_are_in_no_dispute(one):
@@ -387,13 +387,13 @@ def test_a_moving_arm_and_its_late_messages_are_in_no_dispute(one):
         time = START + 10 * k * MILLISECOND
         one.take(sample(at(0.01 * k), at=time))
         one.take(sample(at(0.01 * k - 0.02), at=time - 20 * MILLISECOND, arrival=time))
-    assert one.disputed(time) == ()
+    assert one.joints.disputed(time) == ()
 
 
 def test_two_publishers_that_agree_are_in_no_dispute(one):
     for k in range(100):
         one.take(sample((0.01 * k + 1e-5 * (k % 2), 0.0, 0.0), at=START + k * MILLISECOND))
-    assert one.disputed(START + 100 * MILLISECOND) == ()
+    assert one.joints.disputed(START + 100 * MILLISECOND) == ()
 
 
 # Quaternions
@@ -454,8 +454,8 @@ def test_nothing_grows_with_the_number_of_lists_of_names(one):
     for k in range(1000):
         one.take(sample((*Q, 0.0), names=(*NAMES, f'extra_{k}'), at=START + k))
     one.take(sample([0.0] * 100_000, names=[f'j{k}' for k in range(100_000)], at=START + 1000))
-    assert len(one._joints._lists) <= 16
-    assert max(len(names) for names in one._joints._lists) < 1000
+    assert len(one.joints._lists) <= 16
+    assert max(len(names) for names in one.joints._lists) < 1000
 
 
 def test_messages_without_a_stamp_are_counted_and_no_others(one):

@@ -107,11 +107,11 @@ def cases(draw):
 
 def known_alike(one, plain, arrival):
     assert one.counts == plain.counts
-    assert one.missing(arrival) == plain.missing(arrival)
-    assert one.age(arrival) == plain.age(arrival)
-    assert one.disputed(arrival) == plain.disputed(arrival)
-    assert one._joints.newest() == plain.newest()
-    jumps = one._joints.columns.jump_count.tolist()
+    assert one.joints.missing(arrival) == plain.missing(arrival)
+    assert one.joints.age(arrival) == plain.age(arrival)
+    assert one.joints.disputed(arrival) == plain.disputed(arrival)
+    assert one.joints.newest() == plain.newest()
+    jumps = one.joints.columns.jump_count.tolist()
     assert [min(count, 16) for count in jumps] == [
         len(joint.jumps) for joint in plain.joints.values()
     ]

@@ -131,7 +131,7 @@ def test_bytes_of_another_form_change_nothing():
     wrong[data.index(b'q2')] ^= 1
 
     def memory():
-        return [column.tobytes() for column in estimator._joints.columns]
+        return [column.tobytes() for column in estimator.joints.columns]
 
     before = memory()
     for other in (bytes(wrong), data[:-1], data + b'\0', b''):

@@ -118,7 +118,7 @@ def test_what_arrived_is_said_of_a_stale_arm(watched):
     warnings = one.hear('singularity/warning', DiagnosticStatus, LATCHED)
     sent(one, 8, lambda k: (1133099831, 1126656057))
     one.node._health.say()
-    one.spin_until(lambda: one.node._estimator.missing(time.monotonic_ns()), 'stale arm')
+    one.spin_until(lambda: one.node._estimator.joints.missing(time.monotonic_ns()), 'stale arm')
     status = one.diagnose()
     assert level_of(status) == ERROR
     assert 'missing q1, q2, q3; 8 messages' in status.message

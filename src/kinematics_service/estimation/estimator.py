@@ -180,11 +180,6 @@ class RefusedMessage(NamedTuple):
     sentence: str = ''
 
 
-# A joint is disputed between drivers if its position jumps at least this number of times within
-# joint_memory.DISPUTE_WINDOW.
-JUMPS = 4
-
-
 class MessageOutcome(NamedTuple):
     """
     The result of the kernel for one message: a new state, a refusal, or neither if the general
@@ -250,6 +245,8 @@ class Estimator:
     ----------
     counts
         Number of messages for each outcome; the keys are the texts of the module `outcomes`.
+    joints
+        The last position, velocity and times of each joint.
     integration
         Integrates the velocities of messages that have no positions.
     """
@@ -258,14 +255,14 @@ class Estimator:
         self.robot = robot
         self.settings = settings
         self.counts: Counter[str] = Counter()
-        self._joints = self._new_joints()
+        self.joints = self._new_joints()
         self._search = NearestSearch(robot.singularity.arm)
         self._alarm = Alarm()
         self._is_open = False
 
     def configure(self, robot: Robot, settings: EstimatorSettings) -> None:
         """Apply another arm or new settings. Joints that keep their names keep their positions."""
-        former = self._joints
+        former = self.joints
         if robot is not self.robot:
             self._search = NearestSearch(robot.singularity.arm)
             former.is_closed = False  # close the loops from the joint positions in the robot file
@@ -278,10 +275,10 @@ class Estimator:
                 quantity.configure(robot, settings)
             self._forms.clear()
         else:
-            self._joints = self._new_joints()
-            self._joints.remember(former)
+            self.joints = self._new_joints()
+            self.joints.remember(former)
         if not moves_alike:
-            self._joints.is_new_tool = True
+            self.joints.is_new_tool = True
             self._alarm = Alarm()
 
     def anew(self, answer: EstimatorOutput) -> EstimatorOutput | None:
@@ -289,7 +286,7 @@ class Estimator:
         Return `answer` with the state of the present arm at the last joint positions. Returns None
         if a joint position is unknown.
         """
-        known = self._joints.joint_vectors()
+        known = self.joints.joint_vectors()
         if known is None:
             return None
         try:
@@ -314,14 +311,14 @@ class Estimator:
     @property
     def names(self) -> tuple[str, ...]:
         """Return the joint names that messages must have: prefix and name in the robot file."""
-        return self._joints.names
+        return self.joints.names
 
     def reset(self) -> None:
         """Forget all joint positions. Call it if the clock or the recording has started again."""
         self.counts[outcomes.RESETS] += 1
-        kernel.forget(self._joints)
+        kernel.forget(self.joints)
         self.integration.forget()
-        self._joints.is_new_tool = True
+        self.joints.is_new_tool = True
 
     def clock_stepped_back(self, now: int, back: int) -> bool:
         """
@@ -331,7 +328,7 @@ class Estimator:
         If a message with a new stamp came before this call, that message has already reset the
         estimator.
         """
-        latest = self._joints.newest()
+        latest = self.joints.newest()
         # If the latest stamp is nearer to the clock's new time than to its old time, the stamp was
         # set after the step, so keep the joints.
         if latest is None or latest <= now + back // 2:
@@ -339,31 +336,9 @@ class Estimator:
         self.reset()
         return True
 
-    def missing(self, arrival: int) -> tuple[str, ...]:
-        """
-        Return the names of the joints that no message has had within the timeout before `arrival`
-        (steady clock, ns).
-        """
-        return self._joints.missing(arrival, self.settings.timeout)
-
-    def unmatched(self) -> tuple[tuple[str, ...], ...]:
-        """
-        Return the joint-name lists of the messages if none of the lists names a joint of the arm.
-        Returns an empty tuple otherwise.
-        """
-        return self._joints.unmatched()
-
-    def age(self, arrival: int) -> float:
-        """Return the age of the oldest joint position, s; inf if a joint has no position yet."""
-        return self._joints.age(arrival)
-
     def beyond_limits(self) -> tuple[str, ...]:
         """Return the names of known joints that are outside their limits."""
-        return self._joints.beyond(self.robot.limits)
-
-    def disputed(self, arrival: int) -> tuple[str, ...]:
-        """Return the names of joints whose positions have jumped several times lately."""
-        return self._joints.disputed(arrival, JUMPS)
+        return self.joints.beyond(self.robot.limits)
 
     def is_settled(self, state: ToolState, arrival: int) -> bool:
         """
@@ -438,7 +413,7 @@ class Estimator:
         answer = EstimatorOutput(state, message.time, outcome.velocity_source)
         if not quantities:
             return answer
-        joints = self._joints
+        joints = self.joints
         found = {kind: self.quantity(kind).take(answer, message, joints) for kind in quantities}
         return answer._replace(quantities=found)
 
@@ -495,7 +470,7 @@ class Estimator:
         incoming = self._forms[form] if form in self._forms else self._keep(form)
         if incoming is None:
             return _UNREAD
-        memory, search = self._joints, self._search
+        memory, search = self.joints, self._search
         return _OUTCOMES[
             kernel.observe_bytes(search, memory, incoming, data, arrival, row, measures, answers)
         ]
@@ -503,7 +478,7 @@ class Estimator:
     def _read_sample(
         self, sample: JointSample, row: Floats, measures: Floats | None
     ) -> MessageOutcome:
-        named, refusal = self._joints.joints_in(sample.names), None
+        named, refusal = self.joints.joints_in(sample.names), None
         if self.settings.integrate_velocities and named.ours.count:
             sample, refusal = self._counted_on(sample, named.ours)
         refusal = refusal or self._shape_refusal(sample, named)
@@ -511,9 +486,7 @@ class Estimator:
             return MessageOutcome(refusal=refusal)
         positions, velocities = doubles(sample.positions), doubles(sample.velocities)
         reported = ReportedJoints(named.ours, positions, velocities, *sample.times)
-        outcome = _OUTCOMES[
-            kernel.observe(self.robot.singularity.arm, self._joints, reported, row)
-        ]
+        outcome = _OUTCOMES[kernel.observe(self.robot.singularity.arm, self.joints, reported, row)]
         if outcome is _UNREAD:
             return MessageOutcome(refusal=self._bad_position(named.ours, positions))
         if sample.stamp == 0:
@@ -523,7 +496,7 @@ class Estimator:
         return outcome
 
     def _keep(self, form: JointStateForm) -> IncomingForm | None:
-        ours, duplicates = self._joints.joints_in(form.names)
+        ours, duplicates = self.joints.joints_in(form.names)
         one_each = form.position_count == len(form.names)
         incoming = None
         if ours.count and not duplicates and one_each and not self.settings.integrate_velocities:
@@ -551,14 +524,14 @@ class Estimator:
         velocities = doubles(sample.velocities)
         if fast := self.integration.too_fast(velocities, self.names, ours):
             return sample, RefusedMessage(outcomes.TOO_FAST, fast)
-        found = self.integration.positions(sample, velocities, self._joints, ours)
+        found = self.integration.positions(sample, velocities, self.joints, ours)
         return (sample if found is None else sample._replace(positions=found)), None
 
     def _explained(self, refusal: RefusedMessage) -> RefusedMessage:
         if refusal is _NOT_COMPUTABLE:
             # Forget all joint positions, because positions that overflow in the kernel must not
             # stay in memory.
-            kernel.forget(self._joints)
+            kernel.forget(self.joints)
         return self._not_closed() if refusal.reason == outcomes.NOT_CLOSED else refusal
 
     def _not_closed(self) -> RefusedMessage:
@@ -567,7 +540,7 @@ class Estimator:
         if self._is_open:
             return RefusedMessage(outcomes.NOT_CLOSED)
         self._is_open = True
-        _, sentence = why_not_closed(self.robot, self._joints.positions())
+        _, sentence = why_not_closed(self.robot, self.joints.positions())
         return RefusedMessage(
             outcomes.NOT_CLOSED,
             sentence or f'a loop of {self.robot.name} ends on the way from the last position',
@@ -590,7 +563,7 @@ class Estimator:
         numbers = ((j, float(positions[index])) for j, index in zip(*ours.table))
         j, position = next(one for one in numbers if not abs(one[1]) <= kernel.LARGEST)
         reason = outcomes.TOO_LARGE if math.isfinite(position) else outcomes.NOT_FINITE
-        return RefusedMessage(reason, f'position of joint {self._joints.names[j]!r} is {position}')
+        return RefusedMessage(reason, f'position of joint {self.joints.names[j]!r} is {position}')
 
 
 def doubles(numbers: Sequence[float] | Floats) -> Floats:

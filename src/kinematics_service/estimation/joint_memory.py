@@ -18,6 +18,9 @@ MAX_LISTS = 16
 # Jumps of a joint's position within this time are counted together, ns. Several jumps mean that
 # two drivers send different positions.
 DISPUTE_WINDOW = 2_000_000_000
+# A joint is disputed between drivers if its position jumps at least this number of times within
+# DISPUTE_WINDOW.
+JUMPS = 4
 
 # A joint position may exceed its limit by this, rad or m, because encoders round the position of a
 # joint at its limit.
@@ -152,13 +155,15 @@ class NamedJoints(JointMemory):
         known = self.columns.known != 0
         return int(self.columns.stamp[known].max()) if known.any() else None
 
-    def missing(self, arrival: int, timeout: int) -> tuple[str, ...]:
+    def missing(self, arrival: int) -> tuple[str, ...]:
         """
-        Return the names of the joints that no message has had within `timeout` before `arrival`,
-        ns.
+        Return the names of the joints that no message has had within the timeout before `arrival`
+        (steady clock, ns).
         """
         columns = zip(self.names, self.columns.arrival.tolist(), self.columns.known.tolist())
-        return tuple(name for name, at, known in columns if not known or arrival - at > timeout)
+        return tuple(
+            name for name, at, known in columns if not known or arrival - at > self.timeout
+        )
 
     def age(self, arrival: int) -> float:
         """Return the age of the oldest joint position, s; inf if a joint has no position yet."""
@@ -177,14 +182,14 @@ class NamedJoints(JointMemory):
             if position < low - LIMIT_TOLERANCE or position > high + LIMIT_TOLERANCE
         )
 
-    def disputed(self, arrival: int, jumps: int) -> tuple[str, ...]:
+    def disputed(self, arrival: int) -> tuple[str, ...]:
         """
-        Return the names of joints that jumped at least `jumps` times within DISPUTE_WINDOW before
-        `arrival`.
+        Return the names of joints whose positions jumped at least JUMPS times within
+        DISPUTE_WINDOW before `arrival`.
         """
         columns = zip(self.names, self.columns.jump_count.tolist(), self.columns.jumps.tolist())
         return tuple(
             name
             for name, count, times in columns
-            if sum(arrival - time < DISPUTE_WINDOW for time in times[:count]) >= jumps
+            if sum(arrival - time < DISPUTE_WINDOW for time in times[:count]) >= JUMPS
         )

@@ -94,7 +94,7 @@ def input_status(
     counts, work, delay = state.counts, state.work, arm.quantity(JointAccelerations).delay
     rate = state.news[outcomes.ACCEPTED] / state.interval if state.interval > 0.0 else 0.0
     rejected = sum(counts[reason] for reason in REJECTED)
-    age, lost = arm.age(state.arrival), subscription.lost
+    age, lost = arm.joints.age(state.arrival), subscription.lost
     values = [
         ('robot', arm.robot.name),
         ('topic', subscription.topic_name),
@@ -104,7 +104,7 @@ def input_status(
         ('publisher names', ', '.join(state.publishers)),
         ('reliability', 'reliable' if subscription.is_reliable else 'best effort'),
         ('lost', 'not known' if lost is None else f'{state.at_least}{lost}'),
-        ('missing joints', ', '.join(arm.missing(state.arrival))),
+        ('missing joints', ', '.join(arm.joints.missing(state.arrival))),
         ('joints beyond their limits', ', '.join(arm.beyond_limits())),
         ('joints that publishers disagree about', ', '.join(_disputed(arm, state))),
         ('velocity source', state.velocity_source),
@@ -131,7 +131,7 @@ def input_status(
 
 
 def _disputed(arm: Estimator, state: InputState) -> Sequence[str]:
-    return arm.disputed(state.arrival) if len(state.publishers) > 1 else ()
+    return arm.joints.disputed(state.arrival) if len(state.publishers) > 1 else ()
 
 
 def _verdict(
@@ -158,7 +158,7 @@ def incomplete_in_words(
     Return a text with the joints without a position, and the reason; '' if no joint lacks a
     position.
     """
-    missing = ', '.join(arm.missing(state.arrival))
+    missing = ', '.join(arm.joints.missing(state.arrival))
     if not missing:
         return ''
     if unmatched := unmatched_in_words(arm, topic):
@@ -168,7 +168,7 @@ def incomplete_in_words(
         why = counted(count, 'publisher') if count else 'no publisher'
         return f'no joint state was received on {topic} ({why}): missing {missing}'
     text = f'joint states are stale: missing {missing}'
-    if math.isinf(arm.age(state.arrival)) and not state.counts[outcomes.ACCEPTED]:
+    if math.isinf(arm.joints.age(state.arrival)) and not state.counts[outcomes.ACCEPTED]:
         why = ', '.join(f'{reason}: {count}' for reason, count in state.counts.items())
         text = f'no complete joint state was received on {topic} ({why}): missing {missing}'
     expected = {*arm.names, *(mimic.name for mimic in arm.robot.description.mimics)}

@@ -315,7 +315,7 @@ class KinematicsNode(Node):
     def _present(self) -> EstimatorOutput:
         # Return the newest state of the arm, which the answer to a target needs. Raise
         # RefusedTargetError if positions are missing or out of date.
-        missing, latest = self._estimator.missing(time.monotonic_ns()), self._latest
+        missing, latest = self._estimator.joints.missing(time.monotonic_ns()), self._latest
         if self.silent or missing or latest is None:
             names = missing or self.settings.joint_names
             reason = self.silent or self._missing_text(names)
@@ -340,7 +340,7 @@ class KinematicsNode(Node):
         now = time.monotonic_ns()
         if self.silent or now - self._started <= self.settings.estimator.timeout:
             return
-        missing = self._estimator.missing(now)
+        missing = self._estimator.joints.missing(now)
         if not missing:
             return
         if self._estimator.go_stale(now):

@@ -31,7 +31,7 @@ def unmatched_in_words(arm: Estimator, topic: str) -> str:
 
     Return an empty text before the first message, and after a message that names a joint.
     """
-    lists, count = arm.unmatched(), arm.counts[outcomes.NOT_OURS]
+    lists, count = arm.joints.unmatched(), arm.counts[outcomes.NOT_OURS]
     beginning = f'{count} messages on {topic} name no joint of {arm.robot.name}: '
     return beginning + _in_words(arm.robot, lists) if lists else ''
 

@@ -39,7 +39,7 @@ class Live:
         started, stale = samples[0].arrival, False
         for sample in samples:
             late = sample.arrival - started > settings.timeout
-            if late and not stale and (missing := self.estimator.missing(sample.arrival)):
+            if late and not stale and (missing := self.estimator.joints.missing(sample.arrival)):
                 stale = True
                 if self.estimator.go_stale(sample.arrival):
                     self.warnings.append((len(self.answers), missing))

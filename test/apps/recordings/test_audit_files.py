@@ -540,7 +540,7 @@ def test_what_is_written_is_what_the_nodes_builders_write(tmp_path, capsys, stor
     estimator, stale = Estimator(robot, EstimatorSettings()), False
     for one in samples:
         if not stale and one.arrival - samples[0].arrival > SECOND:
-            stale = bool(estimator.missing(one.arrival)) and estimator.go_stale(one.arrival)
+            stale = bool(estimator.joints.missing(one.arrival)) and estimator.go_stale(one.arrival)
         answer = estimator.take(one)
         if not isinstance(answer, EstimatorOutput):
             continue

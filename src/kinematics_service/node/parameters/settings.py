@@ -5,6 +5,7 @@
 import math
 from array import array
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from importlib.util import find_spec
 from types import MappingProxyType
@@ -16,7 +17,7 @@ from ...kinematics.inverse.problem.target import TOOL_AXES
 from ...kinematics.inverse.servo import ServoSettings
 from ...kinematics.servo_rule import ServoRule
 from ...robot.file.parts.quantities import LARGEST, LARGEST_USUAL_LENGTH, unit_doubt
-from ...robot.measures import Thresholds, thresholds_for
+from ...robot.measures import thresholds_for
 from ...robot.points import TOOL
 from ...robot.robot import Robot, with_singularity, with_tool
 from ...robot.task import ROW_NAMES
@@ -397,24 +398,28 @@ def _reduced(values: Mapping[str, Any], robot: Robot) -> bool:
     return bool(values['scale.reduced'])
 
 
-def _scale_rule(values: Mapping[str, Any], robot: Robot) -> ServoRule | None:
+@contextmanager
+def _refused_as(what: str) -> Iterator[None]:
+    # Turns an error in the block into an error about the parameters `what`.
     try:
+        yield
+    except KinematicsError as error:
+        raise SettingsError(f'{what}: {error}', code=error.code) from None
+
+
+def _scale_rule(values: Mapping[str, Any], robot: Robot) -> ServoRule | None:
+    with _refused_as('parameters scale.*'):
         rule = ServoRule(*(values[f'scale.{field.name}'] for field in fields(ServoRule)))
         if values['scale.rule'] == 'distance':
             return None
         rule.check(robot)
-    except KinematicsError as error:
-        raise SettingsError(f'parameters scale.*: {error}', code=error.code) from None
-    return rule
+        return rule
 
 
 def _servo(values: Mapping[str, Any], rows: tuple[str, ...], robot: Robot) -> ServoSettings:
-    try:
-        task_rows = robot.singularity.task.rows
-        numbers = {name: values[f'ik.{name}'] for name in SERVO}
-        return ServoSettings(**numbers, rows=None if rows == task_rows else rows)
-    except KinematicsError as error:
-        raise SettingsError(f'parameters ik.*: {error}', code=error.code) from None
+    numbers = {name: values[f'ik.{name}'] for name in SERVO}
+    with _refused_as('parameters ik.*'):
+        return ServoSettings(**numbers, rows=None if rows == robot.singularity.task.rows else rows)
 
 
 def _judged(values: Mapping[str, Any], robot: Robot) -> Robot:
@@ -424,13 +429,8 @@ def _judged(values: Mapping[str, Any], robot: Robot) -> Robot:
     is_measure_of_file = measure == file_thresholds.measure
     warn = values['singularity.warn'] or (file_thresholds.warn if is_measure_of_file else None)
     stop = values['singularity.stop'] or (file_thresholds.stop if is_measure_of_file else None)
-    try:
-        thresholds: Thresholds = thresholds_for(robot.singularity.task, measure, warn, stop)
-    except KinematicsError as error:
-        raise SettingsError(
-            f'parameters singularity.measure, .warn and .stop go together: {error}',
-            code=error.code,
-        ) from None
+    with _refused_as('parameters singularity.measure, .warn and .stop go together'):
+        thresholds = thresholds_for(robot.singularity.task, measure, warn, stop)
     return with_singularity(robot, values['singularity.length'] or None, thresholds)
 
 

@@ -4,7 +4,7 @@
 
 import math
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -21,7 +21,7 @@ from ....kinematics.tool_state import evaluate
 from ....printing import Output, attributes, facts, heading, json_text, plain, table
 from ....robot.closed_poses import tried_poses
 from ....robot.file.parts.convention_table import CONVENTIONS
-from ....robot.file.parts.description import Placement, PointDescription
+from ....robot.file.parts.description import PassiveJoint, Placement, PointDescription
 from ....robot.file.parts.loop_groups import group_name, loop_groups, passive_of
 from ....robot.robot import Robot, robot_in_letters
 from ....robot.task import SEEDED_POSES, seeded_poses
@@ -271,9 +271,7 @@ def _loops(robot: Robot) -> Iterator[str]:
         passive = passive_of(group)
         values = closure.passive[at : at + len(passive)]
         at += len(passive)
-        positions = ', '.join(
-            f'{joint.name} = {round(value, 12) + 0.0:.6g}' for joint, value in zip(passive, values)
-        )
+        positions = _positions(passive, values, 6)
         move = 'moves' if len(group) == 1 else 'are closed together and move'
         rows = sum(len(loop.rows) for loop in group)
         yield (
@@ -289,13 +287,17 @@ def _loops(robot: Robot) -> Iterator[str]:
     )
 
 
+def _positions(joints: Sequence[PassiveJoint], values: Iterable[float], digits: int) -> str:
+    return ', '.join(
+        f'{joint.name} = {round(value, 12) + 0.0:.{digits}g}'
+        for joint, value in zip(joints, values)
+    )
+
+
 def _branches(robot: Robot, g: int) -> str:
     found = other_branches(robot.description, g)
-    names = [joint.name for joint in passive_of(loop_groups(robot.description.loops)[g])]
-    texts = [
-        ', '.join(f'{name} = {round(value, 12) + 0.0:.4g}' for name, value in zip(names, branch))
-        for branch in found[:BRANCHES_SHOWN]
-    ]
+    passive = passive_of(loop_groups(robot.description.loops)[g])
+    texts = [_positions(passive, branch, 4) for branch in found[:BRANCHES_SHOWN]]
     if len(found) > BRANCHES_SHOWN:
         texts.append(f'{len(found) - BRANCHES_SHOWN} more')
     return '; '.join(texts) or 'none was found'

@@ -211,10 +211,10 @@ class Ingest:
         timeout = self._estimator.settings.timeout
         if self._stale or arrival - self._started <= timeout:
             return
-        missing = self._estimator.missing(arrival)
+        missing = self._estimator.joints.missing(arrival)
         if missing:
             self._stale = True
-            age = self._estimator.age(arrival)
+            age = self._estimator.joints.age(arrival)
             heard = self._started if math.isinf(age) else arrival - round(age * 1e9)
             moment = max(heard, self._started) + timeout
             self._rows.timeout = JointTimeout(min(moment, arrival), missing)
