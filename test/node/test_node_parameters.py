@@ -683,12 +683,12 @@ def test_a_parameter_file_is_read(arm, tmp_path):
 def test_the_qos_of_an_output_can_be_overridden(arm):
     topic = 'qos_overrides./kinematics/pose.publisher'
     one = arm('craig_3r', ['-p', f'{topic}.reliability:=best_effort', '-p', f'{topic}.depth:=3'])
-    profile = {p.topic_name: p.qos_profile for p, *_ in one.node._outputs.channels}[
+    profile = {p.topic_name: p.qos_profile for _, _, p, *_ in one.node._outputs.channels}[
         '/kinematics/pose'
     ]
     assert profile.reliability == ReliabilityPolicy.BEST_EFFORT
     assert profile.depth == 3
-    others = {p.qos_profile.reliability for p, *_ in one.node._outputs.channels[1:]}
+    others = {p.qos_profile.reliability for _, _, p, *_ in one.node._outputs.channels[1:]}
     assert others == {ReliabilityPolicy.RELIABLE}
 
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Publish answers to every accepted message, and find which numbers their subscribers need."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,11 +30,12 @@ class Channel(NamedTuple):
 
     Attributes
     ----------
-    publisher, handle
-        The publisher, and its handle in C. The methods of the handle do not check the type of each
-        message again.
-    topic
-        The row of the topic in the table of topics.
+    listeners
+        A function that returns the number of subscribers.
+    publish_bytes
+        A function that publishes a serialized message.
+    publisher, topic
+        The publisher, and the row of the topic in the table of topics.
     grid
         The grid of stamps that limits the rate of a topic whose content has a period.
     content, layout
@@ -44,8 +45,9 @@ class Channel(NamedTuple):
         Whether messages are published as bytes that this package fills.
     """
 
+    listeners: Callable[[], int]
+    publish_bytes: Callable[[bytes], None]
     publisher: Publisher
-    handle: Any
     topic: OutputTopic
     grid: StampGrid
     content: Content = SILENT
@@ -66,7 +68,7 @@ class Channel(NamedTuple):
             return
         flat = np.asarray(numbers, dtype=np.float64).ravel()
         if self.as_bytes:
-            self.handle.publish_raw(layout.bytes_of(stamp, flat))
+            self.publish_bytes(layout.bytes_of(stamp, flat))
         else:
             self.publisher.publish(layout.message(stamp, flat))
 
@@ -171,9 +173,7 @@ class Outputs:
         """Return the channels that have subscribers, and the numbers that these channels need."""
         active = self._active
         if active is None or not (self.events_in_order and self._has_matched_events):
-            channels = tuple(
-                channel for channel in self.channels if channel.handle.get_subscription_count() > 0
-            )
+            channels = tuple(channel for channel in self.channels if channel.listeners() > 0)
             if active is None or channels != active.channels:
                 active = self._active = self._subscribed(channels)
         return active
@@ -203,7 +203,7 @@ class Outputs:
         for channel, message in zip(active.channels, active.filled):
             if is_filled and message is not None:
                 if moving or not channel.content.of_motion:
-                    channel.handle.publish_raw(message.tobytes())
+                    channel.publish_bytes(message.tobytes())
                 continue
             of = channel.topic.of
             if of not in reports:
@@ -264,7 +264,12 @@ class Outputs:
         except UnsupportedEventTypeError:
             self._has_matched_events = False
             publisher = publisher_with(None)
-        return Channel(publisher, publisher.handle, topic, StampGrid())
+        # Use the methods of the publisher's handle, because the publisher's own methods check the
+        # type of each message again.
+        handle = publisher.handle
+        return Channel(
+            handle.get_subscription_count, handle.publish_raw, publisher, topic, StampGrid()
+        )
 
     def _on_listener(self, event: Any) -> None:
         # Set `_active` to None, so that the next message counts the subscribers again.
