@@ -128,8 +128,11 @@ def _arm(
         recording = recordings.read_recording(Path(replay), robot)
         due = recording.due
         words = f'{robot.name} replays {len(due)} joint states of {due[-1]:.1f} s from {replay}'
-        moments, period = moments_of_recording(recording), period_of_recording(due)
-        return VirtualArm(_helper(node, 'arm'), names, moments, period, command), words
+        moments = moments_of_recording(
+            due, recording.stamps, recording.positions, recording.velocities
+        )
+        arm = VirtualArm(_helper(node, 'arm'), names, moments, period_of_recording(due), command)
+        return arm, words
     path = TRAJECTORIES[trajectory](robot)
     smooth = trajectory == 'smooth'
     words = motion_in_words(robot, path) if smooth else f'{robot.name} moves in sines'

@@ -7,9 +7,10 @@ import math
 import time
 from array import array
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
@@ -55,12 +56,15 @@ def period_of_recording(due: Floats) -> float:
     return min(max(median, MIN_PERIOD), 1.0 / RATE)
 
 
-def moments_of_recording(recording: Any) -> Iterator[TimedJointState]:
-    """Yield the joint states of a `Recording` of the app recordings, with its stamps."""
-    due, stamps, velocities = recording.due, recording.stamps, recording.velocities
-    if velocities is None:
-        velocities = [None] * len(due)
-    return map(TimedJointState, due.tolist(), stamps.tolist(), recording.positions, velocities)
+def moments_of_recording(
+    due: Floats, stamps: npt.NDArray[np.int64], q: Floats, qdot: Floats | None
+) -> Iterator[TimedJointState]:
+    """
+    Yield the N joint states of a recording, with its stamps in ns. Positions and velocities have
+    shape (N, n).
+    """
+    velocities = [None] * len(due) if qdot is None else qdot
+    return map(TimedJointState, due.tolist(), stamps.tolist(), q, velocities)
 
 
 class VirtualArm:
