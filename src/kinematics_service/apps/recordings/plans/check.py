@@ -105,21 +105,20 @@ def check_plan(
     if not isinstance(speed_of, Iterable):
         raise PlanError.refused('speed_of', 'names of points', speed_of)
     asked = threshold_of_distance(robot) if distance is None else _threshold(distance)
-    limit = speed_limit
-    if limit is not None:
-        check_positive(PlanError, 'speed_limit', limit)
+    if speed_limit is not None:
+        check_positive(PlanError, 'speed_limit', speed_limit)
     motion = polynomial_motion(at, given[0], given[1], given[2])
     points = dict.fromkeys([TOOL, *map(str, speed_of)])
     with np.errstate(over='ignore', invalid='ignore'):  # `_extreme` reports overflows
         joints = tuple(_joint(robot, motion, j) for j in range(robot.dof))
         if robot.chain.loops:
             plan = ClosedPlan(robot, motion, asked)
-            speeds = tuple(plan.speed(of, limit) for of in points)
+            speeds = tuple(plan.speed(of, speed_limit) for of in points)
             return PlanCheck(plan.singularity(), joints, speeds, plan.closure())
         return PlanCheck(
             singularity_of_plan(robot, motion, asked),
             joints,
-            tuple(speed_over_plan(robot, motion, of, limit) for of in points),
+            tuple(speed_over_plan(robot, motion, of, speed_limit) for of in points),
         )
 
 

@@ -265,15 +265,7 @@ def nanoseconds_of(text: str, digits: int = 9) -> int:
     digits
         Decimal places from the unit of the time to nanoseconds: 9 for seconds, 0 for ns.
     """
-    # Shift the decimal point in the text, because a double cannot hold the nanoseconds of a time
-    # since 1970.
-    text = text.strip()
-    whole, _, fraction = text.partition('.')
-    latest = MAX_STAMP.scaleb(9 - digits)
-    plain = whole + fraction
-    if plain.isascii() and plain.isdecimal() and 0 < len(whole) < 20 and int(whole) < latest:
-        scale: int = 10**digits
-        return int(whole) * scale + int((fraction + '0' * digits)[:digits] or '0')
+    text, latest = text.strip(), MAX_STAMP.scaleb(9 - digits)
     if found := DATE.fullmatch(text):
         zone = (found[4] or 'Z').replace(':', '').replace('UTC', 'Z').replace('Z', '+0000')
         date = datetime.strptime(f'{found[1]} {found[2]}{zone}', '%Y-%m-%d %H:%M:%S%z')
@@ -281,4 +273,5 @@ def nanoseconds_of(text: str, digits: int = 9) -> int:
     time = Decimal(text) if NUMBER.fullmatch(text) else Decimal('nan')
     if not (time.is_finite() and 0 <= time < latest):
         raise ValueError(text)
-    return int(time.scaleb(digits).to_integral_value())
+    # Shift the decimal point, because a double cannot hold the nanoseconds of a time since 1970.
+    return int(time.scaleb(digits))

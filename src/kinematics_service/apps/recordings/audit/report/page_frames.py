@@ -44,11 +44,8 @@ def frame_section(audit: Audit) -> str:
         _offset('base offset (the table&#39;s base in the frame of the source)', best.base_offset),
         _offset('tool offset (the source&#39;s tool in that of the table)', best.tool_offset),
     ]
-    free = ''
-    if diagnosis.undetermined:
-        free = (
-            f'<p>Not determined by these poses: {escape("; ".join(diagnosis.undetermined))}.</p>\n'
-        )
+    free = escape('; '.join(diagnosis.undetermined))
+    free = f'<p>Not determined by these poses: {free}.</p>\n' if free else ''
     return (
         f'<h2>Frames: poses of {escape(report.name)}{frame}</h2>\n'
         f'<p>{escape(report.sentence)}.</p>\n'
