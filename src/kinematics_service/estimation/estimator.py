@@ -20,14 +20,7 @@ import numpy as np
 
 from .. import kernel
 from ..errors import JointVectorError
-from ..kernel import (
-    Floats,
-    IncomingForm,
-    NearestSearch,
-    OurJoints,
-    OutgoingMessages,
-    ReportedJoints,
-)
+from ..kernel import Floats, ReportedJoints
 from ..kinematics.closure import why_not_closed
 from ..kinematics.singularity import Singularity, watched_value
 from ..kinematics.tool_state import ToolState, as_the_kernel_takes_it, evaluate
@@ -256,7 +249,7 @@ class Estimator:
         self.settings = settings
         self.counts: Counter[str] = Counter()
         self.joints = self._new_joints()
-        self._search = NearestSearch(robot.singularity.arm)
+        self._search = kernel.NearestSearch(robot.singularity.arm)
         self._alarm = Alarm()
         self._is_open = False
 
@@ -264,7 +257,7 @@ class Estimator:
         """Apply another arm or new settings. Joints that keep their names keep their positions."""
         former = self.joints
         if robot is not self.robot:
-            self._search = NearestSearch(robot.singularity.arm)
+            self._search = kernel.NearestSearch(robot.singularity.arm)
             former.is_closed = False  # close the loops from the joint positions in the robot file
         moves_alike = robot.chain is self.robot.chain
         self.robot, self.settings = robot, settings
@@ -303,7 +296,7 @@ class Estimator:
         settings = self.settings
         # For each message form, the kernel's description of that form. None if messages of that
         # form must be read as samples.
-        self._forms: dict[JointStateForm, IncomingForm | None] = {}
+        self._forms: dict[JointStateForm, kernel.IncomingForm | None] = {}
         self._quantities: dict[type[StreamQuantity], StreamQuantity] = {}
         self.integration = Integration(self.robot)
         return NamedJoints(self.robot, settings.joint_prefix, self._source, settings.timeout)
@@ -380,7 +373,7 @@ class Estimator:
         self,
         message: JointMessage,
         depth: int = kernel.ALL_FRAMES,
-        answers: OutgoingMessages | None = None,
+        answers: kernel.OutgoingMessages | None = None,
         quantities: Sequence[type[StreamQuantity]] = (),
     ) -> EstimatorOutput | RefusedMessage | None:
         """
@@ -439,7 +432,7 @@ class Estimator:
         message: JointMessage,
         row: Floats,
         measures: Floats | None = None,
-        answers: OutgoingMessages | None = None,
+        answers: kernel.OutgoingMessages | None = None,
     ) -> MessageOutcome:
         # Reads a message into the memory of joints, writes the new state into `row`, and counts
         # the message by its outcome.
@@ -464,7 +457,7 @@ class Estimator:
         message: SerializedSample,
         row: Floats,
         measures: Floats,
-        answers: OutgoingMessages | None,
+        answers: kernel.OutgoingMessages | None,
     ) -> MessageOutcome:
         form, data, arrival = message
         incoming = self._forms[form] if form in self._forms else self._keep(form)
@@ -495,7 +488,7 @@ class Estimator:
             kernel.measure_one(self._search, row, measures)
         return outcome
 
-    def _keep(self, form: JointStateForm) -> IncomingForm | None:
+    def _keep(self, form: JointStateForm) -> kernel.IncomingForm | None:
         ours, duplicates = self.joints.joints_in(form.names)
         one_each = form.position_count == len(form.names)
         incoming = None
@@ -516,7 +509,7 @@ class Estimator:
         return cast(_StreamQuantity, self._quantities[kind])
 
     def _counted_on(
-        self, sample: JointSample, ours: OurJoints
+        self, sample: JointSample, ours: kernel.OurJoints
     ) -> tuple[JointSample, RefusedMessage | None]:
         if len(sample.positions):
             self.integration.forget(ours.table[0])
@@ -559,7 +552,7 @@ class Estimator:
             return RefusedMessage(outcomes.DUPLICATE, f'joint {name!r} is named twice')
         return None
 
-    def _bad_position(self, ours: OurJoints, positions: Floats) -> RefusedMessage:
+    def _bad_position(self, ours: kernel.OurJoints, positions: Floats) -> RefusedMessage:
         numbers = ((j, float(positions[index])) for j, index in zip(*ours.table))
         j, position = next(one for one in numbers if not abs(one[1]) <= kernel.LARGEST)
         reason = outcomes.TOO_LARGE if math.isfinite(position) else outcomes.NOT_FINITE

@@ -17,15 +17,7 @@ from ..estimation import outcomes
 from ..estimation.estimator import Estimator
 from ..estimation.input_checks import messages_of
 from ..estimation.status_text import StatusText
-from .diagnostics import (
-    REPORTED_TIME,
-    InputState,
-    incomplete_in_words,
-    input_status,
-    input_warnings,
-    message_warnings,
-    unstamped_in_words,
-)
+from . import diagnostics
 from .input import Input
 from .messages.graph import kinematics_nodes
 from .messages.messages import full_name, status_message
@@ -157,14 +149,16 @@ class Health:
         # Return the numbers of lost messages and of resets within `REPORTED_TIME`.
         losses = self._losses
         losses.append((now, lost, resets))
-        while now - losses[0][0] > REPORTED_TIME:
+        while now - losses[0][0] > diagnostics.REPORTED_TIME:
             losses.popleft()
         return lost - losses[0][1], resets - losses[0][2]
 
-    def _explain_silence(self, now: float, state: InputState) -> None:
+    def _explain_silence(self, now: float, state: diagnostics.InputState) -> None:
         # Log why no joint states arrive, because users look at the terminal before /diagnostics.
         topic = self._subscription.topic_name
-        why = state.silent or incomplete_in_words(self._estimator, topic, state, self.warnings)
+        why = state.silent or diagnostics.incomplete_in_words(
+            self._estimator, topic, state, self.warnings
+        )
         if state.silent or not why or state.interval > STALL_INTERVAL:
             self._answered = now
         elif now - self._answered >= SILENCE_TIMEOUT:
@@ -206,7 +200,7 @@ class Health:
         self.work, self._published_counts, self._published_at = [], counts, now
         silent, clock = self._silent(), node.get_clock()
         names = sorted(map(_name_of, publishers))
-        state = InputState(
+        state = diagnostics.InputState(
             counts,
             news,
             interval,
@@ -221,12 +215,12 @@ class Health:
             [] if silent else messages_of(self._recent, arrival),
             clock.now().nanoseconds if clock.ros_time_is_active else None,
         )
-        logged = list(message_warnings(state))
-        self.warnings = [*input_warnings(estimator, state), *logged]
-        self._log(unstamped_in_words(estimator, state), logged)
+        logged = list(diagnostics.message_warnings(state))
+        self.warnings = [*diagnostics.input_warnings(estimator, state), *logged]
+        self._log(diagnostics.unstamped_in_words(estimator, state), logged)
         self._explain_silence(now, state)
         if not self._publisher.get_subscription_count():
             return
         warnings = [namesakes, *self.warnings] if namesakes else self.warnings
-        text = input_status(estimator, subscription, state, warnings)
+        text = diagnostics.input_status(estimator, subscription, state, warnings)
         publish_statuses(node, self._publisher, {'input': text, **self._others()})

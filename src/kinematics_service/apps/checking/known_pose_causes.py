@@ -23,24 +23,16 @@ from ...kinematics.uncertainty.corrected_chain import PoseChange
 from ...rigid_motion import exact_rpy, inverse, rotation_of_roll_pitch_yaw, rotation_vector
 from ...robot.file.parts.description import KnownPose
 from ...robot.robot import Robot
+from . import hypotheses
 from .angle_orders import order_hypotheses_of
 from .causes import number_in_words, possible, undone
-from .hypotheses import (
-    LENGTHS_IN_MM,
-    RADIANS_TWICE,
-    ComparedData,
-    Hypothesis,
-    ends_left_out_of,
-    exchanges_of,
-    number_hypotheses_of,
-    number_signs_of,
-)
+from .hypotheses import ComparedData, Hypothesis
 from .known_poses import errors_between, pose_errors, within_digits
 
 # Maps the sentence on a mistake in a file in rad or m to the sentence for a file in degrees or
 # millimetres.
-IN_DEGREES = {RADIANS_TWICE: 'q of the poses is in radians, not degrees'}
-IN_MILLIMETRES = {LENGTHS_IN_MM: 'xyz of the poses is in metres, not millimetres'}
+IN_DEGREES = {hypotheses.RADIANS_TWICE: 'q of the poses is in radians, not degrees'}
+IN_MILLIMETRES = {hypotheses.LENGTHS_IN_MM: 'xyz of the poses is in metres, not millimetres'}
 # Keys of mistakes that are tried only if the known poses have orientations.
 OF_ORIENTATIONS = ('tool_axes', 'quaternion_order')
 # Initial corrections of an angle for the Gauss-Newton method, rad.
@@ -124,7 +116,11 @@ def _whole(given: ComparedData) -> Iterator[_Undone]:
     robot = given.robot
     changes = possible(given)
     if not robot.chain.loops:
-        changes += [*number_signs_of(robot), *exchanges_of(robot), *ends_left_out_of(robot)]
+        changes += [
+            *hypotheses.number_signs_of(robot),
+            *hypotheses.exchanges_of(robot),
+            *hypotheses.ends_left_out_of(robot),
+        ]
     if _has_orientations(robot):
         A = evaluate(robot, given.q, depth=kernel.POSE).pose
         changes += [*_angle_units(given), *order_hypotheses_of(given.poses, A, 'rpy')]
@@ -188,7 +184,7 @@ def _numbers(given: ComparedData) -> Iterator[_Undone]:
     if len(np.unique(given.q, axis=0)) < 2:
         return
     oriented = _has_orientations(given.robot)
-    for hypothesis in number_hypotheses_of(given):
+    for hypothesis in hypotheses.number_hypotheses_of(given):
         starts = START_ANGLES if hypothesis.unit == 'rad' else START_ANGLES[:1]
         sought = (_sought(hypothesis.at, given.poses, start, oriented) for start in starts)
         off, value = min(sought)

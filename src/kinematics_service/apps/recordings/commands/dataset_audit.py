@@ -10,12 +10,7 @@ import typer
 from ....cli.options import refuse_unwritable
 from ....output_file import write_documents
 from ....printing import json_text
-from ..audit.dataset.dataset_report import (
-    document_of_dataset,
-    page_of_dataset,
-    print_report,
-    report_of,
-)
+from ..audit.dataset import dataset_report
 from ..audit.dataset.dataset_run import rows_of_dataset
 from ..audit.dataset.episode_audit import EpisodeWork
 
@@ -34,9 +29,9 @@ def audit_dataset(
         if file is not None and str(file) != '-':
             refuse_unwritable(name, file)
     rows = rows_of_dataset(path, work, jobs, workers)
-    report = report_of(str(path), work.reading.robot.name, rows)
-    page = page_of_dataset(report, date) if html else ''
-    document = json_text(document_of_dataset(report)) if json else ''
-    write_documents(html, page, json, document, partial(print_report, report))
+    report = dataset_report.report_of(str(path), work.reading.robot.name, rows)
+    page = dataset_report.page_of_dataset(report, date) if html else ''
+    document = json_text(dataset_report.document_of_dataset(report)) if json else ''
+    write_documents(html, page, json, document, partial(dataset_report.print_report, report))
     if report.failed:
         raise typer.Exit(1)

@@ -17,10 +17,6 @@ import numpy.typing as npt
 from ....errors import RecordingError
 from ..readers.plan_reader import json_of, text_of
 
-INSTALL = (
-    "datasets need pyarrow and h5py ({reason}): pip install '.[dataset]' in its checkout, or pip "
-    'install pyarrow h5py'
-)
 SUFFIXES = ('.parquet', '.hdf5', '.h5', '.npz')
 # Accepted names of the column that holds the episode number of each row.
 NUMBERS = ('episode_index', 'episode_id', 'episode')
@@ -165,6 +161,15 @@ def fault_of(file: Path, error: Exception) -> RecordingError:
     return RecordingError(message, code='unreadable')
 
 
+def missing_library(reason: ImportError) -> RecordingError:
+    """Return the error about a library that datasets need."""
+    return RecordingError(
+        f"datasets need pyarrow and h5py ({reason}): pip install '.[dataset]' in its checkout, or "
+        'pip install pyarrow h5py',
+        code='missing-package',
+    )
+
+
 def refuse_twice(names: Iterable[str]) -> None:
     """
     Raise an error if two columns of a table have equal names.
@@ -208,7 +213,7 @@ def _of_file(whole: Episode) -> Iterator[Episode]:
                 code='too-many',
             )
     except ImportError as error:
-        raise RecordingError(INSTALL.format(reason=error), code='missing-package') from None
+        raise missing_library(error) from None
     except Exception as error:
         yield replace(whole, fault=fault_of(file, error))
         return

@@ -14,16 +14,8 @@ import numpy as np
 
 from ....errors import RecordingError
 from ....kernel import Floats
-from .episodes import (
-    INSTALL,
-    STEPS,
-    SUFFIXES,
-    Episode,
-    fault_of,
-    headers_of,
-    refuse_to_hold,
-    refuse_twice,
-)
+from . import episodes
+from .episodes import Episode
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -73,9 +65,9 @@ def columns_of_episode(episode: Episode) -> Columns:
         read = READERS[episode.file.suffix.lower()]
         found = taken_apart(read(episode), episode.elements)
     except ImportError as error:
-        raise RecordingError(INSTALL.format(reason=error), code='missing-package') from None
+        raise episodes.missing_library(error) from None
     except Exception as error:
-        raise fault_of(episode.file, error) from None
+        raise episodes.fault_of(episode.file, error) from None
     if not found.header or not len(found):
         message = f'{episode.file}: {episode.name}: has no rows of numbers'
         raise RecordingError(message, code='empty')
@@ -105,7 +97,7 @@ def taken_apart(vectors: Mapping[str, Floats], elements: Mapping[str, Sequence[s
             names = list(map(str, range(numbers.shape[1])))
         header += [f'{name}.{one}' for one in names]
         columns += list(numbers.T)
-    refuse_twice(header)
+    episodes.refuse_twice(header)
     return Columns(header, columns)
 
 
@@ -116,7 +108,7 @@ def vectors_of_table(table: 'pa.RecordBatch | pa.Table') -> dict[str, Floats]:
     if isinstance(table, pa.RecordBatch):
         table = pa.Table.from_batches([table])
     table = _without_structs(table)
-    refuse_twice(table.column_names)
+    episodes.refuse_twice(table.column_names)
     found = {name: _numbers(table[name]) for name in table.column_names}
     return {name: numbers for name, numbers in found.items() if numbers is not None}
 
@@ -175,10 +167,10 @@ def _of_parquet(episode: Episode) -> dict[str, Floats]:
         if low < high:
             part = _row_group(file, episode.file.stat().st_mtime_ns, k, episode.place)
             parts.append(part.slice(low - begin, high - low))
-            refuse_to_hold(episode.file, sum(len(one) * one.num_columns for one in parts))
+            episodes.refuse_to_hold(episode.file, sum(len(one) * one.num_columns for one in parts))
     table = pa.concat_tables(parts)
-    if episode.place == STEPS:
-        table = _steps_of(table[STEPS].combine_chunks())
+    if episode.place == episodes.STEPS:
+        table = _steps_of(table[episodes.STEPS].combine_chunks())
     return vectors_of_table(table)
 
 
@@ -218,7 +210,7 @@ def _row_group(file: str, changed: int, k: int, place: str) -> Any:
             for one in chunks
             if f'{one.path_in_schema}.'.startswith(begins) and one.physical_type != TEXT_TYPE
         ]
-        refuse_to_hold(Path(file), sum(one.num_values for one in own))
+        episodes.refuse_to_hold(Path(file), sum(one.num_values for one in own))
         return opened.read_row_group(k, columns=[one.path_in_schema for one in own])
 
 
@@ -255,7 +247,7 @@ def _of_hdf5(episode: Episode) -> dict[str, Floats]:
                 found.append((name.replace('/', '.'), part))
 
         opened[episode.place or '/'].visititems(take)
-        refuse_twice(name for name, _ in found)
+        episodes.refuse_twice(name for name, _ in found)
         return _alike(episode.file, dict(found), dict(found).__getitem__)
 
 
@@ -268,11 +260,11 @@ def _of_arrays(episode: Episode) -> dict[str, Floats]:
 @lru_cache(maxsize=1)
 def _arrays(file: Path, changed: int) -> dict[str, Floats]:
     with np.load(file, allow_pickle=False) as arrays:
-        return _alike(file, headers_of(file), arrays.__getitem__)
+        return _alike(file, episodes.headers_of(file), arrays.__getitem__)
 
 
 # The functions that read the numbers of an episode, one for each of SUFFIXES.
-READERS = dict(zip(SUFFIXES, (_of_parquet, _of_hdf5, _of_hdf5, _of_arrays)))
+READERS = dict(zip(episodes.SUFFIXES, (_of_parquet, _of_hdf5, _of_hdf5, _of_arrays)))
 
 
 def _alike(file: Path, arrays: Mapping[str, Any], read: Callable[[str], Any]) -> dict[str, Floats]:
@@ -289,7 +281,7 @@ def _alike(file: Path, arrays: Mapping[str, Any], read: Callable[[str], Any]) ->
     # Count the numbers in whole chunks, because HDF5 unpacks a whole chunk, which may be larger
     # than the array.
     parts = [(array.shape, getattr(array, 'chunks', None) or ()) for array in small.values()]
-    refuse_to_hold(file, sum(max(map(math.prod, part)) for part in parts))
+    episodes.refuse_to_hold(file, sum(max(map(math.prod, part)) for part in parts))
     return {
         name: np.asarray(read(name), dtype=np.float64).reshape(
             array.shape[:1] + (-1,) * (array.ndim > 1)

@@ -17,19 +17,13 @@ from ....errors import KinematicsError, RecordingError
 from ....estimation.joint_state_columns import columns_of
 from ....robot.measures import Level
 from ....typography import listed
+from . import unpacking
 from .bag_checks import checked
 from .bag_poses import POSES, TRANSFORM, TRANSFORMS, track_of_messages
 from .between_points import PlannedTrajectory
 from .block import LARGEST_BLOCK, LARGEST_BYTES, SECOND, Block, UnreadableMessage, joined
 from .plan_reader import blocks_of_trajectories, trajectory_of_message
 from .source import PoseTrack, RecordingSource, Remark, Selection
-from .unpacking import (
-    bounded_chunks,
-    leave_messages_packed,
-    refuse_to_grow,
-    refuse_to_hold,
-    unpacked_message,
-)
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
@@ -51,11 +45,11 @@ def open_bag(path: Path, wanted: Selection) -> Iterator[RecordingSource]:
     RecordingError
         The bag cannot be read, or lacks the topic.
     """
-    with bounded_chunks(path):
+    with unpacking.bounded_chunks(path):
         with _one_sentence(path):
             _check(path)
             if path.is_dir():
-                refuse_to_grow(path)
+                unpacking.refuse_to_grow(path)
             # Use the message definitions of Jazzy as default, because bags older than ROS 2 Iron
             # contain no definitions.
             reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
@@ -135,7 +129,7 @@ def _types_of(fields: Any) -> Iterator[str]:
 class _Bag:
     def __init__(self, path: Path, reader: Any, wanted: Selection) -> None:
         self.path, self.reader, self.wanted = path, reader, wanted
-        self.packed = leave_messages_packed(reader.readers[0])
+        self.packed = unpacking.leave_messages_packed(reader.readers[0])
         self.types: dict[str, str] = {c.topic: c.msgtype for c in reader.connections}
         self.remarks: list[Remark] = []
         self.plans: list[PlannedTrajectory] = []
@@ -250,11 +244,11 @@ class _Bag:
             yield self.reader.deserialize(raw, connections[0].msgtype), time
 
     def _raw(self, connections: list[Any]) -> Iterator[tuple[int, bytes]]:
-        refuse_to_hold(self.path, self.reader.readers[0], connections[0].topic)
+        unpacking.refuse_to_hold(self.path, self.reader.readers[0], connections[0].topic)
         self.read = 0
         for _, time, raw in self.reader.messages(connections):
             self.read += 1
-            yield time, unpacked_message(raw, self.path) if self.packed else raw
+            yield time, unpacking.unpacked_message(raw, self.path) if self.packed else raw
 
     def _blocks(self, connections: list[Any]) -> Iterator[Block | UnreadableMessage]:
         for length, alike in groupby(self._raw(connections), lambda message: len(message[1])):

@@ -20,7 +20,7 @@ from .....kinematics.tool_state import evaluate
 from .....robot.closed_poses import closes_at
 from .....robot.robot import AnyRobot, Robot, as_robot
 from ...datasets.arms import DatasetArm, arms_of
-from ...datasets.episodes import INSTALL
+from ...datasets.episodes import missing_library
 from ...datasets.vectors import Columns, taken_apart, vectors_of_table
 from ...readers.arm_columns import arm_columns
 from ...readers.joint_format import JointFormat
@@ -150,7 +150,7 @@ def judge_table(
     try:
         import pyarrow as pa
     except ImportError as error:
-        raise RecordingError(INSTALL.format(reason=error), code='missing-package') from None
+        raise missing_library(error) from None
     robot = as_robot(robot)
     wanted = Selection(
         robot,

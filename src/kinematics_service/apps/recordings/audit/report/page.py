@@ -27,7 +27,7 @@ from .page_charts import interval_chart, joint_charts, measure_charts, slowing_c
 from .page_frames import frame_section
 from .page_header import Provenance, header
 from .page_plans import plan_section
-from .tables import MAX_TABLE_ROWS, NOTHING, TableColumn, more_of, table_of
+from .tables import MAX_TABLE_ROWS, NOTHING, TableColumn, first_rows, more_of, table_of
 
 SIGNS = {'OK': '&#10003; OK', 'WARN': '&#9650; WARN', 'ERROR': '&#9632; ERROR'}
 
@@ -98,9 +98,7 @@ def _singularities(audit: Audit) -> str:
         TableColumn('tool motion lost there', lambda one: escape(one.lost)),
         TableColumn('joints against each other', lambda one: escape(one.fighting)),
     )
-    return (
-        text + table_of(columns, audit.intervals[:MAX_TABLE_ROWS]) + more_of(len(audit.intervals))
-    )
+    return text + first_rows(columns, audit.intervals)
 
 
 def _factors(audit: Audit, interval: Interval) -> str:
@@ -201,9 +199,7 @@ def _slowing(audit: Audit) -> str:
         TableColumn('joints there', lambda one: _pose(audit, one.worst)),
     )
     if slowing.stretches:
-        text += table_of(columns, slowing.stretches[:MAX_TABLE_ROWS]) + more_of(
-            len(slowing.stretches)
-        )
+        text += first_rows(columns, slowing.stretches)
     return text + (
         '<p class="soft">The share of the velocities that ks.scale keeps. It is no safety '
         'function.</p>\n'

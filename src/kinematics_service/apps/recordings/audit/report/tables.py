@@ -35,6 +35,11 @@ def table_of(columns: Sequence[TableColumn], found: Iterable[object]) -> str:
     return table([columns[k].header for k in kept], zip(*(cells[k] for k in kept)), numbers)
 
 
+def first_rows(columns: Sequence[TableColumn], found: Sequence[object]) -> str:
+    """Return an HTML table of at most `MAX_TABLE_ROWS` objects, and the number of the others."""
+    return table_of(columns, found[:MAX_TABLE_ROWS]) + more_of(len(found))
+
+
 def more_of(number: int) -> str:
     """
     Return a sentence on the number of rows that an HTML table omits; empty if it shows all rows.
