@@ -108,12 +108,18 @@ class Copy:
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout
 
-    def commands(self, *lines, codes=None):
-        """Return what command lines print, run in one process; all codes are 0 if not given."""
+    def commands(self, *lines, codes=None, after=''):
+        """
+        Return what command lines print, run in one process; all codes are 0 if not given.
+
+        With a program to run before them in this process, what it prints comes first.
+        """
         words = [shlex.split(line) for line in lines]
-        said = json.loads(self.python('-c', EACH_COMMAND, json.dumps(words)))
+        printed = self.python('-c', after + EACH_COMMAND, json.dumps(words))
+        first, _, last = printed.rstrip('\n').rpartition('\n')
+        said = json.loads(last)
         assert [end for end, _ in said] == list(codes or [0] * len(said)), said
-        return [text for _, text in said]
+        return [*([first] if after else []), *(text for _, text in said)]
 
 
 @pytest.fixture
@@ -209,15 +215,13 @@ def add_isotropy(package):
 def test_a_measure(package):
     add_isotropy(package)
     assert package.edited == files_of('A measure')
-    table = package.python('-c', f'{LANES_AND_ONE}{FROM_CODE}print(from_code.measures())')
-    assert '| `isotropy` | of the scaled J_t' in table
     text = package.path('config/planar_2r.yaml').read_text(encoding='utf-8')
     text = text.replace('\nsingularity:\n', '\nsingularity:\n  measure: isotropy\n')
     (package.folder / 'watched.yaml').write_text(text)
     text = text.replace('isotropy\n', 'isotropy\n  warn: 0.04\n')
     (package.folder / 'refused.yaml').write_text(text)
     recording(package.folder)
-    told, printed, checked, near, _, refused = package.commands(
+    table, told, printed, checked, near, _, refused = package.commands(
         'fk --robot planar_2r --q 0.1,0.7 --json',
         'fk --robot planar_2r --q 0.1,0.7 --all',
         'check watched.yaml',
@@ -225,7 +229,9 @@ def test_a_measure(package):
         'audit run.csv --robot planar_2r --html page.html',
         'check refused.yaml',
         codes=(0, 0, 0, 0, 0, 1),
+        after=f'{LANES_AND_ONE}{FROM_CODE}print(from_code.measures())',
     )
+    assert '| `isotropy` | of the scaled J_t' in table
     found = json.loads(told)['singularity']
     value = found['isotropy']
     assert value == pytest.approx(1.0 / found['condition_number'], rel=1e-12)
@@ -502,18 +508,18 @@ def test_a_convention(package):
     (package.folder / 'rows.yaml').write_text(NEARLY_PARALLEL)
     (package.folder / 'motions.yaml').write_text(BY_ELEMENTARY_MOTIONS)
     printed = 'print(from_code.conventions(), from_code.robot_file())'
-    table = package.python('-c', f'{SAME_ARM}{FROM_CODE}{printed}')
-    assert '| `hayati` (Hayati-Mirmirani) | Rz(theta) Tx(a) Rx(alpha) Ry(beta) |' in table
-    assert '| `beta` |' in table
     (package.folder / 'formulas.txt').write_text(BETA_TURNED_ROUND)
     wrong = NEARLY_PARALLEL.replace('hayati', 'hayati_mirmirani').replace('beta', 'b')
     (package.folder / 'wrong.yaml').write_text(wrong)
-    checked, refused, compared = package.commands(
+    table, checked, refused, compared = package.commands(
         'check rows.yaml',
         'check wrong.yaml',
         'compare rows.yaml formulas.txt',
         codes=(0, 1, 1),
+        after=f'{SAME_ARM}{FROM_CODE}{printed}',
     )
+    assert '| `hayati` (Hayati-Mirmirani) | Rz(theta) Tx(a) Rx(alpha) Ry(beta) |' in table
+    assert '| `beta` |' in table
     assert (
         '  convention  hayati (Hayati-Mirmirani), T = Rz(theta) Tx(a) Rx(alpha) Ry(beta)'
         in checked
