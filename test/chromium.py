@@ -40,10 +40,10 @@ FLAGS = (
 # Software draws a picture in seconds where other programs use the computer, too (s).
 DEADLINE = 120.0
 # Without a graphics card a scene in three dimensions takes all cores, as often as it is drawn:
-# four times a second are enough to be seen.
+# twice a second is enough to be seen.
 FEW_FRAMES = """{
     const soon = window.requestAnimationFrame.bind(window);
-    window.requestAnimationFrame = draw => setTimeout(() => soon(draw), 250);
+    window.requestAnimationFrame = draw => setTimeout(() => soon(draw), 500);
     window.cancelAnimationFrame = number => clearTimeout(number);
 }"""
 

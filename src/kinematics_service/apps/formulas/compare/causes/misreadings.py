@@ -19,10 +19,12 @@ from ...arm.numbers import DEGREE, Floats
 from ...arm.table import EYE, Table, TableRow
 from ...arm.world import World
 from ..statements.checks import QuantityCheck
-from .variant import Variant
+from .variant import JACOBIAN, Variant
 
 TURNS = ((sp.pi / 2, '+ 90 deg'), (-sp.pi / 2, '- 90 deg'), (sp.pi, '+ 180 deg'))
 ZERO = sp.Integer(0)
+# Kinds of quantities with derivatives by the joint variables.
+DIFFERENTIATED = (*JACOBIAN, 'det')
 
 
 def _at(check: QuantityCheck, table: Table, sentence: str) -> Variant:
@@ -33,6 +35,11 @@ def _at(check: QuantityCheck, table: Table, sentence: str) -> Variant:
 def _by_joints(check: QuantityCheck, changes: dict[sp.Symbol, sp.Expr], sentence: str) -> Variant:
     # Replace joint variables of the table by the expressions in `changes`, and return the values
     # of the quantity.
+    if check.quantity.kind not in DIFFERENTIATED:
+        # Frames at other values need no new row matrices, which take ten times as long.
+        evaluation = check.world.evaluation
+        values = {variable: evaluation.of(value) for variable, value in changes.items()}
+        return _with_values(check, values, sentence)
     rows = tuple(
         row
         if row.symbols.isdisjoint(changes)
