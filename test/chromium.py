@@ -46,6 +46,10 @@ FEW_FRAMES = """{
     window.requestAnimationFrame = draw => setTimeout(() => soon(draw), 500);
     window.cancelAnimationFrame = number => clearTimeout(number);
 }"""
+# The first pictures of a scene take such a computer a quarter of a minute.
+NO_SCENE = """for (const name of ['drawArrays', 'drawElements'])
+    for (const many of ['', 'Instanced'])
+        WebGL2RenderingContext.prototype[name + many] = () => {};"""
 
 
 def find_chromium() -> str:
@@ -69,15 +73,18 @@ class Tab:
         self.errors: list[str] = []
         self.requests: list[str] = []
 
-    def open(self, url: str, width: int = 1400, height: int = 900) -> None:
-        """Open a page in a window of a size."""
+    def open(self, url: str, width: int = 1400, height: int = 900, scene: bool = True) -> None:
+        """Open a page in a window of a size; without its scene where no test looks at that."""
         target = self.call('Target.createTarget', url='about:blank')['targetId']
         self._session = self.call('Target.attachToTarget', targetId=target, flatten=True)[
             'sessionId'
         ]
         for domain in ('Page', 'Runtime', 'Log', 'Network'):
             self.call(f'{domain}.enable')
-        self.call('Page.addScriptToEvaluateOnNewDocument', source=FEW_FRAMES)
+        self.call(
+            'Page.addScriptToEvaluateOnNewDocument',
+            source=FEW_FRAMES if scene else FEW_FRAMES + NO_SCENE,
+        )
         self.resize(width, height)
         self.call('Page.navigate', url=url)
 

@@ -167,13 +167,6 @@ def test_a_slider_moves_the_arm(page, folder):
         folder / 'view_moved.png',
         lambda image: np.sum(np.abs(scene(image) - picture_before).sum(axis=2) > 60) > 2000,
     )
-    # What the slider said is remembered when the page is opened anew.
-    page.call('Page.reload')
-    page.wait_for("document.querySelectorAll('[role=slider]').length == 6", 'six sliders again')
-    page.wait_for(
-        f"Math.abs(document.querySelectorAll('[role=slider]')[0].ariaValueNow - {upper}) < 0.01",
-        'the slider where it was',
-    )
 
 
 @pytest.mark.slow
@@ -277,13 +270,21 @@ def test_a_page_of_somebody_else_opens_no_connection(page):
 def test_the_address_with_the_token_opens_the_page_and_its_sliders():
     find_chromium()
     address = ('--host', '0.0.0.0')
+    slider = "document.querySelectorAll('[role=slider]')[0]"
+    at_end = f'{slider}.ariaValueNow == {slider}.ariaValueMax'
     with served('--sliders', '--robot', 'planar_2r', *address) as view, chromium_tab() as tab:
-        tab.open(f'http://{view.netloc}/', 600, 400)
+        tab.open(f'http://{view.netloc}/', 600, 400, scene=False)
         tab.wait_for("document.body.innerText.includes('needs its token')", 'the refusal')
         tab.call('Page.navigate', url=f'http://{view.netloc}/?token={view.token}')
         tab.wait_for(f'{fact("position")} != null', 'the position of the tool')
         assert tab.evaluate("document.querySelector('#kin-title').textContent") == 'planar_2r'
+        assert not tab.evaluate(at_end)
+        tab.evaluate(f'{slider}.focus()')
+        tab.press('End')
+        tab.wait_for(at_end, 'the slider at its end')
         # The browser remembers it, out of reach of scripts.
         tab.call('Page.navigate', url=f'http://{view.netloc}/')
         tab.wait_for(f'location.search == "" && {fact("position")} != null', 'the page again')
+        # And the page what the slider said.
+        tab.wait_for(at_end, 'the slider where it was')
         assert view.token not in tab.evaluate('document.cookie')
