@@ -194,6 +194,10 @@ def test_a_symlinked_workspace_is_compiled_by_colcon(tmp_path):
 @pytest.fixture
 def clone(tmp_path):
     """Return a copy of the clone's source, where this runs from a clone and can build."""
+    return copy_of_the_clone(tmp_path)
+
+
+def copy_of_the_clone(folder):
     for module in ('setuptools', 'Cython'):
         pytest.importorskip(module)
     for name in (
@@ -206,11 +210,26 @@ def clone(tmp_path):
         'LICENSE',
         'NOTICE',
     ):
-        shutil.copy(ROOT / name, tmp_path)
+        shutil.copy(ROOT / name, folder)
     for name in ('packaging', 'src', 'config', 'resource'):
         left_out = shutil.ignore_patterns('*.so', '*.egg-info', '__pycache__')
-        shutil.copytree(ROOT / name, tmp_path / name, ignore=left_out)
-    return tmp_path
+        shutil.copytree(ROOT / name, folder / name, ignore=left_out)
+    return folder
+
+
+@pytest.fixture(scope='module')
+def packed(tmp_path_factory):
+    """Return a whole clone that was described, gathered for a build, and packed as source."""
+    clone = copy_of_the_clone(tmp_path_factory.mktemp('packed'))
+    for name in ('test', 'docs', 'examples', 'bench', '.ci', '.github'):
+        left_out = shutil.ignore_patterns('__pycache__')
+        shutil.copytree(ROOT / name, clone / name, ignore=left_out)
+    for file in ROOT.glob('*.md'):
+        shutil.copy(file, clone)
+    commands = ['egg_info', 'build_py', '--build-lib', 'built', 'sdist', '--formats', 'tar']
+    done = run([sys.executable, 'setup.py', '-q', *commands], clone)
+    assert done.returncode == 0, done.stderr
+    return clone
 
 
 def compiled_files(folder):
@@ -337,11 +356,9 @@ def test_the_oldest_versions_tested_are_those_that_the_package_asks_for():
 
 
 @pytest.mark.slow
-def test_describing_the_package_translates_nothing(clone):
-    done = run([sys.executable, 'setup.py', '-q', 'egg_info'], clone)
-    assert done.returncode == 0, done.stderr
-    assert (clone / 'src' / f'{NAME}.egg-info' / 'PKG-INFO').exists()
-    assert not [*clone.rglob('*.c')]
+def test_describing_the_package_translates_nothing(packed):
+    assert (packed / 'src' / f'{NAME}.egg-info' / 'PKG-INFO').exists()
+    assert not [*packed.rglob('*.c')]
 
 
 WITHOUT_CYTHON = "import sys; sys.modules['Cython'] = None\n"
@@ -473,28 +490,18 @@ def test_one_command_sets_the_address_of_the_repository(clone, monkeypatch):
     assert [file.read_text() for file in files] == before
 
 
-def test_colcons_folder_of_symlinks_describes_the_package_too(clone, tmp_path):
-    folder = tmp_path / 'symlinks'
-    folder.mkdir()
+def test_colcons_folder_of_symlinks_describes_the_package_too(packed, tmp_path):
     for name in ('setup.py', 'setup.cfg', 'package.xml', 'src', 'config', 'resource'):
-        (folder / name).symlink_to(clone / name)
-    done = run([sys.executable, 'setup.py', '-q', '--version'], folder)
+        (tmp_path / name).symlink_to(packed / name)
+    done = run([sys.executable, 'setup.py', '-q', '--version'], tmp_path)
     assert (done.returncode, done.stdout.strip()) == (0, ks.__version__), done.stderr
 
 
 @pytest.mark.slow
-def test_what_is_packed_as_source_can_be_built(clone):
-    of_clone = ('test', 'docs', 'examples', 'bench', '.ci', '.github')
-    for name in of_clone:
-        left_out = shutil.ignore_patterns('__pycache__')
-        shutil.copytree(ROOT / name, clone / name, ignore=left_out)
-    for file in ROOT.glob('*.md'):
-        shutil.copy(file, clone)
-    done = run([sys.executable, 'setup.py', '-q', 'sdist', '--formats', 'tar'], clone)
-    assert done.returncode == 0, done.stderr
-    (packed,) = (clone / 'dist').iterdir()
-    with tarfile.open(packed) as archive:
-        names = {name.partition('/')[2] for name in archive.getnames()}
+def test_what_is_packed_as_source_can_be_built(packed):
+    (archive,) = (packed / 'dist').iterdir()
+    with tarfile.open(archive) as opened:
+        names = {name.partition('/')[2] for name in opened.getnames()}
     assert {
         f'packaging/{name}.py'
         for name in ('kernel_build', 'kernel_types', 'kernel_units', 'backend')
@@ -514,16 +521,14 @@ def test_what_is_packed_as_source_can_be_built(clone):
 
 
 @pytest.mark.slow
-def test_everything_that_is_no_python_is_installed_too(clone):
-    done = run([sys.executable, 'setup.py', '-q', 'build_py', '--build-lib', 'built'], clone)
-    assert done.returncode == 0, done.stderr
+def test_everything_that_is_no_python_is_installed_too(packed):
     beside = {
-        file.relative_to(clone / 'src')
-        for file in (clone / 'src' / NAME).rglob('*')
+        file.relative_to(packed / 'src')
+        for file in (packed / 'src' / NAME).rglob('*')
         if file.is_file() and file.suffix != '.py'
     }
     assert {file.suffix for file in beside} >= {'.pxd', '.css', '.js', '.xml'}
-    assert not [file for file in beside if not (clone / 'built' / file).exists()]
+    assert not [file for file in beside if not (packed / 'built' / file).exists()]
 
 
 SMALL_KERNEL = {
