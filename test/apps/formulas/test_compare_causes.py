@@ -121,6 +121,8 @@ WRONG = {
         t = acos((x^2 + y^2 - A^2 - B^2)/(4*A*B))  # factor 2 is missing
         p = [A*cosd(s)+B*cosd(s+t), A*sind(s)+B*sind(s+t), 0]  # taken for degrees
         p = [A*sin(s) + B*sin(s+t), A*cos(s) + B*cos(s+t), 0]  # are exchanged
+        J = [-A*sin(s)-B*sin(s-t), B*sin(s-t); A*cos(s)+B*cos(s-t), -B*cos(s-t)]  # t is counted
+        det = -A*B*sin(s)  # s and t are exchanged
         s = atan2(y, x) + atan2(B*sin(t), A + B*cos(t))  # first argument of atan2
         s = atan2(y, x) - atan2(B*sin(t), B*cos(t))  # A is lost
     """,
