@@ -32,8 +32,8 @@ def sketch(robot: Robot, q: Floats) -> str:
     """
     Return an SVG of an arm at joint positions (n,), rad or m.
 
-    Circles are revolute joints, squares are prismatic joints. At the tool the picture has x, y and
-    z axes.
+    Circles are revolute joints, squares are prismatic joints. Three lines at the tool are the x, y
+    and z axes of the tool frame.
     """
     skeleton = skeleton_of(robot, q)
     flat = skeleton.points @ VIEW.T

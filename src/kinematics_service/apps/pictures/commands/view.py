@@ -22,7 +22,7 @@ from ....cli.options import (
 from ....errors import ViewError
 from ....stop_signals import stop_signals
 
-# Bundled name of the arm if neither a node nor --robot names one.
+# Name of the bundled arm that is shown if neither a node nor --robot names an arm.
 DEFAULT = 'puma560'
 WITHOUT_VISER = (
     'view needs viser, which cannot be imported here ({reason}): '

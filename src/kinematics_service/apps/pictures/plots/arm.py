@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Draw an arm at one configuration: links, joint axes and frames, computed from the table alone.
+Draw an arm at one configuration: links, joint axes and frames, computed from the DH table alone.
 """
 
 from collections.abc import Sequence
@@ -68,8 +68,9 @@ def arm_picture(robot: Robot, q: Floats) -> Draw:
 
 def cube_around(skeletons: Sequence[Skeleton], *others: Floats) -> Floats:
     """
-    Return the cube around arms, their base and other points (3,): low and high corner, shape (3,
-    2), m.
+    Return the corners of a cube that contains arms, their base and other points (3,), m.
+
+    The result has the shape (3, 2): column 0 has the lowest x, y and z, column 1 the highest.
     """
     points = np.vstack([*(skeleton.points for skeleton in skeletons), *others])
     low, high = points.min(axis=0), points.max(axis=0)
@@ -151,7 +152,7 @@ def draw_skeleton(
         line(segment.start, segment.end, 5.0, color, label=label)
     labels = []
     for axis in skeleton.axes:
-        if axis.variables:  # a passive joint of a loop has only its marker
+        if axis.variables:  # a passive joint of a loop gets a marker, but no axis
             half = 0.5 * AXIS_LENGTH * edge * axis.direction
             end = axis.point + half
             line(axis.point - half, end, 1.2, BLACK, linestyle='-.', label='joint axis')

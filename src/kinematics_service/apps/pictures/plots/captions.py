@@ -31,8 +31,8 @@ def signed(value: float, digits: int = 2) -> str:
 
 def positions(robot: Robot, q: Floats, width: int, skip: Sequence[int] = ()) -> str:
     """
-    Return joint positions q (n,) as text with variables and units, in lines of at most `width`
-    letters.
+    Return joint positions q (n,) as text with joint variables and units, in lines of at most
+    `width` letters.
 
     For example `q1 0.10, q2 −1.57 rad; d3 0.20 m`, without the joints with indices in `skip`.
     """

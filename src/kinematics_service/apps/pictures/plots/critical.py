@@ -1,10 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Find poses in a plane at which the tool's position is singular, by damped Newton steps.
+Find points of a plane at which the tool cannot move in some direction of the plane.
 
-The steps start at random configurations. At such a pose no joint motion moves the tool in some
-direction of the plane.
+Damped Newton steps, from random configurations, solve the equations of such points.
 """
 
 from dataclasses import dataclass
@@ -20,19 +19,22 @@ from ....robot.task import SEED
 from .plane import Plane
 from .ranges import finite_ranges, random_positions
 
-# Number of random starts. Arms with closed loops get fewer, because each step closes the loops.
+# Number of random starts. Arms with closed loops get fewer starts, because each step must close
+# the loops, which takes time.
 STARTS = 2500
 STARTS_OF_LOOPS = 400
 # Newton steps from each start.
 STEPS = 25
-# Damping of the Newton steps, added to the diagonal of J^T J.
+# Damping of the Newton steps, added to the diagonal of J^T J. J has the derivatives of the
+# equations that the steps solve.
 DAMPING = 1e-9
-# Step of the central differences of J, rad; in units of the characteristic length if prismatic.
+# Step of each joint in the central differences of the matrix A of `_gradients`. The unit is rad
+# for a revolute joint, and the characteristic length for a prismatic joint.
 DIFFERENCE_STEP = 1e-5
-# Largest residual of a solution (without unit).
+# The result of the steps is a solution if the norm of its residuals is below this (no unit).
 RESIDUAL_TOLERANCE = 1e-8
-# A point gets the name of a factor if its estimated distance (rad) to a zero of the factor is
-# below this value.
+# A point gets the name of a factor if the estimated distance (rad) from the point's configuration
+# to a zero of the factor is below this value.
 FACTOR_TOLERANCE = 1e-5
 
 
@@ -46,7 +48,8 @@ class CriticalPoints:
     points : shape (k, 2), m
         Coordinates in the plane.
     names : k
-        The named factors that are zero at each point, joined by ` + `; may be empty.
+        For each point the names of the factors that are zero, joined by ` + `. The text is empty
+        if no factor is zero.
     """
 
     points: Floats
@@ -58,8 +61,9 @@ def critical_points(robot: Robot, plane: Plane, starts: int | None = None) -> Cr
     Return points of the plane at which the tool cannot move in some direction of the plane.
 
     At such a point a combination c of the gradients of the plane's coordinates is orthogonal to
-    all columns of J. The search solves A(q)^T c = 0, |c| = 1, with the tool in the plane. The
-    result does not contain poses at joint limits, which bound the workspace, too.
+    all columns of the position Jacobian. The search solves A(q)^T c = 0 and |c| = 1, with the tool
+    in the plane; `_gradients` computes A. The result omits points at which only a joint limit
+    stops the tool, although such points bound the workspace.
     """
     ranges = finite_ranges(robot)
     random = np.random.default_rng(SEED)
@@ -108,8 +112,8 @@ def _position_and_jacobian(robot: Robot, q: Floats) -> tuple[Floats, Floats]:
 
 
 def _number_of_vectors(robot: Robot, plane: Plane, q: Floats) -> int:
-    # Return the number of gradients: 3 if the arm can move the tool along the plane's normal, else
-    # 2.
+    # Return the number k of gradients, which is the length of c: 3 if the arm can move the tool
+    # along the plane's normal, else 2.
     A = _gradients(robot, plane, q[:50])
     moved = np.max(np.abs(A), axis=(0, 2)) > 1e-9
     return 2 if len(moved) == 2 or not moved[2] else 3

@@ -21,8 +21,8 @@ from .ranges import clear_pose, finite_ranges, random_positions
 POSITIONS = 24
 # Number of random configurations of the other joints in the search of `_pair_with_most_change`.
 POSES = 16
-# If a factor is below this value on the whole map, the map lists the factor as zero because of the
-# held joints.
+# If the absolute value of a factor is below this on the whole map, the factor is zero because of
+# the held joints. `DistanceMap.everywhere` has the names of these factors.
 TOLERANCE = 1e-12
 
 
@@ -36,15 +36,15 @@ class DistanceMap:
     joints
         Indices of the horizontal and of the vertical joint.
     q : shape (n,), rad or m
-        Positions of all joints; those of the other joints are held.
+        Positions of all joints. All joints except the two of the map are held at these positions.
     horizontal, vertical : shape (size,), rad or m
         Positions of the two joints on the grid.
     distance : shape (size, size), rad
         Entry [i, k] is at vertical[i], horizontal[k]; nan if a loop does not close.
     functions
         Functions that are zero at singular poses, by name, each of shape (size, size). They are
-        the named factors, and the determinant unless it is their product; nan if a loop does not
-        close.
+        the named factors. The determinant of J is added unless it is the product of the factors.
+        Entries are nan if a loop does not close.
     everywhere
         Names of the factors that are zero on the whole map because of the held joints.
     """
@@ -65,9 +65,10 @@ class DistanceMap:
 
 def singular_table(robot: Robot, q: Floats) -> Floats:
     """
-    Return distance (rad), determinant and F factors at q (N, n), shape (N, 2 + F).
+    Return a table of the distance to a singular pose, the determinant of J and the F factors.
 
-    The determinant is nan if J is not square; a whole row is nan if a loop does not close.
+    The table has a row for each of N joint positions q (N, n), shape (N, 2 + F). The distance is
+    in rad. The determinant is nan if J is not square. A whole row is nan if a loop does not close.
     """
     rows = np.full((len(q), 2 + len(robot.singularity.factors.names)), np.nan)
     closed = closes_at(robot.chain, q)
@@ -84,7 +85,9 @@ def distance_map(
     robot: Robot, joints: tuple[int, int], q: Floats, size: int, workers: str | None = None
 ) -> DistanceMap:
     """
-    Return the map over two joints, given by index; the other joints are held at q (n,).
+    Return the map of the distance to a singular pose over two joints, given by index.
+
+    The other joints are held at their positions in q (n,).
 
     Raises
     ------

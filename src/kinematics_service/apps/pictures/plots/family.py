@@ -21,7 +21,8 @@ def family_picture(robot: Robot, result: IkResult) -> Draw:
     """
     Return the picture of the result's first solution curve that has an arc inside the limits.
 
-    Each panel shows the position and the limits of a joint over the length of the arcs.
+    Each panel shows the position of one joint, and its limits, over the length of the curve's
+    arcs.
 
     Raises
     ------

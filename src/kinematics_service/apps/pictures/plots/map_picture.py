@@ -19,8 +19,8 @@ from .picture import Draw, with_unit, words
 from .ranges import not_all_closed
 from .set_styles import set_styles
 
-# On the border of the map, a factor is taken as zero if it is below this share of its largest
-# value on the map.
+# A factor is zero at a point on the border of the map if its absolute value, divided by its
+# largest absolute value on the map, is at most this.
 ZERO_RATIO = 1e-9
 QUARTER = math.pi / 4.0
 # Colour of positions at which a loop does not close.
@@ -28,7 +28,7 @@ OPEN = '#8A8D93'
 
 
 def map_picture(robot: Robot, numbers: DistanceMap) -> Draw:
-    """Return the picture of a map of distances."""
+    """Return the picture of a map: the distance to a singular pose over two joints."""
 
     def draw(figure: Figure) -> None:
         figure.set_size_inches(7.6, 7.4)

@@ -20,11 +20,11 @@ from .picture import GREY, VERMILION, Draw, with_unit, words
 
 # Width of a letter of a factor's name, divided by the width of the panel.
 LETTER_WIDTH = 0.014
-# A minimum of the distance gets the name of the nearest factor if the minimum is below this share
-# of the largest distance.
+# The picture names the nearest factor at a minimum of the distance to singularity. The minimum,
+# divided by the largest distance of the motion, must be below this value.
 NAMED_RATIO = 0.3
-# Largest drawn condition number. Larger condition numbers are not drawn, because at a singular
-# pose they are only round-off.
+# The axis of condition numbers ends at 1.1 times this value or below. Larger values are outside
+# the axis, because the condition number of a singular pose is only round-off.
 MAX_CONDITION = 1e4
 # Maximum number of letters in a line of an axis label.
 LABEL_LETTERS = 14
@@ -35,7 +35,7 @@ def measures_picture(robot: Robot, motion: PlottedMotion) -> Draw:
     Return the picture of every measure along a motion.
 
     The panel of the watched measure shows its thresholds. All panels are shaded in the intervals
-    beyond the thresholds.
+    in which this measure is beyond a threshold.
     """
     near = singularity(robot, motion.q)
     units = measure_units(robot)
@@ -90,7 +90,8 @@ def _draw_thresholds(axes: Axes, robot: Robot) -> None:
 
 
 def _scale_without_end(axes: Axes, values: Floats, least: float) -> None:
-    # Set the vertical axis for a measure that has no upper bound.
+    # Choose the limits and the scale (linear or logarithmic) of the vertical axis for a measure
+    # that has no upper bound.
     largest = min(float(np.max(values[np.isfinite(values)], initial=least)), MAX_CONDITION)
     if least and largest >= 10.0:
         axes.set_yscale('log')

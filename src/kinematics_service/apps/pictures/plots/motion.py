@@ -86,7 +86,7 @@ def motion_of(robot: Robot, path: str) -> PlottedMotion:
     RecordingError
         The file is not a recording of this arm.
     PlotError
-        `path` is not a file or a name, or the loops of the arm close at fewer than two times.
+        `path` is neither a file nor the name of a trajectory; or fewer than two rows can be drawn.
     """
     demo = app_module('motions')
     built_in = {} if demo is None else demo.TRAJECTORIES
@@ -142,7 +142,7 @@ def _gaps(times: Floats) -> Integers:
 
 def _differentiated(robot: Robot, times: Floats, q: Floats, name: str) -> PlottedMotion:
     # Differentiate each part between gaps. A single row between two gaps has no velocity and is
-    # left out. At least one part has two rows, because the median time step is no gap.
+    # left out. At least one part has two rows, because the median time step is never a gap.
     gaps = _gaps(times)
     parts = [(t, p) for t, p in zip(np.split(times, gaps), np.split(q, gaps)) if len(t) > 1]
     qdot = [np.gradient(positions, t, axis=0) for t, positions in parts]

@@ -52,7 +52,8 @@ Draw = Callable[[Figure], None]
 
 def suffix_of(file: Path, other: str = '') -> str:
     """
-    Return the suffix of the file of a picture; if it is not a suffix of pictures, return `other`.
+    Return the suffix of a picture file; if the suffix is not `.png`, `.svg` or `.pdf`, return
+    `other`.
 
     Raises
     ------
@@ -110,8 +111,9 @@ def drawn(draw: Draw) -> Figure:
 
 def save_picture(draw: Draw, file: Path, other: str = '') -> None:
     """
-    Write a picture as PNG, SVG or PDF, by the file's suffix; after an error no partial file is
-    left.
+    Write a picture to a file as PNG, SVG or PDF; the file's suffix chooses the format.
+
+    After an error no partial file is left.
 
     Parameters
     ----------
@@ -120,7 +122,8 @@ def save_picture(draw: Draw, file: Path, other: str = '') -> None:
     file
         The file to write; an existing file is replaced when the new one is complete.
     other
-        The suffix to assume if the file has another one, for example a pipe.
+        The suffix to use if the file's own suffix is not that of a picture, for example for a
+        pipe.
 
     Raises
     ------
@@ -141,7 +144,7 @@ def save_picture(draw: Draw, file: Path, other: str = '') -> None:
 
 def show_picture(draw: Draw, title: str) -> None:
     """
-    Show a picture in a window, and return when it is closed.
+    Show a picture in a window, and return when the window is closed.
 
     Raises
     ------

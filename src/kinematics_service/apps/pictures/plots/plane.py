@@ -1,7 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Choose the plane of a workspace: the half plane of joint 1's axis, or a plane along two base axes.
+Choose the plane in which a workspace is drawn.
+
+The plane is along two base axes, or it is the half plane that begins at the axis of joint 1.
 """
 
 import math
@@ -25,8 +27,8 @@ AXES = {'xy': (0, 1), 'xz': (0, 2), 'yz': (1, 2)}
 PLANES = ('rz', *AXES)
 # Number of random configurations from which the extent of the tool's positions is computed.
 POSES = 500
-# A workspace is flat if its extent divided by the reach is below this value. Two axes are parallel
-# if 1 - cos of their angle is below this value.
+# The tool does not move along an axis if its extent along the axis, divided by the arm's reach, is
+# below this value. Two axes are parallel if 1 - cos of their angle is below this value.
 TOLERANCE = 1e-9
 
 
@@ -43,12 +45,13 @@ class Plane(FrozenArrays):
         A point of the plane. The half plane's edge is the axis of joint 1, and `origin` is on the
         edge.
     across, up : shape (3,)
-        Unit vectors of the coordinates. For the half plane `up` is along the edge, and the first
-        coordinate is the radius, without `across`.
+        Unit vectors along the two coordinates. For the half plane `up` is along the edge. The
+        first coordinate of the half plane is the distance from the edge, computed without
+        `across`.
     labels
         Labels of the coordinates, with units.
     title
-        The plane as text.
+        Description of the plane for the title of a picture.
     """
 
     name: str
@@ -69,7 +72,9 @@ class Plane(FrozenArrays):
         return np.cross(self.across, self.up)
 
     def coordinates(self, points: Floats) -> Floats:
-        """Return the two coordinates in the plane of points (..., 3), shape (..., 2), m."""
+        """
+        Return the two plane coordinates of each point, for points (..., 3); shape (..., 2), m.
+        """
         if not self.half:
             return np.stack([points @ self.across, points @ self.up], axis=-1)
         radius = np.linalg.norm(self._radial(points), axis=-1)
@@ -77,11 +82,11 @@ class Plane(FrozenArrays):
 
     def gradients(self, points: Floats) -> Floats:
         """
-        Return the gradients of both coordinates, and the normal, at points (..., 3); shape (...,
-        k, 3).
+        Return the gradients of both plane coordinates at points (..., 3), and the normal of the
+        plane.
 
-        k is 3. For the half plane k is 2, without the normal, because joint 1 moves the tool along
-        it.
+        The result has the shape (..., k, 3). k is 3: two gradients and the normal. For the half
+        plane k is 2: the normal is omitted, because joint 1 moves the tool along the normal.
         """
         up = np.broadcast_to(self.up, points.shape)
         if not self.half:
@@ -98,7 +103,7 @@ class Plane(FrozenArrays):
 
 def plane_of(robot: Robot, name: str | None = None, at: float | None = None) -> Plane:
     """
-    Return the plane that is named `name`, or the plane in which the workspace is largest.
+    Return the plane named `name`; if `name` is None, choose a plane in which the tool moves.
 
     Parameters
     ----------
@@ -109,12 +114,12 @@ def plane_of(robot: Robot, name: str | None = None, at: float | None = None) -> 
         else the two base axes along which the tool moves farthest.
     at
         For a plane along two base axes: its coordinate on the third axis, m. The default is 0 if
-        the tool reaches it, else the middle of the tool's positions.
+        the tool reaches the coordinate 0, else the middle of the tool's positions.
 
     Raises
     ------
     PlotError
-        The plane does not exist, or this arm does not have it.
+        No plane is named `name`; or the plane is `rz`, and joint 1 does not turn or `at` is given.
     """
     if name is not None and name not in PLANES:
         message = f'--plane: there is no plane {name!r}; choose from {", ".join(PLANES)}'

@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Choose finite joint ranges for pictures, and by random search a configuration that is easy to see.
+Choose finite joint ranges for pictures. Find a configuration that is easy to see, by random
+search.
 """
 
 import math
@@ -28,8 +29,8 @@ CANDIDATES = 4000
 CANDIDATES_OF_LOOPS = 400
 # Distances to singularity above this value (rad) do not improve a configuration's score further.
 MAX_DISTANCE = 0.9
-# Weight of the joint angles in the score. 1 rad from the middle of a joint's range reduces the
-# score as much as a distance to singularity that is smaller by this (rad).
+# Weight of the joint angles in the score, which is a distance to singularity, rad. Each radian
+# between a joint angle and the middle of the joint's range reduces the score by this value.
 BEND_WEIGHT = 0.06
 # Number of configurations whose distances are computed in one call.
 BATCH_SIZE = 128
@@ -40,8 +41,8 @@ def finite_ranges(robot: Robot, whole: bool = False) -> Floats:
     Return a finite range of each joint, shape (n, 2), rad or m.
 
     The range lies between the limits; for a revolute joint it is at most a full turn unless
-    `whole`. If a limit is infinite, the range is a full turn around 0 (revolute), or 1 m from 0
-    (prismatic), moved inside the limits.
+    `whole` is True. If a limit is infinite, the range is a full turn around 0 (revolute), or 1 m
+    from 0 (prismatic), moved inside the limits.
     """
     low, high = robot.limits.T
     length = np.where(robot.prismatic, SLIDING_RANGE, 2.0 * math.pi)
@@ -65,8 +66,8 @@ def clear_pose(robot: Robot) -> Floats:
     """
     Return a configuration (n,) for pictures: far from singular, little bent, above the base.
 
-    The configuration is inside the limits and, if these allow it, rounded to 0.1. The array is
-    read only. The same arm has the same configuration each time.
+    The configuration is inside the limits. Its numbers are rounded to 0.1 if the limits allow it.
+    The array is read only. Every call returns the same configuration for an arm.
     """
     ranges = finite_ranges(robot)
     # Draw random positions in the middle 80 % of each range, at most 2 pi / 3 from the middle.

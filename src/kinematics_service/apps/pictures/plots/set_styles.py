@@ -16,10 +16,11 @@ FACTOR_NAMES = ('elbow', 'shoulder', 'wrist', 'det J', 'boom_length', 'boom_vert
 
 def set_styles(names: Sequence[str]) -> dict[str, tuple[str, Dashes]]:
     """
-    Return colour and dashes by name.
+    Return the colour and the dashes of each singular set, by the name of its factor.
 
-    Other names get a style by a checksum of their letters. If two names of a picture get the same
-    style, the later name takes the next free style.
+    Names in FACTOR_NAMES have fixed styles. Other names get a style by a checksum of their
+    letters. If two names of a picture get the same style, the later name takes the next free
+    style.
     """
     places: dict[str, int] = {
         name: FACTOR_NAMES.index(name) for name in names if name in FACTOR_NAMES

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Compute the skeleton of an arm at one configuration from the table: segments and joint axes."""
+"""Compute the skeleton of an arm from its DH table: segments, joint axes and frames."""
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ POINT_TOLERANCE = 1e-9
 @dataclass(frozen=True, eq=False)
 class JointAxis:
     """
-    The axis of a joint: the line, in the base frame, about or along which a row of the table
+    The axis of a joint: the line, in the base frame, about or along which a row of the DH table
     moves.
 
     Attributes
@@ -29,7 +29,7 @@ class JointAxis:
     point, direction : shape (3,), m; unit vector
     variables
         The joint variables that move the row. In the chain of a closed loop only joints with a
-        motor are named, so `variables` may be empty.
+        motor have a variable, so `variables` may be empty.
     slides
         Whether the row only translates.
     """
@@ -64,7 +64,7 @@ class Skeleton:
     segments
         Segments from the base's origin to the tool's, then segments of the closed loops.
     axes
-        The axis of every moving row.
+        The axis of every moving row of the DH table, and of the joints in closed loops.
     """
 
     frames: Floats
@@ -74,7 +74,7 @@ class Skeleton:
 
     @property
     def points(self) -> Floats:
-        """Return the ends of all segments, shape (k, 3), m."""
+        """Return the ends of all segments, the base's origin and the tool's, shape (k, 3), m."""
         ends = [point for segment in self.segments for point in (segment.start, segment.end)]
         return np.array([np.zeros(3), *ends, self.tool[:3, 3]])
 
@@ -83,9 +83,9 @@ def skeleton_of(robot: Robot, q: Floats) -> Skeleton:
     """
     Return the skeleton of an arm at joint positions (n,), rad or m.
 
-    Each row T = before screw_z after adds three corners: after `before`, after the screw, and
-    after `after`. For a standard row the skeleton goes d along z, then a along x, as the real arm
-    does.
+    Each row of the DH table is a motion T = before screw_z after. It adds three corners: the
+    origins after `before`, after the screw, and after `after`. For a row of standard DH the
+    skeleton goes d along z, then a along x, as the real arm does.
 
     Raises
     ------

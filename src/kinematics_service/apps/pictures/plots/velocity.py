@@ -18,16 +18,16 @@ from .picture import AXIS_COLORS, BLACK, Draw, with_unit, words
 
 def velocity_picture(robot: Robot, motion: PlottedMotion, marked: Sequence[float] = ()) -> Draw:
     """
-    Return the picture of J qdot along a motion, in base axes, and of the joint velocities.
+    Return the picture of the tool's velocity J qdot in base axes, and of the joint velocities.
 
     Parameters
     ----------
     robot
         The arm.
     motion
-        Its motion.
+        The motion of the arm.
     marked
-        Times of vertical lines, s.
+        Times at which the picture has vertical lines, s.
     """
     tool = twist(robot, motion.q, motion.qdot)
     levels = singularity(robot, motion.q).level

@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute the reachable workspace in a plane, and in each cell the largest distance to singularity.
+Compute the cells of a plane that the tool reaches, and for each cell the largest distance to a
+singular pose.
 
 The search uses random joint positions, then MAP-Elites: J.-B. Mouret, J. Clune, *Illuminating
 search spaces by mapping elites*, 2015.
@@ -50,7 +51,7 @@ class Workspace:
     Attributes
     ----------
     plane
-        The plane of the section.
+        The plane that is divided into cells.
     size
         Edge of a cell, m.
     corner : shape (2,), m
@@ -77,8 +78,8 @@ def section_rows(robot: Robot, q: Floats, plane: Plane) -> Floats:
     Return rows (N, 3 + n) for joint positions q (N, n): two coordinates of the tool in the plane
     (m), distance to a singular pose (rad), and q.
 
-    If the plane is along base axes, the least joint motion first moves the tool into the plane. A
-    row is nan if the tool does not get into the plane with joints inside the limits and loops
+    If the plane is along base axes, Newton steps of least norm first move the tool into the plane.
+    A row is nan if the tool does not get into the plane with joints inside the limits and loops
     closed.
     """
     rows = np.full((len(q), 3 + robot.dof), np.nan)
@@ -120,11 +121,11 @@ def _into_plane(robot: Robot, q: Floats, plane: Plane) -> tuple[Floats, npt.NDAr
 
 def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = None) -> Workspace:
     """
-    Return the workspace in a plane, from random joint positions inside the limits.
+    Return the workspace in a plane, found by a search from random joint positions in the limits.
 
-    Each round changes configurations a little. A cell keeps the configuration with the largest
-    distance to singularity. Half of the changed configurations come from cells with an empty
-    neighbour cell, so that cells at the border are filled.
+    Each round of MAP-Elites changes some configurations of cells a little. A cell keeps the
+    configuration with the largest distance to singularity. Half of the changed configurations come
+    from cells with an empty neighbour cell, so that cells at the border are filled.
 
     Parameters
     ----------

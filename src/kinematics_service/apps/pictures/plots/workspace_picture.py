@@ -80,8 +80,8 @@ def scale_of(values: Floats) -> ColourScale:
     """
     Return the colour scale for distances in rad, some of which may be nan.
 
-    The scale begins at 0, unless the smallest distance is above the middle of such a scale; then
-    it begins at the smallest distance.
+    The scale begins at 0. If the smallest distance is above half of the scale's upper limit, the
+    scale begins at the smallest distance.
     """
     finite = values[np.isfinite(values)]
     low, high = float(np.min(finite)), float(np.percentile(finite, HIGH_PERCENTILE))

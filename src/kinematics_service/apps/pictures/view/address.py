@@ -18,7 +18,7 @@ class Address(NamedTuple):
     host, port
         The address at which the page is served; port 0 means any free port.
     more_names
-        Further names of this computer.
+        Further host names under which browsers may open the page.
     """
 
     host: str

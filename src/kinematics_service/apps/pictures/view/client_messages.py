@@ -3,8 +3,9 @@
 """
 Check the messages of a page before viser reads them.
 
-A page may send its camera, and new values of its inputs. All other messages of viser's clients
-(other attributes of an element of the panel, files, shares) are refused.
+A page may send its camera, and new values of the panel's sliders, boxes, buttons and lists. All
+other messages of viser's clients (other attributes of an element of the panel, files, shares) are
+refused.
 """
 
 import math

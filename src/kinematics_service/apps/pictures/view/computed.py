@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Compute the observation of an arm without a node."""
+"""Compute the values that the live view shows, without a ROS node."""
 
 import numpy.typing as npt
 
@@ -13,7 +13,9 @@ from ....robot.robot import Robot
 
 def observe(robot: Robot, q: npt.ArrayLike, qdot: npt.ArrayLike | None = None) -> Observation:
     """
-    Return the observation of an arm at joint positions q (n,), in rad and m.
+    Return the values that the view shows for an arm at joint positions q (n,), rad or m.
+
+    The values contain the tool's velocity if joint velocities qdot (n,), rad/s or m/s, are given.
 
     Raises
     ------

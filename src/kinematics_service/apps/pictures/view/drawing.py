@@ -15,7 +15,7 @@ from ....node.drawing.scene import Scene
 
 # Largest number of points of the tool's trail.
 TRAIL_POINTS = 300
-# Distance between points of the trail, divided by the arm's size.
+# Smallest distance between two successive points of the trail, divided by the arm's size.
 TRAIL_STEP = 0.004
 # Opacity of an ellipsoid, 0 to 1.
 ELLIPSOID_OPACITY = 0.3

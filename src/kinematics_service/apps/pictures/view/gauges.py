@@ -19,7 +19,8 @@ FULL_TIME = 10.0
 # If the time to the threshold is below this (s), its gauge has the colour of WARN.
 WARN_TIME = 2.0
 # A joint is near a limit if its distance from the limit, divided by the joint's range, is below
-# this value. If only one limit is finite, the distance is in rad or m.
+# this value. If only one limit is finite, the distance itself, in rad or m, is compared with this
+# value.
 LIMIT_MARGIN = 0.05
 
 LEVEL_WORDS = {

@@ -30,7 +30,8 @@ from .origin_check import FORBIDDEN, OriginCheck
 
 # The websocket code for a violated policy (RFC 6455, 7.4.1).
 POLICY = 1008
-# Largest message of a page, bytes; values and cameras have some hundred bytes.
+# Largest accepted message of a page, bytes. A message with a slider's value or a camera has some
+# hundred bytes.
 MAX_MESSAGE_SIZE = 16_384
 # Time limit of an answer to a test connection on a busy computer, s.
 CONNECT_TIMEOUT = 20.0
@@ -85,7 +86,8 @@ def _serving(origin_check: OriginCheck, panel: Callable[[], Mapping[str, Any]]) 
                         return data
                 except MessageError as error:
                     await self.close(POLICY, str(error)[:100])
-                    # This drops messages that arrive while the connection closes.
+                    # Raise an error, so that messages that arrive while the connection closes are
+                    # dropped.
                     raise ConnectionClosedError(None, None) from None
 
     def serve(

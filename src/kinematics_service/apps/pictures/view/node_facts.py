@@ -52,7 +52,7 @@ class NodeFacts(NamedTuple):
     sha256
         Checksum of the robot file when the node read it.
     tool : shape (4, 4)
-        The tool in the frame after the last row of the table.
+        The pose of the tool in the frame after the last row of the DH table.
     """
 
     source: str
@@ -77,7 +77,7 @@ class NodeFacts(NamedTuple):
         )
 
     def with_tool(self, robot: Robot) -> Robot:
-        """Return the arm with the node's current tool."""
+        """Return `robot` with the tool frame that the node uses."""
         own = robot.description.tool.motion.matrix
         if np.allclose(own, self.tool, rtol=0.0, atol=TOOL_TOLERANCE):
             return robot
@@ -93,7 +93,7 @@ class NodeFacts(NamedTuple):
         return f'the robot file here is not as {self.source} has read it; ~/reload reads it again'
 
     def judged(self, robot: Robot) -> Robot:
-        """Return the arm with the node's current joint names, thresholds and length."""
+        """Return `robot` with the node's joint names, thresholds and characteristic length."""
         named = replace(robot, joint_names=self.joints)
         try:
             return with_singularity(named, self.length, self.thresholds)
@@ -108,7 +108,7 @@ def ask_node(node: Node, executor: Executor, source: str, timeout: float) -> Nod
     Parameters
     ----------
     node, executor
-        The node of the request, and its executor.
+        The ROS node that sends the request, and its executor.
     source
         Full name of the described node.
     """

@@ -3,9 +3,9 @@
 """
 Check the origin of a request: the host name, the page that sends it, and the token.
 
-A browser lets each page open connections to any server it can reach, and a foreign name server may
-resolve its name to this computer. A page of another site must not move the sliders. Each request
-is checked before a message of its client is read.
+A page of another site must not move the sliders. A browser would let such a page connect to this
+server, also by a name that a foreign name server resolves to this computer. So the server checks
+each request before it reads a message of the client.
 """
 
 import hmac
@@ -89,8 +89,8 @@ class OriginCheck(NamedTuple):
         if origins and _netloc(origins[0]) != hosts[0]:
             return HttpRefusal(FORBIDDEN, 'Pages of other sites may not connect to this one.')
         if any(name != TOKEN for name, _ in _query(path)):
-            # viser's page would connect to any server that the page's address names, and obey this
-            # server.
+            # Refuse all other parameters. A parameter could name another server, and viser's page
+            # would connect to that server and obey it.
             return HttpRefusal(
                 FORBIDDEN, f'The address of this page takes no parameter except {TOKEN}.'
             )
@@ -151,9 +151,10 @@ def origin_check_of(host: str, more_names: Sequence[str]) -> OriginCheck:
     Parameters
     ----------
     host
-        The host of the page. Any host but this computer's own address needs a token.
+        The host of the page. The page needs a token unless `host` is a loopback address.
     more_names
-        Further names of the page, through a proxy for instance; they need a token, too.
+        Further host names of the page, for example those of a proxy. If names are given, the page
+        needs a token.
     """
     if is_loopback(host) and not more_names:
         return OriginCheck(frozenset(), '')

@@ -47,7 +47,7 @@ class Page:
     robot
         The arm.
     publishable
-        Whether the page has a box to publish the sliders.
+        Whether the page has a check box that lets the sliders publish joint states.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ class Page:
 
     def offer(self, nodes: tuple[str, ...], node: str) -> str:
         """
-        Offer the running nodes in a list, to show the arm of another node; return the chosen node.
+        Put the running nodes into the page's list; return the node that the user has chosen.
 
         Parameters
         ----------
@@ -120,7 +120,7 @@ class Page:
 
     @property
     def wants_to_publish(self) -> bool:
-        """Return whether the box to publish the sliders is ticked."""
+        """Return whether the user has ticked the check box `publish joint states`."""
         return bool(self._publish.visible and self._publish.value)
 
     def follow(self, q: Floats) -> None:
@@ -152,7 +152,7 @@ class Page:
             button.disabled = not unlocked
 
     def show(self, seen: Observation, title: str, status: str) -> None:
-        """Show an observation with a title and its source; only changes are sent."""
+        """Show an observation, a title and a status line; browsers receive only changes."""
         self.last = seen
         shown = {name for name, switch in self._switches.items() if switch.value}
         scene = scene_of(seen)
@@ -171,19 +171,19 @@ class Page:
 @contextmanager
 def serve(address: Address, label: str) -> Iterator[tuple[viser.ViserServer, str]]:
     """
-    Serve pages within the block; yield the server and its address for a browser.
+    Run the web server within the `with` block; yield the server, and its URL for a browser.
 
     Raises
     ------
     ViewError
-        The port is taken, the host is not an address of this computer, or pages of other sites
-        could connect.
+        The port is taken, the host is not an address of this computer, or the installed viser
+        cannot refuse pages of other sites.
     """
     host, port, more_names = address
     check_address(host, port)
     origin_check = origin_check_of(host, more_names)
     with guarded_server(host, port, label, origin_check) as server:
-        # viser takes the next port if another program was faster.
+        # viser takes the next free port if another program has just taken this port.
         if port not in (0, server.get_port()):
             message = f'--port {port}: another program uses it on {host}; choose another'
             raise ViewError(message, code='port-in-use')

@@ -67,7 +67,7 @@ def _box(name: str, content: str) -> str:
 
 
 def gauges_html(seen: Observation, title: str, status: str) -> str:
-    """Return the title, the headline, the source of the numbers, and the gauges."""
+    """Return HTML with the title, the headline, the status line and the gauges."""
     level = seen.level
     head = (
         f'<div id="kin-title">{escape(title)}</div>'
@@ -95,7 +95,7 @@ def _gauge(gauge: Gauge) -> str:
 
 
 def facts_html(seen: Observation, scene: Scene) -> str:
-    """Return the tool's pose and velocity, and the measures."""
+    """Return an HTML table of the tool's pose and velocity, and of the measures of singularity."""
     robot, s = seen.robot, seen.singularity
     position = seen.pose[:3, 3]
     angles = np.degrees(roll_pitch_yaw(seen.pose[:3, :3]))
@@ -140,7 +140,7 @@ def _value(value: float) -> str:
 
 
 def jacobian_html(seen: Observation) -> str:
-    """Return J as a table: a row for each of vx to wz, a column for each joint."""
+    """Return J as an HTML table: rows vx to wz, and a column for each joint."""
     names = short_names(seen.robot.joint_names)
     broken = (escape(name).replace('_', '_<wbr>') for name in names)
     head = ''.join(f'<th>{name}</th>' for name in broken)
@@ -159,7 +159,7 @@ def jacobian_html(seen: Observation) -> str:
 
 
 def joints_html(seen: Observation) -> str:
-    """Return the position of each joint between its limits."""
+    """Return HTML with the position of each joint between its limits."""
     return _box('joints', ''.join(map(_joint, joint_readings(seen))))
 
 

@@ -24,7 +24,7 @@ class ArmSource:
     """
     The source of the shown arm without ROS: sliders move the arm.
 
-    Sources with ROS inherit from it.
+    Sources with ROS inherit from this class.
 
     Attributes
     ----------
@@ -82,19 +82,20 @@ def run_page(
     Parameters
     ----------
     source
-        The arm and the source of its joint states; the sliders move it while these are missing.
+        The arm and the source of its joint states. The sliders move the arm while joint states are
+        missing.
     address
         Host and port of the page.
     publishable
-        Whether the page has a box to publish the sliders.
+        Whether the page has a check box that lets the sliders publish joint states.
     ended
         Function that returns whether to stop.
 
     Raises
     ------
     ViewError
-        The port is taken, the host is not an address of this computer, or pages of other sites
-        could connect.
+        The port is taken, the host is not an address of this computer, or the installed viser
+        cannot refuse pages of other sites.
     """
     with serve(address, source.robot.name) as (server, url):
         viewpoint = Viewpoint(server)

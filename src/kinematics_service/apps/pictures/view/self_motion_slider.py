@@ -24,8 +24,8 @@ class SelfMotionSlider:
     Parameters
     ----------
     server
-        The server whose panel's current folder gets the slider. Only an arm with one joint more
-        than the tool's pose (or position) needs gets the slider.
+        The server whose panel's current folder gets the slider. The slider appears only if the arm
+        has one joint more than the task needs. The task is the tool's pose, or its position.
     robot
         The arm.
     """
@@ -36,8 +36,8 @@ class SelfMotionSlider:
         self._rows = next((rows for rows in tasks if has_arcs(robot, rows, '')), None)
         self._arc: IkArc | None = None
         self._searched = False
-        # `_shown` are the joint positions of the sliders, which round them. `_q` are the exact
-        # joint positions on the arc.
+        # `_shown` are the joint positions of the sliders, rounded to their steps. `_q` are the
+        # exact joint positions on the arc.
         self._shown = self._q = np.empty(0)
         self._ratio = 0.5
         if self._rows is None:

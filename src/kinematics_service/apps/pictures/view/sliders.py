@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Offer a slider for each joint, and choose initial values."""
+"""Offer a slider for each joint, and choose the sliders' initial positions."""
 
 import math
 import time
@@ -45,7 +45,7 @@ class Sliders:
     Attributes
     ----------
     ranges : shape (n, 2), rad or m
-        The ends of the sliders.
+        The lowest and the highest position of each slider.
     """
 
     def __init__(self, server: viser.ViserServer, robot: Robot) -> None:

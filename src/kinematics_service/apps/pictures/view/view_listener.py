@@ -40,7 +40,8 @@ ANSWER_TIMEOUT = 0.5
 
 class ViewListener:
     """
-    The ROS node of the view: it subscribes to an arm's topics, and can publish the sliders.
+    The ROS node of the view: it subscribes to an arm's topics, and can publish the positions of
+    the sliders.
 
     Parameters
     ----------
@@ -161,7 +162,7 @@ class ViewListener:
         self._joint_states += 1
         try:
             output = self._estimator.take(sample_of(message, self._node.get_clock()))
-        except Exception as error:  # no message may end the view
+        except Exception as error:  # a faulty message must not end the view
             self._node.get_logger().error(f'joint state: {error!a}')
             return
         if isinstance(output, EstimatorOutput):

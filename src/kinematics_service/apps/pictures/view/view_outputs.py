@@ -42,7 +42,7 @@ class ViewOutputs:
     Parameters
     ----------
     node
-        The node of the subscriptions.
+        The ROS node that subscribes to the topics.
     source
         Full name of the kinematics node.
     """
@@ -68,7 +68,9 @@ class ViewOutputs:
 
     @property
     def live(self) -> bool:
-        """Return whether the node publishes poses."""
+        """
+        Return whether a pose of the kinematics node has arrived within the last MAX_AGE seconds.
+        """
         return _fresh(self.pose)
 
     def shown(self, seen: Observation, axes: tuple[str, str]) -> Observation:

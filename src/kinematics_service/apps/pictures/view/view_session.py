@@ -36,7 +36,7 @@ class ViewSession(ArmSource):
     robot
         The arm to show, or None for the arm of the node.
     otherwise
-        Bundled name of the arm if a node is missing.
+        Name of the bundled arm that the view shows if the arm of the node is unknown.
     node
         Full name of the node to show first; empty for the first one found.
 
@@ -150,7 +150,7 @@ def run_view(
     robot
         The arm, or None for the arm of the node.
     otherwise
-        Bundled name of the arm if a node is missing.
+        Name of the bundled arm that the view shows if the arm of the node is unknown.
     node
         Full name of the node, with or without the leading slash; empty for any node.
     address, publishable
