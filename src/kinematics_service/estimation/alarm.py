@@ -11,7 +11,8 @@ from typing import NamedTuple
 from ..kernel import Floats
 from ..robot.measures import Level
 
-# The node repeats the warning if the lost direction has turned by at least this angle, rad.
+# The lost direction is the direction in which the tool cannot move. The node repeats the warning
+# if this direction has turned by at least this angle, rad.
 TURNED = math.radians(30.0)
 # Cosine of the angle `TURNED`: the warning is repeated if two lost directions have a smaller
 # cosine.
@@ -48,8 +49,8 @@ class Alarm(NamedTuple):
 
     def is_settled(self, level: Level, arrival: int) -> bool:
         """
-        Return True if `step`, called with this level and time, returns this alarm and False for
-        any other arguments.
+        Return True if `step` would publish no warning at this level and time, for any lost
+        direction and any factor.
         """
         if self.last is None or level is not self.level:
             return False

@@ -50,7 +50,7 @@ class CdrWriter:
         self.written = bytearray(ENCAPSULATION_SAYS)
 
     def room(self, size: int, count: int = 1) -> int:
-        """Reserve `count` numbers of `size` bytes each, aligned, and return their offset."""
+        """Reserve aligned space for `count` numbers of `size` bytes; return the first offset."""
         skipped = -(len(self.data) - BODY) % size if count else 0
         self.data += bytes(skipped + count * size)
         self.written += bytes(skipped) + b'\xff' * (count * size)
@@ -81,8 +81,8 @@ class CdrReader:
     Attributes
     ----------
     is_plain
-        Whether the message is little-endian, with doubles at multiples of eight, and claims no
-        padding.
+        Whether the message is little-endian, with doubles at multiples of eight, and without
+        padding at its end.
     shape
         Byte ranges of the lengths and texts that were read so far.
 

@@ -183,7 +183,7 @@ class MessageOutcome(NamedTuple):
     velocity_source
         `message`, `difference` or `none` if there is a new state; otherwise empty.
     refusal
-        The reason why the message gave no new state. None if there is a new state, and if the
+        The reason why the message gave no new state. None if there is a new state, or if the
         message must be read as a sample.
     starts_anew
         Whether all joints were forgotten, because the stamp stepped back by more than the timeout.

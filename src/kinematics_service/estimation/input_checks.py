@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Check the JointState messages of the last seconds for wrong stamps, jumps, speeds, velocities and
-mimic joints.
+Check the JointState messages of the last seconds for wrong stamps, jumps of positions, excessive
+speeds, wrong velocities and wrong mimic joints.
 
 Stamps are compared with times of arrival; the module `motion_checks` checks the motions. Lags,
-bursts and noise of healthy drivers are not faults. Each sentence begins with the kind of fault, up
-to a colon.
+bursts and noise of healthy drivers are not faults. Each fault is reported as a sentence that
+begins with the kind of fault and a colon.
 """
 
 from collections import Counter
@@ -93,8 +93,8 @@ class JointMessages(NamedTuple):
 
     def newest(self, timeout: int) -> 'JointMessages':
         """
-        Return the messages from the last one whose stamp is more than `timeout` (ns) before its
-        predecessor.
+        Return the messages since the last reset of the clock. A reset is a step of the stamps back
+        by more than `timeout` (ns).
         """
         return self.taken(slice(_last(np.diff(self.stamps) < -timeout), None))
 
@@ -189,8 +189,10 @@ def arrival_jitter(groups: Sequence[JointMessages], names: Sequence[str]) -> str
 
 def zeros_of(groups: Sequence[JointMessages], names: Sequence[str]) -> tuple[int, int]:
     """
-    Return how many messages name a joint of `names` and report position 0 for each such joint, and
-    how many messages name a joint of `names`.
+    Return two numbers of messages that contain joints of `names`.
+
+    The first is the number of messages in which all these joints have the position 0. The second
+    is the number of all messages with such joints.
     """
     values = [group.q[:, np.isin(group.names, names)] for group in groups]
     values = [one for one in values if one.shape[1]]
@@ -198,8 +200,8 @@ def zeros_of(groups: Sequence[JointMessages], names: Sequence[str]) -> tuple[int
 
 
 def _last(where: Flags) -> int:
-    # Returns the index of the message after the last interval at which `where` is true; 0 if
-    # `where` is false everywhere.
+    # `where` has a flag for each interval between two messages. Returns the index of the message
+    # after the last interval with a true flag, or 0 if no flag is true.
     return int(np.flatnonzero(np.append(True, where))[-1])
 
 

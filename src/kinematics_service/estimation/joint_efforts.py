@@ -49,8 +49,8 @@ class JointEfforts(StreamQuantity):
 
     def note(self, ours: OurJoints, names: int, efforts: Floats) -> None:
         """
-        Store the efforts of a message that has `names` joint names; `ours` are the arm's joints in
-        it.
+        Store the efforts of a message that has `names` joint names; `ours` are the indices of the
+        arm's joints in the message.
         """
         joints, places = ours.table
         new = efforts[places] if len(efforts) == names else np.full(len(joints), np.nan)

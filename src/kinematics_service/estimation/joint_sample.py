@@ -19,13 +19,13 @@ class JointSample(NamedTuple):
     positions, velocities : rad or m, rad/s or m/s
         As in the message: any length and any numbers.
     stamp : ns
-        Time of the measurement, ROS clock; 0 if the message has none.
+        Time of the measurement, ROS clock; 0 if the message has no stamp.
     received : ns
         Time of receipt, ROS clock.
     arrival : ns
         Time of receipt, steady clock.
     efforts : N m or N
-        As in the message.
+        As in the message: any length and any numbers.
     """
 
     names: Sequence[str]

@@ -63,9 +63,9 @@ def jumps(robot: Robot, j: int, t: Floats, q: Floats, qdot: Floats) -> Integers:
     Return the indices of the intervals between messages in which joint j moves too far for its
     speed.
 
-    The speed is the largest reported speed within `LAG_LIMIT` of the interval. If an interval is
-    shorter than the median, the median is used. Two messages may have nearly equal stamps although
-    they were measured at different times.
+    The speed is the largest reported speed within `LAG_LIMIT` of the interval. An interval shorter
+    than the median is replaced by the median, because two messages may have nearly equal stamps
+    although they were measured at different times.
 
     Parameters
     ----------
@@ -109,8 +109,8 @@ def path_errors(t: Floats, q: Floats, qdot: Floats, lags: Floats) -> Floats:
     """
     Return the integrated velocities, shifted in time by each of L lags (s), minus the positions.
 
-    The shape is (L, N), in rad or m, up to a constant. Entries are NaN if the shifted time is
-    outside `t`.
+    The shape is (L, N), in rad or m. Each row contains an arbitrary constant, because the integral
+    starts at 0. Entries are NaN if the shifted time is outside `t`.
     """
     path, nan = integral(t, qdot), math.nan
     return np.stack([np.interp(t + lag, t, path, left=nan, right=nan) - q for lag in lags])

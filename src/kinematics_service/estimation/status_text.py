@@ -102,12 +102,12 @@ def singularity_status(
     robot: Robot, singularity: Singularity, level: Level, base_frame: str, joint_prefix: str = ''
 ) -> StatusText:
     """
-    Return the singularity status of a pose as text.
+    Return the text of the singularity warning at a configuration.
 
     Parameters
     ----------
     robot, singularity
-        The arm and its measures.
+        The arm, and its measures of singularity.
     level
         OK, WARN or ERROR, after hysteresis.
     base_frame
@@ -179,8 +179,8 @@ def lost_hold(loop: str) -> str:
 
 
 def _head(robot: Robot, singularity: Singularity, level: Level, loop: str) -> str:
-    # Returns the head of the sentence: at or near a singular pose of the arm, or singular
-    # equations of a loop.
+    # Returns the beginning of the warning sentence. It names a singular pose of the arm, or a loop
+    # whose equations are singular.
     thresholds, condition = robot.singularity.thresholds, singularity.condition_number
     none_near = thresholds.measure == 'distance' and singularity.distance > thresholds.warn
     if none_near and level == Level.WARN and condition > kernel.NEARLY_SINGULAR:
