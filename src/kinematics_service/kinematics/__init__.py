@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Compute pose, Jacobian, twist, singularity and inverse kinematics of an arm."""
+"""Compute pose, Jacobian, twist, singularity measures and inverse kinematics of an arm."""

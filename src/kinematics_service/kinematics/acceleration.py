@@ -4,15 +4,15 @@
 Compute the exact time derivative of the Jacobian from its screws, and the acceleration of the
 tool.
 
-Each column of the Jacobian is a sum of screws, which the kernel computes with the pose. The
-elements of the arm before an element move the screw (s, w) of this element. These elements give
-the reference point the velocity V, and turn with the angular velocity W. So dw/dt = W x w and
-ds/dt = W x s + w x (V_all - V), where V_all is the velocity of the reference point by all
-elements.
+An element is a moving row of the DH table. Each column of the Jacobian is a sum of screws of
+elements, which the kernel computes with the pose. The elements before an element move its screw
+(s, w). They give the reference point the velocity V, and turn with the angular velocity W. So
+dw/dt = W x w and ds/dt = W x s + w x (V_all - V), where V_all is the velocity of the reference
+point by all elements.
 
-If the arm has closed loops, J = J_open [1; C]. The passive joints move so that Phi_x [1; C] = 0 at
-all times, so Phi_psi dC/dt = -dPhi_x/dt [1; C]. The derivatives Phi_x of a loop's residual are
-also screws.
+If the arm has closed loops, J = J_open [1; C], where C = d psi / d q has the derivatives of the
+passive joints psi by the joints q. The passive joints move so that Phi_x [1; C] = 0 at all times,
+so Phi_psi dC/dt = -dPhi_x/dt [1; C]. The derivatives Phi_x of a loop's residual are also screws.
 """
 
 import numpy as np
@@ -148,12 +148,12 @@ def _rate(state: ToolState, point: Point, at: npt.ArrayLike | None) -> Floats:
 
 def _screw_rates(chain: Chain, first: Integers, screws: Floats, rates: Floats) -> Floats:
     # Returns the time derivatives (..., 6, entries) of the screws of a chain whose variables have
-    # the velocities `rates`.
+    # the velocities `rates`. An entry is a pair of an element and a joint that moves this element.
     entries = chain.entries
     sums = np.zeros((*screws.shape[:-1], entries + 1))
     np.cumsum(screws * rates[..., None, chain.table.joint], axis=-1, out=sums[..., 1:])
-    # For each entry, compute the twist by the elements before the element of the entry. Entries of
-    # one element share an axis, so they do not move each other.
+    # For each entry, compute the twist of the elements before the element of this entry. Entries
+    # of one element share an axis, so they do not move each other.
     before = sums[..., first]
     W, V = before[..., 3:, :], sums[..., :3, -1:] - before[..., :3, :]
     halves = screws.reshape(*screws.shape[:-2], 2, 3, entries)
@@ -163,7 +163,8 @@ def _screw_rates(chain: Chain, first: Integers, screws: Floats, rates: Floats) -
 
 
 def _by_variable(chain: Chain, six_rows: Floats) -> Floats:
-    # Sums the columns of entries to one column for each joint and passive joint.
+    # The columns of `six_rows` are screws of entries (pairs of an element and a joint). Sums them
+    # to one column for each joint and passive joint.
     result = np.zeros((*six_rows.shape[:-1], chain.variables))
     for k, j in enumerate(chain.table.joint):
         result[..., j] += six_rows[..., k]

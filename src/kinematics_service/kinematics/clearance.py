@@ -18,12 +18,11 @@ from .threads import in_parts
 
 def clearances(robot: Robot, q: Floats) -> Floats:
     """
-    Return for each q a proved radius, shape (N,), rad, at most 1, within which no pose is
-    singular.
+    Return for each q a proved radius, shape (N,), rad: no pose within the radius is singular.
 
-    A radius is a norm of a joint motion: the root of the sum of squares, with prismatic joints
-    divided by the characteristic length. If the arm has closed loops or more than 16 joints, the
-    radius is 0, because nothing is proved for such arms.
+    A radius is at most 1 rad. It is a norm of a joint motion: the root of the sum of squares, with
+    prismatic joints divided by the characteristic length. If the arm has closed loops or more than
+    16 joints, the radius is 0, because nothing is proved for such arms.
 
     Parameters
     ----------

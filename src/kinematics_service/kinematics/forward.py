@@ -139,8 +139,8 @@ def jacobian(
         The frame that moves: `tool`, a point of the robot file, or a row of the table counted as
         `link_frames` does.
     at : shape (3,), m
-        The reference point of the linear rows, fixed to the frame `of`, in its coordinates;
-        default: the origin of that frame.
+        The reference point of the linear rows, in the coordinates of the frame `of`, to which the
+        point is fixed; default: the origin of this frame.
 
     Raises
     ------
@@ -169,7 +169,7 @@ def twist(
     at: npt.ArrayLike | None = None,
 ) -> Floats:
     """
-    Return the twist of the tool J qdot, shape (..., 6): vx vy vz (m/s), wx wy wz (rad/s).
+    Return the tool's twist J qdot, shape (..., 6): vx vy vz (m/s), wx wy wz (rad/s).
 
     Parameters
     ----------

@@ -72,7 +72,7 @@ def loop_links(state: ToolState) -> tuple[LoopLinks, ...]:
 
 def carried_rows(robot: Robot) -> tuple[bool, ...]:
     """
-    Return for each row of the table whether it is a coordinate of a platform instead of a link.
+    Return for each row of the DH table whether the row is a coordinate of a platform, not a link.
 
     Neighbouring prismatic rows that only passive joints move are coordinates of a platform, which
     the loops carry.

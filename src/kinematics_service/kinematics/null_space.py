@@ -32,10 +32,11 @@ def null_space(
     near: npt.ArrayLike | None = None,
 ) -> Floats:
     """
-    Return an orthonormal basis of the null space of J_t, shape (..., n, k).
+    Return an orthonormal basis of the null space of the task Jacobian J_t, shape (..., n, k).
 
-    k is n minus the rank of J_t at most poses: 1 for seven joints, 0 for six. At a singular pose
-    more than k independent motions leave the tool at rest; k of these motions are returned.
+    k is n minus the generic rank of J_t, the rank at poses that are not singular. For a full pose
+    k is 1 for seven joints, and 0 for six. At a singular pose more than k independent motions
+    leave the tool at rest; k of these motions are returned.
 
     Parameters
     ----------
@@ -118,12 +119,12 @@ def basis_of(task: Task, J: Floats, before: Floats | None = None) -> Floats:
 
 def self_motion(robot: AnyRobot, q: npt.ArrayLike) -> Floats:
     """
-    Return the joint motion (..., n) that increases `distance` fastest while the tool rests in the
-    task's rows.
+    Return the joint motion (..., n) in the null space of J_t that increases `distance` fastest.
 
-    The motion is the projection g of the gradient of `distance` onto the null space. Joint
-    velocities of s g raise the distance by s |g|^2 per second. The motion is zero if the pose is
-    singular, if no singular pose was found within 1 rad, or if the arm has no self-motion.
+    `distance` is the distance to the nearest singular pose, rad. The motion is the projection g of
+    the gradient of `distance` onto the null space. Joint velocities of s g raise the distance by s
+    |g|^2 per second. The motion is zero if the pose is singular, if no singular pose was found
+    within 1 rad, or if the arm has no self-motion.
 
     Parameters
     ----------

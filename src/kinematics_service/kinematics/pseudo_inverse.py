@@ -4,7 +4,8 @@
 Compute the pseudo-inverse of the task Jacobian by singular values, with or without damping.
 
 Only singular values below a bound are damped, so other directions stay exact (Nakamura and
-Hanafusa 1986; Maciejewski and Klein 1988). The function `joint_velocity` uses equal damping.
+Hanafusa 1986; Maciejewski and Klein 1988). The function `joint_velocity` damps singular values by
+the same formula.
 """
 
 from collections.abc import Sequence
@@ -74,7 +75,7 @@ class Inverted(FrozenArrays):
 
 def inverted(sigma: Floats, length: float, damping: float, damped_below: float) -> Inverted:
     """
-    Return damped inverses s / (s^2 + d^2) of singular values s below the bound, 1 / s above it.
+    Return s / (s^2 + d^2) for singular values s below the bound `damped_below`, else 1 / s.
 
     The damping d follows from d^2 = damping^2 (1 - (s / damped_below)^2), with s and d relative to
     the length. Singular values below the rank tolerance give 0.

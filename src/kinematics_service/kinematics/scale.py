@@ -73,10 +73,12 @@ class Constraint(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class MotionScale(FrozenArrays, Generic[Number, Text]):
     """
-    The factor of a joint motion, and the constraint that determines it; not a safety function.
+    The factor by which a joint motion must be scaled, and the constraint that determines the
+    factor.
 
-    The fields are numbers and texts for one motion, arrays for a batch. The scale is the smallest
-    of `values`; the first constraint with this value is the cause.
+    The factor is not a safety function. The fields are numbers and texts for one motion, arrays
+    for a batch. The scale is the smallest of `values`; the first constraint with this value is the
+    cause.
 
     Attributes
     ----------
@@ -85,10 +87,10 @@ class MotionScale(FrozenArrays, Generic[Number, Text]):
     cause, of
         As in `Constraint`; empty if the value is 1.
     margin
-        The margin of the cause. Singularity: joint motion to the distance `stop`, rad, or the
-        difference to the condition number of a stop. Position limit: distance, rad or m. Speed:
-        limit minus speed. If the value is 1, `margin` is that of the constraint with the smallest
-        time.
+        The margin of the cause. Singularity: joint motion to the distance `stop`, rad; with MoveIt
+        Servo's rule, the condition number of a stop minus the present one. Position limit:
+        distance from the limit, rad or m. Speed: limit minus speed. If the value is 1, `margin` is
+        that of the constraint with the smallest time.
     time_left
         Seconds until the unscaled motion has used up the margin; infinite if it never does.
     constraints

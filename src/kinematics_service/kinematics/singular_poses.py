@@ -46,7 +46,8 @@ def singular_poses(robot: Robot, inside: Floats) -> Floats:
     for _ in range(STEPS):
         near = singularity(robot, q)
         # Step to the nearest singular pose that was found. If none was found, step against the way
-        # out (the gradient of ln w) by the first-order distance to w = 0.
+        # out by the first-order distance to w = 0. The way out is the gradient of ln w, where w is
+        # the manipulability.
         found = np.isfinite(near.nearest_singular)
         step = np.where(found, q - near.nearest_singular, near.distance[:, None] * near.way_out)
         fastest = np.max(np.abs(step) / scale, axis=1, keepdims=True)

@@ -42,7 +42,8 @@ class FactorMeasures(Generic[Index]):
     results : shape (..., F, 1 + n)
         Value and gradient of each factor.
     column_scales : shape (..., n)
-        Weight of a unit of each joint in rad.
+        Joint motions are divided by these scales: 1 for a revolute joint, the characteristic
+        length (m) for a prismatic joint.
     """
 
     names: tuple[str, ...]
@@ -114,10 +115,10 @@ class Singularity(Generic[Number, Index, Grade, Pose]):
         distance; `clearance` is a lower bound. If the arm has more than 16 joints, or a position
         exceeds 1e5 rad, nothing is searched.
     nearest_singular : shape (..., n), rad or m
-        The joint positions of the nearest singular pose that Newton's method found; None if it
-        found none or did not search; NaN in a batch. Joint limits are ignored. For an arm with
-        closed loops they may be joint positions at which the equations of a loop are singular
-        (`flat_loop`).
+        The joint positions of the nearest singular pose that Newton's method found. If it found no
+        pose or nothing was searched, the value is None, or NaN in a batch. Joint limits are
+        ignored. For an arm with closed loops they may be joint positions at which the equations of
+        a loop are singular (`flat_loop`).
     clearance
         Radius around this pose in which no pose is singular, rad, at most 1, proved by bounds of
         the Jacobian's change. It is computed at the first access. For arms with closed loops
@@ -126,8 +127,8 @@ class Singularity(Generic[Number, Index, Grade, Pose]):
         Unit vector of the tool motion that needs the largest joint motion, in base axes: linear,
         then angular times the length.
     joint_motion : shape (..., n)
-        The unit joint motion that moves the tool least, rad or m. At a singular pose, the joints
-        in it work against each other.
+        The unit joint motion that moves the tool least, rad or m. At a singular pose the tool
+        motions by these joints cancel each other.
     way_out : shape (..., n)
         Joint motion that leads away from singular poses fastest, rad or m. At a singular pose the
         opposite motion leads away, too. It is zero if the first-order estimate is zero. Near joint
@@ -138,8 +139,8 @@ class Singularity(Generic[Number, Index, Grade, Pose]):
         Change per second, along qdot, of the measure to which the robot's thresholds apply; None
         without qdot.
     time_to_warning
-        Seconds until this measure reaches the threshold `warn` along qdot: 0 beyond the threshold,
-        inf if it is not approached; None without qdot.
+        Seconds until the measure of `rate` reaches the threshold `warn` along qdot: 0 beyond the
+        threshold, inf if the measure does not approach the threshold; None without qdot.
     level
         OK, WARN or ERROR by the robot's thresholds, without hysteresis. Also WARN if the condition
         number exceeds 1e4 and the distance is above `warn`.
@@ -366,8 +367,8 @@ def watched_value(robot: Robot, singularity: Singularity) -> float:
 
 def unsearched(singularity: Singularity) -> str:
     """
-    Return the reason why the kernel did not search singular poses near one pose; empty if it
-    searched.
+    Return the reason why the kernel did not search singular poses near one pose, or '' if the
+    kernel searched.
     """
     state: ToolState | None = singularity.__dict__.get('_state')
     farthest = 0.0
@@ -378,8 +379,9 @@ def unsearched(singularity: Singularity) -> str:
 
 def none_found(singularity: Singularity) -> str:
     """
-    Return a text to show instead of the distance if the search found no singular pose near one
-    pose; empty if it found one.
+    Return the text to show instead of the distance if no singular pose was found near one pose.
+
+    Returns '' if a singular pose was found.
     """
     none = MEASURES['distance'].farther(singularity.distance)
     reason = none and unsearched(singularity)
@@ -405,7 +407,7 @@ def flat_loop(robot: Robot, singularity: Singularity) -> str:
     empty if the arm itself is singular.
 
     At such joint positions the branch of the loop ends or meets another branch. The motors do not
-    hold the passive joints; no direction of the tool is lost.
+    hold the passive joints there, but the tool can still move in every direction.
     """
     k = nearest_factor(robot, singularity)
     factors = robot.singularity.factors
@@ -414,8 +416,7 @@ def flat_loop(robot: Robot, singularity: Singularity) -> str:
 
 def measured(state: ToolState) -> ToolState:
     """
-    Return a state of one pose with its singularity measures, which are computed if the state lacks
-    them.
+    Return the state of one pose with singularity measures; compute them if the state lacks them.
     """
     return state if state.measures is not None else state._replace(measures=_measure(state))
 

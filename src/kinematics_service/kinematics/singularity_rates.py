@@ -63,7 +63,7 @@ def searched(state: ToolState, measures: Floats) -> Floats:
 
 def measured_in_order(state: ToolState, search: kernel.NearestSearch) -> ToolState:
     """
-    Return the state of a motion, whose poses are in order of time, with its singularity measures.
+    Return a state with the singularity measures of all its poses, which are in order of time.
 
     `search` continues from the singular poses that it found for earlier poses.
     """
@@ -74,10 +74,10 @@ def measured_in_order(state: ToolState, search: kernel.NearestSearch) -> ToolSta
 
 def measured_before(state: ToolState, distance: Floats, nearest_singular: Floats) -> ToolState:
     """
-    Return a state with its singularity measures, for known distances (N,) and nearest singular
-    poses (N, n).
+    Return a state with singularity measures that use known distances and nearest singular poses.
 
-    The level in the measures is that of the first-order distance.
+    `distance` (N,) is in rad, and `nearest_singular` (N, n) has joint positions, rad or m. The
+    level in the measures is that of the first-order distance.
     """
     measures, judged = measures_of(state), state.robot.singularity
     measures[:, kernel.DISTANCE] = distance

@@ -4,8 +4,8 @@
 Compute the joint torques J^T F for a wrench F, and estimate the wrench from torques by least
 squares.
 
-A wrench is a force and then a torque at a reference point, in N and N m; a joint's torque is in N
-m; for a prismatic joint it is a force in N. The power of the joints equals the power of the
+A wrench is a force (N) and then a torque (N m) at a reference point. The torque of a joint is in N
+m; a prismatic joint has a force in N instead. The power of the joints equals the power of the
 wrench, so tau = J^T F.
 """
 
@@ -46,8 +46,8 @@ class WrenchEstimate(FrozenArrays):
         `hidden`.
     hidden : shape (..., 6, 6)
         Rows 0 to rank - 1 are zero. Each other row is a direction of wrench that does not act on
-        any joint: any multiple may be added to `wrench`. The rows are orthonormal vectors of
-        force, and torque divided by the characteristic length.
+        any joint, so the torques do not change if a multiple of this row is added to `wrench`. The
+        rows are orthonormal vectors of force, and torque divided by the characteristic length.
     """
 
     wrench: Floats

@@ -36,7 +36,8 @@ class ToolState(NamedTuple):
     joints
         q and qdot of a batch; None for one pose.
     measures
-        The row of measures of one pose, or the rows (N, width) of a batch, if known.
+        The kernel's singularity measures: one row for one pose, rows (N, width) for a batch; None
+        if they were not computed.
     """
 
     robot: Robot

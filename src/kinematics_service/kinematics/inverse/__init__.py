@@ -2,5 +2,5 @@
 # SPDX-License-Identifier: Apache-2.0
 """
 Solve inverse kinematics: find all joint positions that bring the tool to a target, and prove that
-none is missing.
+no solution is missing.
 """

@@ -42,8 +42,8 @@ def answer(
     best: Floats | None = None,
 ) -> IkResult:
     """
-    Return the result of inverse kinematics for proved solutions; some of these may belong to
-    families.
+    Return the result of inverse kinematics for proved solutions. Some of the solutions may belong
+    to families of solutions.
     """
     result = _result_of_found(problem, found, method, roots, best)
     nearest = result.nearest
@@ -145,7 +145,7 @@ def _status(
     families: tuple[IkFamily, ...],
     method: Method,
 ) -> tuple[Status, str]:
-    # Say in the reason that a search without solutions does not prove that none exist.
+    # Write into the reason that a search without solutions does not prove that no solution exists.
     searched = ' (by search, which proves nothing)' if method == 'search' else ''
     target = problem.target
     if inside:
@@ -276,8 +276,8 @@ class Representatives(NamedTuple):
     Attributes
     ----------
     q : shape (m, n), rad or m
-        Joint positions, inside the limits if possible. If several positions are inside, the one
-        nearest to `near`.
+        Joint positions, inside the limits if possible. If several choices of full turns are inside
+        the limits, the positions are those nearest to `near`.
     outside : shape (m, n)
         Whether each joint is beyond its limits.
     margin : shape (m,)

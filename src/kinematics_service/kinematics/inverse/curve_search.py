@@ -4,10 +4,11 @@
 Find the solution curves of an arm with one redundant joint, by continuation from many start
 solutions.
 
-The start solutions, called seeds, come from slices (one joint held, the complete solver for six
-joints) and from random starts (Levenberg and Marquardt). A seed that is on no known curve is
-traced by numerical continuation (Allgower and Georg). The search proves nothing: if no seed is on
-a curve, the search misses this curve.
+The start solutions, called seeds, come from slices and from random starts. A slice holds one
+joint, and solves the other six joints completely. Random starts are refined by the method of
+Levenberg and Marquardt. A seed that is on no known curve is traced by numerical continuation
+(Allgower and Georg). The search proves nothing: if no seed is on a curve, the search misses this
+curve.
 """
 
 import numpy as np
@@ -29,8 +30,8 @@ STARTS = 96
 # Step of the central differences that differentiate J, rad or m. The step is about the cube root
 # of round-off.
 DIFFERENCE = 1e-5
-# Step from a crossing of curves to a seed on a curve, rad. The step is half of the first step of a
-# continuation.
+# Length of the step from a crossing of two curves to a seed on one of the curves, rad. It is half
+# of the first step of a continuation.
 STEP_TO_SEED = 0.01
 # Largest number of solution curves that are traced.
 MAX_CURVES = 64
@@ -41,8 +42,8 @@ def curves_of(problem: IkProblem, arm: SlicedArm) -> tuple[SolutionCurve, ...]:
     point = point_of(problem)
     curves: list[SolutionCurve] = []
     seeds = _seeds(problem, arm)
-    # Trace a curve from each seed. The list `seeds` grows during the loop. Other curves may cross
-    # at the end of a curve, so seeds near the crossing are added.
+    # Trace a curve from each seed. A curve may end where it crosses other curves, so add seeds
+    # near its ends. The list `seeds` grows during the loop.
     for q in seeds:
         if any(kernel.passes(point, curve.samples, q) for curve in curves):
             continue
@@ -87,8 +88,8 @@ def _near_crossing(point: kernel.CurvePoint, q: Floats) -> Floats:
     ahead = [_jacobian(point, q + DIFFERENCE * way) for way in N]
     behind = [_jacobian(point, q - DIFFERENCE * way) for way in N]
     form = np.array([e @ (a - b) @ N.T for a, b in zip(ahead, behind)])
-    # Compute the roots a of the quadratic form. If its eigenvalues have opposite signs, a^2 low +
-    # b^2 high = 0 along the axes has two real roots.
+    # Compute the roots of the quadratic form. In the axes of its eigenvectors it is a^2 low + b^2
+    # high = 0, which has two real roots if the eigenvalues low and high have opposite signs.
     (low, high), axes = np.linalg.eigh(0.5 * (form + form.T))
     if not low < 0.0 < high:
         return np.empty((0, len(q)))

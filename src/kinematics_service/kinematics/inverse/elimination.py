@@ -23,8 +23,9 @@ from .problem.screws import Screws, screws_of
 from .problem.target import residual_of
 from .search import BATCH, DistinctSolutions, distinct, refined, refinement, starts
 
-# If a target is degenerate, targets displaced by these two distances are solved. The distances are
-# relative to the characteristic length for positions, and in rad for rotations.
+# At a degenerate target solutions coincide, or all determinants of the elimination vanish. Instead
+# of this target, targets displaced by these two distances are solved. The distances are relative
+# to the characteristic length for positions, and in rad for rotations.
 BESIDE = (1e-6, 1e-4)
 
 
@@ -39,10 +40,11 @@ class Eliminated(NamedTuple):
     roots
         Number of complex solutions found, and the largest possible number.
     real
-        Number of real roots: the number of solutions, unless some roots are double.
+        Number of real roots. It equals the number of solutions unless some roots are double.
     proved
-        Whether every real root is found: the largest possible number is found, or every root of
-        the determinant that may be real has led to a solution.
+        Whether it is proved that every real root was found. The proof is that the largest possible
+        number of roots was found, or that every root of the determinant that may be real has led
+        to a solution.
     """
 
     solutions: kernel.Solutions
@@ -58,7 +60,7 @@ class Eliminated(NamedTuple):
 
 def eliminated_solutions(problem: IkProblem, arm: kernel.SixJoints) -> Eliminated:
     """
-    Solve an inverse kinematics problem of six joints by elimination, and return the solutions.
+    Return the solutions of an inverse kinematics problem of six joints, found by elimination.
     """
     solutions = room_for(kernel.MOST_CANDIDATES, problem)
     counts = np.zeros(3, dtype=np.int64)
@@ -70,8 +72,9 @@ def eliminated_solutions(problem: IkProblem, arm: kernel.SixJoints) -> Eliminate
 
 def completed_solutions(problem: IkProblem, arm: kernel.SixJoints) -> DistinctSolutions | None:
     """
-    Return all solutions of an arm of six joints. Elimination finds solutions, and random starts
-    add solutions that elimination has missed.
+    Return all solutions of an arm of six joints, found by elimination and from random starts.
+
+    The random starts add solutions that elimination has missed.
 
     Returns None unless the number of certified complex solutions is the largest possible number.
     """
@@ -143,13 +146,13 @@ def solutions_beside(problem: IkProblem, arm: kernel.SixJoints) -> Beside:
 
 
 def _positions(screws: Screws, psi: Floats) -> Floats:
-    # Returns the joint positions (m, 6) that belong to screw positions psi (m, 6).
+    # Returns the joint positions (m, 6) at which the screws have the positions psi (m, 6).
     return np.asarray(np.linalg.solve(screws.coupling, psi.T).T, np.float64)
 
 
 def _real_ones(psi: Floats) -> Floats:
-    # Returns the real solutions (k, 6) among the complex solutions (m, 6, 2). A solution is real
-    # if its conjugate is not in the list.
+    # Returns the real solutions (k, 6) among the complex solutions (m, 6, 2). A complex solution
+    # is in the list together with its conjugate, so a solution without a conjugate is real.
     conjugate = psi * (1.0, -1.0)
     paired = [any(np.array_equal(one, other) for other in conjugate) for one in psi]
     return np.asarray(psi[np.logical_not(paired), :, 0])

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Separate isolated solutions from families (continua of solutions) by the null space of J and trial
-steps.
+Separate isolated solutions from families of solutions (continua), by the null space of J and by
+trial steps.
 """
 
 from typing import NamedTuple
@@ -18,17 +18,17 @@ from .problem.problem import IkProblem
 from .result import off_motions
 from .search import DistinctSolutions, apart, errors_at, refined
 
-# If the singular value of a joint motion, divided by the largest singular value, is below this,
-# the motion may lead along a family of solutions.
+# A joint motion (right singular vector of J) may lead along a family of solutions. It is tested if
+# its singular value, divided by the largest singular value, is below this.
 FREE_SINGULAR_VALUE_RATIO = 1e-5
 # If the ratio of the last pivot of J to the largest pivot is above this, singular values are not
 # computed. No ratio of singular values is then below FREE_SINGULAR_VALUE_RATIO.
 SUSPECT_PIVOT_RATIO = 1e-3
 # Trial step along a joint motion that may lead along a family of solutions, rad.
 TRIAL_STEP = 0.05
-# Least joint motion, rad, that shows that a solution belongs to a family. The motion is that of a
-# trial step and of the correction that brings the tool back to the target. At the border of the
-# workspace J is singular, but the correction leads back to the solution.
+# A solution belongs to a family if a trial step, and the correction that brings the tool back to
+# the target, together move the joints by at least this, rad. At the border of the workspace J is
+# singular too, but the correction leads back to the solution.
 MIN_TRIAL_MOTION = 0.01
 # Largest residual after a trial step on a family, relative to the characteristic length. The bound
 # is round-off. With a larger bound, two solutions beside a singular pose would be taken as a
@@ -134,7 +134,8 @@ def _along(problem: IkProblem, q: Floats, null: Floats, error: float) -> Floats:
 def _straight(problem: IkProblem, q: Floats, along: Floats) -> bool:
     robot, target, plan, *_ = problem
     out = np.concatenate([q + t * along * plan.scales for t in CHECKED_STEPS])
-    # Allow residuals above round-off, because the directions `along` have only about ten digits.
+    # Allow residuals above round-off, because the numbers in `along` have only about ten correct
+    # digits.
     return bool(np.all(errors_at(target, plan, out) < 1e-6 * robot.singularity.task.length))
 
 
@@ -157,8 +158,7 @@ def _merged(plan: InversePlan, families: list[SolutionFamily]) -> list[SolutionF
 
 def nearer(problem: IkProblem, family: SolutionFamily, limits: Floats) -> SolutionFamily:
     """
-    Move along a family toward `problem.near` by at most `MAX_STEPS` steps; return the family at
-    the solution reached.
+    Return the family at a solution nearer to `problem.near`, after at most `MAX_STEPS` steps.
     """
     _, target, plan, near, *_ = problem
     q, error, motions, _ = family
@@ -181,8 +181,10 @@ def nearer(problem: IkProblem, family: SolutionFamily, limits: Floats) -> Soluti
 
 def tangent(problem: IkProblem, q: Floats, dimension: int) -> Floats:
     """
-    Return the joint motions (k, n), scaled and orthonormal, of the `dimension` least singular
-    values of J.
+    Return k joint motions along a family of solutions at q, shape (k, n), scaled and orthonormal.
+
+    k is `dimension`. The motions are the right singular vectors of J with the k least singular
+    values.
     """
     n, residual = len(q), problem.target.residual
     sigma, motions = np.zeros((1, n)), np.zeros((1, n, n))

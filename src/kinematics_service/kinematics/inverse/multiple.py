@@ -36,7 +36,7 @@ MAX_ORDER = 6
 # Round-off of g(s) and its derivatives, relative to the characteristic length. The bound is about
 # 5 machine epsilons.
 REDUCED_ROUND_OFF = 1e-15
-# Largest number of Newton steps that solve the equations of full rank.
+# Largest number of Newton steps that solve all equations except the one along the lost direction.
 MAX_NEWTON_STEPS = 12
 # Two solutions are taken as one if their distance is below this, rad (prismatic joints divided by
 # the characteristic length).
@@ -155,8 +155,9 @@ def _root(coefficients: Floats, nothing: float) -> tuple[int, float]:
 def _way(
     problem: IkProblem, q: Floats, s: float, parts: tuple[Floats, Floats, Floats]
 ) -> Floats | None:
-    # Returns the scaled step from q whose component along the null direction of J is s. Newton's
-    # method solves the equations of full rank. Returns None if Newton's method diverges.
+    # Returns the scaled step from q whose component along the null vector of J is s. The other
+    # components solve all equations except the one along the lost direction (Newton's method).
+    # Returns None if Newton's method diverges.
     along, across, kept = parts
     y = np.zeros(len(across))
     for _ in range(MAX_NEWTON_STEPS):

@@ -4,8 +4,8 @@
 Solve the inverse kinematics of arms with more joints than the target has equations. The solutions
 of such arms form continua.
 
-If one joint is redundant, the result has the solution curves. If several joints are redundant, the
-result has one posture of the continuum.
+If one joint is redundant, the solutions form curves, and the result has these curves. If several
+joints are redundant, the result has one posture of the continuum of solutions.
 """
 
 import math
@@ -139,10 +139,11 @@ def _away(near: Floats, arc: IkArc, plan: InversePlan) -> float:
 
 def redundant_family(problem: IkProblem) -> tuple[SolutionFamily | None, Floats]:
     """
-    Return the family of solutions at a posture near `problem.near`, if possible inside the limits.
+    Return the family of solutions through a posture near `problem.near`, and the best posture.
 
-    The second result is the joint positions (n,) inside the limits with the least residual found.
-    The family is None if the search finds no solution.
+    The posture of the family is inside the limits if possible. The family is None if the search
+    finds no solution. The best posture has the joint positions (n,) inside the limits with the
+    least residual found.
     """
     robot, target, plan, near, *_ = problem
     random, best, least = problem.random(), near, np.inf

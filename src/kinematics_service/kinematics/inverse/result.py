@@ -33,8 +33,8 @@ FAMILY_TOLERANCE = 1e-6
 @dataclass(frozen=True)
 class Posture:
     """
-    The posture of the arm in a solution, as three words. A word is empty if the arm has no such
-    feature.
+    The posture of the arm in a solution, as a word each for shoulder, elbow and wrist. A word is
+    empty if the posture of this part is not defined for the arm.
 
     Attributes
     ----------
@@ -68,8 +68,9 @@ class IkSolution(FrozenArrays):
     q : shape (n,), rad or m
         The joint positions, read-only.
     residual
-        The error by forward kinematics: norm of the position error (m) and of the rotation vector
-        times the arm's length, over the wanted rows. If not `exact`, it is within the tolerance.
+        The error of the tool's pose by forward kinematics, m. It is the norm of the position error
+        and of the rotation vector times the arm's length, over the rows of the target. If `exact`
+        is False, the error is within the tolerance.
     feasible
         Whether every joint is inside its limits.
     beyond
@@ -115,11 +116,11 @@ class IkFamily(FrozenArrays):
     residual, feasible, beyond, margin, posture
         Properties of `q`, as in `IkSolution`.
     intervals
-        The arcs of the family inside the limits, for an arm with one joint more than the target
-        has equations. Otherwise empty.
+        The arcs of the family inside the limits, for an arm with one redundant joint; otherwise
+        empty.
     closed
-        Whether the family, without joint limits, is a closed curve. False if the curve passes a
-        pose at which it could not be followed.
+        Whether the family is a closed curve if joint limits are ignored. False if the curve could
+        not be followed past a pose, for example a singular pose.
     """
 
     q: Floats
@@ -157,10 +158,10 @@ class IkFamily(FrozenArrays):
 
 def off_motions(away: Floats, motions: Floats) -> Floats:
     """
-    Return a joint difference `away` (n,) minus the multiples of the motions (k, n) that make k of
-    its joints 0.
+    Return a joint difference `away` (n,) after k of its components were made 0. They are made 0 by
+    subtraction of multiples of the motions (k, n).
 
-    So full turns of these k joints do not change the result.
+    Full turns of the k joints of these components do not change the result.
     """
     left = motions.copy()
     for i in range(len(left)):
@@ -190,7 +191,7 @@ class NearestPose(FrozenArrays):
     residual
         As in `IkSolution`.
     position_error, rotation_error
-        The position error (m) and the rotation error (rad), over the wanted rows.
+        The position error (m) and the rotation error (rad), over the rows of the target.
     """
 
     q: Floats
@@ -211,8 +212,9 @@ class IkResult(Sequence[IkSolution]):
         The isolated solutions, which are also the items of the sequence.
     families
         Continua of solutions; empty for most targets. A curved family may be listed at several of
-        its poses. If the arm has one joint more than the target has equations, each family is a
-        whole curve, listed once, with its `intervals` inside the limits.
+        its poses. If the arm has one redundant joint (one joint more than the target has
+        equations), each family is a whole curve, listed once, with its `intervals` inside the
+        limits.
     status
         `solved`: an isolated solution, or an interval of a family, is inside the limits. `family`:
         only poses of families are inside the limits. `outside_limits`: the target can be reached
@@ -226,12 +228,13 @@ class IkResult(Sequence[IkSolution]):
     nearest
         The nearest pose if no solution is inside the limits; for a family, its `q`.
     complete
-        Whether other solutions may exist (with `respect_limits`, inside the limits). `proved`: no,
-        because each step of the solution was farther from singular than its error bound. `found`:
-        a search may have missed some, above all for six joints within 1e-6 rad of a singular pose.
-        `partial`: others were not searched for, as with `all_solutions=False`, `curves=False`, and
-        for arms with two redundant joints or more. Curves are found by search, so they are never
-        `proved`. The search does not follow a surface of postures.
+        Whether other solutions may exist (with `respect_limits`, inside the limits). `proved`: no
+        other solutions exist, because each step of the solution was farther from singular than its
+        error bound. `found`: a search may have missed some solutions, above all for six joints
+        within 1e-6 rad of a singular pose. `partial`: other solutions were not searched for, as
+        with `all_solutions=False`, `curves=False`, and for arms with two redundant joints or more.
+        Curves are found by search, so they are never `proved`. The search does not follow a
+        surface of postures.
     roots
         The number of certified complex solutions and the largest possible number, both with
         multiplicity; None if they were not counted. If every root that may be real has led to a

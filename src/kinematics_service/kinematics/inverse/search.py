@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Search for inverse kinematics solutions by multistart: refine random starts until each known
-solution has been found four times.
+Search for inverse kinematics solutions from random starts (multistart). Each start is refined,
+until every known solution has been found four times.
 
 The rule follows Good (1953): if some solutions have been found only once, other solutions are
 likely missing.
@@ -92,7 +92,8 @@ def refined(
     held: bool = False,
 ) -> DistinctSolutions:
     """
-    Return joint positions q (m, n) moved to local minima of the residual (Levenberg-Marquardt).
+    Return the local minima of the residual to which Levenberg-Marquardt moves the joint positions
+    q (m, n).
 
     Parameters
     ----------
@@ -132,8 +133,8 @@ def distinct(
     target: IkTarget, plan: InversePlan, found: DistinctSolutions
 ) -> tuple[DistinctSolutions, Integers]:
     """
-    Return each proved solution once, and for each the number of given joint positions that led to
-    it.
+    Return each proved solution once, and the number of given joint positions that led to each
+    solution.
     """
     order = np.argsort(found.errors, kind='stable')
     q, errors = found.q[order], found.errors[order]

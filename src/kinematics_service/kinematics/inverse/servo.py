@@ -3,11 +3,11 @@
 """
 Compute joint velocities for a wanted twist of the tool, by damped least squares with limits.
 
-One step solves J_t qdot = twist, with the rows of the arm's task scaled by the characteristic
-length. Only small singular values are damped, and smaller singular values are damped more. So all
-other directions stay exact (Nakamura and Hanafusa 1986; Maciejewski and Klein 1988). Then all
-velocities are scaled down by one factor, so that no velocity exceeds its limit. Joints near a
-position limit are slowed, and the other joints compensate.
+One step solves J_t qdot = twist, where J_t is the task Jacobian scaled by the characteristic
+length. Only singular values below a bound are damped, and the smallest singular values are damped
+most. So directions with larger singular values stay exact (Nakamura and Hanafusa 1986; Maciejewski
+and Klein 1988). Then all velocities are scaled down by one factor, so that no velocity exceeds its
+limit. Joints near a position limit are slowed, and the other joints compensate.
 """
 
 import functools
@@ -28,10 +28,10 @@ from ..arguments import check_positive, finite_vector, rows_in_order
 from ..task_jacobian import task_of
 from ..tool_state import ToolState, evaluate
 
-# A twist is taken as lost if the tool moves with less than this fraction of the twist.
+# A wanted twist is lost if the tool moves with less than this fraction of the twist.
 LOST_FRACTION = 0.05
-# A twist is taken as followed if at most this fraction of the twist is missing. The fraction is
-# the round-off of the least squares.
+# A wanted twist is followed if at most this fraction of the twist is missing. The fraction is the
+# round-off of the least squares.
 FOLLOWED_ROUND_OFF = 1e-9
 
 
@@ -102,8 +102,8 @@ class ServoStep(FrozenArrays):
         Smallest singular value of the scaled J_t, relative to the length.
     followed
         Component of the resulting twist along the wanted twist, relative to the wanted twist, in
-        the rows of the task and before limits. It is 1 unless directions are damped, or lost at
-        every pose.
+        the rows of the task and before limits. It is 1 unless a direction is damped, or the tool
+        cannot move in a direction at any pose.
     """
 
     qdot: Floats
@@ -117,7 +117,7 @@ class ServoStep(FrozenArrays):
 
     @property
     def lost(self) -> bool:
-        """Return whether a singular pose prevents at least 95 % of the wanted twist."""
+        """Return whether a singular pose prevents more than 95 % of the wanted twist."""
         return self.damping > 0.0 and self.followed < LOST_FRACTION
 
     @property

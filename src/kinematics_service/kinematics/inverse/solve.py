@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Solve inverse kinematics by closed form, elimination or search.
+Solve inverse kinematics of an arm by a closed form, by elimination, or by search.
 
 Forward kinematics checks each candidate solution. Solutions are isolated, or belong to families
 (continua).
@@ -67,8 +67,8 @@ from .search import (
 # Default tolerance of a target, m and rad. The tolerance is 1e-6, because typed numbers have about
 # seven digits.
 TOLERANCE = 1e-6
-# Number of random starts in the search for a single solution. If none of them leads to a solution,
-# all solutions are searched.
+# Number of random starts in the search for a single solution. If none of the starts leads to a
+# solution, all solutions are searched.
 STARTS = 256
 # If a candidate is within this distance of a solution (rad), refinement moves the candidate to
 # this solution (see kernel/inverse/solving.py).
@@ -108,8 +108,9 @@ def inverse_kinematics(
     respect_limits
         Whether to leave out solutions outside the limits.
     rows
-        The rows that count, some of x y z rx ry rz (axes of the table's frame 0; rx ry rz: the
-        rotation vector from pose to target); default: all of a pose, x y z of a position.
+        The rows that the solution must meet, some of x y z rx ry rz, in the axes of the table's
+        frame 0; rx ry rz is the rotation vector from pose to target. Default: all rows for a pose,
+        x y z for a position.
     seed
         Seed of the search, if neither a closed form nor elimination finds all solutions. Equal
         seeds give equal results.
@@ -165,7 +166,7 @@ def inverse_kinematics_of_each(
     """
     Return the result of `inverse_kinematics` for each of many poses of the tool.
 
-    An arm with a closed form is solved in one call of the kernel.
+    If the arm has a closed form, one call of the kernel solves all poses.
 
     Parameters
     ----------
@@ -355,8 +356,9 @@ def _degenerate(problem: IkProblem, arm: kernel.SixJoints, eliminated: Eliminate
     isolated, singular, families = isolated_or_not(problem, known)
     if not families and np.count_nonzero(~singular) == real:
         found = with_multiplicities(problem, isolated, singular)
-        # Take the result as proved only if all multiplicities exceed 1. A multiplicity of 0 is
-        # unknown, and a singular solution of multiplicity 1 may already be counted in `certified`.
+        # The result is proved only if all multiplicities of singular solutions exceed 1. A
+        # multiplicity of 0 is unknown, and a solution of multiplicity 1 may already be counted in
+        # `certified`.
         multiples = found.multiplicities[np.count_nonzero(~singular) :]
         if all(m > 1 for m in multiples) and certified + sum(multiples) == arm.bound:
             return result_of(problem, found, (), _method_of(every), every)
@@ -369,14 +371,16 @@ def _searched(problem: IkProblem, known: DistinctSolutions | None = None) -> IkR
     if out is not None:
         return out
     # If the arm has loops, require several starts only for solutions inside the limits. Beyond the
-    # limits loops seldom close, so a solution beyond the limits is found once in many slow starts.
+    # limits loops seldom close. Several finds of such a solution would need many starts, which are
+    # slow.
     inside = plan.limits if problem.respect_limits and robot.chain.loops else plan.unlimited
     found, best = search(problem, inside, known)
     return answer(problem, reached(checked, found), 'search', best=best)
 
 
 def _beyond_reach(problem: IkProblem) -> IkResult | None:
-    # Returns the result for a target beyond the arm's reach; None if the target is within reach.
+    # Returns the result for a target beyond the arm's reach, or None if the target is within
+    # reach.
     if not beyond(problem.target, problem.robot, problem.plan.reach):
         return None
     return result_of(problem, no_solutions(problem.robot), (), 'closed form')

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute first-order covariances of the tool's pose and twist from the errors of an arm. Each error
-moves the tool along a screw.
+Compute first-order covariances of the tool's pose and twist from the uncertain parameters of an
+arm. An error of a parameter moves the tool along a screw.
 
 The robot file gives standard deviations of joint positions, joint velocities and parameters of the
 table.
@@ -41,8 +41,8 @@ CACHE_SIZE = 8
 
 class TableErrors(NamedTuple):
     """
-    Arrays that describe the uncertain parameters of a robot's table. `pose_errors` converts them
-    to the kernel's `PoseErrors`.
+    Arrays that describe the uncertain parameters of a robot's DH table. `pose_errors` converts
+    them to the kernel's `PoseErrors`.
 
     Attributes
     ----------
@@ -67,7 +67,8 @@ class TableErrors(NamedTuple):
 
 class NamedErrors(NamedTuple):
     """
-    The parameters that a robot file may name, with their screws as in `TableErrors`.
+    The parameters for which a robot file may give a standard deviation, with their screws as in
+    `TableErrors`.
 
     Screw k belongs to the parameter with index of[k]. The gear ratio of a joint that moves several
     rows has several screws.
@@ -117,7 +118,8 @@ def screws_in_frames(
 
 def named_errors(robot: Robot) -> NamedErrors:
     """
-    Return all parameters that a robot file may name, with their screws; the gear ratios are last.
+    Return all parameters for which a robot file may give a standard deviation, with their screws.
+    The gear ratios are last.
     """
     arm = every_parameter_of(robot.description)
     description, count = robot.description, len(arm.table)

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute tool poses of a chain whose constants have corrections, and their exact derivatives by the
-corrections.
+Compute tool poses of a chain whose constants have corrections, and the exact derivatives of the
+poses by the corrections.
 
 Each correction is a rotation about, or a translation along, one axis of a frame between two
 joints. So the derivative of a pose by a correction is a screw whose axis is the axis of the
@@ -273,9 +273,6 @@ def error_screws(chain: CorrectedChain, values: Floats) -> ErrorScrews:
 
 
 def seen_from(T: Floats, screws: Floats) -> Floats:
-    """
-    Return screws (P, 6), given in a frame with pose T (4, 4), in the frame in which T is
-    expressed.
-    """
+    """Transform screws (P, 6) from a frame A to a frame B. T (4, 4) is the pose of A in B."""
     linear, angular = screws[:, :3] @ T[:3, :3].T, screws[:, 3:] @ T[:3, :3].T
     return np.concatenate([linear + np.cross(T[:3, 3], angular), angular], axis=1)

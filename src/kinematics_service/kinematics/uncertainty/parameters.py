@@ -41,8 +41,8 @@ from .corrected_chain import (
 )
 from .triangle import triangle_of
 
-# An extra parameter is added only if the part of its tool motion that no other parameters can
-# produce exceeds this, relative to LENGTH.
+# An extra parameter is added only if other parameters cannot produce its tool motion. The part of
+# the motion that they cannot produce must exceed this, relative to LENGTH.
 MIN_EXTRA_MOTION = 0.1
 # If a combination of parameters moves the tool by less than this, relative to LENGTH, its tool
 # motion is ignored in the test of an extra parameter.
@@ -98,7 +98,9 @@ def placement(
 
 
 def every_parameter_of(description: RobotDescription) -> ArmParameters:
-    """Return all parameters of an arm, including extra parameters that depend on others."""
+    """
+    Return all parameters of an arm and their chain, with extra parameters that depend on others.
+    """
     return _built(description, None)
 
 
@@ -157,13 +159,12 @@ def scaled_jacobian(
     positions: bool = False,
 ) -> Floats:
     """
-    Return R (P, P) of the QR factorisation of the Jacobian of the tool at random poses by P
-    parameters.
+    Return the triangular factor R (P, P) of the tool's Jacobian by P parameters.
 
-    Each column of the Jacobian is multiplied by the usual error of its parameter. The matrix is
-    divided by LENGTH and by the square root of the number of poses (RMS). Angles of the tool are
-    multiplied by the characteristic length. If `positions`, only the rows of the tool's origin are
-    used.
+    The Jacobian has six rows for each of POSES random poses, and R is from its QR factorisation.
+    Each column is multiplied by the usual error of its parameter. The matrix is divided by LENGTH
+    and by the square root of the number of poses (RMS). Angles of the tool are multiplied by the
+    characteristic length. If `positions` is True, only the rows of the tool's origin are used.
     """
     q = seeded_poses(robot.limits, robot.prismatic)[:POSES]
     scales = np.array([one.scale for one in parameters])

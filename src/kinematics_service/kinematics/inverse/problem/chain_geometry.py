@@ -19,8 +19,8 @@ GEOMETRY_TOLERANCE = 1e-9
 # Size of an arm whose lengths are all 0, m. It is not 0, because distances are divided by the
 # size.
 MIN_SIZE = 1e-300
-# Two rates of rotation per joint motion are taken as equal if they differ by at most this. The
-# tolerance is 45 machine epsilons.
+# Two links turn together if their rotations per joint motion differ by at most this. The tolerance
+# is 45 machine epsilons.
 RATIO_TOLERANCE = 1e-14
 
 
@@ -32,8 +32,8 @@ def size_of(screws: Screws) -> float:
 
 def made_exact(screws: Screws, axes: Floats, points: Floats, coupling: Floats) -> Screws:
     """
-    Return the screws with new axes, points and coupling. Their error `off` is increased by twice
-    the change.
+    Return the screws with new axes, points and coupling. The error `off` of the screws is
+    increased by twice the change of axes and points.
     """
     turns = np.linalg.norm(np.cross(axes, screws.axes), axis=1)
     ways = np.linalg.norm(np.cross(points - screws.points, screws.axes), axis=1)
@@ -49,10 +49,11 @@ def parallel(a: Floats, b: Floats) -> bool:
 
 def meeting_point(screws: Screws, which: Sequence[int]) -> Floats | None:
     """
-    Return the point (3,) at which the rotation axes `which` meet at rest, m; None if they do not
-    meet.
+    Return the point (3,) at which the rotation axes `which` meet with all joints at zero, m, or
+    None.
 
-    Neighbouring axes must not be parallel: parallel axes coincide or do not meet.
+    Returns None if the axes do not meet in one point, if a screw is a translation, or if
+    neighbouring axes are parallel.
     """
     if any(screws.slides[k] for k in which):
         return None
@@ -110,7 +111,7 @@ def in_one_direction(screws: Screws, which: Sequence[int]) -> Screws:
 
 def with_feet(screws: Screws) -> Screws:
     """
-    Return the screws with the points of axes 1 and 2 at the feet of their common perpendicular.
+    Return the screws with the points of axes 1 and 2 on the common perpendicular of both axes.
 
     If axes 1 and 2 are parallel or meet within the tolerance, they are made exactly parallel or
     exactly meeting.
@@ -166,8 +167,9 @@ def with_turn(screws: Screws, axis: Floats, point: Floats) -> Screws:
 
 def with_links_merged(screws: Screws) -> Screws:
     """
-    Return the screws with the last parallel rotations merged to two rotations. The motion of the
-    tool's origin does not change.
+    Return the screws with the last parallel rotations merged to two rotations.
+
+    The motion of the tool's origin does not change.
 
     In a plane each link is a vector that turns by the sum of the angles before it. Links that turn
     together, as in a parallelogram, are merged. Links that never turn are moved before the

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Choose, from the screws of an arm, how to solve its inverse kinematics; the choice holds for all
-targets.
+Choose, from the screws of an arm, how to solve its inverse kinematics. The choice depends on the
+rows of the target, not on its pose.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ from .target import IDENTITY, residual_of
 RANK_POSES = 50
 # Singular values below this ratio to the largest one are taken as zero.
 RANK_RATIO = 1e-9
-# If one turn of a joint is k turns of its screw, and k differs from a whole number by at most this
-# value, k is taken as whole.
+# One turn of a joint is k turns of its screw. k is a whole number if it differs from a whole
+# number by at most this value.
 WHOLE_TOLERANCE = 1e-12
 # Relative round-off of a closed form, after a product of ten matrices. The round-off is 9 machine
 # epsilons.
@@ -54,8 +54,8 @@ IMAGINARY_TOLERANCE = 1e-6
 # Largest number of turns that is tried as the period of a joint that moves several screws.
 MAX_TURNS = 1000
 # Axes of the turn that is added to an arm of five joints. They are unit vectors that are parallel
-# to no axis of usual arms. If the six joints are singular with one of these axes, they are regular
-# with the other.
+# to no axis of usual arms. If the six joints are singular with the first axis, they are regular
+# with the second axis.
 ADDED_AXES = np.array([[0.48, 0.6, 0.64], [0.64, -0.48, 0.6]])
 
 
@@ -73,8 +73,8 @@ class InversePlan(FrozenArrays):
     joints
         The joints for the kernel: scales, periods and limits.
     scales : shape (n,)
-        Weight of a unit of each joint: 1 for revolute joints, the characteristic length for
-        prismatic joints.
+        Joint motions are divided by these scales: 1 for revolute joints, the characteristic length
+        (m) for prismatic joints.
     held : shape (n,)
         The scales, with 0 for joints that are held so that solutions are isolated.
     idle : shape (k, n)
@@ -83,8 +83,8 @@ class InversePlan(FrozenArrays):
     redundant
         Whether solutions form families although the held joints (`held` is 0) do not move.
     freedom
-        Dimension of the null space of the target's rows of J at most poses. A family of solutions
-        has this dimension.
+        Dimension of the null space of the target's rows of J at poses that are not singular. A
+        family of solutions has this dimension.
     overdetermined
         Whether J has fewer independent rows than the target has equations. The arm then cannot
         reach rounded targets exactly.
@@ -96,7 +96,8 @@ class InversePlan(FrozenArrays):
     limits, unlimited : shape (n, 2), rad or m
         The joint limits, and infinite limits.
     reach, reach_inside
-        A ball that the tool never leaves, and a ball that it never leaves inside the limits.
+        Two balls. The tool never leaves the first; it does not leave the second if all joints are
+        inside their limits.
     """
 
     closed: kernel.ClosedForm | None
@@ -119,8 +120,9 @@ class InversePlan(FrozenArrays):
 @functools.lru_cache(maxsize=128)
 def plan_for(robot: Robot, rows: tuple[str, ...], axis: str = '') -> InversePlan:
     """
-    Return the plan of an arm for targets with the rows `rows` and, if `axis` is given, the
-    direction of a tool axis.
+    Return the plan of an arm: how inverse kinematics is solved for targets with given rows.
+
+    If `axis` is given, a target also has the direction of this tool axis.
     """
     # Use no screws for an arm with closed loops, because only the search can solve it.
     screws = None if robot.chain.loops else screws_of(robot.chain)
@@ -186,10 +188,9 @@ def _idle_motions(
 
 def signed(motions: Floats) -> Floats:
     """
-    Return joint motions (k, n), each with a sign that makes its first large number positive, and
-    no negative zeros.
+    Return joint motions (k, n) with new signs: the first large number of each motion is positive.
 
-    This sign makes the motions equal on every machine.
+    So the motions are equal on every machine. Numbers that are round-off become 0.
     """
     signs = np.sign(motions[np.arange(len(motions)), np.argmax(np.abs(motions) > 0.1, axis=1)])
     return np.asarray(np.where(np.abs(motions) < 1e-9, 0.0, motions) * signs[:, None])
@@ -197,7 +198,7 @@ def signed(motions: Floats) -> Floats:
 
 def _pivots(idle: Floats) -> list[int]:
     # Returns for each idle motion the index of a joint to hold, chosen by Gaussian elimination. It
-    # is the joint that the motion moves most; if several are equal, the last of them.
+    # is the joint that the motion moves most, or the last of several such joints.
     left, pivots = idle.copy(), []
     for k in range(len(left)):
         j = left.shape[1] - 1 - int(np.argmax(np.round(np.abs(left[k][::-1]), 9)))
@@ -285,7 +286,7 @@ class SixSolver(NamedTuple):
     to_joints : shape (6, 6)
         Matrix from positions of the screws to joint positions.
     home_inverse : shape (4, 4)
-        Inverse of the tool's pose at rest.
+        Inverse of the tool's pose with all joints at zero.
     backwards
         Whether the screws are ordered from tool to base.
     """
@@ -314,8 +315,8 @@ class SixSolver(NamedTuple):
 
 def closed_solvers(screws: Screws) -> Iterator[SixSolver]:
     """
-    Yield solvers for the closed forms of six screws. The screws are ordered first from base to
-    tool, then from tool to base.
+    Yield solvers for the closed forms of six screws. The first solver orders the screws from base
+    to tool, the second from tool to base. A solver is omitted if no closed form is known.
     """
     ways = _closed_solver(screws, False), _closed_solver(reversed_screws(screws), True)
     return (solver for solver in ways if solver is not None)
@@ -351,10 +352,10 @@ def _solver(
 @functools.lru_cache(maxsize=128)
 def as_six(robot: Robot, eliminated: bool) -> tuple[SixSolver, ...]:
     """
-    Return solvers for an arm of five joints. A sixth turn is added at the end of the arm, and the
-    caller holds this turn at 0.
+    Return solvers for an arm of five joints, extended by a sixth joint at its end. The caller
+    holds the added joint at 0.
 
-    With the added turn the arm has a closed form (Pieper 1968): the turn completes a spherical
+    With the added joint the arm has a closed form (Pieper 1968). The joint completes a spherical
     wrist, or it is the last joint after three parallel axes. If `eliminated`, the solver uses
     elimination instead.
     """

@@ -30,8 +30,7 @@ class IkProblem(NamedTuple):
     seed
         Seed of the random starts of a search.
     curves
-        If the arm has one joint more than the target has equations: whether solution curves are
-        traced.
+        Whether the curves of solutions are traced if the arm has one redundant joint.
     respect_limits
         Whether solutions outside the limits are left out.
     """

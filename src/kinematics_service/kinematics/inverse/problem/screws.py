@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Describe an arm by joint screws: the axes of the moving elements and the tool pose, if all joints
-are at zero.
+Describe an arm by joint screws: the axes of its moving rows (elements), and the tool's pose. Both
+are taken with all joints at zero.
 
 The tool's pose is the product of exponentials (Brockett 1984) exp(s_1 psi_1) ... exp(s_k psi_k)
 home, with psi = coupling q. The screws do not depend on the convention of the DH table.
@@ -29,7 +29,7 @@ class Screws(FrozenArrays):
     slides : shape (k,)
         Whether a screw is a translation; otherwise it is a rotation.
     coupling : shape (k, n)
-        Motion of each screw per unit of motion of each joint.
+        Derivatives of the k screw positions by the n joint positions.
     home : shape (4, 4)
         The tool's pose with every joint at zero.
     off
@@ -55,7 +55,8 @@ def screws_of(chain: Chain) -> Screws:
     """
     Return the joint screws of a chain, with all joints at zero.
 
-    If an element both turns and slides, it becomes two screws on one axis.
+    An element (a moving row of the DH table) that both turns and slides becomes two screws on one
+    axis.
     """
     table = chain.table
     axes, points, slides, coupling = [], [], [], []

@@ -19,7 +19,7 @@ from .screws import Screws
 # Largest number of isolated complex solutions for each number of prismatic joints (Raghavan and
 # Roth 1993; for two or three see kernel/six_joints/spherical_linkage.py).
 BOUNDS = {0: 16, 1: 16, 2: 8, 3: 2}
-# Number of target poses at which each option of the elimination is tried.
+# Number of target poses at which each option (variant of the elimination) is tried.
 POSE_COUNT = 4
 # Number of best options of the elimination that are kept.
 OPTION_COUNT = 4
@@ -30,8 +30,8 @@ Option: TypeAlias = tuple[int, int, int]
 
 def six_joints_of(screws: Screws, targets: Floats) -> kernel.SixJoints | None:
     """
-    Return the elimination for six screws, with the best options first, or None if every option
-    fails.
+    Return the elimination for six screws, with its best variants (options) first; None if all
+    fail.
 
     Parameters
     ----------
@@ -84,8 +84,8 @@ def _options(slides: tuple[bool, ...]) -> list[Option]:
                 # revolute.
                 allowed = not turned[2] and not turned[5]
             else:
-                # This way to close the loop needs a prismatic first joint, and at most two
-                # revolute joints before the next prismatic joint.
+                # With two or more prismatic joints, the elimination needs a prismatic first joint.
+                # At most two revolute joints may come before the next prismatic joint.
                 allowed = turned[0] and any(turned[1:4])
             if allowed:
                 options += [(first, backwards, swapped) for swapped in (0, 1)]

@@ -48,9 +48,10 @@ class IkTarget(NamedTuple):
         The axis of the tool, x, y or z, whose direction the target gives; empty if the target
         gives no direction.
     pose : shape (4, 4)
-        The tool in the base frame; the rotation of a position is the identity.
+        The wanted pose of the tool in the base frame. If the target is a position, the rotation is
+        the identity.
     residual
-        The residual of the tool against the target.
+        The kernel's function that computes the error of the tool's pose, for this target.
     tolerance
         Largest position error (m) and largest rotation error (rad).
     bound
@@ -78,7 +79,7 @@ class IkTarget(NamedTuple):
     @property
     def words(self) -> str:
         """
-        Return as text which rows the arm must meet, for example `x y z, direction of tool axis z`.
+        Return the rows that the arm must meet as text, such as `x y z, direction of tool axis z`.
         """
         return ' '.join(self.rows) + (f', direction of tool axis {self.axis}' if self.axis else '')
 
@@ -121,9 +122,11 @@ def ik_target_of(
     target : shape (4, 4) or (3,)
         Pose, or position (m), of the tool in the base frame.
     rows
-        The rows that count; default: all for a pose, x y z for a position or with an axis.
+        The rows that the arm must meet; default: all for a pose, x y z for a position or with an
+        axis.
     axis
-        The axis of the tool, x, y or z, whose direction counts instead of the whole rotation.
+        The axis of the tool, x, y or z, whose direction the arm must meet instead of the whole
+        rotation.
     tolerance
         Largest position error (m) and rotation error (rad).
 

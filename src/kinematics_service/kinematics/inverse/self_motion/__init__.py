@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Compute the solution curves of an arm that has one joint more than its target has equations."""
+"""Compute the curves of inverse kinematics solutions of an arm with one redundant joint."""

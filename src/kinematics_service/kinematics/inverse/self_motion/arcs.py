@@ -20,7 +20,8 @@ from .curve import SolutionCurve
 SIDES = ('lower', 'upper')
 # Inverse golden ratio, (sqrt(5) - 1) / 2, for the golden section search.
 INVERSE_GOLDEN_RATIO = 0.6180339887498949
-# Number of steps of the golden section search. They narrow an interval of 0.1 rad to 1e-9 rad.
+# Number of steps of the golden section search. These steps narrow an interval of 0.1 rad to 1e-9
+# rad.
 SECTION_COUNT = 38
 
 
@@ -86,8 +87,8 @@ class IkArc(FrozenArrays):
     @property
     def scales(self) -> Floats:
         """
-        Return the weight of a unit of each joint, shape (n,): 1 for revolute joints, the arm's
-        length for prismatic joints.
+        Return the divisors of joint motions in lengths along the arc, shape (n,): 1 for revolute
+        joints, the arm's length (m) for prismatic joints.
         """
         return self.curve.plan.scales
 
@@ -103,10 +104,10 @@ class IkArc(FrozenArrays):
 
     def at(self, s: float) -> Floats:
         """
-        Return the joint positions (n,) at length s along the arc, from 0 to `length` (rad), to
-        round-off.
+        Return the joint positions (n,) at length s (rad) along the arc, exact to round-off.
 
-        A closed arc continues before 0 and beyond `length`, lap by lap.
+        s is between 0 and `length`. A closed arc continues before 0 and beyond `length`, lap by
+        lap.
         """
         laps = math.floor(s / self.length) if self.closed else 0
         place = np.interp([s - laps * self.length], self.s, self.places)

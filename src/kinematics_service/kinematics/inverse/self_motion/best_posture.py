@@ -27,10 +27,10 @@ Cost = Callable[[Floats], Floats]
 SAMPLE_DISTANCE = 0.2
 # A posture is taken as on an arc if its distance from the arc is less than this, rad.
 ON_ARC = 1e-6
-# Number of samples of an arc whose clearance is computed first, 0.1 ms each.
+# Number of samples of an arc whose clearance is computed first. Each computation takes 0.1 ms.
 CLEARANCE_SAMPLES = 48
-# Cost of each rad of distance from the present posture, rad. Without this cost the result would
-# jump between equally good postures.
+# Each rad of distance from the present posture reduces the margin or clearance of a posture by
+# this, rad. Without this cost the result would jump between equally good postures.
 COST_OF_DISTANCE = 1e-3
 # Number of corrections of the length of a step along an arc. A step may be 0.1 % too long, and
 # each correction divides the error by 1000.
@@ -58,7 +58,7 @@ class BestPosture(NamedTuple):
 
 def _of_largest_clearance(arc: IkArc, robot: Robot, away: Cost) -> float:
     # Returns the length along the arc at the sample with the largest clearance. Evaluates about
-    # CLEARANCE_SAMPLES samples, and then all samples beside the best of them.
+    # CLEARANCE_SAMPLES samples of the arc, and then all samples near the best of these samples.
     ways = COST_OF_DISTANCE * away(arc.q)
 
     def best(places: Integers) -> int:
@@ -86,8 +86,8 @@ def best_posture(
     Return the best posture on the arc through q, or a posture on the way to it at distance
     `farthest` from q.
 
-    Returns None if there is no arc: q is singular or not a solution, or the arm does not have one
-    joint more than the target has equations.
+    Returns None if q is singular or not a solution, or if the arm does not have exactly one
+    redundant joint.
 
     Parameters
     ----------
@@ -117,8 +117,8 @@ def best_posture(
 
 def has_arcs(robot: Robot, rows: tuple[str, ...], axis: str) -> bool:
     """
-    Return whether an arm has one joint more than a target with the given rows and tool axis has
-    equations.
+    Return whether an arm has exactly one redundant joint for a target with the given rows and
+    axis.
     """
     return sliced_arm_of(robot, rows, axis) is not None
 
@@ -132,8 +132,10 @@ class ArcPlace(NamedTuple):
 
 def place_on_arc(robot: Robot, target: IkTarget, q: Floats) -> ArcPlace | None:
     """
-    Return the arc through joint positions q (n,) and the place of q on it; None if there is no
-    arc.
+    Return the arc through joint positions q (n,) and the place of q on the arc, or None.
+
+    Returns None if q is singular or not a solution, or if the arm does not have exactly one
+    redundant joint.
     """
     if not has_arcs(robot, target.rows, target.axis):
         return None
@@ -155,8 +157,8 @@ def shifted_past(arc: IkArc, q: Floats, plan: InversePlan) -> Iterator[IkArc]:
     """
     Yield copies of an arc, shifted by full turns, that are inside the limits and pass near q (n,).
 
-    If the arc ends at a limit of a joint, this joint is not shifted, because the arc would then
-    end elsewhere.
+    If the arc ends at a limit of a joint, this joint is not shifted, because a shifted arc would
+    end at another place.
     """
     turns = np.round((q - arc.q) / plan.periods)
     periods = np.where(np.isfinite(plan.periods), plan.periods, 0.0)

@@ -80,9 +80,7 @@ class SolutionCurve:
 
 
 def point_of(problem: IkProblem) -> kernel.CurvePoint:
-    """
-    Return the kernel's `CurvePoint` for a target with one equation less than the arm has joints.
-    """
+    """Return the kernel's `CurvePoint` for the target of an arm with one redundant joint."""
     robot, target, plan, *_ = problem
     residual = target.residual
     if target.axis:

@@ -5,8 +5,9 @@ Cut a solution curve into arcs at the joint limits.
 
 Samples and reversals of joints divide the curve into steps. In each step every joint only rises or
 only falls, so it passes a limit at most once. The points at which joints pass limits divide the
-curve into pieces. The posture in the middle of a piece determines with which full turns the piece
-is inside the limits. Runs of pieces inside the limits are arcs (`turns.py`).
+curve into pieces. The posture in the middle of a piece determines which full turns of the joints
+bring the piece inside the limits. A run is a sequence of pieces inside the limits (`turns.py`);
+each run is an arc.
 
 Steps with a joint far beyond its limits are skipped, because no arc ends in such a step. An arc
 ends where one joint passes a limit while all other joints are inside their limits.
@@ -26,17 +27,17 @@ from .curve import NO_PERIOD, SolutionCurve
 from .turns import PieceRun, runs_of
 
 Flags = npt.NDArray[np.bool_]
-# A joint passes a limit if its position is beyond the limit by this, rad or m. So a joint that
-# rests at a limit stays inside despite round-off. The distance is half of kernel.AT_LIMIT.
+# A joint passes a limit if its position is beyond the limit by this, rad or m. The distance, half
+# of kernel.AT_LIMIT, keeps a joint that rests at a limit inside despite round-off.
 EXIT_MARGIN = 5e-10
 # A joint reverses between two samples if the product of its slopes at both samples is below this.
-# Otherwise the joint rests, or reverses at a sample.
+# If the product is between this and 0, the joint rests, or reverses at a sample.
 MAX_SLOPE_PRODUCT = -1e-18
 # Two places of the curve are taken as equal if they differ by less than this fraction of a sample
 # distance. For samples 0.1 rad apart this is 2e-10 rad.
 PLACE_TOLERANCE = 2e-9
-# Number that replaces an infinite joint limit, rad or m. The number is less than NO_PERIOD, and
-# larger than any motion of a joint.
+# Number that replaces an infinite joint limit, rad or m. It is less than NO_PERIOD, and larger
+# than any motion of a joint.
 NO_LIMIT = 1e9
 
 
@@ -111,8 +112,8 @@ class _CutCurve:
         self._add(k, (joint, none, slopes[k, joint], slopes[k + 1, joint]), NO_SIDE)
 
     def _add_limits(self) -> None:
-        # Find the steps in which a joint passes a limit: its number of full turns (rows, 2, n)
-        # beyond the limit changes.
+        # A joint passes a limit in a step if its number of full turns beyond the limit changes.
+        # `turns` has this number for each row, limit and joint, shape (rows, 2, n).
         places, q = self.table[:, 0], self.table[:, 1:-3]
         beyond = self.limits + [[-EXIT_MARGIN], [EXIT_MARGIN]]
         turns = np.floor((q[:, None] - beyond) / self.periods)
@@ -178,8 +179,8 @@ class _CutCurve:
         joint, side = int(row[-2]), int(row[-1])
         if side == NO_SIDE:
             return IkArcEnd('', 'singular')
-        # Find the joint at whose limit the arc ends. With other full turns the joint of this row
-        # may be inside its limits. Then another joint is at a limit at this place.
+        # Find the joint at whose limit the arc ends. After full turns were added, the joint of
+        # this row may be inside its limits. Then another joint is at a limit.
         away = np.abs(self.limits - q)
         if away[:, joint].min() > kernel.AT_LIMIT:
             joint = int(away.min(axis=0).argmin())

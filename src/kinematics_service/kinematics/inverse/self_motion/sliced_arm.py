@@ -34,7 +34,7 @@ ADDED_ROTATION = turn_about(np.array([0.48, 0.6, 0.64]), 1.1)
 
 class SlicedArm(NamedTuple):
     """
-    An arm with one joint more than its target has equations, and the solver of its slices.
+    An arm with one redundant joint, and a solver for the arm with one joint held (a slice).
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class SlicedArm(NamedTuple):
     to_joints : shape (k, joints)
         Matrix from positions of the screws to positions of the joints (row vectors).
     whole
-        Whether the target has a rotation or a direction, not only a position.
+        Whether the target has a rotation or a direction in addition to a position.
     held
         Index of the screw that is held.
     six
@@ -75,8 +75,11 @@ class SlicedArm(NamedTuple):
 
     def motion_of_six(self, pose: Floats, position: float) -> Floats:
         """
-        Return the motion (4, 4) from rest that the other six screws must make, so that the tool
-        has the pose `pose` while the held screw has the position `position`.
+        Return the motion (4, 4) that the six screws which are not held must make from their zero
+        positions.
+
+        After this motion the tool has the pose `pose`, and the held screw has the position
+        `position`.
         """
         screws, turn = self.screws, np.eye(4)
         turn[:3, :3] = turn_about(screws.axes[self.held], -position)
@@ -93,7 +96,8 @@ class SlicedArm(NamedTuple):
 @functools.lru_cache(maxsize=128)
 def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm | None:
     """
-    Return the arm with the solver of its slices, for targets with given rows and tool axis.
+    Return an arm with the solver of its slices, for targets with given rows and tool axis. In a
+    slice one joint is held.
 
     Returns None unless the arm has exactly one redundant joint.
     """
