@@ -27,8 +27,8 @@ _QUIET = (Level.OK, Level.STALE)
 
 class Alarm(NamedTuple):
     """
-    The level, direction, time and factor of the last published warning. `step` returns the next
-    `Alarm`.
+    The level, lost direction, time and nearest factor of the last published warning. `step`
+    returns the next `Alarm`.
 
     Attributes
     ----------

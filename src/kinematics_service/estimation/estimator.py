@@ -217,7 +217,7 @@ _OUTCOMES |= {
 _OUTCOMES |= {kernel.NOT_THIS_FORM: _UNREAD, kernel.BAD_POSITION: _UNREAD}
 _NOTHING = np.empty(0)
 # Largest number of message forms that the estimator remembers. A form is the list of joint names
-# and lengths.
+# and the lengths of the arrays in a message.
 MAX_FORMS = 16
 
 
@@ -348,7 +348,7 @@ class Estimator:
         """Return the level of a new state, with hysteresis, and whether to publish a warning."""
         alarm = self._alarm
         if alarm.level is Level.OK or alarm.level is Level.STALE:
-            level: Level = singularity.level  # after OK and STALE: no hysteresis
+            level: Level = singularity.level  # after OK and STALE without hysteresis
         else:
             value = watched_value(self.robot, singularity)
             # Take the higher level, because a nearly singular pose is at least WARN for every
@@ -412,7 +412,7 @@ class Estimator:
 
     def accept(self, sample: JointSample) -> AcceptedMessage | RefusedMessage:
         """
-        Return the joint positions and velocities after a sample, or the reason for no new state.
+        Return the joint positions and velocities after a sample, or the reason why it was refused.
 
         `accept` updates the memory like `take`, but does not evaluate the arm. Readers of
         recordings call `accept` for each message, and then evaluate the arm in one batch.

@@ -9,8 +9,8 @@ from ..robot.robot import Robot
 from .estimator import EstimatorOutput, EstimatorSettings, JointMessage, StreamQuantity
 from .joint_memory import NamedJoints
 
-# Number of velocities that are kept for each joint. If a window contains more, only these last
-# ones are fitted.
+# Number of velocities that are kept for each joint. If a window contains more velocities, only the
+# last SAMPLE_COUNT velocities are fitted.
 SAMPLE_COUNT = 64
 
 

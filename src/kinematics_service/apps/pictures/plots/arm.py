@@ -22,7 +22,8 @@ from .skeleton import Skeleton, skeleton_of
 # Lengths of the drawn parts, divided by the edge of the drawn cube.
 FRAME_LENGTH = 0.06  # length of the axes of a link frame
 TOOL_FRAME_LENGTH = 0.11  # length of the axes of the tool frame
-AXIS_LENGTH = 0.24  # length of a joint axis, and of each arrow along an impossible motion
+# length of a joint axis, and of each arrow along a translation that the tool cannot make
+AXIS_LENGTH = 0.24
 # Legend entries of the x, y and z axes of all drawn frames; the thick axes are those of the tool.
 FRAME_LABELS = ('x', 'y', 'z (thick: tool)')
 # Gap between the arm and the faces of the drawn cube, divided by the edge of the cube.
@@ -96,13 +97,13 @@ def azimuth_of(skeleton: Skeleton) -> float:
     along, middles = ends[:, 1] - ends[:, 0], ends.mean(axis=1)
     lengths = np.linalg.norm(along, axis=1)
     middles -= np.average(middles, axis=0, weights=lengths)
-    # Second moments of the links as thin rods, scaled to trace 1.
+    # M has the second moments of the links, taken as thin rods. M is scaled to trace 1.
     M = (lengths * middles.T) @ middles + (lengths * along.T) @ along / 12.0
     M /= np.trace(M)
     a, e = np.radians(AZIMUTHS), np.radians(ELEVATION)
     ones = np.ones(len(a))
     to_viewer = np.stack([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e) * ones])
-    # det(P M P^T) of a projection P along n is n^T adj(M) n.
+    # The squared area of the projection P along n is det(P M P^T) = n^T adj(M) n.
     adjugate = M @ M - M + (1.0 - np.trace(M @ M)) / 2.0 * np.eye(3)
     areas = np.einsum('in,ij,jn->n', to_viewer, adjugate, to_viewer)
     # The projected area of a straight arm is 0 from every side, so choose the view with the

@@ -23,7 +23,7 @@ from .ranges import finite_ranges, random_positions
 # the loops, which takes time.
 STARTS = 2500
 STARTS_OF_LOOPS = 400
-# Newton steps from each start.
+# Number of Newton steps from each start.
 STEPS = 25
 # Damping of the Newton steps, added to the diagonal of J^T J. J has the derivatives of the
 # equations that the steps solve.
@@ -120,8 +120,9 @@ def _number_of_vectors(robot: Robot, plane: Plane, q: Floats) -> int:
 
 
 def _system(robot: Robot, plane: Plane, q: Floats, c: Floats) -> tuple[Floats, Floats]:
-    # Return the residuals of the equations for q and c, shape (N, n + 1) or (N, n + 2), and their
-    # derivatives by q (scaled) and c.
+    # The equations are A(q)^T c = 0, |c| = 1 and, if k is 3, that the tool is in the plane. Return
+    # their residuals at q and c, shape (N, n + 1) or (N, n + 2), and the derivatives of the
+    # residuals by q (scaled) and c.
     n, k = robot.dof, c.shape[1]
     scales = robot.singularity.task.column_scales
     A = _gradients(robot, plane, q)[:, :k]

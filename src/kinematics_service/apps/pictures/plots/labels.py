@@ -13,7 +13,7 @@ import numpy as np
 from ....kernel import Floats
 from .artists import Axes3D
 
-# Directions from a labelled point to its label, and distances between both in points (1/72 inch).
+# Directions from a labelled point to its label, and distances of the label, points (1/72 inch).
 DIRECTIONS = [(np.cos(a), np.sin(a)) for a in np.arange(12) * np.pi / 6.0]
 RADII = (9.0, 15.0, 23.0, 33.0)
 # Width of a letter and height of a line, divided by the font size.

@@ -32,7 +32,7 @@ LABEL_LETTERS = 14
 
 def measures_picture(robot: Robot, motion: PlottedMotion) -> Draw:
     """
-    Return the picture of every measure along a motion.
+    Return the picture of the singularity measures along a motion, one panel for each measure.
 
     The panel of the watched measure shows its thresholds. All panels are shaded in the intervals
     in which this measure is beyond a threshold.
@@ -79,7 +79,7 @@ def _label(measure: Measure, unit: str) -> str:
 def _draw_thresholds(axes: Axes, robot: Robot) -> None:
     limits = robot.singularity.thresholds
     measure = MEASURES[limits.measure]
-    both = measure.of_square  # the measure may be negative: draw thresholds with both signs
+    both = measure.of_square  # the measure may be negative, so draw thresholds with both signs
     for value, name, style in ((limits.warn, 'warn', '--'), (limits.stop, 'stop', '-')):
         for sign in (1.0, -1.0) if both else (1.0,):
             label = f'{name} {value:g}' if sign > 0 else None
@@ -116,7 +116,7 @@ def _name_factors(robot: Robot, axes: Axes, motion: PlottedMotion, near: Singula
         if robot.singularity.factors.is_loop(nearest) and not flat_loop(
             robot, singularity(robot, motion.q[k])
         ):
-            continue  # the factor belongs to a loop that is not singular
+            continue  # write no name, because this factor is of a loop that is not singular
         t, name = float(motion.times[k]), factors.names[nearest]
         half = 0.5 * LETTER_WIDTH * span * (len(name) + 1)
         if any(t - half < b and t + half > a for a, b in taken):

@@ -27,7 +27,7 @@ def panels(
     figure: Figure, heights: Sequence[float], title: str, across: str = 'time (s)'
 ) -> list[Axes]:
     """
-    Return one matplotlib axes for each panel, below each other, with a common horizontal axis.
+    Return the matplotlib axes of panels that are stacked vertically and share the horizontal axis.
 
     Parameters
     ----------

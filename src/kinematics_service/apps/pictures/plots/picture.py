@@ -25,7 +25,8 @@ SERIES = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 Dashes = str | tuple[float, tuple[float, ...]]
 DASHES: tuple[Dashes, ...] = ('-', '--', '-.', ':', (0, (6, *5 * [1.5])), (0, (3, 1)), '-')
 
-# Settings that differ from matplotlib's default style. The font DejaVu Sans comes with matplotlib.
+# Settings that differ from matplotlib's default style. The font stays DejaVu Sans, because it
+# comes with matplotlib.
 STYLE = {
     'figure.titlesize': 10.5,
     'legend.fontsize': 9.0,

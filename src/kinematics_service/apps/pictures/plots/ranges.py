@@ -53,7 +53,7 @@ def finite_ranges(robot: Robot, whole: bool = False) -> Floats:
 
 def random_positions(robot: Robot, random: np.random.Generator, count: int) -> Floats:
     """
-    Return uniformly distributed joint positions in the finite ranges, shape (count, n), rad or m.
+    Return uniformly distributed joint positions in `finite_ranges`, shape (count, n), rad or m.
 
     Closed loops need not close at these positions.
     """

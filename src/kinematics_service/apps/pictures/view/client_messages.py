@@ -56,7 +56,7 @@ DECODER = msgspec.msgpack.Decoder(Camera | PanelChange)
 
 
 class MessageError(ValueError):
-    """Raised for a message that the page never sends."""
+    """Raised for a message that viser's own page never sends."""
 
 
 def is_taken(data: bytes | str, panel: Mapping[str, Any]) -> bool:

@@ -95,7 +95,7 @@ def gauges_of(seen: Observation) -> tuple[Gauge, ...]:
     full = FULL_RATIO * thresholds.warn if measure.small_is_bad else thresholds.warn / FULL_RATIO
 
     def fraction(value: float) -> float:
-        if not measure.small_is_bad:  # a condition number: 1 is best, infinity is worst
+        if not measure.small_is_bad:  # a condition number is best at 1, and worst at infinity
             return min(1.0, full / value)
         return min(1.0, max(0.0, value / full))
 

@@ -36,7 +36,7 @@ class Headers(Protocol):
 
 
 class HttpRefusal(NamedTuple):
-    """A status code of HTTP, and a sentence for the client."""
+    """The refusal of a request: a status code of HTTP, and a sentence for the client."""
 
     status: int
     sentence: str
@@ -62,7 +62,7 @@ class OriginCheck(NamedTuple):
         self, path: str, headers: Headers, called: tuple[str, int], protocol: str
     ) -> HttpRefusal | None:
         """
-        Return the refusal of a request, or None if it passes.
+        Return the refusal of a request, or None if the request is accepted.
 
         Parameters
         ----------

@@ -22,7 +22,8 @@ PERIOD = 1.0 / 30.0
 
 class ArmSource:
     """
-    The source of the shown arm without ROS: sliders move the arm.
+    The arm that the page shows, and the source of its joint states. Without ROS only sliders move
+    the arm.
 
     Sources with ROS inherit from this class.
 
