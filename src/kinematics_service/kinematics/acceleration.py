@@ -135,7 +135,7 @@ def _rate(state: ToolState, point: Point, at: npt.ArrayLike | None) -> Floats:
     if not chain.loops:
         rates = _screw_rates(chain, point.first_entries, screws, qdot)
         if chain.form != kernel.MIXED:
-            return rates  # entry k belongs to joint k, so nothing is summed
+            return rates  # each joint has one entry (screw), so nothing is summed
         return _by_variable(chain, rates)
     closure = chain.closure
     section = state.row[..., chain.closure_at : chain.closure_at + closure.width]
@@ -172,8 +172,8 @@ def _by_variable(chain: Chain, six_rows: Floats) -> Floats:
 
 
 def _coupling_and_rate(closure: Closure, section: Floats, rates: Floats) -> tuple[Floats, Floats]:
-    # Returns the derivatives C of the passive joints by the joints, and dC/dt, shape (..., P, n),
-    # for the velocities of all variables.
+    # Returns C, the derivatives of the passive joints by the joints, and dC/dt, shape (..., P, n)
+    # each. `rates` are the velocities of all joints and passive joints.
     n, P = closure.dof, closure.passive
     leading = section.shape[:-1]
     coupling = section[..., closure.coupling_at : closure.status_at].reshape(*leading, P, n)

@@ -37,7 +37,8 @@ def clearances(robot: Robot, q: Floats) -> Floats:
         return np.zeros(len(q))
     sizes = _sizes(robot, q)
     radii = np.empty(len(q))
-    # Use a set instead of np.unique, because np.unique imports numpy.ma, 10 ms at the first pose.
+    # Use a set instead of np.unique, because np.unique imports numpy.ma, which takes 10 ms at the
+    # first pose.
     for size in set(sizes.tolist()):
         chosen = sizes == size
         radii[chosen] = _radii(robot, _bounds(robot, size), q[chosen])

@@ -100,7 +100,7 @@ def in_axes_of(pose: Floats, six_rows: Floats) -> Floats:
 
 def pose_of_axes(robot: Robot, axes: str | int, q: npt.ArrayLike) -> Floats:
     """
-    Return the pose (..., 4, 4) in the base frame of the frame that `axes` names.
+    Return the pose (..., 4, 4) of the frame that `axes` names, in the base frame.
 
     Raises
     ------
@@ -185,7 +185,7 @@ def twist(
 
 def twist_at(twist: npt.ArrayLike, r: npt.ArrayLike) -> Floats:
     """
-    Return the twist of another point of a body, v + w x r; shape (..., 6).
+    Return the twist of a body at another reference point: v + w x r and w; shape (..., 6).
 
     Parameters
     ----------

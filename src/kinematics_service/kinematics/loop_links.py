@@ -1,8 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute the shape of closed loops at given joint positions, for pictures: corners and joints of
-each loop's second chain.
+Compute the shape of closed loops at given joint positions, for pictures: corners and joints.
+
+A closed loop consists of two chains of links. The first chain is in the DH table of the arm. The
+second chain has its own links in the robot file; this module computes its shape.
 """
 
 from typing import NamedTuple

@@ -115,7 +115,7 @@ class MotionScale(FrozenArrays, Generic[Number, Text]):
     proved: npt.NDArray[np.bool_]
 
 
-# The factors of a batch of motions.
+# Type of the result of `scale` for a batch of motions.
 MotionScales: TypeAlias = MotionScale[Floats, npt.NDArray[np.str_]]
 
 
@@ -315,7 +315,7 @@ def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
         left = left[closes]
         speed, ahead = speeds[left], q[left] + passed[left, None] * rates[left]
         margin = found.distance - stop
-        # Compute the speeds towards the nearest singular poses; NaN if the search found none.
+        # Compute the speeds towards the nearest singular poses; NaN if no singular pose was found.
         away = (ahead - found.nearest_singular) / scales
         normal = away / np.linalg.norm(away, axis=-1, keepdims=True)
         towards = -np.sum(rates[left] / scales * normal, axis=-1)

@@ -353,7 +353,7 @@ def _read_only(vector: Floats) -> Floats:
     return vector
 
 
-# The measures of a batch of poses.
+# Type of the measures of a batch of poses.
 Singularities: TypeAlias = Singularity[Floats, Integers, Integers, Floats]
 
 

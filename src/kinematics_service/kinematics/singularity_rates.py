@@ -134,8 +134,9 @@ def rates(state: ToolState, measures: Floats) -> Floats:
 
 def times_to_warning(robot: Robot, values: Floats, rates: Floats) -> Floats:
     """
-    Return the time (N,), s, until the measure reaches the threshold `warn`: 0 beyond the
-    threshold, inf if the measure never reaches it.
+    Return the time (N,), s, until the measure with thresholds reaches the threshold `warn`.
+
+    The time is 0 beyond the threshold, and inf if the measure never reaches the threshold.
     """
     thresholds = robot.singularity.thresholds
     worsening = np.sign(thresholds.stop - thresholds.warn) * rates

@@ -40,7 +40,7 @@ def in_parts(count: int, work: Callable[[int, int], int], least: int = 0) -> int
     workers = min(cores(), parts)
     if workers < 2:
         return work(0, count)
-    from concurrent.futures import ThreadPoolExecutor  # import late: it takes 10 ms
+    from concurrent.futures import ThreadPoolExecutor  # import here, because it takes 10 ms
 
     bounds = [count * k // parts for k in range(parts + 1)]
     # Let a thread that has finished take the next part, so that a busy core does not delay the

@@ -23,7 +23,8 @@ from ...kernel import Floats
 from .problem.problem import IkProblem
 from .search import DistinctSolutions, apart, errors_at
 
-# The reduced equation g(s) is sampled at Chebyshev nodes for |s| up to this, rad.
+# The Lyapunov-Schmidt reduction gives the reduced equation g(s) = 0. g is sampled at Chebyshev
+# nodes with |s| up to this, rad.
 SAMPLED_SPAN = 0.02
 # Number of samples of the reduced equation g(s).
 SAMPLE_COUNT = 13

@@ -26,7 +26,8 @@ OTHERS: dict[Complete, str] = {
     'partial': 'others were not looked for',
 }
 
-# Joint positions belong to a family of solutions if their distance from it is at most this, rad.
+# Joint positions are in a family of solutions if their distance from the family is below this,
+# rad.
 FAMILY_TOLERANCE = 1e-6
 
 

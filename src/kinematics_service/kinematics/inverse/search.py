@@ -179,7 +179,7 @@ def search(
     """
     robot, target, plan, near, *_ = problem
     random, arrivals, best, least = problem.random(), known or no_solutions(robot), near, np.inf
-    # Keep the joints that the plan holds at their position in `near`.
+    # The joints that the plan holds keep their positions in `near`.
     frozen = plan.held == 0.0
     for tried in range(BATCH, MAX_STARTS + 1, BATCH):
         q = starts(robot, plan, random, BATCH)

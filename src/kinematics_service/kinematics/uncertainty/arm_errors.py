@@ -146,7 +146,8 @@ def named_errors(robot: Robot) -> NamedErrors:
 
 class JointScrews(NamedTuple):
     """
-    The joint screws of an arm, one for each pair of a joint and an element that the joint moves.
+    The joint screws of an arm, one for each pair of a joint and a row of the DH table that the
+    joint moves.
 
     `joints` (E,) has indices of joints; `frames` and `screws` are as in `TableErrors`.
     """

@@ -60,8 +60,8 @@ class MovingScrews(NamedTuple):
 
 class _PartPlaces(NamedTuple):
     # The products of constant motions between the joints, as arrays: `parts` has the constant
-    # motions, (levels, elements + 1, 4, 4). The other arrays have level, product, kind, axis and
-    # column of each correction.
+    # motions, (levels, elements + 1, 4, 4). A level is a position within a product. The other
+    # arrays have level, product, kind, axis and column of each correction.
     parts: Floats
     depths: Integers
     places: Integers

@@ -25,7 +25,9 @@ RATIO_TOLERANCE = 1e-14
 
 
 def size_of(screws: Screws) -> float:
-    """Return the largest distance of an axis point or the tool from the point of axis 1, m."""
+    """
+    Return the size of an arm, m: the largest distance of axis points and tool from axis point 1.
+    """
     points = np.vstack([screws.points, screws.tool])
     return max(float(np.max(np.linalg.norm(points - points[0], axis=1))), MIN_SIZE)
 

@@ -25,7 +25,7 @@ Cost = Callable[[Floats], Floats]
 
 # Largest distance between samples of an arc, rad (prismatic joints divided by the arm's length).
 SAMPLE_DISTANCE = 0.2
-# A posture is taken as on an arc if its distance from the arc is less than this, rad.
+# A posture is on an arc if its distance from the arc is less than this, rad.
 ON_ARC = 1e-6
 # Number of samples of an arc whose clearance is computed first. Each computation takes 0.1 ms.
 CLEARANCE_SAMPLES = 48
@@ -83,8 +83,8 @@ def best_posture(
     robot: Robot, target: IkTarget, q: Floats, criterion: str, farthest: float
 ) -> BestPosture | None:
     """
-    Return the best posture on the arc through q, or a posture on the way to it at distance
-    `farthest` from q.
+    Return the best posture on the arc through q. If this posture is farther than `farthest` from
+    q, return the posture on the way at the distance `farthest`.
 
     Returns None if q is singular or not a solution, or if the arm does not have exactly one
     redundant joint.

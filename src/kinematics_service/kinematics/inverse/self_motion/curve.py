@@ -18,8 +18,8 @@ from ..problem.problem import IkProblem
 from ..problem.target import TOOL_AXES
 
 # Largest number of samples of a curve. The longest curve in experiments had a sixth of this
-# number. A curve may not end if the arm's lengths are very different, or if all postures are
-# singular.
+# number. Without a largest number, the tracing of a curve might not end if the arm's lengths are
+# very different, or if all postures are singular.
 MAX_SAMPLES = 1 << 12
 # Number that replaces the period of a joint without a period, rad or m. The number is larger than
 # any motion of a joint.
@@ -63,7 +63,10 @@ class SolutionCurve:
         self.lap = self.q[-1] - self.q[0]
 
     def at(self, places: Floats) -> Floats:
-        """Return the joint positions (m, n) at places (m,) of the curve."""
+        """
+        Return the joint positions (m, n) at places (m,), which are indices of samples with
+        fractions.
+        """
         laps = np.floor(places / self.last) * self.closed
         q = np.empty((len(places), self.point.n))
         kernel.write_places(self.path, places - laps * self.last, q)

@@ -41,14 +41,14 @@ PLACE_TOLERANCE = 2e-9
 NO_LIMIT = 1e9
 
 
-# Value of the column `side` in a row of the table at which no joint passes a limit.
+# Value of the column `side` in those rows of `_CutCurve.table` at which no joint passes a limit.
 NO_SIDE = len(SIDES)
 
 
 @functools.lru_cache(maxsize=128)
 def _counted(plan: InversePlan) -> tuple[Floats, Floats, Floats]:
-    # Returns the joint limits (2, n), the periods (n,) and the full turns (n,). The turn of a
-    # joint is 0 if it lacks a limit or a period.
+    # Returns the joint limits (2, n), the periods (n,) and the lengths of full turns (n,). The
+    # length is 0 for a joint without a limit or without a period.
     limited = np.isfinite(plan.limits).all(axis=1) & np.isfinite(plan.periods)
     limits = np.clip(plan.limits.T, -NO_LIMIT, NO_LIMIT)
     periods = np.where(limited, plan.periods, NO_PERIOD)
@@ -151,7 +151,7 @@ class _CutCurve:
         return self.begins[k] + laps * len(self.table)
 
     def runs(self) -> Iterator[PieceRun]:
-        """Return the runs (sequences) of pieces of the curve that are inside the limits."""
+        """Return the runs: sequences of pieces of the curve that are inside the limits."""
         places = self._rows(np.array([self._begin(k) for k in range(self.count + 1)]))[:, 0]
         q, (low, high) = self.curve.at(0.5 * (places[1:] + places[:-1])), self.limits
         first = np.ceil((low - kernel.AT_LIMIT - q) / self.periods)
