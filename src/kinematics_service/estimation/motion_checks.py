@@ -64,8 +64,8 @@ def jumps(robot: Robot, j: int, t: Floats, q: Floats, qdot: Floats) -> Integers:
     speed.
 
     The speed is the largest reported speed within `LAG_LIMIT` of the interval. An interval shorter
-    than the median is replaced by the median, because two messages may have nearly equal stamps
-    although they were measured at different times.
+    than the median is replaced by the median. The reason is that two messages may have nearly
+    equal stamps although they were measured at different times.
 
     Parameters
     ----------

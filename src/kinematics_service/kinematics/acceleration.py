@@ -6,9 +6,9 @@ tool.
 
 An element is a moving row of the DH table. Each column of the Jacobian is a sum of screws of
 elements, which the kernel computes with the pose. The elements before an element move its screw
-(s, w). They give the reference point the velocity V, and turn with the angular velocity W. So
-dw/dt = W x w and ds/dt = W x s + w x (V_all - V), where V_all is the velocity of the reference
-point by all elements.
+(s, w). These earlier elements give the reference point the velocity V, and turn with the angular
+velocity W. So dw/dt = W x w and ds/dt = W x s + w x (V_all - V), where V_all is the velocity of
+the reference point by all elements.
 
 If the arm has closed loops, J = J_open [1; C], where C = d psi / d q has the derivatives of the
 passive joints psi by the joints q. The passive joints move so that Phi_x [1; C] = 0 at all times,

@@ -70,7 +70,7 @@ def analytic_jacobian(
     at: npt.ArrayLike | None = None,
 ) -> AnalyticJacobian:
     """
-    Return the Jacobian of position and orientation coordinates, and where these are singular.
+    Return the Jacobian of position and orientation coordinates, and whether these are singular.
 
     Parameters
     ----------

@@ -139,8 +139,8 @@ class Singularity(Generic[Number, Index, Grade, Pose]):
         Change per second, along qdot, of the measure to which the robot's thresholds apply; None
         without qdot.
     time_to_warning
-        Seconds until the measure of `rate` reaches the threshold `warn` along qdot: 0 beyond the
-        threshold, inf if the measure does not approach the threshold; None without qdot.
+        Seconds until the measure of `rate` reaches the threshold `warn` along qdot. 0 beyond the
+        threshold; inf if the measure does not approach the threshold; None without qdot.
     level
         OK, WARN or ERROR by the robot's thresholds, without hysteresis. Also WARN if the condition
         number exceeds 1e4 and the distance is above `warn`.

@@ -46,8 +46,8 @@ class WrenchEstimate(FrozenArrays):
         `hidden`.
     hidden : shape (..., 6, 6)
         Rows 0 to rank - 1 are zero. Each other row is a direction of wrench that does not act on
-        any joint, so the torques do not change if a multiple of this row is added to `wrench`. The
-        rows are orthonormal vectors of force, and torque divided by the characteristic length.
+        any joint. A multiple of this row may be added to `wrench` without a change of the torques.
+        The rows are orthonormal vectors of force, and torque divided by the characteristic length.
     """
 
     wrench: Floats

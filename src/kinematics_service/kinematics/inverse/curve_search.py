@@ -88,8 +88,9 @@ def _near_crossing(point: kernel.CurvePoint, q: Floats) -> Floats:
     ahead = [_jacobian(point, q + DIFFERENCE * way) for way in N]
     behind = [_jacobian(point, q - DIFFERENCE * way) for way in N]
     form = np.array([e @ (a - b) @ N.T for a, b in zip(ahead, behind)])
-    # Compute the roots of the quadratic form. In the axes of its eigenvectors it is a^2 low + b^2
-    # high = 0, which has two real roots if the eigenvalues low and high have opposite signs.
+    # Compute the roots of the quadratic form. In the axes of its eigenvectors the equation is a^2
+    # low + b^2 high = 0. It has two real roots if the eigenvalues low and high have opposite
+    # signs.
     (low, high), axes = np.linalg.eigh(0.5 * (form + form.T))
     if not low < 0.0 < high:
         return np.empty((0, len(q)))

@@ -42,9 +42,9 @@ class Eliminated(NamedTuple):
     real
         Number of real roots. It equals the number of solutions unless some roots are double.
     proved
-        Whether it is proved that every real root was found. The proof is that the largest possible
-        number of roots was found, or that every root of the determinant that may be real has led
-        to a solution.
+        Whether it is proved that every real root was found. It is proved if the largest possible
+        number of roots was found. It is also proved if every root of the determinant that may be
+        real has led to a solution.
     """
 
     solutions: kernel.Solutions

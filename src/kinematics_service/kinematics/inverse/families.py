@@ -26,9 +26,9 @@ FREE_SINGULAR_VALUE_RATIO = 1e-5
 SUSPECT_PIVOT_RATIO = 1e-3
 # Trial step along a joint motion that may lead along a family of solutions, rad.
 TRIAL_STEP = 0.05
-# A solution belongs to a family if a trial step, and the correction that brings the tool back to
-# the target, together move the joints by at least this, rad. At the border of the workspace J is
-# singular too, but the correction leads back to the solution.
+# A trial step is followed by a correction that brings the tool back to the target. The solution
+# belongs to a family if both together move the joints by more than this, rad. At the border of the
+# workspace J is singular too, but the correction leads back to the solution.
 MIN_TRIAL_MOTION = 0.01
 # Largest residual after a trial step on a family, relative to the characteristic length. The bound
 # is round-off. With a larger bound, two solutions beside a singular pose would be taken as a

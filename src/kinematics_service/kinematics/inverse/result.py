@@ -213,8 +213,8 @@ class IkResult(Sequence[IkSolution]):
         The isolated solutions, which are also the items of the sequence.
     families
         Continua of solutions; empty for most targets. A curved family may be listed at several of
-        its poses. If the arm has one redundant joint (one joint more than the target has
-        equations), each family is a whole curve, listed once, with its `intervals` inside the
+        its poses. An arm has one redundant joint if it has one joint more than the target has
+        equations. Then each family is a whole curve, listed once, with its `intervals` inside the
         limits.
     status
         `solved`: an isolated solution, or an interval of a family, is inside the limits. `family`:

@@ -33,8 +33,8 @@ DAMPING = 1e-9
 DIFFERENCE_STEP = 1e-5
 # The result of the steps is a solution if the norm of its residuals is below this (no unit).
 RESIDUAL_TOLERANCE = 1e-8
-# A point gets the name of a factor if the estimated distance (rad) from the point's configuration
-# to a zero of the factor is below this value.
+# A point gets the name of a factor if its configuration is near a zero of the factor. The
+# estimated distance to the zero (rad) must be below this value.
 FACTOR_TOLERANCE = 1e-5
 
 
@@ -112,8 +112,8 @@ def _position_and_jacobian(robot: Robot, q: Floats) -> tuple[Floats, Floats]:
 
 
 def _number_of_vectors(robot: Robot, plane: Plane, q: Floats) -> int:
-    # Return the number k of gradients, which is the length of c: 3 if the arm can move the tool
-    # along the plane's normal, else 2.
+    # Return the number k of gradients, which is the length of c. k is 3 if the arm can move the
+    # tool along the plane's normal, else 2.
     A = _gradients(robot, plane, q[:50])
     moved = np.max(np.abs(A), axis=(0, 2)) > 1e-9
     return 2 if len(moved) == 2 or not moved[2] else 3
@@ -121,8 +121,8 @@ def _number_of_vectors(robot: Robot, plane: Plane, q: Floats) -> int:
 
 def _system(robot: Robot, plane: Plane, q: Floats, c: Floats) -> tuple[Floats, Floats]:
     # The equations are A(q)^T c = 0, |c| = 1 and, if k is 3, that the tool is in the plane. Return
-    # their residuals at q and c, shape (N, n + 1) or (N, n + 2), and the derivatives of the
-    # residuals by q (scaled) and c.
+    # the residuals of the equations at q and c, shape (N, n + 1), or (N, n + 2) if k is 3. Return
+    # also the derivatives of the residuals by q (scaled) and c.
     n, k = robot.dof, c.shape[1]
     scales = robot.singularity.task.column_scales
     A = _gradients(robot, plane, q)[:, :k]

@@ -21,8 +21,8 @@ from .ranges import clear_pose, finite_ranges, random_positions
 POSITIONS = 24
 # Number of random configurations of the other joints in the search of `_pair_with_most_change`.
 POSES = 16
-# If the absolute value of a factor is below this at all points of the map, the positions of the
-# held joints make the factor zero. `DistanceMap.everywhere` has the names of such factors.
+# The held joints make a factor zero if its absolute value is below this at all points of the map.
+# `DistanceMap.everywhere` has the names of such factors.
 TOLERANCE = 1e-12
 
 

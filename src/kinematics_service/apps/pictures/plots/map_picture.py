@@ -19,8 +19,8 @@ from .picture import Draw, with_unit, words
 from .ranges import not_all_closed
 from .set_styles import set_styles
 
-# A factor is zero at a point on the border of the map if its absolute value, divided by its
-# largest absolute value on the map, is at most this.
+# A factor is zero at a point on the border of the map if its absolute value there is small. The
+# bound is this ratio times the largest absolute value on the map.
 ZERO_RATIO = 1e-9
 QUARTER = math.pi / 4.0
 # Colour of positions at which a loop does not close.

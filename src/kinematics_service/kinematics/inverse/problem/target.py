@@ -51,7 +51,7 @@ class IkTarget(NamedTuple):
         The wanted pose of the tool in the base frame. If the target is a position, the rotation is
         the identity.
     residual
-        The kernel's function that computes the error of the tool's pose, for this target.
+        The kernel's object that computes the error of the tool's pose for this target.
     tolerance
         Largest position error (m) and largest rotation error (rad).
     bound
