@@ -348,7 +348,7 @@ class Estimator:
         """Return the level of a new state, with hysteresis, and whether to publish a warning."""
         alarm = self._alarm
         if alarm.level is Level.OK or alarm.level is Level.STALE:
-            level: Level = singularity.level  # after OK and STALE without hysteresis
+            level: Level = singularity.level  # no hysteresis after OK and STALE
         else:
             value = watched_value(self.robot, singularity)
             # Take the higher level, because a nearly singular pose is at least WARN for every
