@@ -119,12 +119,12 @@ def basis_of(task: Task, J: Floats, before: Floats | None = None) -> Floats:
 
 def self_motion(robot: AnyRobot, q: npt.ArrayLike) -> Floats:
     """
-    Return the joint motion (..., n) in the null space of J_t that increases `distance` fastest.
+    Return the null-space motion (..., n) that increases the distance to singularity fastest.
 
-    `distance` is the distance to the nearest singular pose, rad. The motion is the projection g of
-    the gradient of `distance` onto the null space. Joint velocities of s g raise the distance by s
-    |g|^2 per second. The motion is zero if the pose is singular, if no singular pose was found
-    within 1 rad, or if the arm has no self-motion.
+    A null-space motion moves the joints, but not the tool in the rows of the task. The motion is
+    the projection g of the gradient of `distance` onto the null space. Joint velocities of s g
+    raise the distance by s |g|^2 per second. The motion is zero if the pose is singular, if no
+    singular pose was found within 1 rad, or if the arm has no self-motion.
 
     Parameters
     ----------

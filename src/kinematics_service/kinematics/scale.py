@@ -73,12 +73,11 @@ class Constraint(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class MotionScale(FrozenArrays, Generic[Number, Text]):
     """
-    The factor by which a joint motion must be scaled, and the constraint that determines the
-    factor.
+    The factor by which a joint motion is scaled, and the constraint behind it; not a safety
+    function.
 
-    The factor is not a safety function. The fields are numbers and texts for one motion, arrays
-    for a batch. The scale is the smallest of `values`; the first constraint with this value is the
-    cause.
+    The fields are numbers and texts for one motion, arrays for a batch. The scale is the smallest
+    of `values`; the first constraint with this value is the cause.
 
     Attributes
     ----------
