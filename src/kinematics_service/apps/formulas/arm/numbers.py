@@ -40,7 +40,10 @@ class Evaluation:
         self._known: dict[sp.Expr, Floats] = dict(values)
 
     def of(self, expression: sp.Expr) -> Floats:
-        """Return the N values of an expression: NaN or infinite if the expression is undefined."""
+        """
+        Return the expression's values at the N configurations; undefined values are NaN or
+        infinite.
+        """
         with np.errstate(all='ignore'):
             return self._of(expression)
 
@@ -89,7 +92,7 @@ class Evaluation:
         name = type(e).__name__
         if self.degrees and name in ('sin', 'cos', 'tan'):
             arguments = [arguments[0] * DEGREE]
-        if name not in FUNCTIONS:  # sympy returns other functions only if a value is not real
+        if name not in FUNCTIONS:  # sympy uses other functions only for values that are not real
             return np.full_like(arguments[0], np.nan)
         result = FUNCTIONS[name](*arguments)
         return result / DEGREE if self.degrees and name.startswith('a') else result
@@ -97,8 +100,9 @@ class Evaluation:
 
 @lru_cache(maxsize=4096)
 def _entries(matrix: sp.Matrix) -> tuple[Floats, tuple[tuple[int, sp.Expr], ...]]:
-    # Return the plain numbers of a matrix (0 for other entries), and the other entries with their
-    # indices. The function is cached, because sympy takes long to list the entries of a matrix.
+    # Return an array with the numeric entries of a matrix, and 0 for the entries that are
+    # expressions. Return also the expressions with their indices. The function is cached, because
+    # sympy takes long to list the entries of a matrix.
     entries = matrix.flat()
     plain = [e.is_number and not e.args for e in entries]
     numbers = [_number(e) if is_plain else 0.0 for e, is_plain in zip(entries, plain)]

@@ -32,9 +32,9 @@ from ..derive.algebra.names import Names, angle_in_rad, names_by_use, uses_of
 
 ZERO = sp.Integer(0)
 EYE = sp.ImmutableDenseMatrix(sp.eye(4))
-# The reader of robot files replaces a rounded rotation matrix by the nearest rotation. If this
-# changes an entry by more than the tolerance, the table uses the reader's numbers. Otherwise it
-# uses the file's expressions.
+# The reader of robot files replaces a rounded rotation matrix by the nearest rotation. If the
+# replacement changes an entry by more than this tolerance, the table in symbols uses the entries
+# of the nearest rotation. Otherwise it uses the expressions in the file.
 ROTATION_TOLERANCE = 1e-12
 AXES = {'x': 0, 'y': 1, 'z': 2}
 
@@ -42,8 +42,8 @@ AXES = {'x': 0, 'y': 1, 'z': 2}
 @dataclass(frozen=True)
 class TableRow:
     """
-    One row of the table. It is a product of motions by named quantities such as a and alpha, or
-    the product inner * motion * inverse(outer).
+    One row of a robot's table in symbols. Its matrix is a product of motions by named quantities
+    such as a and alpha, or the product inner * motion * inverse(outer).
 
     Parameters
     ----------
@@ -86,9 +86,7 @@ class TableRow:
 
     @cached_property
     def moving(self) -> sp.Expr:
-        """
-        Return theta + d + argument of the row; the sum contains all joint variables of the row.
-        """
+        """Return theta + d + argument, a sum in which every joint variable of the row occurs."""
         return sum((self[name] for name in MOVING), self.argument)
 
     @cached_property
@@ -219,8 +217,8 @@ def _pose(rigid: RigidMotion, names: Names) -> sp.Matrix:
         not entries[k].is_number or abs(float(entries[k]) - value) > ROTATION_TOLERANCE
         for k, value in rotation_read.items()
     ):
-        # The reader of the file replaced a rounded matrix by the nearest rotation: use its
-        # entries.
+        # Use the entries of the nearest rotation, because the reader of the file replaced a
+        # rounded rotation matrix by it.
         for k, value in rotation_read.items():
             entries[k] = sp.Rational(repr(value))
     return sp.ImmutableDenseMatrix(4, 4, entries)
@@ -268,7 +266,8 @@ def table_of(description: RobotDescription) -> Table:
     derived: dict[sp.Symbol, sp.Expr] = {}
     for constant in description.constants:
         name, symbol = constant.name, constants[constant.name]
-        # If a constant is used both as a length and as an angle, it is a ratio without a unit.
+        # Do not convert a constant that is used both as a length and as an angle, or as neither,
+        # because it is a ratio without a unit.
         is_length, is_angle = name in used['length'], name in used['angle']
         factor = sp.Integer(1) if is_length == is_angle else length if is_length else degree
         if names_in(constant.text) & set(constants):

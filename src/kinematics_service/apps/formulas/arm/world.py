@@ -4,8 +4,8 @@
 Evaluate frames and Jacobian of a table at many configurations, by products of the row matrices and
 their derivatives.
 
-The Jacobian is computed from dT/dq. The kernel computes it from axes and moment arms, so the two
-are independent.
+This module computes the Jacobian from dT/dq. The kernel of the package computes the Jacobian from
+joint axes and moment arms, so the two results are independent.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ class World:
     Parameters
     ----------
     table
-        The robot's table, or a mistaken version of it that explains a wrong formula.
+        The robot's table, or a mistaken version of it that may explain a wrong formula.
     values
         N numbers for each symbol of the table; complex if the joint positions are complex.
     poses
@@ -52,7 +52,7 @@ class World:
 
     @cached_property
     def rows(self) -> list[Floats]:
-        """Return the matrix of each row, shape (N, 4, 4)."""
+        """Return the matrix of each row of the table, shape (N, 4, 4)."""
         return [
             self.still[i] if i in self.still else self.evaluation.of_matrix(row_matrix(row))
             for i, row in enumerate(self.table.rows)
@@ -60,36 +60,36 @@ class World:
 
     @cached_property
     def base(self) -> Floats:
-        """Return frame 0 in the base frame, shape (N, 4, 4)."""
+        """Return the pose of frame 0 in the base frame, shape (N, 4, 4)."""
         return self.evaluation.of_matrix(self.table.base)
 
     @cached_property
     def frames(self) -> list[Floats]:
         """
-        Return frame 0, the frame after each row, and the tool frame, each in the base frame,
-        (N, 4, 4).
+        Return the poses of frame 0, of the frame after each row, and of the tool, in the base
+        frame, each of shape (N, 4, 4).
         """
         return [*accumulate((self.base, *self.rows, self.tool), np.matmul)]
 
     @cached_property
     def tool(self) -> Floats:
-        """Return the tool frame in the frame after the last row, shape (N, 4, 4)."""
+        """Return the pose of the tool in the frame after the last row, shape (N, 4, 4)."""
         return self.evaluation.of_matrix(self.table.tool)
 
     def frame(self, at: int) -> Floats:
         """
-        Return frame number `at` in the base frame, shape (N, 4, 4). Return the identity if `at` <
-        0.
+        Return the pose of frame number `at` in the base frame, shape (N, 4, 4). Return the
+        identity if `at` < 0.
         """
         return np.broadcast_to(np.eye(4), self.base.shape) if at < 0 else self.frames[at]
 
     def between(self, i: int, j: int) -> Floats:
-        """Return frame j in frame i of the table, shape (N, 4, 4)."""
+        """Return the pose of frame j in frame i of the table, shape (N, 4, 4)."""
         return np.asarray(np.linalg.solve(self.frame(i), self.frame(j)))
 
     @property
     def pose(self) -> Floats:
-        """Return the tool frame in the base frame, shape (N, 4, 4)."""
+        """Return the pose of the tool in the base frame, shape (N, 4, 4)."""
         return self.frames[-1]
 
     @cached_property
@@ -115,7 +115,7 @@ class World:
 
     @cached_property
     def _behind(self) -> list[Floats]:
-        # Return for each row the tool frame in the frame after the row, shape (N, 4, 4).
+        # Return for each row the pose of the tool in the frame after the row, shape (N, 4, 4).
         behind = accumulate((self.tool, *reversed(self.rows[1:])), lambda T, row: row @ T)
         return [*behind][::-1]
 
@@ -132,7 +132,8 @@ class World:
     @cached_property
     def jacobian(self) -> Floats:
         """
-        Return J in base axes, reference point the tool's origin, shape (N, 6, n), linear first.
+        Return the Jacobian in base axes, shape (N, 6, n), linear rows first. The reference point
+        is the tool's origin.
         """
         J = self.columns_of(range(len(self.table.variables)))
         if self.coupling is None:
@@ -144,7 +145,9 @@ class World:
 def with_constants(
     table: Table, variables: Mapping[sp.Symbol, Floats], poses: int
 ) -> dict[sp.Symbol, Floats]:
-    """Return the values of a table's joint variables and constants at N configurations."""
+    """
+    Add the values of a table's constants to the values of its joint variables at N configurations.
+    """
     values = dict(variables)
     for symbol in table.constants:
         if symbol in table.derived:

@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Define the commands `derive` and `compare` with their options, a file each."""
+"""Define the commands `derive` and `compare` with their options, one command in each file."""

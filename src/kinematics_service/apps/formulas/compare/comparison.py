@@ -77,13 +77,14 @@ class Verdict:
     entries
         The wrong entries.
     causes
-        Tested causes, the cause of the most entries first.
+        The causes that explain wrong entries, the cause that explains the most entries first.
     unexplained
         Number of wrong entries that no cause explains.
     tried
         Every cause that was tested.
     remarks
-        Other facts as sentences: a determinant of -1, a structural singularity, a branch.
+        Other facts as sentences: a determinant of -1, a structural singularity, or a branch of the
+        inverse kinematics.
     shape
         Number of rows and of columns of the formula.
     """

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Write a comparison as text, a block for each formula, or as one JSON object."""
+"""Write a comparison as text with a block for each formula, or as one JSON object."""
 
 import math
 from collections.abc import Iterator

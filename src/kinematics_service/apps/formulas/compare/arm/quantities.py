@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Find the quantity that a formula's name means, such as T_03, A_2, z_1, J_v2 or det, and its value.
+Find the quantity that a name in a formula means, such as T_03, A_2, z_1, J_v2 or det, and compute
+its value.
 """
 
 import re
@@ -42,15 +43,16 @@ class Quantity:
         Rows of the Jacobian: `all`, `v` or `w`.
     start
         Number of the frame in whose axes the quantity is written, -1 for the tool frame. None: the
-        frame that the settings give.
+        base frame, or for a Jacobian the frame in the settings.
     form
         Kind of Jacobian: `space`, `body`, `analytic`, or an analytic Jacobian named by its angles:
         `zyz`, `rpy`, `ypr`.
     rows
-        Indices of the Jacobian's rows in the formula. Empty: the number of rows in the formula
-        decides.
+        Indices of the Jacobian's rows in the formula. Empty: they follow from the number of rows
+        in the formula.
     either
-        Whether two digits, as in H_12, may mean the single number 12 and not 1 and 2.
+        Whether two digits, as in H_12, may mean the one number 12 instead of the two numbers 1 and
+        2.
     """
 
     kind: str
@@ -190,7 +192,8 @@ def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) ->
         return np.asarray(np.asarray(arm.frame(i - 1))[origin] - pose[origin])
     J = np.asarray(arm.jacobian)
     if kind == 'numeric':
-        # D is the twist (v, w) of column i as a 4 x 4 matrix: cross product matrix of w, then v.
+        # D is the twist (v, w) of Jacobian column i as a 4 x 4 matrix: the cross product matrix of
+        # w, and v as last column.
         D = np.zeros((*J.shape[:-2], 4, 4), dtype=J.dtype)
         D[..., :3, 3] = J[..., :3, i - 1]
         for row, (k, l) in enumerate(((2, 1), (0, 2), (1, 0)), 3):
@@ -241,7 +244,7 @@ def row_order(quantity: Quantity, reading: Settings) -> list[int]:
     return [3, 4, 5, 0, 1, 2] if angular_first else list(range(6))
 
 
-# Texts for reports: the angles whose rates the angular rows of an analytic Jacobian give.
+# Texts for reports. Each text names the angle rates in the angular rows of an analytic Jacobian.
 ANGLES = {
     'rpy': 'rates of roll, pitch, yaw',
     'ypr': 'rates of yaw, pitch, roll',

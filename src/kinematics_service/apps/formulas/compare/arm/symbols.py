@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Write frames and Jacobian as a textbook does: with sums of angles about parallel axes, sin(q1 +
-q2).
+Compute frames and Jacobian of a table in symbols. As in textbooks, angles about parallel axes are
+added: sin(q1 + q2).
 
-Recipes such as `z_0 x (o_3 - o_0)` use these matrices, and a report prints their entries beside
-wrong ones.
+Formulas such as `z_0 x (o_3 - o_0)` get the values of z_0 and o_3 from this module. A report
+prints the right entries beside wrong entries.
 """
 
 import operator
@@ -19,8 +19,8 @@ from ...arm.table import AXES, EYE, ZERO, Table, inverse_pose, motion, rotation,
 
 @dataclass(frozen=True)
 class _Walk:
-    # This class stores a frame as the product M Rz(angle). The angle stays separate until a motion
-    # about an axis other than z follows.
+    # This class stores a frame as the product M Rz(angle). The angle stays separate until a
+    # rotation about x or y, or a constant pose, follows.
     M: sp.Matrix
     angle: sp.Expr
 
@@ -43,7 +43,7 @@ class _Walk:
 
 @dataclass(eq=False)
 class SymbolicArm:
-    """The exact frames of a table and its Jacobian, in the base frame."""
+    """The frames and the Jacobian of a table as exact expressions, in the base frame."""
 
     table: Table
 
@@ -63,8 +63,8 @@ class SymbolicArm:
     @cached_property
     def frames(self) -> list[sp.Matrix]:
         """
-        Return frame 0, the frame after each row, and the tool frame, as 4 x 4 poses in the base
-        frame.
+        Return the 4 x 4 poses of frame 0, of the frame after each row, and of the tool, in the
+        base frame.
         """
         return [sp.ImmutableDenseMatrix(walk.frame) for walk in self._walked[0]]
 
@@ -75,12 +75,13 @@ class SymbolicArm:
 
     def frame(self, at: int) -> sp.Matrix:
         """
-        Return frame number `at` of the table in the base frame. Return the identity if `at` < 0.
+        Return the 4 x 4 pose of frame number `at` of the table in the base frame. Return the
+        identity if `at` < 0.
         """
         return EYE if at < 0 else self.frames[at]
 
     def between(self, i: int, j: int) -> sp.Matrix:
-        """Return frame j in frame i of the table."""
+        """Return the 4 x 4 pose of frame j in frame i of the table."""
         if i > j:
             return inverse_pose(self.between(j, i))
         if self.frame(i) == EYE:
@@ -90,7 +91,10 @@ class SymbolicArm:
 
     @cached_property
     def jacobian(self) -> sp.Matrix:
-        """Return J in base axes, reference point the tool's origin, linear rows first."""
+        """
+        Return the Jacobian in base axes, linear rows first. Its reference point is the tool's
+        origin.
+        """
         p = self.frames[-1][:3, 3]
         columns = []
         for variable in self.table.variables:
@@ -100,8 +104,8 @@ class SymbolicArm:
         return sp.ImmutableDenseMatrix(sp.Matrix.hstack(*columns))
 
 
-# A report prints the right expression beside a wrong entry. A longer expression than this, in
-# characters, is left out.
+# Maximum number of characters of a right expression that a report prints beside a wrong entry. A
+# report leaves out a longer expression.
 MAX_SHOWN_CHARACTERS = 160
 
 

@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Find why a formula is wrong: test likely mistakes."""
+"""Find why a formula is wrong, by testing likely mistakes."""

@@ -3,8 +3,8 @@
 """
 Generate small repairs of a user's expression: a sign, an index, a bracket, exchanged arguments.
 
-`explanation.py` tries each repair. If a repair makes the formula right, its name is reported as
-the mistake.
+`explanation.py` tries each repair. If a repair makes the formula right, a report names the repair
+as the mistake.
 """
 
 from collections.abc import Callable, Iterator
@@ -67,7 +67,7 @@ def _sums(e: sp.Expr) -> Iterator[tuple[Path, sp.Expr]]:
 
 
 def signs(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """Yield the expression with the sign of one or more of its terms changed."""
+    """Yield edits that change the sign of the expression, or of one to three terms of a sum."""
     yield Edit('the sign of the whole is wrong', (), -e)
     for size in (1, 2, 3):
         for path, part in _sums(e):
@@ -83,7 +83,9 @@ def signs(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 
 def extra_terms(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """Yield the expression without one of its terms, or without one of its factors."""
+    """
+    Yield edits that remove a term of a sum or a factor of a product, or set the expression to 0.
+    """
     for path, part in places(e):
         if part.is_Add:
             for term in part.args:
@@ -97,7 +99,9 @@ def extra_terms(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 
 def sine_and_cosine(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """Yield the expression with a sine replaced by a cosine, or a cosine by a sine."""
+    """
+    Yield edits that replace a sine by a cosine or a cosine by a sine, at one place or everywhere.
+    """
     other = {sp.sin: sp.cos, sp.cos: sp.sin}
     for path, part in places(e):
         if part.func in other:
@@ -111,7 +115,10 @@ def sine_and_cosine(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit
 
 
 def symbols_exchanged(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """Yield the expression with one symbol replaced by another, at one place or everywhere."""
+    """
+    Yield edits that replace a symbol by another, at one place or everywhere, or exchange two
+    symbols.
+    """
     free = sorted(e.free_symbols, key=str)
     for one in free:
         for other in symbols:
@@ -132,9 +139,7 @@ def symbols_exchanged(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Ed
 
 
 def lost_lengths(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """
-    Yield the expression with a length, or its square, added to one part or subtracted from it.
-    """
+    """Yield edits that add a length or its square to a part of the expression, or subtract it."""
     for path, part in places(e):
         if part.is_number or (path and _at(e, path[:-1]).is_Add):
             continue
@@ -152,8 +157,8 @@ def _at(e: sp.Expr, path: Path) -> sp.Expr:
 
 def angles(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """
-    Yield the expression with a symbol, pi/2 or pi added to the argument of a sine, cosine or
-    tangent.
+    Yield edits that change the argument of a sine, cosine or tangent by plus or minus a symbol,
+    plus or minus pi/2, or pi.
     """
     for path, part in places(e):
         if part.func not in (sp.sin, sp.cos, sp.tan):
@@ -167,8 +172,7 @@ def angles(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 def brackets(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """
-    Yield the expression with several terms of a sum multiplied by a factor, as if the user had
-    forgotten brackets.
+    Yield edits that multiply some terms of a sum by one factor, in case the user forgot brackets.
     """
     factors = {part for _, part in places(e) if part.func in (sp.sin, sp.cos) or part.is_Symbol}
     for path, part in _sums(e):
@@ -185,8 +189,8 @@ def brackets(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 def lost_plus(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """
-    Yield the expression with one product split into a sum of two: the user forgot a plus or a
-    minus.
+    Yield edits that split a product into a sum or a difference, in case the user forgot a sign
+    between two factors.
     """
     for path, part in places(e):
         if not part.is_Mul or len(part.args) > MAX_COMBINED_TERMS:
@@ -201,7 +205,10 @@ def lost_plus(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 
 def arguments(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """Yield the expression with an inverse function's arguments exchanged, negated or inverted."""
+    """
+    Yield edits that exchange, negate or invert arguments of atan2, atan, asin or acos, or that
+    invert a fraction.
+    """
     for path, part in places(e):
         if part.func == sp.atan2:
             y, x = part.args
@@ -235,7 +242,7 @@ def arguments(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 
 def units(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """Yield the expression with angles converted between deg and rad, or lengths from mm to m."""
+    """Yield edits that convert angles between deg and rad, or lengths from mm to m."""
     changed, inside = e, False
     for part in {p for _, p in places(e) if p.func in (sp.sin, sp.cos, sp.tan)}:
         number, rest = part.args[0].as_coeff_Add()
@@ -251,8 +258,7 @@ def units(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 def powers(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """
-    Yield the expression with a symbol, a sine or a cosine squared, or with a square or a root
-    removed.
+    Yield edits that square a symbol, a sine or a cosine, or remove a square or a square root.
     """
     for path, part in places(e):
         above = _at(e, path[:-1])
@@ -265,7 +271,7 @@ def powers(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 
 def twos(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """Yield the expression with a product, or a term of a sum, doubled or halved."""
+    """Yield edits that double or halve the expression, a product, or a term of a sum."""
     half = sp.Rational(1, 2)
     for path, part in places(e):
         if not path or part.is_Mul:
@@ -280,7 +286,9 @@ def twos(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 
 def quarter_turns(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """Yield plus or minus the formula of a joint angle, plus 180, 90 or -90 deg."""
+    """
+    Yield edits that add 180, 90 or -90 deg to the formula of a joint angle, or to its negative.
+    """
     turns = ((sp.pi, '180 deg'), (sp.pi / 2, '90 deg'), (-sp.pi / 2, '-90 deg'))
     for turn, text in turns:
         yield Edit(f'{text} must be added', (), e + turn)

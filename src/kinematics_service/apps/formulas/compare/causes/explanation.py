@@ -44,7 +44,7 @@ class Explanation:
     Parameters
     ----------
     cause
-        Name of the cause in `CAUSES`, or of the repair.
+        Name of a `Cause` in `CAUSES`, or of a `Repair`.
     sentence
         The mistake as a sentence.
     entries
@@ -181,7 +181,7 @@ def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> tuple[list[E
         sentence = best.variant.sentence
         also = {
             rival.variant.sentence: f'{rival.place}{rival.variant.sentence}'
-            for rival in reversed(candidates)  # of equal sentences, the first remains
+            for rival in reversed(candidates)  # keep the first of equal sentences
             if rival.variant.sentence != sentence
             and (rival.mask == best.mask).all()
             and (one or rival.cause != best.cause)
@@ -278,7 +278,7 @@ def _missing_factor(
     check: QuantityCheck, terms: Sequence[sp.Expr], values: Floats, i: int, j: int
 ) -> list[Explanation]:
     if check.agrees(np.zeros_like(values[:, i, j]), values[:, i, j]):
-        return []  # a dropped factor 0 would explain any wrong formula of an entry 0
+        return []  # a factor 0 would explain every wrong formula of a right entry 0
     factors = {f for term in terms for f in sp.Mul.make_args(term)}
     for factor in sorted(factors, key=str):
         value = check.world.evaluation.of(factor) * check.person[:, i, j]

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Generate mistaken readings of a robot's table, such as another DH convention, a joint counted from
-another zero, or a row left out.
+Generate mistaken readings of a robot's table, such as another DH convention, a joint angle
+measured from another zero, or a row left out.
 
 Each reading is a table with one change. The quantity is computed from the changed table.
 """
@@ -54,8 +54,8 @@ def _by_joints(check: QuantityCheck, changes: dict[sp.Symbol, sp.Expr], sentence
 
 def other_convention(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield mistaken values, computed as if the rows belonged to another convention whose quantities
-    have the names of the table's quantities.
+    Yield mistaken values of the quantity, computed as if the table followed another convention,
+    such as modified instead of standard DH. The other convention has quantities with equal names.
     """
     table = check.names.table
     for other in CONVENTIONS[table.convention].others:
@@ -84,7 +84,8 @@ def _whose(convention: Convention) -> str:
 
 def joint_zero(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield mistaken values, computed with the zero of one joint angle shifted by 90, -90 or 180 deg.
+    Yield mistaken values of the quantity, computed with the zero of one joint angle shifted by 90,
+    -90 or 180 deg.
     """
     for variable in check.names.table.turning:
         for turn, text in TURNS:
@@ -94,7 +95,8 @@ def joint_zero(check: QuantityCheck) -> Iterator[Variant]:
 
 def in_degrees(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield mistaken values, computed with one joint angle, or all, read in degrees, not radians.
+    Yield mistaken values of the quantity, computed as if one joint angle, or all joint angles,
+    were in degrees instead of radians.
     """
     turning = check.names.table.turning
     for chosen in (turning, *([variable] for variable in turning if len(turning) > 1)):
@@ -105,8 +107,9 @@ def in_degrees(check: QuantityCheck) -> Iterator[Variant]:
 
 def sine_for_cosine(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield mistaken values, computed with sine and cosine of one joint angle exchanged, or sines and
-    cosines of all sums with this angle.
+    Yield mistaken values of the quantity, computed with sine and cosine of one joint angle
+    exchanged. Then yield values with sine and cosine exchanged for all sums that contain this
+    angle.
     """
     turning = check.names.table.turning
     for variable in turning:
@@ -129,14 +132,16 @@ def _with_values(check: QuantityCheck, changes: dict[sp.Symbol, Floats], sentenc
 
 
 def joint_direction(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield mistaken values, computed with the sign of one joint variable changed."""
+    """
+    Yield mistaken values of the quantity, computed with the sign of one joint variable changed.
+    """
     for variable in check.names.table.variables:
         sentence = f'{variable} is counted in the other direction'
         yield _by_joints(check, {variable: -variable}, sentence)
 
 
 def joint_exchange(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield mistaken values, computed with two joint variables exchanged."""
+    """Yield mistaken values of the quantity, computed with two joint variables exchanged."""
     for one, other in combinations(check.names.table.variables, 2):
         sentence = f'{one} and {other} are exchanged'
         yield _by_joints(check, {one: other, other: one}, sentence)
@@ -144,8 +149,9 @@ def joint_exchange(check: QuantityCheck) -> Iterator[Variant]:
 
 def absolute_angles(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield mistaken values, computed with another joint angle added to one angle, or subtracted. The
-    user makes this mistake if he confuses absolute and relative angles.
+    Yield mistaken values of the quantity, computed with one joint angle added to another joint
+    angle, or subtracted from it. The user makes this mistake if he confuses absolute and relative
+    angles.
     """
     for one, other in permutations(check.names.table.turning, 2):
         for value, text in ((one + other, f'{one} + {other}'), (one - other, f'{one} - {other}')):
@@ -153,7 +159,9 @@ def absolute_angles(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def one_row(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield mistaken values, computed from tables in which entries of one row are changed."""
+    """
+    Yield mistaken values of the quantity, computed from tables with changed entries in one row.
+    """
     table = check.names.table
     for i, row in enumerate(table.rows):
         where = f'row {i + 1}'
@@ -180,7 +188,10 @@ def one_row(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def row_left_out(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield mistaken values, computed from tables without one of their rows."""
+    """
+    Yield mistaken values of the quantity, computed from tables in which all entries of one row are
+    0.
+    """
     table = check.names.table
     for i, row in enumerate(table.rows):
         still = TableRow(row.convention, tuple((name, ZERO) for name, _ in row.quantities))
@@ -189,7 +200,8 @@ def row_left_out(check: QuantityCheck) -> Iterator[Variant]:
 
 def shifted_column(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield mistaken values, computed from tables in which one column is shifted up or down by a row.
+    Yield mistaken values of the quantity, computed from tables in which one column is shifted up
+    or down by one row.
     """
     table = check.names.table
     convention = CONVENTIONS[table.convention]
@@ -214,8 +226,8 @@ def shifted_column(check: QuantityCheck) -> Iterator[Variant]:
 
 def not_inverted(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield mistaken values, computed from tables in which a Sheth-Uicker row is multiplied by its
-    output matrix instead of the inverse.
+    Yield mistaken values of the quantity, computed from tables in which a Sheth-Uicker row uses
+    its output matrix instead of the inverse of this matrix.
     """
     table = check.names.table
     shaped = [i for i, row in enumerate(table.rows) if row.outer != EYE]
@@ -234,7 +246,9 @@ def not_inverted(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def missing_length(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield mistaken values, computed with one length, or one prismatic joint, set to 0."""
+    """
+    Yield mistaken values of the quantity, computed with one length or one prismatic joint at 0.
+    """
     table, values = check.names.table, check.poses.values
     sliding = [variable for variable in table.variables if variable not in table.turning]
     general = [sp.Symbol('a_i'), sp.Symbol('d_i')] if check.quantity.kind == 'general' else []
@@ -246,7 +260,8 @@ def missing_length(check: QuantityCheck) -> Iterator[Variant]:
 
 def exchanged_lengths(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield mistaken values, computed with two lengths exchanged, or a length replaced by another.
+    Yield mistaken values of the quantity, computed with two lengths exchanged, or with a length
+    replaced by another length.
     """
     values = check.poses.values
     for one, other in combinations(check.names.table.constants, 2):
@@ -262,8 +277,8 @@ def exchanged_lengths(check: QuantityCheck) -> Iterator[Variant]:
 
 def other_joint_value(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield mistaken values, computed with other joint values than the `at` line gives: one joint at
-    0, 90, -90 or 180 deg, or all joint angles read in degrees.
+    Yield mistaken values of the quantity, computed with other joint values than the `at` line
+    gives: one joint at 0, 90, -90 or 180 deg, or all joint angles read in degrees.
     """
     values, turning = check.poses.values, check.names.table.turning
     given = [s for s in check.names.table.variables if s.name in check.poses.chosen]

@@ -31,7 +31,7 @@ def own_axes(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def millimetres(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the values with lengths in millimetres instead of metres."""
+    """Yield the values of the quantity with lengths in millimetres instead of metres."""
     if check.quantity.kind == 'jacobian':
         J = check.world.jacobian.copy()
         J[:, :3] *= MILLIMETRES_PER_METRE
@@ -47,7 +47,7 @@ def millimetres(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def transposed(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the matrix, or its rotation, transposed or inverted."""
+    """Yield the right matrix transposed, with only its rotation part transposed, and inverted."""
     right = check.right
     rows, columns = right.shape[1:]
     if rows == columns and rows > 1:
@@ -61,7 +61,10 @@ def transposed(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def base_and_tool(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the tool's pose T without the base, the tool or both, and with both."""
+    """
+    Yield the tool's pose without the base transform, without the tool transform, without both, and
+    with both.
+    """
     frames = check.world.frames
     versions = (
         (np.linalg.solve(frames[0], frames[-1]), 'the base is left out'),
@@ -75,7 +78,7 @@ def base_and_tool(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def bottom_row(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the derivative of a pose with 1 in the lower right corner. The right entry is 0."""
+    """Yield the derivative of a pose with 1 in the lower right corner, where 0 is right."""
     values = check.right.copy()
     values[:, 3, 3] = 1.0
     yield Variant('(4,4) is the derivative of the constant 1: it is 0, not 1', values)
@@ -118,8 +121,8 @@ def mistaken(
     check: QuantityCheck, sentence: str, J: Floats, columns: tuple[int, ...] = ()
 ) -> Variant:
     """
-    Convert a mistaken Jacobian J to the axes, rows and row order of the user's formula. J has base
-    axes and linear rows first.
+    Return a mistaken Jacobian J as a `Variant` with the axes, rows and row order of the user's
+    formula. The input J has base axes and linear rows first.
     """
     whole = arranged(J, check.world, check.quantity, check.reading)
     return Variant(sentence, check.cut(whole, check.quantity), columns)
@@ -161,7 +164,7 @@ def other_point(check: QuantityCheck) -> Iterator[Variant]:
 
 def axis_index(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield the Jacobian with the joint axes, or their origins, taken from a neighbouring frame.
+    Yield the Jacobian with the axes of the joints, or points on them, taken from a wrong frame.
     """
     convention = CONVENTIONS[check.world.table.convention]
     if not convention.product:
@@ -233,8 +236,8 @@ def moment_arm(check: QuantityCheck) -> Iterator[Variant]:
 
 def joint_type(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield the Jacobian with a prismatic joint's column written as for a revolute joint, or the
-    reverse.
+    Yield the Jacobian with the column of a prismatic joint computed as for a revolute joint, or
+    the reverse.
     """
     world = check.world
     for (i, k), column in world.row_columns.items():

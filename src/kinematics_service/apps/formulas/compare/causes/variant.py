@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Define a mistake to be tested (`Cause`), and the values of a formula with it (`Variant`)."""
+"""
+Define a mistake to be tested (`Cause`), and the values of a formula with a mistake (`Variant`).
+"""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

@@ -74,12 +74,12 @@ class Check(ABC):
 
     @cached_property
     def person(self) -> Floats:
-        """Return the values of the formula that the person wrote, shape (N, rows, columns)."""
+        """Return the values of the formula that the user wrote, shape (N, rows, columns)."""
         return self.evaluation.of_matrix(self.expressions)
 
     @property
     def tolerance(self) -> float:
-        """Return the largest relative difference at which two values count as equal."""
+        """Return the largest result of `gap` at which two values count as equal."""
         decimals = self.statement.decimals
         return 0.5000001 * 10.0**-decimals if decimals else ROUND_OFF
 
@@ -93,7 +93,7 @@ class Check(ABC):
         Return the difference |one - other| / (1 + max(|one|, |other|)), infinite if a value is
         undefined.
 
-        If all numbers are printed decimals, the divisor is 1.
+        If the formula contains only printed decimals, the divisor is 1.
         """
         with np.errstate(all='ignore'):
             larger = 0.0 if self.statement.decimals else np.maximum(np.abs(one), np.abs(other))
@@ -112,8 +112,8 @@ class Check(ABC):
     @cached_property
     def wrong(self) -> Mask:
         """
-        Return which entries are wrong. An entry is wrong if at some pose it differs by more than
-        the rounding of printed decimals explains.
+        Return which entries are wrong. An entry is wrong if at some pose it differs from the right
+        value by more than the rounding of printed decimals explains.
         """
         wrong: Mask = ~self.agrees(self.person, self.right)
         if wrong.any() and self.statement.inexact is not None:
@@ -123,8 +123,8 @@ class Check(ABC):
     @cached_property
     def rounding(self) -> Floats:
         """
-        Return the largest change of each entry by rounding of printed decimals, shape (N, rows,
-        columns).
+        Return the largest change of each entry that the rounding of printed decimals can cause,
+        shape (N, rows, columns).
         """
         moved, inexact = np.full_like(self.person, 0.0), self.statement.inexact
         assert inexact is not None  # the only caller, `wrong`, has checked this
@@ -170,13 +170,16 @@ class QuantityCheck(Check):
 
     def right_of(self, world: World, reading: Settings | None = None) -> Floats:
         """
-        Return the quantity computed from another `World`, with only the rows and columns that the
-        user's formula has.
+        Return the values of the quantity for the frames and the Jacobian in `world`. They have
+        only the rows and columns that the user's formula has.
         """
         return self.cut(self.whole_of(world, reading or self.reading), self.quantity)
 
     def whole_of(self, world: World, reading: Settings) -> Floats:
-        """Return the quantity computed from a `World`, with all rows, shape (N, rows, columns)."""
+        """
+        Return the values of the quantity for the frames and the Jacobian in `world`, with all
+        rows, shape (N, rows, columns).
+        """
         if self.quantity.kind == 'det':
             return task_determinant(self.robot, world)[:, None, None]
         if self.quantity.kind == 'general':
@@ -222,7 +225,8 @@ class QuantityCheck(Check):
     @cached_property
     def readings(self) -> tuple['QuantityCheck', ...]:
         """
-        Return one check for each definition of the Jacobian in textbooks, the most common first.
+        Return one check for each textbook definition of the Jacobian that the formula may follow,
+        the most common definition first.
         """
         quantity, form = self.quantity, self.quantity.form
         if quantity.kind != 'jacobian' or quantity.rows or self.names.table.passive:

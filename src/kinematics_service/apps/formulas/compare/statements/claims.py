@@ -4,8 +4,9 @@
 Check `singular:` lines: whether each claimed pose is singular, and whether the claims are
 complete.
 
-Newton's method with least-norm steps projects random configurations onto the zeros of each factor
-of the exact determinant. Every singular zero that it reaches must lie in a claimed family.
+To check completeness, Newton's method with least-norm steps projects random configurations onto
+the zeros of each factor of the exact determinant. Every singular zero that it reaches must lie in
+a claimed family.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -30,10 +31,10 @@ from .names import FormulaNames
 from .poses import SEED, poses_for
 from .statements import Statement
 
-# Number of random configurations from which zeros of each claim and each factor are searched.
+# Number of random configurations at which Newton's method starts, for each claim and each factor.
 DRAWS = 200
-# A singular value is 0 if its ratio to the largest singular value is below this. The ratio is
-# above the error of the projected configurations, 1e-9.
+# A singular value counts as 0 if its ratio to the largest singular value is below this. The
+# threshold is above 1e-9, the error of the projected configurations.
 SINGULAR_VALUE_RATIO = 1e-7
 # A pose belongs to a claimed family if its distance (rad or m) is at most this. The tolerance
 # exceeds 1e-6, the error of Newton's method at a double zero.
@@ -41,8 +42,8 @@ CLAIM_TOLERANCE = 1e-5
 # Step of central differences (rad or m). With this step, the errors by round-off and by the third
 # derivative are both below 1e-9.
 DIFFERENCE_STEP = 1e-6
-# Values tried for the integer k in a claim such as `q3 = k*pi`. Even the values of k*pi/6 cover a
-# whole turn.
+# Values tried for the integer k in a claim such as `q3 = k*pi`. With these values, even k*pi/6
+# covers a whole turn.
 INTEGERS = np.arange(-6.0, 7.0)
 
 
@@ -58,7 +59,8 @@ class Claim:
 
 @dataclass(frozen=True)
 class _ZeroCondition:
-    # A function of N configurations, shape (N, n), that is 0 if the equation holds.
+    # A function of N configurations, shape (N, n). Its values are 0 if an equation of a claim
+    # holds.
     function: Callable[[Floats], Floats]
 
     def __call__(self, q: Floats) -> Floats:
@@ -196,7 +198,7 @@ def _belongs(names: FormulaNames, claim: Statement, q: Floats) -> npt.NDArray[np
     # Return which of N configurations belong to a claimed family, shape (N,).
     holds = np.ones(len(q), dtype=bool)
     for joint, value in claim.conditions:
-        # Compute the distances (rad or m) of the configurations from the condition, for each
+        # Compute how far (rad or m) the configurations are from satisfying the condition, for each
         # integer k. If the condition is an equation, the distances are first-order estimates.
         gaps = []
         for k in INTEGERS.tolist():

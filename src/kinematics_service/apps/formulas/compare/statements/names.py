@@ -50,7 +50,7 @@ class FormulaNames:
 
     @cached_property
     def arm(self) -> SymbolicArm:
-        """Return the exact frames; they are computed at the first access."""
+        """Return the frames and the Jacobian of the arm in symbols."""
         return SymbolicArm(self.table)
 
     def joint(self, key: str) -> int | None:
@@ -114,7 +114,8 @@ class FormulaNames:
 
     def _factors(self, key: str) -> list[str]:
         # Split a name such as `L1c23` into the factors `L1` and `c23`. Each factor is a joint, a
-        # constant or a shorthand, and ends in a number. Return no factors if this fails.
+        # constant or a shorthand, and ends in a number. Return no factors if the name is not such
+        # a product.
         factors = FACTOR.findall(key)
         is_product = ''.join(factors) == key and len(factors) > 1
         are_scalars = (

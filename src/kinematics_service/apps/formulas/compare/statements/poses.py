@@ -24,8 +24,8 @@ from .names import ANGLE_IN_PLANE, POINT, ROTATION, FormulaNames
 
 SEED = 20240523
 POSES = 8
-# Range of random constants, m (rad for named angles). The constants are of similar size and never
-# 0.
+# Range of random constants, m (rad for named angles). With this range, constants are of similar
+# size and never 0.
 LENGTH_RANGE = (0.3, 1.3)
 # Length of the range (m) from which a prismatic joint without an upper limit is drawn.
 SLIDE_RANGE = 1.0
@@ -74,8 +74,9 @@ def poses_for(
     Parameters
     ----------
     symbols
-        Constants among them get random values, unless `fixed` or the `at` line gives them a value.
-        An arm with closed loops keeps its own constants, for which the loops close.
+        Symbols in the formula. Constants among them get random values, unless `fixed` or the `at`
+        line gives them a value. An arm with closed loops keeps its own constants, for which the
+        loops close.
     fixed
         Constants and their values.
 
@@ -120,7 +121,7 @@ def _close(
     count: int,
 ) -> Floats:
     # Draw joint positions at which the closed loops close, and compute the positions of the
-    # passive joints. Return their coupling.
+    # passive joints. Return the rates of the passive joints per rate of the joints.
     table, rng = names.table, np.random.default_rng(SEED)
     joints = table.variables[: table.joints]
     for symbol in given:
@@ -158,7 +159,7 @@ def _drawn(robot: Robot, k: int, rng: np.random.Generator, count: int) -> Floats
     if robot.prismatic[k]:
         low = low if np.isfinite(low) else 0.0
         high = high if np.isfinite(high) else low + SLIDE_RANGE
-        low += 0.1 * (high - low)  # a retracted joint may be a special case
+        low += 0.1 * (high - low)  # avoid the retracted position, a special case
     elif not np.isfinite(high - low):
         low, high = -np.pi, np.pi
     return rng.uniform(low, high, count)

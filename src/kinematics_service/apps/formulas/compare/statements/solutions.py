@@ -42,7 +42,7 @@ STEPS = 20
 # The search stops after this number of random starts if no start has reached a target pose.
 FIRST_STARTS = 4
 SEED = 1955
-# Another branch is searched at most at this number of poses, because a pose takes up to STARTS
+# Maximum number of poses at which another branch is searched, because a pose takes up to STARTS
 # searches.
 MAX_BRANCH_POSES = 40
 # Maximum number of combinations of inverse kinematics formulas that are tried. A combination has
@@ -51,8 +51,8 @@ MAX_CHOICES = 16
 # If a joint moves a point by less than this (m/rad), the motion is round-off, and the joint does
 # not move the point.
 STILL_SPEED = 1e-9
-# Largest difference between entries of two rotation matrices that count as equal. A rotation by
-# half a turn changes an entry by 2.
+# Largest difference between entries of two rotation matrices that count as equal. If the search
+# ends half a turn away from the target rotation, an entry differs by 2.
 ROTATION_TOLERANCE = 1e-3
 
 
@@ -87,7 +87,9 @@ class PoseSearch:
 
     @cached_property
     def target(self) -> World:
-        """Return the arm at the configurations that give the target poses."""
+        """
+        Return frames and Jacobian of the arm at the configurations that give the target poses.
+        """
         return World(self.table, self.poses.values, self.poses.count)
 
     @property
@@ -270,7 +272,7 @@ class SolutionCheck(Check):
 
     @cached_property
     def share(self) -> float:
-        """Return at which ratio of the poses the formula gives the joint's own value."""
+        """Return the ratio of the poses at which the formula gives the joint's own value."""
         return float(np.mean(self.hits(self.person[:, 0, 0])))
 
     @cached_property
@@ -286,11 +288,13 @@ class SolutionCheck(Check):
     @cached_property
     def together(self) -> float | None:
         """
-        Return at which ratio of the poses the formulas of the file together give the tool's pose.
+        Return the ratio of the poses at which the formulas of the file together give the tool's
+        pose.
 
-        Each joint takes one of its formulas, evaluated with the values of the other formulas;
-        joints without a formula are free. None if the file has formulas of one joint only, or
-        more than `MAX_CHOICES` combinations.
+        Each joint takes the value of one of its formulas. A formula may contain other joints,
+        which also take the values of their formulas. Joints without a formula are free. Return
+        None if the file has formulas of one joint only, or more than `MAX_CHOICES` combinations.
+        Return None also if the free joints can compensate every motion of the other joints.
         """
         by_joint: dict[int, list[Statement]] = {}
         for statement in self.others:
@@ -342,7 +346,8 @@ class SolutionCheck(Check):
     @cached_property
     def solved(self) -> float:
         """
-        Return at which ratio of the poses the formula gives the joint's value or another branch.
+        Return the ratio of the poses at which the formula gives the joint's value or another
+        branch.
         """
         return self.share + (1.0 - self.share) * self.branches(self.robot.limits)
 
@@ -361,8 +366,8 @@ class SolutionCheck(Check):
 
     def branches(self, limits: Limits | None, out_of_reach: bool = False) -> float:
         """
-        Return the ratio of the missed poses that the tool can reach if the joint takes the
-        formula's value.
+        Return the ratio of the missed poses at which the tool still reaches its target if the
+        joint takes the formula's value.
 
         A pose is missed if the formula's value is not the joint's own value. Joints that the
         formula contains keep their values. Prismatic joints stay inside `limits`, if given. If the
@@ -391,7 +396,7 @@ class SolutionCheck(Check):
     def passes(self, values: Floats, right: Floats) -> bool:
         """
         Return whether the values (N,) of a repaired formula equal the joint's value at clearly
-        more poses.
+        more poses than the user's formula.
         """
         share = float(np.mean(self.hits(values)))
         return share >= MIN_HIT_RATIO and share > self.share + MIN_HIT_RATIO

@@ -20,7 +20,8 @@ from .names import COORDINATES, FormulaNames
 
 # Maximum number of tree nodes of an expression that is compared.
 MAX_NODES = 200_000
-# Maximum depth of nested definitions. Definitions are nested if one uses another.
+# Maximum depth of nested definitions. Definitions are nested if a definition uses another
+# definition.
 MAX_DEFINITION_DEPTH = 40
 # A number with at least this many decimals counts as rounded. A number with fewer decimals is
 # exact: 0.5 is a half.
@@ -56,7 +57,8 @@ class Statement:
         The statement with a symbol added to each rounded number; None if it has no rounded
         numbers.
     half_units
-        Pairs (symbol, half a unit of the last decimal of its number) of `inexact`.
+        One pair for each symbol that `inexact` adds to a number: (symbol, half a unit of the
+        number's last decimal).
     """
 
     kind: str
@@ -153,7 +155,7 @@ class _Reader:
             except FormulaError as fault:
                 key = self._definition_key(raw)
                 if key and quantity_of(key) is None:
-                    maybe_unused.append((raw, fault))  # an error only if a formula uses it
+                    maybe_unused.append((raw, fault))  # an error only if the name is used
                 else:
                     self.faults.append(fault)
                 continue
@@ -189,7 +191,7 @@ class _Reader:
         try:
             inexact = self._statement(context, raw)
         except (FormulaError, RecursionError):
-            return exact  # no estimate of the rounding, for example of an exponent
+            return exact  # no estimate: the rounded number is, for example, an exponent
         assert isinstance(inexact, Statement)
         half_units = tuple(
             (s, half) for s, half in self.half_units.items() if s in inexact.symbols

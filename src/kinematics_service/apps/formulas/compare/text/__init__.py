@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Parse a file of formulas: tokens, grammar, and lines."""
+"""Read a file of formulas: split it into tokens, parse them, and build expressions."""

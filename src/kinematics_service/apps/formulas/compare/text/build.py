@@ -43,9 +43,9 @@ def build(node: Node, lookup: Lookup, read: ReadNumber) -> Value:
     node
         The tree of the formula.
     lookup
-        Returns the value of a name.
+        Function that returns the value of a name.
     read
-        Returns the value of a number, as the function `number` does.
+        Function that returns the value of a number, for example `number`.
 
     Raises
     ------
@@ -152,7 +152,7 @@ def _stacked(node: Node, parts: list[Value]) -> Value:
 
 def _added(node: Node, *terms: Value) -> Value:
     if not any(map(is_matrix, terms)):
-        return sp.Add(*terms)  # one call: single additions would take quadratic time
+        return sp.Add(*terms)  # one call, because adding term by term takes quadratic time
     one, *others = terms
     for other in others:
         if is_matrix(one) != is_matrix(other):
@@ -173,7 +173,7 @@ def _size(matrix: Value) -> str:
 def _multiplied(node: Node, one: Value, other: Value) -> Value:
     if is_matrix(one) and is_matrix(other) and one.cols != other.rows:
         if one.cols == other.cols and other.rows == 1:
-            other = other.T  # R [a, 0, 0] means R [a, 0, 0]^T
+            other = other.T  # read R [a, 0, 0] as R [a, 0, 0]^T
         else:
             sizes = f'{_size(one)} and {_size(other)}'
             message = f'a product of matrices of {sizes}'

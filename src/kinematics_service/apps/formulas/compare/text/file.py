@@ -25,8 +25,8 @@ MAX_FORMULAS = 200
 
 # Names of matrices whose determinant a file may define, as in `det(J) = ...`.
 DETERMINANT_OF = ('J', 'Jv', 'Jt', 'Jacobian')
-# Matches the name of a matrix or vector. On the left side its variables may follow the name, as in
-# `J(q) = ...` or `T(\theta_1, \theta_2) = ...`.
+# Matches the name of a matrix or vector. On the left side of an equation, joint variables may
+# follow the name, as in `J(q) = ...` or `T(\theta_1, \theta_2) = ...`.
 DEPENDS = re.compile(r'\d?[JTRADHzop]\w*')
 JOINTS = re.compile(r'(?:q|theta|Theta|th|phi|d)\d*')
 
@@ -48,15 +48,15 @@ class Settings:
     Parameters
     ----------
     angular_first
-        `rows: angular first`; None: the usual order, which is angular first for `J_s` and `J_b`,
-        else linear first.
+        Whether the angular rows of a Jacobian come first, as after `rows: angular first`. None:
+        the usual order, which is angular first for `J_s` and `J_b`, else linear first.
     axes
         Axes of the Jacobian's rows: `base`, or `tool` after `frame: tool`.
     degrees
         Whether `units: deg` is set: angles in formulas, in `at`, and results of inverse kinematics
         are in deg.
     first_frame
-        The number of the table's frame 0.
+        The number, 0 or 1, that formulas give to the table's first frame.
     point
         Name of the point whose coordinates are x, y, z; empty: the tool.
     at
@@ -86,8 +86,8 @@ class Raw:
     local
         Whether the equation follows `where`. It is then a definition for the formula above only.
     claim
-        The conditions of a `singular:` line, else empty; `left` and `right` belong to the first
-        condition.
+        The conditions of a `singular:` line, else empty; `left` and `right` are the sides of the
+        first condition.
     """
 
     left: Node
@@ -127,7 +127,10 @@ class _Chunk:
 
 
 def read_formulas(text: str) -> FormulaFile:
-    """Return the equations of a text of formulas, each with its settings, and the errors."""
+    """
+    Return the equations in a text of formulas, each with the settings that apply to it. Return
+    also the errors of lines that could not be read.
+    """
     raw: list[Raw] = []
     faults: list[FormulaError] = []
     settings, local = Settings(), False
@@ -187,7 +190,7 @@ def _chunks(lines: Sequence[str]) -> Iterator[_Chunk]:
             elif depth <= 0 and not GOES_ON.search(before):
                 break
             elif depth > 0 and (_begins_another(text) or SETTING.fullmatch(text)):
-                break  # the bracket before is not closed: stop at this formula
+                break  # a bracket is not closed: end before the next formula
             depth += _depth(lines[at])
             at += 1
         yield _Chunk('\n'.join(lines[first:at]), first + 1, by_lines)
@@ -287,7 +290,7 @@ def _of_a_jacobian(left: Node) -> Node:
 
 
 def _trimmed(tokens: list[FormulaToken]) -> list[FormulaToken]:
-    # Return the tokens without the newlines before the first and after the last other token.
+    # Return the tokens without the newlines at both ends.
     words = [k for k, token in enumerate(tokens) if token.kind != 'newline']
     return tokens[words[0] : words[-1] + 1] if words else []
 

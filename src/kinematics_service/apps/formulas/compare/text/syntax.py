@@ -47,14 +47,14 @@ class Node:
     Parameters
     ----------
     kind
-        `number`, `name`, `call`, `matrix`, or an operator: + (of many terms) * / ^ x
-        (cross), neg, deg, '.
+        `number`, `name`, `call`, `matrix`, or an operator: + (of many terms), *, /, ^, x (cross
+        product), neg (negative), deg (degrees), ' (transpose).
     text
         The number, the name, or the function.
     parts
         Operands, arguments, or the entries of a matrix row by row.
     at
-        The first token of the part, for error messages.
+        The token at which an error of this node is reported.
     rows
         Number of entries in each row of a matrix.
     """
@@ -148,7 +148,9 @@ class _Parser:
             self.at += 1
 
     def expression(self, least: int = SUM) -> Node:
-        """Parse an expression up to the first operator whose precedence is lower than `least`."""
+        """
+        Parse an expression up to the first operator whose binding power is lower than `least`.
+        """
         self.depth += 1
         if self.depth > MAX_DEPTH:
             message = f'brackets and signs are nested more than {MAX_DEPTH} deep; use definitions'
