@@ -197,8 +197,9 @@ def closed_determinant(
     frame = robot.description.loops[0].start.row if may_turn(task) else 0
     turned = in_axes_of(J, frames.in_base[frame])
     rows = writer.matrix(turned[task])
-    # Use det(A - B D^-1 C) det D = det [[A, B], [C, D]], because the entries of this block matrix
-    # are not quotients.
+    # Let [A, B] be the task rows and [C, D] the derivatives of the loop equations, each by the
+    # joints and by the passive joints. Then det(J_t) det D = det [[A, B], [C, D]]. Use this
+    # determinant, because its entries are not quotients.
     slopes = sympy.Matrix([e for loop in loops for e in loop.equations]).jacobian(list(symbols))
     numerator = rows.col_join(slopes).det(method='berkowitz')
     numerator = sympy.factor(_without_products(numerator))

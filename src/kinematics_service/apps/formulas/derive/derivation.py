@@ -72,8 +72,9 @@ class Derivation:
         The Jacobian with a column for each joint, then for each passive joint, as if each passive
         joint moved independently.
     methods
-        Names of the four methods that compute `jacobian_open`. The value of each is the number of
-        terms in its difference from the first method, which is 0.
+        The name of each of the four methods that compute `jacobian_open`, with the number of terms
+        in the difference between its result and `jacobian_open`. The number is 0 if both are
+        equal.
     coupling
         The matrix C in (theta and d of the rows) = C q + constants, if a joint moves several rows
         or no row; otherwise None. With closed loops, q includes the passive joints.
@@ -150,14 +151,15 @@ class Derivation:
 
     @cached_property
     def jacobian(self) -> sympy.Matrix:
-        """Return the Jacobian J by the joints, 6 x n."""
+        """Return the Jacobian, 6 x n, with one column for each joint; closed loops stay closed."""
         return self._by_joints(self.jacobian_open)
 
     @property
     def loop_coupling(self) -> sympy.Matrix:
         """
-        Return the derivative C of all joint positions (q, psi) by q; psi belong to passive joints.
-        `jacobian` is the product of `jacobian_open` and C.
+        Return the derivative C of all joint positions (q, psi) by the positions q of the joints.
+        The passive joints have the positions psi. `jacobian` is the product of `jacobian_open` and
+        C.
         """
         rows = [sympy.eye(len(self.variables)), *(loop.coupling for loop in self.loops)]
         return sympy.ImmutableMatrix(sympy.Matrix.vstack(*rows))
@@ -189,7 +191,8 @@ class Derivation:
     @property
     def angles(self) -> dict[sympy.Symbol, sympy.Expr]:
         """
-        Return q + offset for each symbol theta, if the offset is not a multiple of a quarter turn.
+        Return the value q + offset of each symbol theta. A joint has a symbol theta if its offset
+        is not a multiple of a quarter turn.
 
         Examples
         --------
@@ -201,7 +204,7 @@ class Derivation:
 
     def in_angles(self, expression: sympy.Expr) -> sympy.Expr:
         """
-        Return an expression or matrix in the symbols theta of `angles`, which replace q + offset.
+        Return an expression or matrix in which the symbols theta of `angles` replace q + offset.
         """
         offsets = self.exact.arithmetic.offsets
         symbols = self.exact.arithmetic.angles
@@ -307,7 +310,7 @@ def derive(
     loops = loops_of(robot, opened(robot.description), arithmetic, tell)
     singular_set = _closed_set(exact, loops, tell) if loops else _singular_set(exact, tell)
     singular_set = singular_set or _singular_set(exact_of(robot, locked, parts=2), tell)
-    assert singular_set is not None  # None only without half angles: with them all factors split
+    assert singular_set is not None  # with half angles, all factors split
     C = ways.coupling(frames, arithmetic)
     plain = C.shape[0] == C.shape[1] and all(sum(map(bool, row)) == 1 for row in C.tolist())
     return Derivation(
@@ -404,8 +407,8 @@ def exact_of(robot: Robot, locked: Mapping[str, str] | None = None, parts: int =
     Raises
     ------
     DerivationError
-        A name to lock is unknown, an angle is not a fraction of a joint's, or the pose is too
-        long.
+        A name to lock is unknown, a row turns by an irrational multiple of a joint's angle, or the
+        pose is too long.
     """
     description = robot.description
     arm = opened(description) if description.loops else description
@@ -427,6 +430,6 @@ def determinant_factors(exact: Exact) -> dict[sympy.Expr, Laurent]:
     """
     sampler = exact.sampler
     minors = _minors(exact, independent_columns(sampler), sampler.generic_rank)
-    assert minors is not None  # J_t is square: one minor, never too many
+    assert minors is not None  # J_t is square, so there is only one minor
     product, _ = product_of(minors, exact.arithmetic)
     return {exact.writer.expression(f.value): f.value for f in product.factors}

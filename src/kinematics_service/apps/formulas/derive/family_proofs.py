@@ -63,15 +63,15 @@ class CommonZeros:
 
     def depend(self, columns: Sequence[int]) -> bool:
         """
-        Return whether these columns of J are proved to be linearly dependent at all poses where
-        the given equations are zero.
+        Return whether these columns of J are proved to be linearly dependent at all common zeros
+        of `factors`.
         """
         return self.vanish(range(len(self.J)), columns, len(columns))
 
     def vanish(self, rows: Sequence[int], columns: Sequence[int], size: int) -> bool:
         """
-        Return whether all minors of a size in these rows and columns of J are proved to vanish at
-        all common zeros.
+        Return whether all minors of size `size` in these rows and columns of J are proved to
+        vanish at all common zeros.
         """
         if math.comb(len(rows), size) * math.comb(len(columns), size) > MAX_MINORS:
             return False
@@ -103,9 +103,10 @@ class _Branch:
 
 @dataclass(frozen=True)
 class _Replaced:
-    # The replacement of the generator `index`. If it is a length, `length` is a polynomial without
-    # this length. If it belongs to an angle, the replacement is a product of powers of other
-    # generators (exponents `turns`) and of i (exponent `quarter`).
+    # The replacement of the generator `index`. If the generator is a length, its replacement is
+    # `length`, a polynomial without this generator. If the generator belongs to an angle, the
+    # replacement is a product of powers of other generators (exponents `turns`) and of i (exponent
+    # `quarter`).
     index: int
     length: Laurent | None
     quarter: int = 0
@@ -182,9 +183,9 @@ def _solutions(factor: Laurent, arithmetic: Arithmetic) -> list[_Replaced]:
 
 
 def _quarter_turns(terms: Terms) -> list[_Replaced]:
-    # Solve c z^e + d z^-e = 0 for a generator with exponent 1 or -1 in z^e. If c = d or c = -d,
-    # z^e is a power of i. Then the generator is a product of powers of the other generators and of
-    # i.
+    # Solve c z^e + d z^-e = 0, where z^e is a monomial, for a generator with exponent 1 or -1 in
+    # z^e. If c = d or c = -d, z^e is a power of i. Then the generator is a product of powers of
+    # the other generators and of i.
     (e, c), (opposite, d) = terms.items()
     k = next((k for k, x in enumerate(e) if abs(x) == 1), None)
     if k is None or any(x + y for x, y in zip(e, opposite)):

@@ -1,8 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""
-Compute the exact frames of an arm as products of rows: each row's T, each T_0i, and T_base_tool.
-"""
+"""Compute the exact frames of an arm, as products of the transforms T of the rows of its table."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -67,11 +65,11 @@ class Frames:
     row_transforms
         T of each row, 4 x 4.
     tool
-        The tool in the frame after the last row.
+        Pose of the tool in the frame after the last row.
     in_base
-        Frame 0, then the frame after each row, in the base frame.
+        Poses of frame 0, then of the frame after each row, in the base frame.
     T_base_tool
-        The tool in the base frame.
+        Pose of the tool in the base frame.
     """
 
     rows: tuple[ExactRow, ...]

@@ -19,13 +19,15 @@ from .algebra.arithmetic import Arithmetic
 from .algebra.matrices import Matrix, identity, inverse
 from .frames import Frames
 
-# Rows and columns of the entries of an antisymmetric matrix [w] that are the vector w.
+# Row and column indices at which the antisymmetric matrix [w] has the entries of the vector w.
 VEE = ([2, 0, 1], [1, 2, 0])
 
 
 @dataclass(frozen=True)
 class Axis:
-    """The axis about or along which a row moves: its unit vector z and a point o on it."""
+    """
+    The axis about or along which a row of the table moves: a unit vector z and a point o on it.
+    """
 
     row: int
     z: Matrix
@@ -34,12 +36,13 @@ class Axis:
 
 def axes_seen_from(frames: Frames, frame: int) -> tuple[Axis, ...]:
     """
-    Return the axis of every moving row, in the coordinates of one frame.
+    Return the axis of every moving row of the table, in the coordinates of one frame.
 
     A row T = before Rz(theta) Tz(d) after moves about z of the frame (frame before the row) @
-    before. This gives the axis of a row in each convention. In a standard DH table it is z of the
-    frame before the row, in a modified DH table z of the frame after the row. In a chain of
-    elementary motions it is the named axis, in a Sheth-Uicker table z of the input shape.
+    before. This gives the axis of a row in each convention. In a standard DH table, the axis is z
+    of the frame before the row. In a modified DH table, the axis is z of the frame after the row.
+    In a chain of elementary motions, it is the named axis. In a Sheth-Uicker table, it is z of the
+    input shape.
 
     Parameters
     ----------
@@ -85,7 +88,8 @@ def jacobian_of(
     frames: Frames, arithmetic: Arithmetic, axes: Sequence[Axis], linear: Sequence[Matrix]
 ) -> Matrix:
     """
-    Return the Jacobian J = J_open C in the frame of the axes, with C from `coupling`.
+    Return the Jacobian J = J_open C in the frame of the axes, with C from `coupling`. J_open has a
+    column for each theta or d that moves.
 
     Parameters
     ----------
@@ -118,8 +122,8 @@ def geometric(frames: Frames, arithmetic: Arithmetic) -> Matrix:
 
 def screw_based(frames: Frames, arithmetic: Arithmetic) -> Matrix:
     """
-    Return J by screws about the tool: [s; s_o x s], where s_o is a point on the axis seen from the
-    tool.
+    Return J by screws [s; s_o x s] about the tool, where s is the direction of an axis, and s_o a
+    point on the axis seen from the tool.
 
     The sum s_o(i) = s_o(i + 1) - R_i step_i runs from the tool backwards, link by link, as in
     "000_823ec4230178d515.txt", lines 40-58. Here the linear rows come first.
@@ -156,7 +160,8 @@ def analytic(frames: Frames, arithmetic: Arithmetic) -> Matrix:
 
 def rotation_taken_out(frames: Frames, arithmetic: Arithmetic) -> Matrix:
     """
-    Return J by T'(q_k) T^-1 of each factor, the method of "002_bccf79781668e053.txt", line 71.
+    Return J from the derivatives T'(q_k) T^-1 of the pose T, by the method of
+    "002_bccf79781668e053.txt", line 71.
 
     T = before screw(q) after, so that T' T^-1 = before screw' screw^-1 before^-1: each factor is
     differentiated alone and transformed to the base. The last column of T' T^-1 is the velocity

@@ -68,7 +68,8 @@ class Minors:
     columns
         Indices of the columns in the minors, without the columns of dependent joints.
     values
-        One determinant if the task rows are square, else all minors of the generic rank.
+        One determinant if the task rows are square, else all minors whose size is the generic
+        rank.
     """
 
     view: View
@@ -155,7 +156,7 @@ def minors_of(view: View, rows: Sequence[int], columns: Sequence[int], rank: int
 
 
 def minors(J: Matrix, rows: Sequence[int], columns: Sequence[int], size: int) -> Iterator[Laurent]:
-    """Yield all minors of a size in these rows and columns of J."""
+    """Yield all minors of size `size` in these rows and columns of J."""
     for chosen_rows, chosen in product(combinations(rows, size), combinations(columns, size)):
         yield determinant_of([[J[i][j] for j in chosen] for i in chosen_rows])
 

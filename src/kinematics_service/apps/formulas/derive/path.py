@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Derive the tool's velocity along a path q(t), and find singular times by sign changes and minima.
+Derive the tool's velocity along a path q(t), and find the times at which the path is singular.
+These times are sign changes or minima of the factors of the determinant.
 """
 
 import re

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Evaluate frames, Jacobian and axes of an arm at seeded poses, with given or random constants."""
+"""Evaluate frames, Jacobian and axes of an arm at random poses, with given or random constants."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -19,11 +19,11 @@ from .algebra.arithmetic import Arithmetic
 from .algebra.zeros import Box
 from .singular_geometry import ArmAtPoses, rank_at
 
-# Number of sampled poses of a family. A coincidence at all these poses is unlikely, and their
-# computation takes a second.
+# Number of sampled poses of a family. It is unlikely that a property holds at all these poses by
+# coincidence. The poses are computed in a second.
 POSES = 60
-# Seeds of two random values of each named constant. Two values exclude coincidences. They are near
-# the file's value, so that the families of the file exist.
+# Seeds of two random values of each named constant. Two values exclude coincidences. The random
+# values are near the file's value, so that the families found with the file's values exist.
 SEEDS = (1955, 1964)
 LETTER_FACTORS = (0.8, 1.25)  # range of the ratio of a random value to the file's value
 # Step of central differences (rad or m). With this step, the errors by round-off and by the third
@@ -78,7 +78,8 @@ class PoseSampler:
 
     def random(self, count: int = POSES, within: bool = False) -> Floats:
         """
-        Return seeded positions of the moving joints, shape (count, moving), in the file's units.
+        Return random positions of the moving joints, always from the same seed, shape (count,
+        moving), in the file's units.
 
         Parameters
         ----------
@@ -112,7 +113,8 @@ class PoseSampler:
 
     def arm(self, q: Floats) -> ArmAtPoses:
         """
-        Return Jacobian, frames and axes (m, rad) of the arm at q (N, moving), in the file's units.
+        Return Jacobian, frames and axes of the arm (m, rad) at the joint positions q, shape (N,
+        moving), in the file's units.
         """
         task = self.robot.singularity.task
         column_scales = task.column_scales[list(self.moving)]
@@ -138,7 +140,7 @@ class PoseSampler:
     def kinematics(self, q: Floats) -> tuple[Floats, Floats, Floats]:
         """
         Return J (N, 6, moving), the frames (N, rows + 1, 4, 4), and the tool's position (N, 3), m
-        and rad.
+        and rad, at the joint positions q.
         """
         variables = dict(zip(self.table.variables, self.whole(q).T))
         world = World(self.table, with_constants(self.table, variables, len(q)), len(q))
@@ -192,7 +194,8 @@ class PoseSampler:
 
 def sampler_of(robot: Robot, arithmetic: Arithmetic) -> PoseSampler:
     """
-    Return the sampler of a robot for the joints of an exact arithmetic; other joints are locked.
+    Return the sampler of a robot in which the joints of an exact arithmetic move; other joints are
+    locked.
     """
     names, description = arithmetic.names, robot.description
     symbols = {symbol.name for symbol in names.variables}

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Name a family of singular poses from its joint axes, and find lost tool motions by singular
-vectors.
+Name a family of singular poses from its joint axes. Find the tool motions that are impossible in
+the family, from singular vectors of the Jacobian.
 
-Both are computed at sampled poses of the family. A name must fit at every sampled pose.
+Both results are computed at sampled poses of the family. A name must fit at every sampled pose.
 """
 
 from collections.abc import Callable, Sequence

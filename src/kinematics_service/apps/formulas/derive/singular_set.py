@@ -1,8 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""
-Find the singular set of an arm: families, ranks, lost tool motions and crossings of its factors.
-"""
+"""Find the singular set of an arm: families, ranks, impossible tool motions and crossings."""
 
 import math
 from collections.abc import Sequence
@@ -147,8 +145,8 @@ class Determinant:
     identically_zero
         Whether the determinant is 0 at every pose.
     split
-        Whether it is proved that no factor is missing. For minors: that the minors have no other
-        common factor.
+        Whether it is proved that no factor splits further. For minors: whether it is proved that
+        they have no other common factor.
     """
 
     square: bool
@@ -254,7 +252,10 @@ class FamilySearch:
         return Numbers(value, self.arithmetic).scaled_to(self.sampler.random())
 
     def meaning(self, value: Laurent) -> _Meaning:
-        """Return rank, name and lost tool motion at the zeros of a factor."""
+        """
+        Return rank, geometric name, impossible tool motion and null space at the zeros of a
+        factor.
+        """
         sampler, arithmetic = self.sampler, self.arithmetic
         numbers = self.numbers(value)
         within = self.zero_within_limits([numbers])
@@ -368,7 +369,7 @@ def without_integers(product: Factored, writer: Writer) -> Factored:
 def singular_factors(
     product: Factored, search: FamilySearch, writer: Writer, frames: Frames, J_t: Matrix
 ) -> tuple[SingularFactor, ...]:
-    """Return the factors with their names, families, ranks and lost motions."""
+    """Return the factors with their names, families, ranks and impossible tool motions."""
     arithmetic = search.arithmetic
     listed = file_factors(search.sampler.robot, arithmetic.names)
     found: list[SingularFactor] = []

@@ -23,8 +23,9 @@ from .laurent import Laurent, Ring, from_terms
 from .matrices import Matrix
 from .names import Affine, Names
 
-# Maximum number of constant angles, besides quarter turns, that are symbols of the ring.
-# `exponential` replaces other constant angles by near angles with rational sine and cosine.
+# Maximum number of constant angles, besides quarter turns, that are generators of the ring.
+# `exponential` replaces further constant angles by nearby angles whose sine and cosine are
+# rational.
 MAX_ANGLE_SYMBOLS = 2
 # If a row of the table turns by p/q times a joint's angle, p and q may be at most this. The
 # exponents in a product of dozens of rows then fit 16 bits.
@@ -46,17 +47,17 @@ class Arithmetic:
     ring
         The ring with its generators.
     units
-        exp(i theta / unit) is the generator of a joint variable. The unit is `ring.parts` times
-        the common denominator of the joint's gear ratios.
+        The unit of each joint variable, whose generator is exp(i theta / unit). The unit is
+        `ring.parts` times the common denominator of the joint's gear ratios.
     steps
-        All exponents of a joint's generator are multiples of its step: the gcd of the exponents
-        over all rows that the joint turns.
+        The step of each joint variable. It is the greatest common divisor of the exponents that
+        the joint's generator has in the rows that the joint turns.
     offsets
         The offset of each joint variable q in theta = q + offset, rad. The offset is 0 if the
         table adds only whole quarter turns to q. Formulas in theta are as short as without
         offsets.
     angles
-        The symbol of theta; the joint variable itself if its offset is 0.
+        The symbol theta of each joint variable q, or q itself if the offset is 0.
     """
 
     ring: Ring
@@ -94,8 +95,8 @@ class Arithmetic:
     @property
     def joint_indices(self) -> list[int]:
         """
-        Return the indices of the generators of the joint variables: the angle of each joint, then
-        the length of each joint.
+        Return the indices of the generators of the joint variables: first the angle generator of
+        each joint, then the length generator of each joint.
         """
         variables = self.names.variables
         lengths = (self.ring.index('number', variable) for variable in variables)
@@ -103,13 +104,16 @@ class Arithmetic:
 
     def moves(self, exponents: Iterable[Sequence[int]]) -> bool:
         """
-        Return whether a monomial, given by exponents, contains the generator of a joint variable.
+        Return whether any monomial, given by its exponents, contains the generator of a joint
+        variable.
         """
         joints = self.joint_indices
         return any(e[k] for e in exponents for k in joints)
 
     def derivative(self, value: Laurent, variable: sympy.Symbol) -> Laurent:
-        """Return the derivative by a joint variable, rad or length."""
+        """
+        Return the derivative of a polynomial by a joint variable, per rad or per length unit.
+        """
         ring = self.ring
         by_angle = value.derivative(self.angle_index(variable), self.units[variable])
         return by_angle + value.derivative(ring.index('number', variable))
@@ -179,7 +183,7 @@ def arithmetic_of(description: RobotDescription, names: Names, parts: int = 1) -
     Raises
     ------
     DerivationError
-        A joint turns an axis by an irrational part of its angle.
+        A joint turns an axis by an irrational multiple of the joint's angle.
     """
     units = dict.fromkeys(names.variables, 1)
     turns = []

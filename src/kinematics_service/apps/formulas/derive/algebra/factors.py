@@ -4,11 +4,12 @@
 Factor a real trigonometric polynomial into real factors in whole angles, without half angles.
 
 As a polynomial in z = exp(i q), sin q has complex coefficients and the two factors z - 1 and z +
-1. They are sine and cosine of q/2, so they must be multiplied again. The method has four steps. It
-multiplies the generators by powers of i, so that every coefficient is real. It factors over the
-integers. It undoes the first step. It multiplies pairs of half-angle factors. In two cases the
-method factors over the Gaussian integers instead: if powers of i cannot make the coefficients
-real, or if a factor may be a product of two complex factors.
+1. These factors are sine and cosine of q/2 times a monomial, so they must be multiplied again. The
+method has four steps. First, it multiplies the generators by powers of i, so that every
+coefficient is real. Second, it factors over the integers. Third, it divides the generators by
+these powers of i again. Fourth, it multiplies pairs of half-angle factors. In two cases the method
+factors over the Gaussian integers instead: if powers of i cannot make the coefficients real, or if
+a factor may be a product of two complex factors.
 """
 
 import math
@@ -30,8 +31,8 @@ from .half_factors import lowered, lowest, paired, upright, upright_half
 from .laurent import Laurent, Terms, from_terms
 from .quotient import quotient_constant
 
-# Number of random lines to which a polynomial is restricted. If a restriction of full degree is
-# irreducible, the polynomial is irreducible.
+# Number of random lines to which a polynomial is restricted to prove it irreducible. If a
+# restriction of full degree is irreducible, the polynomial is irreducible.
 CUT_LINES = 8
 # Largest integer in a random line a t + b.
 MAX_LINE_COEFFICIENT = 23
@@ -46,7 +47,7 @@ MAX_TERMS = 6000
 MAX_GAUSSIAN_TERMS = 40
 MAX_GAUSSIAN_GENERATORS = 3
 # If the product is not proved to be fully factored, each factor with at most this number of terms
-# is tested separately.
+# is tested for irreducibility separately.
 MAX_SHORT_TERMS = 100
 
 
@@ -63,7 +64,7 @@ class RealFactor:
     alone
         Whether the factor splits into half-angle factors that the ring does not contain.
     splits
-        Whether the halves are real without half angles, as in `half_factors.Whole`.
+        Whether `halves` are real polynomials in whole angles, as in `half_factors.Whole`.
     """
 
     value: Laurent
@@ -199,9 +200,10 @@ def _turned_real(terms: Terms) -> tuple[tuple[int, ...], dict[tuple[int, ...], A
 
 
 def _quarter_turns(terms: Terms) -> tuple[int, ...] | None:
-    # Find quarter turns t_k such that sum t_k e_k (+ 1 if the coefficient is imaginary) is even
-    # for all terms, or odd for all. This is a linear system over the field of two elements. Return
-    # None without a solution, or if a coefficient is neither real nor imaginary.
+    # Find a number t_k of quarter turns for each generator k. A term with exponents e_k has the
+    # sum of all t_k e_k, plus 1 if its coefficient is imaginary. This sum must be even for all
+    # terms, or odd for all terms. This is a linear system over the field of two elements. Return
+    # None if there is no solution, or if a coefficient is neither real nor imaginary.
     if any(a and b for a, b in terms.values()):
         return None
     first, *others = ((*e, bool(b)) for e, (_, b) in terms.items())

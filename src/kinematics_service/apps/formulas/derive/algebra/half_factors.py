@@ -31,8 +31,8 @@ class Whole:
         The two half-angle factors, such as sin q/2 and cos q/2 for sin q, if half a turn of an
         angle maps one factor to the other; otherwise empty.
     splits
-        Whether the halves are real without half angles, as for cos 2q. A row that turns by twice a
-        joint's angle gives such factors.
+        Whether `halves` are real polynomials in whole angles, as for cos 2q. A row that turns by
+        twice a joint's angle gives such factors.
     """
 
     terms: Terms
@@ -192,8 +192,8 @@ def _centred(terms: Terms, indices: Sequence[int]) -> Terms:
 
 def _unit(one: tuple[int, int], opposite: tuple[int, int]) -> tuple[int, int]:
     # Find a complex number u such that u c(e) is the conjugate of u c(-e), where c(e) is the
-    # coefficient `one`, and c(-e) is `opposite`. If a short u fails, conj(c(e) + c(-e)) is a
-    # solution.
+    # coefficient `one`, and c(-e) is `opposite`. If u = 1, i, 1 + i and 1 - i fail, u = conj(c(e)
+    # + c(-e)) is a solution.
     (a, b), (c, d) = one, opposite
     for unit in ((1, 0), (0, 1), (1, 1), (1, -1), (a + c, -b - d)):
         real, imaginary = _product(unit, opposite)

@@ -207,7 +207,8 @@ class Laurent:
 
     def terms(self) -> Terms:
         """
-        Return the terms without the common divisor: exponents as key, (real, imaginary) as value.
+        Return the terms: exponents as key, coefficient (real, imaginary) as value. The
+        coefficients are not divided by `divisor`.
         """
         return {
             self.ring.exponents(m): (self.real.get(m, 0), self.imaginary.get(m, 0))

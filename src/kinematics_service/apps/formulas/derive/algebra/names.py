@@ -65,7 +65,8 @@ class Names:
 
     def affine(self, text: str, is_angle: bool) -> Affine:
         """
-        Return the constant part and the factors of a text that is affine in the joint variables.
+        Return the constant part of a text that is affine in the joint variables, and the factor of
+        each joint variable.
         """
         value = self.angle(text) if is_angle else self.length(text)
         expanded = sympy.expand(value)

@@ -18,8 +18,9 @@ def quotient_constant(value: Laurent, product: Laurent, arithmetic: Arithmetic) 
     ours, theirs = product.grouped(joints), value.grouped(joints)
     if set(ours) != set(theirs):
         return None
-    # Divide the shortest group of terms to get a candidate for the quotient. Then multiply the
-    # candidate by the product to check it.
+    # Each group has the terms with equal exponents of the joint variables. Divide only the
+    # shortest group to get a candidate for the quotient. Then check the candidate by multiplying
+    # it by the product.
     ring, key = arithmetic.ring, min(ours, key=lambda key: len(ours[key]))
     quotient = divided(from_terms(ring, theirs[key]), from_terms(ring, ours[key]))
     if quotient is None:

@@ -4,7 +4,7 @@
 Decide whether polynomials have a common zero in a box, by Newton-Kantorovich and by bisection.
 
 The theorem of Newton and Kantorovich proves a zero near a point of the box. Bisection proves that
-no zero exists: it halves the box until on each part one polynomial cannot reach 0.
+no zero exists: it halves the box until in each part some polynomial cannot be 0.
 """
 
 from collections.abc import Sequence
@@ -19,8 +19,8 @@ from .numeric import Numbers, smallest_step, values_and_gradients
 ZERO_DISTANCE = 1e-9
 # Round-off of a sum of a few hundred terms, relative to the sum of their absolute values.
 ROUND_OFF = 1e-13
-# Largest number of steps of Newton's method. After every STEPS_PER_CHECK steps, the points with
-# the smallest function values are checked for a zero near the point.
+# Largest number of steps of Newton's method. After every STEPS_PER_CHECK steps, the theorem of
+# Newton and Kantorovich is applied to the points with the smallest function values.
 STEPS = 32
 STEPS_PER_CHECK = 8
 # Number of points in one check for zeros: the points with the smallest function values.
@@ -115,8 +115,8 @@ def _round_off(functions: Sequence[Numbers], largest: Floats) -> Floats:
 
 def _shown(functions: Sequence[Numbers], q: Floats, box: Box) -> tuple[float, ...] | None:
     # Take least-norm Newton steps inside the box. Return a point with a proved zero near it, or
-    # None. If a joint is at a bound of the box, and its step leads outside, the joint stays at the
-    # bound.
+    # None. If a joint is at a bound of the box and a step would leave the box, the joint stays at
+    # the bound.
     for count in range(STEPS + 1):
         f, G = values_and_gradients(functions, q)
         if count % STEPS_PER_CHECK == 0:
@@ -138,8 +138,9 @@ def _step(f: Floats, G: Floats) -> Floats:
 
 
 def _has_zero_beside(functions: Sequence[Numbers], q: Floats, f: Floats, G: Floats) -> bool:
-    # Kantorovich: let |G+| = b and |G+ f| = s, and let gradients change by at most K per unit. If
-    # b K s <= 1/2, a zero is within 2 s of q.
+    # Theorem of Kantorovich: let G+ be the pseudoinverse of the gradients G, |G+| = b and |G+ f| =
+    # s. Let the gradients change by at most K per unit of q. If b K s <= 1/2, a zero is within 2 s
+    # of q.
     sigma = np.linalg.svd(G, compute_uv=False)
     if len(sigma) < len(f) or sigma[-1] <= 1e-9 * sigma[0]:
         return False

@@ -39,7 +39,7 @@ def document_of(
 
 
 def markdown_of(blocks: Sequence[Block]) -> str:
-    """Return blocks as Markdown, with formulas between dollar signs."""
+    """Return the blocks of a report as Markdown, with formulas between dollar signs."""
     lines: list[str] = []
     for block in blocks:
         if isinstance(block, Heading):

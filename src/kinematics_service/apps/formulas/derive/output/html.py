@@ -81,7 +81,7 @@ class DecimalMathMLPrinter(MathMLPresentationPrinter):  # type: ignore[misc]
 
 
 def html_of(blocks: Sequence[Block]) -> str:
-    """Return blocks as a complete HTML page."""
+    """Return the blocks of a report as a complete HTML page."""
     title = next(block.text for block in blocks if isinstance(block, Heading))
     return document(title, map(_html, blocks), resource(__package__, 'formulas.css'))
 

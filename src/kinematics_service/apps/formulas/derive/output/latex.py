@@ -51,7 +51,7 @@ def escaped(text: str) -> str:
 
 
 def latex_of(blocks: Sequence[Block]) -> str:
-    """Return blocks as a LaTeX document."""
+    """Return the blocks of a report as a LaTeX document."""
     lines = [PREAMBLE]
     for block in blocks:
         if isinstance(block, Heading):

@@ -5,13 +5,15 @@
 from ..derivation import Derivation
 from .latex import formula
 
-# Maximum number of LaTeX characters of a formula, about a page. A longer formula is named, not
-# shown.
+# Maximum number of LaTeX characters of a formula, about a page. The notebook shows only the name
+# of a longer formula.
 MAX_CHARACTERS = 2_000
 
 
 def latex_of(derivation: Derivation) -> str:
-    """Return T, J and det J of a derivation as LaTeX, if they fit a page."""
+    """
+    Return T, J and det J of a derivation as LaTeX. A formula longer than a page is only named.
+    """
     determinant = derivation.singular_set.determinant
     left = r'\det J' if determinant.square else 'w'
     lines = []

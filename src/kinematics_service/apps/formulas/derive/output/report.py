@@ -15,7 +15,7 @@ from ..family import Family
 from ..path import Path
 from ..singular_set import FamilyCrossing, SingularFactor
 
-# A sentence names an expression with more operations than this, and does not print it.
+# The report says that a factor is irreducible if the factor has more operations than this.
 LONG_EXPRESSION_OPERATIONS = 60
 
 

@@ -17,7 +17,8 @@ COLUMN_GAP = 3  # spaces between two columns of a matrix
 
 def text_of(blocks: Sequence[Block]) -> str:
     """
-    Return blocks as plain text. Matrices have columns; wide matrices are written entry by entry.
+    Return the blocks of a report as plain text. A matrix is written in columns, a wide matrix
+    entry by entry.
     """
     lines: list[str] = []
     for block in blocks:
