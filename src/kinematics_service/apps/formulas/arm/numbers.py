@@ -62,7 +62,8 @@ class Evaluation:
 
     def with_part(self, expression: sp.Expr, path: Sequence[int], part: sp.Expr) -> Floats:
         """
-        Replace the part at `path` of an expression, and return the N values of the new expression.
+        Replace the part at `path` of an expression, and return the values of the new expression at
+        the N configurations.
 
         `path` holds the argument indices that lead to the part. The new expression is not built in
         sympy, because that takes five times as long.

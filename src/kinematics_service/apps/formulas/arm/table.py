@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Write the table of a robot file in symbols: each row's matrix is a product of elementary motions.
+Write the table of a robot file, such as its DH table, in symbols. The matrix of each row is a
+product of elementary motions.
 
 Symbols stand for SI values (m, rad), whatever units the file has, because users write their
 formulas in SI units.
@@ -65,7 +66,9 @@ class TableRow:
     outer: sp.Matrix = EYE
 
     def __getitem__(self, name: str) -> sp.Expr:
-        """Return a quantity by its name; 0 if the convention has no quantity of this name."""
+        """
+        Return the quantity with this name, such as a or alpha; 0 if the convention lacks the name.
+        """
         return dict(self.quantities).get(name, ZERO)
 
     @property
@@ -106,8 +109,7 @@ class TableRow:
 @dataclass(frozen=True)
 class Table:
     """
-    A robot's table of rows, its base and its tool in symbols, and the values of the named
-    constants.
+    A robot's table, base and tool in symbols, with the values of the named constants.
 
     Parameters
     ----------
@@ -190,13 +192,13 @@ def motion(axis: str, argument: sp.Expr | sp.Matrix) -> sp.Matrix:
 
 @lru_cache(maxsize=4096)
 def row_matrix(row: TableRow) -> sp.Matrix:
-    """Return the 4 x 4 matrix of a row."""
+    """Return the 4 x 4 matrix of a row of the table."""
     return sp.ImmutableDenseMatrix(reduce(operator.mul, starmap(motion, row.factors)))
 
 
 @lru_cache(maxsize=4096)
 def row_derivative(row: TableRow, variable: sp.Symbol) -> sp.Matrix:
-    """Return the derivative of a row's matrix by a joint variable."""
+    """Return the derivative of the 4 x 4 matrix of a row of the table by a joint variable."""
     # Differentiate entry by entry, because sympy's derivative of a matrix takes 0.5 s of the 1.6 s
     # of a comparison.
     return row_matrix(row).applyfunc(lambda e: e.diff(variable) if e.has(variable) else ZERO)
@@ -243,7 +245,7 @@ def _row(row: Link, convention: str, names: Names) -> TableRow:
 
 def general_row(table: Table) -> TableRow:
     """
-    Return a general row in the table's convention, with symbols such as a_i, alpha_i, d_i,
+    Return the general row i in the convention of a table, with symbols such as a_i, alpha_i, d_i,
     theta_i.
     """
     names = CONVENTIONS[table.convention].quantities
@@ -266,8 +268,8 @@ def table_of(description: RobotDescription) -> Table:
     derived: dict[sp.Symbol, sp.Expr] = {}
     for constant in description.constants:
         name, symbol = constant.name, constants[constant.name]
-        # Do not convert a constant that is used both as a length and as an angle, or as neither,
-        # because it is a ratio without a unit.
+        # Do not convert a constant that is both a length and an angle, or neither, because it is a
+        # ratio without a unit.
         is_length, is_angle = name in used['length'], name in used['angle']
         factor = sp.Integer(1) if is_length == is_angle else length if is_length else degree
         if names_in(constant.text) & set(constants):

@@ -66,8 +66,8 @@ class World:
     @cached_property
     def frames(self) -> list[Floats]:
         """
-        Return the poses of frame 0, of the frame after each row, and of the tool, in the base
-        frame, each of shape (N, 4, 4).
+        Return the poses of frame 0, of the frame after each row, and of the tool in the base
+        frame. Each pose has shape (N, 4, 4).
         """
         return [*accumulate((self.base, *self.rows, self.tool), np.matmul)]
 
@@ -159,7 +159,8 @@ def with_constants(
 
 def twist_of(derivative: Floats, pose: Floats) -> Floats:
     """
-    Return the twist (v, w) of a pose from its derivative, shape (N, 6): v = dp, [w] = dR R^T.
+    Return the twist (v, w) of a pose from the pose and its derivative, shape (N, 6): v = dp, [w] =
+    dR R^T.
     """
     W = derivative[:, :3, :3] @ np.swapaxes(pose[:, :3, :3], 1, 2)
     w = np.stack([W[:, 2, 1], W[:, 0, 2], W[:, 1, 0]], axis=-1)

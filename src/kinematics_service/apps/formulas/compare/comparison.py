@@ -36,9 +36,9 @@ from .text.file import Settings, read_formulas
 
 AGREES, DIFFERS = 'agrees', 'differs'
 BRANCH_POSES = 200
-# If a formula solves a smaller ratio of the poses than this, a remark gives the ratio of poses
-# without a solution. The limit is below 1, because acos near -1 and 1 loses too many digits at one
-# or two of 200 poses.
+# If the ratio of poses that a formula solves is smaller, a remark gives the ratio of poses without
+# a solution. The limit is below 1, because acos near -1 and 1 loses too many digits at one or two
+# of 200 poses.
 MIN_REMARKED_RATIO = 0.99
 
 

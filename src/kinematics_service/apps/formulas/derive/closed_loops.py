@@ -54,7 +54,8 @@ class LoopEquations:
         between the end of the loop's own chain and the frame of the table that this chain meets,
         in the axes of the frame in which the loop begins.
     coupling
-        d psi / d q by the joints of the arm, one row for each passive joint.
+        The derivative d psi / d q, with one row for each passive joint and one column for each
+        joint of the arm.
     determinant
         The determinant of d Phi / d psi. If it is 0, the loop equations are singular and the loop
         may change its branch.

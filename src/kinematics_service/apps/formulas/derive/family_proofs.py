@@ -5,7 +5,7 @@ Prove statements about all poses of a family by polynomial division. A polynomia
 family if it is a multiple of the family's factor.
 
 The rank of J is at most r if every minor of size r + 1 is 0. One pose of rank r shows that the
-rank at most poses of the family is not below r.
+rank is not below r at almost all poses of the family.
 """
 
 import math
@@ -42,7 +42,7 @@ class CommonZeros:
     J
         The task rows of the Jacobian, m x n.
     generic_rank
-        Rank of J at most poses; each factor divides all minors of this size.
+        Rank of J at almost all poses; each factor divides all minors of this size.
     factors
         The factors; all are 0 on the set.
     """
@@ -87,9 +87,9 @@ class CommonZeros:
 
 @dataclass(frozen=True)
 class _Branch:
-    # A part of the set of common zeros of several factors: replacements of generators, applied in
-    # order, and a factor that is 0 after the replacements. The factor is None if the replacements
-    # alone make all factors 0.
+    # A part of the set of common zeros of several factors. It is given by replacements of
+    # generators, applied in order, and by a factor that is 0 after the replacements. The factor is
+    # None if the replacements alone make all factors 0.
     replaced: tuple['_Replaced', ...]
     factor: Laurent | None
 

@@ -122,8 +122,8 @@ def geometric(frames: Frames, arithmetic: Arithmetic) -> Matrix:
 
 def screw_based(frames: Frames, arithmetic: Arithmetic) -> Matrix:
     """
-    Return J by screws [s; s_o x s] about the tool, where s is the direction of an axis, and s_o a
-    point on the axis seen from the tool.
+    Return J by screws [s; s_o x s] about the tool. Here s is the direction of an axis, and s_o is
+    a point on the axis seen from the tool.
 
     The sum s_o(i) = s_o(i + 1) - R_i step_i runs from the tool backwards, link by link, as in
     "000_823ec4230178d515.txt", lines 40-58. Here the linear rows come first.

@@ -139,8 +139,8 @@ class PoseSampler:
 
     def kinematics(self, q: Floats) -> tuple[Floats, Floats, Floats]:
         """
-        Return J (N, 6, moving), the frames (N, rows + 1, 4, 4), and the tool's position (N, 3), m
-        and rad, at the joint positions q.
+        Return J, the frames and the tool's position at joint positions q, in m and rad. The shapes
+        are (N, 6, moving), (N, rows + 1, 4, 4) and (N, 3).
         """
         variables = dict(zip(self.table.variables, self.whole(q).T))
         world = World(self.table, with_constants(self.table, variables, len(q)), len(q))
@@ -183,7 +183,7 @@ class PoseSampler:
 
     @cached_property
     def generic_rank(self) -> int:
-        """Return the rank of the task rows at most poses."""
+        """Return the rank of the task rows at almost all poses."""
         return rank_at(self.elsewhere.J_t)
 
     @property

@@ -212,7 +212,7 @@ def _is_shoulder(arm: ArmAtPoses, point: Floats) -> bool:
 
 
 def rank_at(J_t: Floats) -> int:
-    """Return the rank of J_t that occurs at most poses."""
+    """Return the most frequent rank of J_t over the N poses."""
     return int(np.bincount(ranks_at(J_t)).argmax())
 
 
@@ -238,7 +238,7 @@ def lost_motion(
     rank
         The rank on the family.
     generic
-        The rank at most poses. If this rank is not full, some motion is lost at every pose.
+        The rank at almost all poses. If this rank is not full, some motion is lost at every pose.
     scales : shape (m,)
         Scale factors of the rows of `J_t`.
     """

@@ -40,8 +40,8 @@ from .singular_geometry import (
 from .trigonometry import Writer
 
 # The minors are divided by their common factors. The common zeros of the quotients are computed
-# only if each quotient has at most this number of terms, and if at most MAX_HITTING_SETS sets of
-# factors are needed. Longer results would be unreadable.
+# only if each quotient has at most this number of terms. They must also need at most
+# MAX_HITTING_SETS sets of factors. Longer results would be unreadable.
 MAX_REST_TERMS = 40
 MAX_HITTING_SETS = 20
 
@@ -175,7 +175,7 @@ class SingularSet:
     crossings
         Crossings of two or more families.
     generic_rank
-        Rank of the task rows at most poses.
+        Rank of the task rows at almost all poses.
     dependent
         Joints whose motions cancel at every pose; empty for most arms.
     complete
@@ -233,7 +233,8 @@ class FamilySearch:
     @property
     def rank(self) -> int:
         """
-        Return the rank of the task rows at most poses and for most values of the named constants.
+        Return the rank of the task rows at almost all poses, for almost all values of the
+        constants.
         """
         return max(sampler.generic_rank for sampler in self.generic)
 
@@ -331,10 +332,11 @@ class FamilySearch:
 def families_of(product: Factored, search: FamilySearch) -> Factored | None:
     """
     Split each factor of the product into its half-angle factors if they are separate families.
-    Return None if this needs a ring with half angles.
+    Return None if the split needs a ring with half angles.
 
-    Two half-angle factors form one family if J has equal rank at the zeros of both. In most arms
-    this holds for sin q: the zeros of its half-angle factors are the stretched and the folded arm.
+    Two half-angle factors form one family if J has equal rank at the zeros of both. In most arms,
+    sin q gives one family: the zeros of its half-angle factors are the stretched and the folded
+    arm.
     """
     found: list[RealFactor] = []
     constant = product.constant
@@ -346,8 +348,8 @@ def families_of(product: Factored, search: FamilySearch) -> Factored | None:
             found.append(factor)
             continue
         found += [RealFactor(half, factor.power) for half in factor.halves]
-        # Multiply the constant of the product as well, because a factor is a number times its
-        # half-angle factors: sin q = 2 sin q/2 cos q/2.
+        # Correct the constant of the product, because a factor is a number times its half-angle
+        # factors: sin q = 2 sin q/2 cos q/2.
         one, other = factor.halves
         ratio = quotient_constant(factor.value, one * other, search.arithmetic)
         assert ratio is not None

@@ -56,7 +56,8 @@ class Writer:
     sums, singles
         Two bases: sums of the angles of parallel joints, and the joint angles themselves.
     divisor
-        The divisor of the polynomial, if it is written without simplification; None: simplify.
+        The divisor of the polynomial if the polynomial is written without simplification; None if
+        it is simplified.
     """
 
     arithmetic: Arithmetic
@@ -152,8 +153,8 @@ class Writer:
 
     def _fewest_operations(self, groups: Mapping[Exponents, Terms]) -> int:
         # Return a lower bound of the number of operations in the result of `_cosines_of_sums`. The
-        # bound counts the functions, the sums in their arguments, and the outer sum. It saves
-        # writing a form that is too long.
+        # bound counts the functions, the sums in their arguments, and the outer sum. If the bound
+        # is too large, the form is not written.
         functions = 0
         inside = 0
         for exponents, terms in groups.items():
@@ -180,8 +181,8 @@ class Writer:
         return self._nested(from_terms(ring, changed), tuple(angles.items()))
 
     def _nested(self, value: Laurent, angles: Sequence[tuple[int, sympy.Expr]]) -> sympy.Expr:
-        # Write the polynomial as C + P cos u + S sin u in the first angle u, and C, P and S in the
-        # other angles.
+        # Write the polynomial as C + P cos u + S sin u in the first angle u. Write C, P and S in
+        # the other angles.
         if not angles:
             return self._leaf(value.terms(), False)
         key = (frozenset(value.real.items()), frozenset(value.imaginary.items()), angles)

@@ -35,7 +35,8 @@ class Quantity:
     Parameters
     ----------
     kind
-        tool, pose, row, general, rotation, axis, origin, vector, reach, jacobian, numeric, det.
+        tool, position (p), pose (T_03), row (A_2), general (A_i), rotation, axis (z_2), origin
+        (o_2), vector (p_14), reach (s_o1), jacobian, numeric (D_1), det.
     i, j
         Frame or row numbers as the user counts them, -1 for the tool. For a Jacobian `i` is the
         column, counted from 1; 0 means all columns.
@@ -150,7 +151,7 @@ def refusal_of(quantity: Quantity, table: Table, reading: Settings) -> Refusal |
     return None
 
 
-# Indices of the parts of a 4 x 4 pose.
+# Numpy indices of the rotation, the z axis and the origin in 4 x 4 poses.
 PARTS = {'rotation': np.s_[..., :3, :3], 'axis': np.s_[..., :3, 2:3], 'origin': np.s_[..., :3, 3:]}
 
 
@@ -192,8 +193,8 @@ def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) ->
         return np.asarray(np.asarray(arm.frame(i - 1))[origin] - pose[origin])
     J = np.asarray(arm.jacobian)
     if kind == 'numeric':
-        # D is the twist (v, w) of Jacobian column i as a 4 x 4 matrix: the cross product matrix of
-        # w, and v as last column.
+        # D is the twist (v, w) of Jacobian column i as a 4 x 4 matrix. It has the cross product
+        # matrix of w, and v as last column.
         D = np.zeros((*J.shape[:-2], 4, 4), dtype=J.dtype)
         D[..., :3, 3] = J[..., :3, i - 1]
         for row, (k, l) in enumerate(((2, 1), (0, 2), (1, 0)), 3):
@@ -203,7 +204,10 @@ def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) ->
 
 
 def expression_of(quantity: Quantity, arm: SymbolicArm, reading: Settings) -> sp.Matrix | None:
-    """Return a quantity as a matrix of expressions; None if its kind has no expressions."""
+    """
+    Return a quantity as a matrix of expressions, or None. Determinants, general rows and Jacobians
+    of angle rates have no expressions.
+    """
     if quantity.kind in ('det', 'general') or quantity.form in ANGLES:
         return None
     return sp.ImmutableDenseMatrix(value_of(quantity, arm, reading))

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-List the mistakes for which a wrong matrix is tested, the most specific mistake first. To add a
+List the mistakes that are tested if a matrix is wrong, the most specific mistake first. To add a
 mistake, add a row to `CAUSES`.
 """
 

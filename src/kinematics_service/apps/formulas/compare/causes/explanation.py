@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Explain wrong entries by tested mistakes. A greedy set cover selects first the mistake that
-explains the most wrong entries.
+Explain wrong entries of a formula by mistakes that were tested. A greedy set cover selects first
+the mistake that explains the most wrong entries.
 
 A mistake explains an entry only if the mistaken value equals the user's value at all poses.
 """
@@ -27,7 +27,8 @@ from .variant import BLOCK, COLUMN, ENTRY, ROW, WHOLE, Cause, Variant
 # A report names the first cause of a wrong entry, and at most this number of other causes that
 # fit.
 MAX_ALTERNATIVES = 3
-# If the right entry has more terms than this, terms that the user dropped are not searched.
+# Terms that the user dropped are searched only if the right entry has at most this number of
+# terms.
 MAX_MISSING_TERMS = 12
 # A mistake in the whole matrix may leave at most this ratio of the wrong entries unexplained. A
 # second mistake is then searched in the unexplained entries.
@@ -39,7 +40,7 @@ DROPPED = 'dropped term or factor'
 @dataclass(frozen=True)
 class Explanation:
     """
-    A mistake that explains wrong entries: with this mistake, the values equal the user's values.
+    A mistake that explains wrong entries. A formula with this mistake has the user's values.
 
     Parameters
     ----------

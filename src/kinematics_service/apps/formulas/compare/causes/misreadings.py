@@ -117,8 +117,8 @@ def sine_for_cosine(check: QuantityCheck) -> Iterator[Variant]:
         changes = {variable: np.pi / 2 - check.poses.values[variable]}
         sentence = f'sin({variable}) and cos({variable}) are exchanged'
         yield _with_values(check, changes, sentence)
-    # Negate all joint angles and add pi/2 to one: this exchanges the sine and cosine of each sum
-    # with this angle, because sin(q1 + q2) = cos(pi/2 - q1 - q2).
+    # Negate all joint angles and add pi/2 to one joint angle. This exchanges sine and cosine of
+    # each sum that contains the angle, because sin(q1 + q2) = cos(pi/2 - q1 - q2).
     for first in turning if len(turning) > 1 else ():
         changes = {variable: -check.poses.values[variable] for variable in turning}
         changes[first] = changes[first] + np.pi / 2
@@ -278,7 +278,7 @@ def exchanged_lengths(check: QuantityCheck) -> Iterator[Variant]:
 def other_joint_value(check: QuantityCheck) -> Iterator[Variant]:
     """
     Yield mistaken values of the quantity, computed with other joint values than the `at` line
-    gives: one joint at 0, 90, -90 or 180 deg, or all joint angles read in degrees.
+    gives. One joint is at 0, 90, -90 or 180 deg, or all joint angles are read in degrees.
     """
     values, turning = check.poses.values, check.names.table.turning
     given = [s for s in check.names.table.variables if s.name in check.poses.chosen]

@@ -277,8 +277,8 @@ def column_order(check: QuantityCheck) -> Iterator[Variant]:
 
 def column_sums(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield the Jacobian with a wrong column: a row of the table contributes to it with the wrong
-    sign or not at all, or another column is added or subtracted.
+    Yield the Jacobian with a wrong column. A row of the table contributes to the column with the
+    wrong sign or not at all, or another column is added or subtracted.
     """
     world = check.world
     n = len(world.table.variables)

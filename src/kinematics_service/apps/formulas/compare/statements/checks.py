@@ -30,7 +30,8 @@ from .statements import Statement
 
 Mask = npt.NDArray[np.bool_]
 
-# Largest round-off of a formula with some hundred operations, relative to 1 plus the larger value.
+# Largest round-off of a formula with some hundred operations, relative to 1 plus the larger of the
+# two compared values.
 ROUND_OFF = 1e-9
 
 
@@ -139,9 +140,7 @@ class Check(ABC):
 
     @cached_property
     def is_one_configuration(self) -> bool:
-        """
-        Return whether all configurations are equal, so that entries may agree by coincidence.
-        """
+        """Return whether all configurations are equal. Entries may then agree by coincidence."""
         given = {*self.poses.chosen, *(s.name for s in self.names.table.constants)}
         still = not self.poses.randomised and not self.expressions.free_symbols - {
             s for s in self.poses.values if s.name in given
@@ -255,7 +254,8 @@ class QuantityCheck(Check):
     @property
     def reading_in_words(self) -> tuple[str, ...]:
         """
-        Return the definition of the Jacobian as text, in a tuple; empty if only one is possible.
+        Return the definition of the Jacobian as text, in a tuple; empty if only one definition is
+        possible.
         """
         if self.quantity.kind != 'jacobian' or not (self.quantity.rows or self.quantity.form):
             return ()
@@ -281,8 +281,8 @@ class QuantityCheck(Check):
 
 def task_determinant(robot: Robot, world: World) -> Floats:
     """
-    Return det(J_t) of the task's rows J_t in the axes of frame 0, shape (N,); NaN if J_t is not
-    square.
+    Return det(J_t) of the task rows J_t of the Jacobian in the axes of frame 0, shape (N,); NaN if
+    J_t is not square.
     """
     R_t = np.swapaxes(world.base[:, :3, :3], 1, 2)
     v, w = R_t @ world.jacobian[:, :3], R_t @ world.jacobian[:, 3:]

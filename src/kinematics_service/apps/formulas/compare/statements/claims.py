@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Check `singular:` lines: whether each claimed pose is singular, and whether the claims are
-complete.
+Check the `singular:` lines of a file of formulas: whether each claimed pose is singular, and
+whether the claims are complete.
 
 To check completeness, Newton's method with least-norm steps projects random configurations onto
 the zeros of each factor of the exact determinant. Every singular zero that it reaches must lie in
@@ -36,8 +36,8 @@ DRAWS = 200
 # A singular value counts as 0 if its ratio to the largest singular value is below this. The
 # threshold is above 1e-9, the error of the projected configurations.
 SINGULAR_VALUE_RATIO = 1e-7
-# A pose belongs to a claimed family if its distance (rad or m) is at most this. The tolerance
-# exceeds 1e-6, the error of Newton's method at a double zero.
+# A pose belongs to a claimed family if its distance (rad or m) from the family is at most this.
+# The tolerance exceeds 1e-6, the error of Newton's method at a double zero.
 CLAIM_TOLERANCE = 1e-5
 # Step of central differences (rad or m). With this step, the errors by round-off and by the third
 # derivative are both below 1e-9.

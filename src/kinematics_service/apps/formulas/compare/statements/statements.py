@@ -105,8 +105,9 @@ def understand(file: FormulaFile, names: FormulaNames) -> Understood:
 
 @dataclass(frozen=True)
 class _Context:
-    # How to read an expression: the index of its equation, and whether it may contain general
-    # symbols (a_i) and the integer k. If `inexact`, a symbol is added to each rounded number.
+    # The context in which an expression is read: the index of its equation, and whether it may
+    # contain general symbols (a_i) and the integer k. If `inexact`, a symbol is added to each
+    # rounded number.
     index: int
     general: bool = False
     integers: bool = False

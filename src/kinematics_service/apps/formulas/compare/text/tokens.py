@@ -58,8 +58,8 @@ WORD = re.compile(r'[A-Za-z][A-Za-z0-9]*')
 # command, takes one letter or a number.
 BELOW = re.compile(rf'\s*_\s*({_GROUP}|\\[A-Za-z]+|[A-Za-z0-9]+)')
 BELOW_COMMAND = re.compile(rf'\s*_\s*({_GROUP}|\\[A-Za-z]+|\d+|[A-Za-z])')
-# A superscript after one of these letters may be the number of a frame. After all other letters it
-# is a power.
+# A superscript after one of these letters may be the number of a frame. After all other letters, a
+# superscript is a power.
 FRAMED = ('T', 'A', 'H', 'R', 'z', 'o', 'O', 'p', 'P', 'J')
 ABOVE = re.compile(r'\s*\^\s*(?P<brace>\{\s*)?(?P<index>[0-9n])(?(brace)\s*\}|(?![A-Za-z0-9.]))')
 INDEX = re.compile(r'\s*_\s*\{?\s*[0-9nevwx\\]')
@@ -217,8 +217,9 @@ def _name(word: str, text: str, at: int, above: str = '', below: str = '') -> tu
 
 
 def _is_frame(word: str, found: re.Match[str], below: str) -> bool:
-    # Return whether a superscript is the number of a frame, as in `R^0_1` and `{}^0J`. In `R_1^0`
-    # it is a frame, because a power 0 or 1 makes no sense. In `T_1^2` it is a power.
+    # Return whether a superscript is the number of a frame, as in `R^0_1` and `{}^0J`. The
+    # superscript of `R_1^0` is a frame, because a power 0 or 1 makes no sense. The superscript of
+    # `T_1^2` is a power.
     if word not in FRAMED:
         return False
     if below:

@@ -8,8 +8,8 @@ As a polynomial in z = exp(i q), sin q has complex coefficients and the two fact
 method has four steps. First, it multiplies the generators by powers of i, so that every
 coefficient is real. Second, it factors over the integers. Third, it divides the generators by
 these powers of i again. Fourth, it multiplies pairs of half-angle factors. In two cases the method
-factors over the Gaussian integers instead: if powers of i cannot make the coefficients real, or if
-a factor may be a product of two complex factors.
+factors over the Gaussian integers instead. Either powers of i cannot make the coefficients real,
+or a factor may be a product of two complex factors.
 """
 
 import math
@@ -274,8 +274,8 @@ def _factor_list(element: PolyElement) -> list[tuple[PolyElement, int]]:
 def _stays_whole(element: PolyElement) -> bool:
     # Return whether a polynomial that is irreducible over the integers is proved not to be a
     # product of two complex factors. Such factors are conjugate, so they have equal degrees in
-    # every generator. They matter because they may be real in the angles, as in cos 2q = (cos q +
-    # sin q) (cos q - sin q).
+    # every generator. But they may be real functions of the angles, as in cos 2q = (cos q + sin q)
+    # (cos q - sin q).
     odd = any(degree % 2 for degree in [*_degrees(element), max(sum(e) for e in element)])
     return odd or _irreducible_on_a_line(element, ZZ, stays_whole_beside_i)
 

@@ -49,7 +49,7 @@ def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[Whol
     Return None if a factor in half angles has no partner.
 
     Factors that equal their conjugate and have even degree in every angle are whole. Other factors
-    form pairs with the same power: a factor and its copy after half a turn of an angle of odd
+    form pairs of equal power. A pair is a factor and its copy after half a turn of an angle of odd
     degree, or a factor and its conjugate.
     """
     indices, parts = _angle_indices(arithmetic), arithmetic.ring.parts

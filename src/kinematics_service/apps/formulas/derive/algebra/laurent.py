@@ -4,8 +4,7 @@
 Compute exactly with sines and cosines as Laurent polynomials in lengths and exp(i q).
 
 cos q = (z + 1/z) / 2 and sin q = (z - 1/z) / 2i with z = exp(i q). Expressions that are equal for
-every q have the same terms in this form, so no simplifier is needed to prove that a difference is
-zero.
+every q have equal terms in this form. So a difference is proved to be zero without a simplifier.
 """
 
 import math
@@ -75,8 +74,8 @@ class Ring:
     @property
     def offset(self) -> int:
         """
-        Return an integer; added to a monomial, it makes all signed digits of the monomial
-        positive.
+        Return the integer that makes all signed digits of a monomial positive if it is added to
+        the monomial.
         """
         return sum(HALF << (BITS * k) for k in range(len(self.generators)))
 

@@ -110,8 +110,8 @@ def mathml(expression: sympy.Expr | sympy.Matrix) -> str:
 
 
 def _as_written(markup: str) -> str:
-    # Mark up formulas so that they look equal with and without a mathematical font: brackets as
-    # high as a letter, italic letters, upright words, and a minus as long as a plus.
+    # Mark up formulas so that they look equal with and without a mathematical font. Brackets are
+    # as high as a letter, letters are italic, words are upright, and a minus is as long as a plus.
     markup = re.sub(r'<mo>([()])</mo>', r'<mo stretchy="false">\1</mo>', markup)
     markup = re.sub(r'<mi>(&\w+;|[^<\d])</mi>', r'<mi class="letter">\1</mi>', markup)
     markup = re.sub(r'<mi>([^<\d][^<]*)</mi>', r'<mi class="word">\1</mi>', markup)
