@@ -146,7 +146,8 @@ def with_constants(
     table: Table, variables: Mapping[sp.Symbol, Floats], poses: int
 ) -> dict[sp.Symbol, Floats]:
     """
-    Add the values of a table's constants to the values of its joint variables at N configurations.
+    Return the given values of the joint variables, and the values of a table's constants, at N
+    configurations.
     """
     values = dict(variables)
     for symbol in table.constants:

@@ -36,9 +36,9 @@ from .text.file import Settings, read_formulas
 
 AGREES, DIFFERS = 'agrees', 'differs'
 BRANCH_POSES = 200
-# If the ratio of poses that a formula solves is smaller, a remark gives the ratio of poses without
-# a solution. The limit is below 1, because acos near -1 and 1 loses too many digits at one or two
-# of 200 poses.
+# If the ratio of configurations that a formula solves is smaller, a remark gives the ratio of
+# configurations without a solution. The limit is below 1, because acos near -1 and 1 loses too
+# many digits at one or two of 200 configurations.
 MIN_REMARKED_RATIO = 0.99
 
 
@@ -55,7 +55,7 @@ class WrongEntry:
         The entry as the user wrote it, and the right one, as text: expression or number. `right`
         may be empty.
     difference
-        The largest difference over all poses, SI units.
+        The largest difference over all configurations, SI units.
     """
 
     row: int
@@ -109,7 +109,7 @@ class Comparison:
     Parameters
     ----------
     poses
-        Number of random poses.
+        Number of random configurations.
     randomised
         Names of the constants that got random values.
     passed_over
@@ -139,7 +139,8 @@ def compare(robot: Robot, text: str) -> Comparison:
         The arm.
     text
         Formulas in plain, sympy, MATLAB or LaTeX syntax. Formulas of an arm with closed loops may
-        contain joints and passive joints; they are compared at poses at which the loops close.
+        contain joints and passive joints; they are compared at configurations at which the loops
+        close.
     """
     names = FormulaNames(table_of(robot.description))
     understood = understand(read_formulas(text), names)

@@ -238,7 +238,8 @@ class Derivation:
     @cached_property
     def central_difference(self) -> float:
         """
-        Return the largest difference (m, rad) between J and central differences of T at one pose.
+        Return the largest difference (m, rad) between J and central differences of T at one
+        configuration.
         """
         return self.exact.sampler.central_difference()
 
@@ -424,7 +425,8 @@ def exact_of(robot: Robot, locked: Mapping[str, str] | None = None, parts: int =
 
 def determinant_factors(exact: Exact) -> dict[sympy.Expr, Laurent]:
     """
-    Return the factors of the determinant of an open arm whose task Jacobian is square.
+    Return the factors of the determinant of an arm without closed loops. Its task Jacobian must be
+    square.
 
     The keys are the factors as sympy expressions, the values are the polynomials.
     """

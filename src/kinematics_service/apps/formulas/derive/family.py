@@ -53,7 +53,7 @@ class _Solved:
 
 
 def family_of(value: Laurent, arithmetic: Arithmetic, writer: Writer) -> Family:
-    """Return the family of poses at which a factor of the determinant vanishes."""
+    """Return the family of configurations at which a factor of the determinant vanishes."""
     variables = enumerate(arithmetic.names.variables)
     candidates = (_solved(value, arithmetic, variable, index) for index, variable in variables)
     found = [solved for solved in candidates if solved is not None]

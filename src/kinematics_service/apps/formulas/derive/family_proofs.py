@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Prove statements about all poses of a family by polynomial division. A polynomial is 0 on the
-family if it is a multiple of the family's factor.
+Prove statements about all configurations of a family by polynomial division. A polynomial is 0 on
+the family if it is a multiple of the family's factor.
 
-The rank of J is at most r if every minor of size r + 1 is 0. One pose of rank r shows that the
-rank is not below r at almost all poses of the family.
+The rank of J is at most r if every minor of size r + 1 is 0. One configuration of rank r shows
+that the rank is not below r at almost all configurations of the family.
 """
 
 import math
@@ -27,7 +27,7 @@ from .minors import minors
 from .singular_geometry import Lost
 
 # Maximum number of minors in a proof. A statement that needs more minors is only checked at
-# sampled poses.
+# sampled configurations.
 MAX_MINORS = 250
 MAX_TERMS = 3000
 
@@ -35,14 +35,15 @@ MAX_TERMS = 3000
 @dataclass(frozen=True)
 class CommonZeros:
     """
-    The set of poses at which several factors are all 0, and the exact Jacobian of the arm.
+    The set of configurations at which several factors are all 0, and the exact Jacobian of the
+    arm.
 
     Attributes
     ----------
     J
         The task rows of the Jacobian, m x n.
     generic_rank
-        Rank of J at almost all poses; each factor divides all minors of this size.
+        Rank of J at almost all configurations; each factor divides all minors of this size.
     factors
         The factors; all are 0 on the set.
     """
@@ -196,7 +197,10 @@ def _quarter_turns(terms: Terms) -> list[_Replaced]:
 
 
 def proves_lost(lost: Lost, zeros: CommonZeros, frames: Frames) -> bool:
-    """Return whether a motion of the tool is proved to be impossible at all poses of a family."""
+    """
+    Return whether a motion of the tool is proved to be impossible at all configurations of a
+    family.
+    """
     if lost.axis is None:
         return False
     arithmetic = zeros.arithmetic

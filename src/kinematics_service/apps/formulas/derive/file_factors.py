@@ -118,8 +118,8 @@ def disagreement(derivation: Derivation, robot: Robot) -> float:
     Return the largest relative difference between the product of a file's factors and the
     determinant.
 
-    The product of powers is compared up to one constant at 1000 seeded poses inside the limits. If
-    there is no determinant, the reference is the product of the minors' common factors.
+    The product of powers is compared up to one constant at 1000 seeded configurations inside the
+    limits. If there is no determinant, the reference is the product of the minors' common factors.
     """
     exact = derivation.exact
     q = exact.sampler.random(POSES, within=True)

@@ -271,8 +271,8 @@ def independent_columns(sampler: PoseSampler) -> tuple[int, ...]:
     """
     Return the indices of the columns of J without the columns of dependent joints.
 
-    The columns are stacked over all sampled poses. A joint is dependent if the stacked columns
-    keep their rank without its column.
+    The columns are stacked over all sampled configurations. A joint is dependent if the stacked
+    columns keep their rank without its column.
     """
     J_t = sampler.elsewhere.J_t
     stacked = J_t.reshape(-1, J_t.shape[2])

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Evaluate frames, Jacobian and axes of an arm at random poses, with given or random constants."""
+"""
+Evaluate frames, Jacobian and axes of an arm at random configurations, with given or random
+constants.
+"""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -19,8 +22,8 @@ from .algebra.arithmetic import Arithmetic
 from .algebra.zeros import Box
 from .singular_geometry import ArmAtPoses, rank_at
 
-# Number of sampled poses of a family. It is unlikely that a property holds at all these poses by
-# coincidence. The poses are computed in a second.
+# Number of sampled configurations of a family. It is unlikely that a property holds at all these
+# configurations by coincidence. The configurations are computed in a second.
 POSES = 60
 # Seeds of two random values of each named constant. Two values exclude coincidences. The random
 # values are near the file's value, so that the families found with the file's values exist.
@@ -34,8 +37,8 @@ STEP = 1e-6
 @dataclass(frozen=True, eq=False)
 class PoseSampler:
     """
-    A sampler of a robot's poses in which only the joints of a derivation move; other joints are
-    locked.
+    A sampler of a robot's configurations in which only the joints of a derivation move; other
+    joints are locked.
 
     Attributes
     ----------
@@ -167,7 +170,8 @@ class PoseSampler:
 
     def central_difference(self) -> float:
         """
-        Return the largest difference (m, rad) between J and central differences of T at one pose.
+        Return the largest difference (m, rad) between J and central differences of T at one
+        configuration.
         """
         robot, moving = self.robot, list(self.moving)
         q = self.whole(self.random(1))[0]
@@ -178,12 +182,12 @@ class PoseSampler:
 
     @cached_property
     def elsewhere(self) -> ArmAtPoses:
-        """Return Jacobian, frames and axes of the arm at 200 random poses."""
+        """Return Jacobian, frames and axes of the arm at 200 random configurations."""
         return self.arm(self.random(200))
 
     @cached_property
     def generic_rank(self) -> int:
-        """Return the rank of the task rows at almost all poses."""
+        """Return the rank of the task rows at almost all configurations."""
         return rank_at(self.elsewhere.J_t)
 
     @property

@@ -4,7 +4,8 @@
 Name a family of singular poses from its joint axes. Find the tool motions that are impossible in
 the family, from singular vectors of the Jacobian.
 
-Both results are computed at sampled poses of the family. A name must fit at every sampled pose.
+Both results are computed at sampled configurations of the family. A name must fit at every sampled
+configuration.
 """
 
 from collections.abc import Callable, Sequence
@@ -25,7 +26,7 @@ AXES = 'xyz'
 @dataclass(frozen=True)
 class ArmAtPoses:
     """
-    Jacobian, frames and axes of an arm at N poses, m and rad.
+    Jacobian, frames and axes of an arm at N configurations, m and rad.
 
     Attributes
     ----------
@@ -88,7 +89,7 @@ SOMEWHERE = Lost('a line that depends on the pose')
 
 
 def together(arms: Sequence[ArmAtPoses]) -> ArmAtPoses:
-    """Return the poses of several arms with equal joints as one `ArmAtPoses`."""
+    """Return the data of several arms with equal joints as one `ArmAtPoses`."""
     one, *_ = arms
     stacked: dict[str, Any] = {
         name: np.concatenate([getattr(arm, name) for arm in arms])
@@ -99,7 +100,7 @@ def together(arms: Sequence[ArmAtPoses]) -> ArmAtPoses:
 
 
 def parallel(one: Floats, other: Floats) -> bool:
-    """Return whether unit vectors of shape (N, 3) are parallel at every pose."""
+    """Return whether unit vectors of shape (N, 3) are parallel at every configuration."""
     return bool(np.all(np.linalg.norm(np.cross(one, other), axis=-1) < ZERO))
 
 
@@ -144,9 +145,9 @@ def name_of(
     Parameters
     ----------
     arm
-        The arm at poses of the family.
+        The arm at configurations of the family.
     elsewhere
-        The arm at other poses, at which the test of a name must fail.
+        The arm at other configurations, at which the test of a name must fail.
     joints
         Indices of the joints in the factor.
     angular
@@ -212,12 +213,12 @@ def _is_shoulder(arm: ArmAtPoses, point: Floats) -> bool:
 
 
 def rank_at(J_t: Floats) -> int:
-    """Return the most frequent rank of J_t over the N poses."""
+    """Return the most frequent rank of J_t over the N configurations."""
     return int(np.bincount(ranks_at(J_t)).argmax())
 
 
 def ranks_at(J_t: Floats) -> Integers:
-    """Return the rank of J_t at each pose, shape (N,)."""
+    """Return the rank of J_t at each configuration, shape (N,)."""
     sigma = np.linalg.svd(J_t, compute_uv=False)
     return np.asarray(np.sum(sigma > ZERO * np.max(sigma), axis=1))
 
@@ -232,13 +233,14 @@ def lost_motion(
     Parameters
     ----------
     arm
-        The arm at poses of the family.
+        The arm at configurations of the family.
     task_rows
         Indices of the task rows in (x y z rx ry rz), axes of frame 0.
     rank
         The rank on the family.
     generic
-        The rank at almost all poses. If this rank is not full, some motion is lost at every pose.
+        The rank at almost all configurations. If this rank is not full, some motion is lost at
+        every configuration.
     scales : shape (m,)
         Scale factors of the rows of `J_t`.
     """
@@ -289,8 +291,9 @@ def _lost_screw(force: Floats, moment: Floats, frames: Floats, tool: Floats) -> 
 
 
 def _direction(vectors: Floats, frames: Floats) -> Lost | None:
-    # Express the direction (N, 3) in the axes of a frame in which it is constant at all poses.
-    # Prefer a frame with an axis along the direction. Return None if no such frame exists.
+    # Express the direction (N, 3) in the axes of a frame in which it is constant at all
+    # configurations. Prefer a frame with an axis along the direction. Return None if no such frame
+    # exists.
     length = np.linalg.norm(vectors, axis=1)
     if np.any(length < ZERO):
         return None
@@ -330,7 +333,7 @@ class Idle:
 def idle_motion(arm: ArmAtPoses, rank: int) -> Idle | None:
     """
     Return the joint motion in the null space of J_t, or None. None is returned if the null space
-    has more than one dimension, if the moving joints vary by pose, or if all joints move.
+    has more than one dimension, if the moving joints vary by configuration, or if all joints move.
     """
     n = arm.J_t.shape[2]
     good = ranks_at(arm.J_t) == rank

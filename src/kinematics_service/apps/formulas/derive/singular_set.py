@@ -66,17 +66,18 @@ class SingularFactor:
     family
         The joint positions at which the factor is 0.
     rank
-        Rank of the task rows on the family; None if no pose was found on it.
+        Rank of the task rows on the family; None if no configuration was found on it.
     lost, idle
         Texts: the motion that the tool cannot make, and the joint motion in the null space.
     sampled
-        Names among `rank`, `lost` and `idle` whose values hold at sampled poses and are not proved
-        for the whole family.
+        Names among `rank`, `lost` and `idle` whose values hold at sampled configurations and are
+        not proved for the whole family.
     within_limits
-        Whether a pose of the family is inside the joint limits, with the lengths of the file; None
-        if this is not decided.
+        Whether a configuration of the family is inside the joint limits, with the lengths of the
+        file; None if this is not decided.
     pose
-        A pose inside the limits, rad or the file's unit of length, within 1e-9 of the family.
+        A configuration inside the limits, rad or the file's unit of length, within 1e-9 of the
+        family.
     special
         Text about a lower rank on a part of the family with the lengths of the file, or None.
     """
@@ -98,19 +99,20 @@ class SingularFactor:
 @dataclass(frozen=True)
 class FamilyCrossing:
     """
-    A set of poses at which several families meet.
+    A set of configurations at which several families meet.
 
     Attributes
     ----------
     names
         Names of the factors of these families.
     rank
-        Rank of the task rows on the crossing; None if no pose was found and it is not proved that
-        none exists.
+        Rank of the task rows on the crossing; None if no configuration was found and it is not
+        proved that none exists.
     within_limits, pose
         As in `SingularFactor`.
     sampled
-        Whether the crossing and its rank were only found at sampled poses and are not proved.
+        Whether the crossing and its rank were only found at sampled configurations and are not
+        proved.
     """
 
     names: tuple[str, ...]
@@ -143,7 +145,7 @@ class Determinant:
     minors
         Number of the minors.
     identically_zero
-        Whether the determinant is 0 at every pose.
+        Whether the determinant is 0 at every configuration.
     split
         Whether it is proved that no factor splits further. For minors: whether it is proved that
         they have no other common factor.
@@ -175,16 +177,16 @@ class SingularSet:
     crossings
         Crossings of two or more families.
     generic_rank
-        Rank of the task rows at almost all poses.
+        Rank of the task rows at almost all configurations.
     dependent
-        Joints whose motions cancel at every pose; empty for most arms.
+        Joints whose motions cancel at every configuration; empty for most arms.
     complete
         Whether the families are proved to be the whole singular set. False if the remainder may
         vanish, or if the product is not proved to be fully split.
     remainder_zeros
         Crossings of factors; the remainder is 0 exactly on these crossings. None: not solved.
     special
-        Text about a lower rank at every pose with the lengths of the file, or None.
+        Text about a lower rank at every configuration with the lengths of the file, or None.
     """
 
     determinant: Determinant
@@ -212,7 +214,8 @@ class _Meaning:
 @dataclass(frozen=True)
 class FamilySearch:
     """
-    A search for the families of an arm's factors, at sampled poses.
+    A search for the families of singular poses at which factors of the determinant vanish. It uses
+    sampled configurations.
 
     Attributes
     ----------
@@ -233,7 +236,7 @@ class FamilySearch:
     @property
     def rank(self) -> int:
         """
-        Return the rank of the task rows at almost all poses, for almost all values of the
+        Return the rank of the task rows at almost all configurations, for almost all values of the
         constants.
         """
         return max(sampler.generic_rank for sampler in self.generic)
@@ -382,8 +385,8 @@ def singular_factors(
         sampled: tuple[str, ...] = ()
         if seen.rank is not None:
             zeros = CommonZeros(J_t, search.rank, (factor.value,), arithmetic)
-            # Prove only that the rank is not higher than `seen.rank`, because a sampled pose shows
-            # that the rank is not lower.
+            # Prove only that the rank is not higher than `seen.rank`, because a sampled
+            # configuration shows that the rank is not lower.
             proofs = {
                 'rank': zeros.has_rank_at_most(seen.rank),
                 'lost': seen.lost is None or proves_lost(seen.lost, zeros, frames),
@@ -439,7 +442,7 @@ def file_factors(robot: Robot, names: Names) -> dict[str, sympy.Expr]:
 
 def _is_multiple(expression: sympy.Expr, factor: Laurent, search: FamilySearch) -> bool:
     # Return whether an expression is a constant times a factor. It is, if their ratio is equal at
-    # all sampled poses.
+    # all sampled configurations.
     q = search.sampler.random(20)
     ratio = evaluated(expression, search.arithmetic.names, q) / search.numbers(factor)(q)
     return bool(np.ptp(ratio) < 1e-9 * abs(float(ratio[0])))

@@ -4,7 +4,8 @@
 Explain wrong entries of a formula by mistakes that were tested. A greedy set cover selects first
 the mistake that explains the most wrong entries.
 
-A mistake explains an entry only if the mistaken value equals the user's value at all poses.
+A mistake explains an entry only if the mistaken value equals the user's value at all
+configurations.
 """
 
 from collections.abc import Iterator, Sequence

@@ -102,7 +102,10 @@ class Check(ABC):
         return np.where(np.isfinite(gap), gap, np.inf)
 
     def agrees(self, one: Floats, other: Floats) -> Mask:
-        """Return for each entry whether two arrays of values (N, ...) are equal at all poses."""
+        """
+        Return for each entry whether two arrays of values (N, ...) are equal at all
+        configurations.
+        """
         return np.asarray(np.all(self.gap(one, other) <= self.tolerance, axis=0))
 
     @property
@@ -113,8 +116,8 @@ class Check(ABC):
     @cached_property
     def wrong(self) -> Mask:
         """
-        Return which entries are wrong. An entry is wrong if at some pose it differs from the right
-        value by more than the rounding of printed decimals explains.
+        Return which entries are wrong. An entry is wrong if at some configuration it differs from
+        the right value by more than the rounding of printed decimals explains.
         """
         wrong: Mask = ~self.agrees(self.person, self.right)
         if wrong.any() and self.statement.inexact is not None:
@@ -243,8 +246,8 @@ class QuantityCheck(Check):
             check = replace(self, statement=meant)
             found.append(check)
             whole = check.whole_of(self.world, settings)
-            # Select the rows that are nonzero at some pose; in a planar arm they are x, y and the
-            # angle phi.
+            # Select the rows that are nonzero at some configuration; in a planar arm they are x, y
+            # and the angle phi.
             rows = tuple(np.flatnonzero(np.abs(whole).max(axis=(0, 2)) > ROUND_OFF).tolist())
             if len(rows) == self.shape[0] < whole.shape[1]:
                 chosen = replace(check.quantity, rows=rows)

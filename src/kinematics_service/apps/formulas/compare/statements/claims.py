@@ -36,8 +36,8 @@ DRAWS = 200
 # A singular value counts as 0 if its ratio to the largest singular value is below this. The
 # threshold is above 1e-9, the error of the projected configurations.
 SINGULAR_VALUE_RATIO = 1e-7
-# A pose belongs to a claimed family if its distance (rad or m) from the family is at most this.
-# The tolerance exceeds 1e-6, the error of Newton's method at a double zero.
+# A configuration belongs to a claimed family if its distance (rad or m) from the family is at most
+# this. The tolerance exceeds 1e-6, the error of Newton's method at a double zero.
 CLAIM_TOLERANCE = 1e-5
 # Step of central differences (rad or m). With this step, the errors by round-off and by the third
 # derivative are both below 1e-9.
@@ -123,8 +123,8 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
             verdicts = [_whole(arm, factors, claims) for arm in arms if factors]
         worst = next((one for one in verdicts if not one.holds), verdicts[-1])
         if worst.holds or not verdicts[-1].holds:
-            # Return the verdict for the numbers of the file, so that the remark names a pose of
-            # this arm.
+            # Return the verdict for the numbers of the file, so that the remark names a
+            # configuration of this arm.
             return verdicts[-1]
         numbers = numbers_in_words(exact.arithmetic.names)
         special = f'with {numbers} of this file it agrees, with other values not'
@@ -137,7 +137,7 @@ def _in_words(names: FormulaNames, pose: Floats) -> str:
     return ', '.join(f'{s} = {v:.4f}' for s, v in zip(names.table.variables, pose))
 
 
-# Soundness: check that the poses of each claimed family are singular
+# Soundness: check that the configurations of each claimed family are singular
 
 
 def _sound(arm: _ArmOfLetters, claim: Statement) -> Claim:

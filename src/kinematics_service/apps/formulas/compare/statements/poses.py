@@ -146,7 +146,7 @@ def _close(
             code='open-loop',
         )
     closure = evaluate(robot, good[:count]).closure
-    assert closure is not None  # the arm has passive joints, so it has a closure
+    assert closure is not None  # an arm with passive joints has a loop closure
     for k, joint in enumerate(joints):
         values[joint] = good[:count, k]
     for k, symbol in enumerate(table.variables[table.joints :]):

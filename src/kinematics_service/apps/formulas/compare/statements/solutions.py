@@ -28,7 +28,7 @@ from .statements import Statement
 Limits: TypeAlias = Floats  # lower and upper joint limits, shape (n, 2), rad or m
 
 # A formula gives a branch of the inverse kinematics if its value equals the joint's value at this
-# ratio of the poses, or more. Below the ratio, equal values are coincidences.
+# ratio of the configurations, or more. Below the ratio, equal values are coincidences.
 MIN_HIT_RATIO = 0.1
 # A formula's value equals a joint's value if they differ by at most this (rad or m). The tolerance
 # is large, because acos near -1 and 1 loses half the digits.
@@ -42,8 +42,8 @@ STEPS = 20
 # The search stops after this number of random starts if no start has reached a target pose.
 FIRST_STARTS = 4
 SEED = 1955
-# Maximum number of poses at which another branch is searched, because a pose takes up to STARTS
-# searches.
+# Maximum number of configurations at which another branch is searched, because a configuration
+# takes up to STARTS searches.
 MAX_BRANCH_POSES = 40
 # Maximum number of combinations of inverse kinematics formulas that are tried. A combination has
 # one formula for each joint.
@@ -122,14 +122,14 @@ class PoseSearch:
         self, given: Mapping[sp.Symbol, Floats], wanted: Mask, limits: Limits | None = None
     ) -> Mask:
         """
-        Return at which poses the search brings the tool to its target, shape (N,).
+        Return at which configurations the search brings the tool to its target, shape (N,).
 
         Parameters
         ----------
         given
             Values of the given joints.
         wanted : shape (N,)
-            Whether to search at each pose.
+            Whether to search at each configuration.
         limits
             Limits of the prismatic joints; None: any length.
         """
@@ -150,8 +150,8 @@ class PoseSearch:
         random: np.random.Generator,
         limits: Limits | None,
     ) -> Mask:
-        # Take damped Newton steps from random positions, and return at which poses the tool
-        # reaches its target.
+        # Take damped Newton steps from random positions, and return at which configurations the
+        # tool reaches its target.
         table = self.table
         values = {s: v[at] for s, v in {**self.poses.values, **given}.items()}
         for k in self.moving:
@@ -197,7 +197,8 @@ class PoseSearch:
 
 class EquationCheck(Check):
     """
-    The check of an equation whose names are all known: both sides must be equal at every pose.
+    The check of an equation whose names are all known: both sides must be equal at every
+    configuration.
     """
 
     @cached_property
@@ -208,7 +209,8 @@ class EquationCheck(Check):
 
 class PassiveJointCheck(Check):
     """
-    The check of a passive joint's formula, which must be right at every pose, up to whole turns.
+    The check of a passive joint's formula, which must be right at every configuration, up to whole
+    turns.
     """
 
     @cached_property
@@ -254,12 +256,12 @@ class SolutionCheck(Check):
     @property
     def turns(self) -> bool:
         """
-        Return whether the joint is revolute, so that values that differ by whole turns are equal.
+        Return whether the joint is revolute. If so, values that differ by whole turns are equal.
         """
         return not self.names.table.slides[self.statement.joint]
 
     def hits(self, values: Floats) -> Mask:
-        """Return at which poses the values (N,) of a formula equal the joint's value."""
+        """Return at which configurations the values (N,) of a formula equal the joint's value."""
         difference = self.in_radians(values) - self.right[:, 0, 0]
         if self.turns:
             difference = np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi
@@ -272,7 +274,9 @@ class SolutionCheck(Check):
 
     @cached_property
     def share(self) -> float:
-        """Return the ratio of the poses at which the formula gives the joint's own value."""
+        """
+        Return the ratio of the configurations at which the formula gives the joint's own value.
+        """
         return float(np.mean(self.hits(self.person[:, 0, 0])))
 
     @cached_property
@@ -288,8 +292,8 @@ class SolutionCheck(Check):
     @cached_property
     def together(self) -> float | None:
         """
-        Return the ratio of the poses at which the formulas of the file together give the tool's
-        pose.
+        Return the ratio of the configurations at which the formulas of the file together give the
+        tool's pose.
 
         Each joint takes the value of one of its formulas. A formula may contain other joints,
         which also take the values of their formulas. Joints without a formula are free. Return
@@ -317,7 +321,7 @@ class SolutionCheck(Check):
         return float(np.mean(reached))
 
     def of(self, statement: Statement) -> 'SolutionCheck':
-        """Return the check of another formula of the file at the same poses."""
+        """Return the check of another formula of the file at the same configurations."""
         return replace(self, statement=statement)
 
     def _in_turn(self, chosen: Mapping[int, Statement]) -> dict[int, Floats] | None:
@@ -346,18 +350,18 @@ class SolutionCheck(Check):
     @cached_property
     def solved(self) -> float:
         """
-        Return the ratio of the poses at which the formula gives the joint's value or another
-        branch.
+        Return the ratio of the configurations at which the formula gives the joint's value or
+        another branch.
         """
         return self.share + (1.0 - self.share) * self.branches(self.robot.limits)
 
     @cached_property
     def is_a_root(self) -> bool:
         """
-        Return whether the formula gives a branch that the arm cannot reach at some poses.
+        Return whether the formula gives a branch that the arm cannot reach at some configurations.
 
         An example is the branch in which an arm reaches back over its shoulder. The formula's
-        values are roots of the arm's equations, and at some poses the arm reaches them.
+        values are roots of the arm's equations, and at some configurations the arm reaches them.
         """
         return (
             self.solved >= MIN_HIT_RATIO
@@ -366,13 +370,13 @@ class SolutionCheck(Check):
 
     def branches(self, limits: Limits | None, out_of_reach: bool = False) -> float:
         """
-        Return the ratio of the missed poses at which the tool still reaches its target if the
-        joint takes the formula's value.
+        Return the ratio of the missed configurations at which the tool still reaches its target if
+        the joint takes the formula's value.
 
-        A pose is missed if the formula's value is not the joint's own value. Joints that the
-        formula contains keep their values. Prismatic joints stay inside `limits`, if given. If the
-        other joints can always bring the tool's origin to its target, the search also compares
-        rotations. With `out_of_reach`, only poses at which the formula has a value count.
+        A configuration is missed if the formula's value is not the joint's own value. Joints that
+        the formula contains keep their values. Prismatic joints stay inside `limits`, if given. If
+        the other joints can always bring the tool's origin to its target, the search also compares
+        rotations. With `out_of_reach`, only configurations at which the formula has a value count.
         """
         joint, table = self.statement.joint, self.names.table
         here = self.in_radians(self.person[:, 0, 0])
@@ -396,7 +400,7 @@ class SolutionCheck(Check):
     def passes(self, values: Floats, right: Floats) -> bool:
         """
         Return whether the values (N,) of a repaired formula equal the joint's value at clearly
-        more poses than the user's formula.
+        more configurations than the user's formula.
         """
         share = float(np.mean(self.hits(values)))
         return share >= MIN_HIT_RATIO and share > self.share + MIN_HIT_RATIO

@@ -171,7 +171,7 @@ class Arithmetic:
 
 def arithmetic_of(description: RobotDescription, names: Names, parts: int = 1) -> Arithmetic:
     """
-    Return the arithmetic of an arm; its ring contains the joint variables.
+    Return the polynomial ring of an arm, with generators for its joint variables.
 
     Parameters
     ----------

@@ -185,7 +185,7 @@ class _Polynomial:
 
 
 def _turned_real(terms: Terms) -> tuple[tuple[int, ...], dict[tuple[int, ...], Any]] | None:
-    # Return a number of quarter turns for each generator that make all coefficients real, and the
+    # Return how many quarter turns of each generator make all coefficients real. Return also the
     # real coefficients by exponents. Return None if this is impossible.
     turns = _quarter_turns(terms)
     if turns is None:

@@ -83,7 +83,7 @@ def angle_in_rad(unit: str) -> sympy.Expr:
 
 def names_of(description: RobotDescription, locked: Mapping[str, str] | None = None) -> Names:
     """
-    Return the names of a robot file.
+    Return the names in a robot file, with their sympy symbols or expressions.
 
     Parameters
     ----------

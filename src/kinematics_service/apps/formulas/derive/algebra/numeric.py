@@ -30,7 +30,7 @@ class DifferentiableFunction(Protocol):
         """Return the values at q, shape (...,)."""
 
     def gradient(self, q: Floats) -> Floats:
-        """Return the derivatives by each joint at q, shape (..., n)."""
+        """Return the derivatives of the function by each joint position at q, shape (..., n)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ class Numbers:
         return self.function(np.asarray(q, dtype=float))
 
     def gradient(self, q: Floats) -> Floats:
-        """Return the derivatives by each joint variable at q, shape (..., n)."""
+        """Return the derivatives of the polynomial by each joint variable at q, shape (..., n)."""
         return np.stack([first(q) for first in self.firsts], axis=-1)
 
     @property
@@ -87,7 +87,7 @@ class Numbers:
 
     @cached_property
     def firsts(self) -> tuple['Numbers', ...]:
-        """Return the derivative by each joint variable, as polynomials."""
+        """Return the derivatives of the polynomial by each joint variable, as polynomials."""
         variables, derivative = self.arithmetic.names.variables, self.arithmetic.derivative
         return tuple(replace(self, value=derivative(self.value, v)) for v in variables)
 

@@ -44,7 +44,8 @@ class Equation:
     right: sympy.Expr | sympy.Matrix
 
 
-# Text that follows a statement if the statement is not proved for the whole family.
+# Text that follows a statement if the statement is not proved for the whole family of singular
+# poses.
 SAMPLED = ' (at sampled poses)'
 # Texts that say whether a crossing is inside the joint limits; the key None means unknown.
 IN_BRACKETS = {
