@@ -36,8 +36,8 @@ from .text.file import Settings, read_formulas
 
 AGREES, DIFFERS = 'agrees', 'differs'
 BRANCH_POSES = 200
-# If the ratio of configurations that a formula solves is smaller, a remark gives the ratio of
-# configurations without a solution. The limit is below 1, because acos near -1 and 1 loses too
+# If a formula gives a solution at a smaller ratio of the configurations than this limit, a remark
+# gives the ratio without a solution. The limit is below 1, because acos near -1 and 1 loses too
 # many digits at one or two of 200 configurations.
 MIN_REMARKED_RATIO = 0.99
 

@@ -31,7 +31,8 @@ from .frames import Frames, frames_of
 from .jacobian import VEE, in_axes_of, may_turn
 from .trigonometry import Writer, writer_of
 
-# A numerator with more operations is not multiplied out, because the result would not be shorter.
+# Maximum number of operations of a numerator that is multiplied out. A longer numerator would not
+# become shorter.
 MAX_OPERATIONS = 150
 # The determinant of an arm with closed loops is derived only if the sum of its joints and passive
 # joints is at most this.
@@ -210,8 +211,8 @@ def closed_determinant(
 def _equations(
     description: RobotDescription, loop: LoopDescription, arithmetic: Arithmetic
 ) -> tuple[sympy.Expr, ...]:
-    # Return the residual of a loop as the kernel defines it. The residual of a rotation is the
-    # axis times the sine of the angle.
+    # Return the residual of the loop equations, defined as in the numeric kernel. The residual of
+    # a rotation is the axis times the sine of the angle.
     start = _chain(description, (), loop.start.motion, arithmetic)
     there = start.inv() * _chain(description, loop.there, loop.meets.motion, arithmetic)
     back = _chain(description, loop.links, IDENTITY, arithmetic)

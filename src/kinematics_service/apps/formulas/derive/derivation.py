@@ -145,7 +145,7 @@ class Derivation:
 
     @property
     def variables(self) -> tuple[sympy.Symbol, ...]:
-        """Return the joint variables, in the order of the columns."""
+        """Return the joint variables, in the order of the columns of the Jacobian."""
         passive = sum(len(loop.passive) for loop in self.loops)
         return self.names.variables[: len(self.names.variables) - passive]
 

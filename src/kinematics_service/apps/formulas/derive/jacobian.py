@@ -38,11 +38,11 @@ def axes_seen_from(frames: Frames, frame: int) -> tuple[Axis, ...]:
     """
     Return the axis of every moving row of the table, in the coordinates of one frame.
 
-    A row T = before Rz(theta) Tz(d) after moves about z of the frame (frame before the row) @
-    before. This gives the axis of a row in each convention. In a standard DH table, the axis is z
-    of the frame before the row. In a modified DH table, the axis is z of the frame after the row.
-    In a chain of elementary motions, it is the named axis. In a Sheth-Uicker table, it is z of the
-    input shape.
+    A row T = before Rz(theta) Tz(d) after moves about or along z of the frame with the pose (frame
+    before the row) @ before. This gives the axis of a row in each convention. In a standard DH
+    table, the axis is z of the frame before the row. In a modified DH table, the axis is z of the
+    frame after the row. In a chain of elementary motions, it is the named axis. In a Sheth-Uicker
+    table, it is z of the input shape.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Derive the tool's velocity along a path q(t), and find the times at which the path is singular.
-These times are sign changes or minima of the factors of the determinant.
+Derive the tool's velocity along a path q(t), and find the times at which the path is singular. At
+these times, a factor of the determinant changes its sign or has a minimum 0 of its absolute value.
 """
 
 import re
@@ -159,7 +159,7 @@ def _bottom(value: Values, low: float, high: float) -> float:
 
 def parse_path(text: str, derivation: Derivation) -> dict[sympy.Symbol, sympy.Expr]:
     """
-    Return q(t) of a text such as `theta1=sin(t), theta2=cos(2*t), d3=sin(3*t)`.
+    Return q(t) from a text such as `theta1=sin(t), theta2=cos(2*t), d3=sin(3*t)`.
 
     Raises
     ------

@@ -106,11 +106,12 @@ def parallel(one: Floats, other: Floats) -> bool:
 
 def wrist_point(arm: ArmAtPoses, angular: bool) -> Floats:
     """
-    Return the wrist point of the arm, or the tool's origin if the wrist axes do not meet, (N, 3).
+    Return the wrist point of the arm, shape (N, 3), or the tool's origin if the wrist axes do not
+    meet.
 
     The wrist point is the point in which the last three revolute axes meet. If they do not meet,
-    it is the point in which the last two meet. If the task has no angular rows, the tool's origin
-    is returned.
+    it is the point in which the last two revolute axes meet. If the task has no angular rows, the
+    tool's origin is returned.
     """
     turning = [j for j, turns in enumerate(arm.turns) if turns]
     if not angular or len(turning) < 3:
@@ -332,7 +333,7 @@ class Idle:
 
 def idle_motion(arm: ArmAtPoses, rank: int) -> Idle | None:
     """
-    Return the joint motion in the null space of J_t, or None. None is returned if the null space
+    Return the joint motion in the null space of J_t, or None. The result is None if the null space
     has more than one dimension, if the moving joints vary by configuration, or if all joints move.
     """
     n = arm.J_t.shape[2]

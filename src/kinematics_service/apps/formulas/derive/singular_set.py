@@ -201,8 +201,9 @@ class SingularSet:
 
 @dataclass(frozen=True)
 class _Meaning:
-    # Results at the zeros of a factor. Geometric name, rank, lost and idle motion hold for random
-    # values of the named constants. `within` and `special` hold for the values of the file.
+    # Results at the zeros of a factor. Geometric name, rank, impossible tool motion (`lost`) and
+    # joint motion in the null space (`idle`) hold for random values of the named constants.
+    # `within` and `special` hold for the values of the file.
     within: Zero
     geometric: str | None = None
     rank: int | None = None
@@ -252,7 +253,10 @@ class FamilySearch:
         return together(found) if found else None
 
     def numbers(self, value: Laurent) -> Numbers:
-        """Return a factor as a numeric function whose root mean square is about 1."""
+        """
+        Return a factor as a numeric function. Its root mean square over sampled configurations is
+        about 1.
+        """
         return Numbers(value, self.arithmetic).scaled_to(self.sampler.random())
 
     def meaning(self, value: Laurent) -> _Meaning:
@@ -291,8 +295,8 @@ class FamilySearch:
 
     def is_one_family(self, factor: RealFactor) -> bool:
         """
-        Return whether J has equal rank at all sampled zeros of a factor. The result is true if the
-        factor has no half-angle factors.
+        Return whether J has equal rank at all sampled zeros of a factor. The result is also true
+        if the factor has no half-angle factors.
         """
         if not factor.halves:
             return True

@@ -18,14 +18,16 @@ from .algebra.laurent import Exponents, Laurent, Terms, from_terms
 from .algebra.matrices import Matrix
 from .frames import Frames
 
-# A polynomial with more terms is written in one form only, without a search for a shorter form.
+# Maximum number of terms of a polynomial that is written in several forms to find the shortest. A
+# longer polynomial is written in one form only.
 MAX_COMPARED_TERMS = 400
 MAX_FACTORED_TERMS = 24
-# If the divisor of a polynomial is larger, the coefficients are written as decimals. Such a
-# divisor comes from angles with rational sine and cosine.
+# If the divisor of a polynomial is larger than this, its coefficients are written as decimals.
+# Such a divisor comes from angles with rational sine and cosine.
 MAX_INTEGER = 10**15
 DIGITS = 17
-# Polynomials with more terms are not simplified, because sympy takes minutes.
+# Maximum number of terms of a polynomial that is simplified. For longer polynomials, sympy takes
+# minutes.
 MAX_TIDIED_TERMS = 1000
 
 
@@ -97,7 +99,8 @@ class Writer:
         return self._with_numbers(shortest / value.divisor)
 
     def _with_numbers(self, expression: sympy.Expr) -> sympy.Expr:
-        # Insert q + offset for theta last, because forms are compared by their lengths in theta.
+        # Replace theta by q + offset last, because the lengths of the forms are compared while
+        # they contain theta.
         numbers = {symbol: number for number, symbol in self._numbers.items()}
         return expression.xreplace(numbers | self.arithmetic.in_variables)
 

@@ -131,7 +131,7 @@ class Check(ABC):
         shape (N, rows, columns).
         """
         moved, inexact = np.full_like(self.person, 0.0), self.statement.inexact
-        assert inexact is not None  # the only caller, `wrong`, has checked this
+        assert inexact is not None  # the only caller, `wrong`, has checked `inexact`
         still = {symbol: np.zeros(self.poses.count) for symbol, _ in self.statement.half_units}
         for symbol, half in self.statement.half_units:
             at = {**self.evaluation.values, **still, symbol: np.full(self.poses.count, half)}

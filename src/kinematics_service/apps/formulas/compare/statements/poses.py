@@ -27,7 +27,7 @@ POSES = 8
 # Range of random constants, m (rad for named angles). With this range, constants are of similar
 # size and never 0.
 LENGTH_RANGE = (0.3, 1.3)
-# Length of the range (m) from which a prismatic joint without an upper limit is drawn.
+# If a prismatic joint has no upper limit, its position is drawn from a range of this length, m.
 SLIDE_RANGE = 1.0
 # An arm is planar if 1 minus the cosine of the tool's tilt from z is below this.
 AXIS_TOLERANCE = 1e-9

@@ -20,8 +20,8 @@ Value: TypeAlias = sp.Expr | sp.ImmutableDenseMatrix
 Lookup: TypeAlias = Callable[[FormulaToken], Value]
 ReadNumber: TypeAlias = Callable[[str, FormulaToken], Value]
 
-# Limits of numbers, powers and nested calls in a formula. A formula beyond them would take
-# minutes.
+# Limits of the numbers, powers and nested function calls in a formula, because a formula beyond
+# these limits would take minutes.
 MAX_DIGITS = 40
 MAX_EXPONENT = 24
 MAX_NUMBER_BITS = 4096

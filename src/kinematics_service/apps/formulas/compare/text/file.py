@@ -43,7 +43,7 @@ CHOICES: dict[str, dict[str, dict[str, Any]]] = {
 @dataclass(frozen=True)
 class Settings:
     """
-    Settings of a file of formulas, which apply to the formulas after them.
+    Settings in a file of formulas. Each setting applies to the formulas after it.
 
     Parameters
     ----------

@@ -112,7 +112,7 @@ class FormulaToken:
 
 
 def plain_letters(text: str) -> str:
-    """Return a line with Greek letters, typographic signs and indices in plain form."""
+    """Return a line in which plain text replaces Greek letters, typographic signs and indices."""
     if text.isascii():
         return text
     for sign, plain in UNICODE.items():

@@ -40,10 +40,10 @@ SEED = 1955
 # Primes that are 3 modulo 4. For an irreducible polynomial, about half of these primes prove that
 # it is irreducible over the Gaussian integers.
 PRIMES = (7, 11, 19, 23, 31, 43, 47, 59, 67, 71, 79, 83)
-# Polynomials with more terms are not factored, because the time grows steeply.
+# Maximum number of terms of a polynomial that is factored, because the time grows steeply.
 MAX_TERMS = 6000
-# Polynomials with more terms, or more generators, are not factored over the Gaussian integers,
-# because four generators take seconds.
+# Maximum numbers of terms and of generators of a polynomial that is factored over the Gaussian
+# integers. With four generators, factoring takes seconds.
 MAX_GAUSSIAN_TERMS = 40
 MAX_GAUSSIAN_GENERATORS = 3
 # If the product is not proved to be fully factored, each factor with at most this number of terms

@@ -101,8 +101,8 @@ class Ring:
         Return the polynomial of a sympy expression without angles: sums and products of numbers
         and symbols.
 
-        A square root or a decimal becomes a generator. So divisors stay 2 or 4, and a polynomial
-        factors as it does with generic lengths.
+        A square root or a decimal becomes a generator. So the divisors of polynomials stay powers
+        of 2, and polynomials factor as if these numbers were symbols.
         """
         if expression.is_Integer:
             return self.number(int(expression))

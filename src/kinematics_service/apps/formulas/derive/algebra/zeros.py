@@ -23,11 +23,12 @@ ROUND_OFF = 1e-13
 # Newton and Kantorovich is applied to the points with the smallest function values.
 STEPS = 32
 STEPS_PER_CHECK = 8
-# Number of points in one check for zeros: the points with the smallest function values.
+# Number of points in one check for nearby zeros. These are the points with the smallest function
+# values.
 CHECKED_POSES = 10
-# After this number of evaluated terms, which takes seconds, bisection ends undecided.
+# Bisection ends undecided after this number of evaluated polynomial terms, which takes seconds.
 MAX_TERM_EVALUATIONS = 100_000_000
-# After this number of boxes of joint positions, bisection ends undecided.
+# Bisection ends undecided after this number of evaluated boxes.
 MAX_BOXES = 200_000
 BATCH_SIZE = 4096  # number of boxes evaluated at once, which bounds the memory
 

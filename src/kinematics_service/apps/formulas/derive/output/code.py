@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Write T, J and the determinant as source code. Common parts are computed once, and lengths are
-parameters.
+Write T, J and the determinant as source code. The code computes common subexpressions once.
+Lengths are parameters of the functions.
 """
 
 from collections.abc import Callable, Iterator

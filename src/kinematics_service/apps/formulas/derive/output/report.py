@@ -47,7 +47,8 @@ class Equation:
 # Text that follows a statement if the statement is not proved for the whole family of singular
 # poses.
 SAMPLED = ' (at sampled poses)'
-# Texts that say whether a crossing is inside the joint limits; the key None means unknown.
+# Texts that say whether a crossing of families is inside the joint limits; the key None means
+# unknown.
 IN_BRACKETS = {
     True: '',
     False: ' (outside the joint limits)',
