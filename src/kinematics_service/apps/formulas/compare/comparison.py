@@ -50,7 +50,7 @@ class WrongEntry:
     Parameters
     ----------
     row, column
-        From 0.
+        Indices of the entry, counted from 0.
     yours, right
         The entry as the user wrote it, and the right one, as text: expression or number. `right`
         may be empty.

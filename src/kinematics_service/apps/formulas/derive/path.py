@@ -62,7 +62,8 @@ class Path:
     Attributes
     ----------
     q, qdot
-        Functions of t; rad and the file's length unit, and these per second.
+        Joint positions and joint velocities as functions of t; rad and the file's length unit, and
+        these per second.
     p, v, omega
         Position, linear and angular velocity of the tool as functions of t, base axes.
     """

@@ -38,6 +38,7 @@ class ArmAtPoses:
         Unit vector of each revolute joint's axis, and a point on the axis; nan for prismatic
         joints.
     tool : shape (N, 3)
+        Position of the tool in the base frame.
     turns
         Whether each joint is revolute.
     names
@@ -63,8 +64,8 @@ class Lost:
     text
         The motion as text.
     axis, frame
-        Frame number, and the axis (0 to 2) of this frame along which the direction of the motion
-        is. `axis` is None if the direction is not an axis of a frame.
+        The direction of the motion is the axis `axis` (0 to 2) of frame number `frame`. `axis` is
+        None if the direction is not an axis of a frame.
     angular
         Whether the lost motion is a rotation.
     point
@@ -240,8 +241,8 @@ def lost_motion(
     rank
         The rank on the family.
     generic
-        The rank at almost all configurations. If this rank is not full, some motion is lost at
-        every configuration.
+        The rank at almost all configurations. If this rank is not full, the tool lacks some motion
+        at every configuration.
     scales : shape (m,)
         Scale factors of the rows of `J_t`.
     """

@@ -30,6 +30,7 @@ class Variant:
     sentence
         The mistake as a sentence; a report prints it if the user's formula has these values.
     values : shape (N, rows, columns)
+        Values of the mistaken version at the N configurations.
     columns
         Indices of the columns that the mistake changes; empty: all.
     """

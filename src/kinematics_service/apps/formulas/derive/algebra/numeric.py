@@ -143,6 +143,7 @@ def poses_on(functions: Sequence[DifferentiableFunction], starts: Floats, scale:
     functions
         Functions that must vanish, at least one.
     starts : shape (N, n)
+        Configurations at which Newton's method starts.
     scale : shape (n,)
         Scale of each joint, which makes metres and radians comparable; 0 for a joint that is held.
     """
