@@ -139,7 +139,10 @@ def symbols_exchanged(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Ed
 
 
 def lost_lengths(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """Yield edits that add a length or its square to a part of the expression, or subtract it."""
+    """
+    Yield edits that add a symbol, such as a forgotten length, or its square to a part of the
+    expression, or subtract it.
+    """
     for path, part in places(e):
         if part.is_number or (path and _at(e, path[:-1]).is_Add):
             continue

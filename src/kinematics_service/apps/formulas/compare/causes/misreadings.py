@@ -189,8 +189,8 @@ def one_row(check: QuantityCheck) -> Iterator[Variant]:
 
 def row_left_out(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield mistaken values of the quantity, computed from tables in which all entries of one row are
-    0.
+    Yield mistaken values of the quantity, computed from tables in which the identity replaces one
+    row.
     """
     table = check.names.table
     for i, row in enumerate(table.rows):
