@@ -27,7 +27,8 @@ def __getattr__(name: str) -> object:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
     module, original = _HOME[name]
     value = getattr(import_module(module, __name__), original)
-    # Export functions of the module `compiled` unchanged, because this module is never compiled.
+    # `as_exported` wraps functions that run as plain Python. Leave the functions of the module
+    # `compiled` unwrapped, because this module is never compiled.
     globals()[name] = value if module == '.compiled' else compiled.as_exported(value)
     return globals()[name]
 

@@ -18,8 +18,8 @@ import numpy as np
 
 from .layout.arrays import given
 
-# Environment variable. If it is set to any text, the kernel's source runs as plain Python: for
-# coverage, for a debugger, and as a second computation of each number.
+# Name of an environment variable. If the variable is set to any text, the kernel's source runs as
+# plain Python. Use it to measure coverage, to debug, or to check numbers of the compiled kernel.
 VARIABLE = 'KINEMATICS_UNCOMPILED'
 _FOLDER = Path(__file__).parent
 
@@ -28,8 +28,9 @@ def use_compiled() -> None:
     """
     Register the compiled modules in sys.modules under the names of their source files.
 
-    Register no module if the environment asks for plain Python. Register no module if the source
-    has changed since it was compiled, because versions must not be mixed.
+    Register no module if the variable KINEMATICS_UNCOMPILED is set. Register no module if the
+    source has changed since it was compiled, because new source and old compiled modules must not
+    be mixed.
     """
     if is_compiled():
         for module, files in _built().MODULES.items():
@@ -52,34 +53,36 @@ def is_stale() -> bool:
 
 @functools.cache
 def _built() -> Any:
-    # Returns the module `_origin`, which the build writes and which lists the compiled modules;
-    # None if it does not exist. Search only this folder, because an editable installation could
-    # also find the modules of another copy of the package.
+    # Returns the module `_origin`, in which the build lists the compiled modules; None if it does
+    # not exist. Searches only this folder, because a search of an editable installation could find
+    # the `_origin` of another copy of the package.
     name = f'{__package__}._origin'
     return importlib.import_module(name) if PathFinder.find_spec(name, [str(_FOLDER)]) else None
 
 
 def as_exported(value: Any) -> Any:
     """
-    Prepare a class, function or type of the kernel for export, and return it.
+    Prepare a class, function or type of the kernel for export, and return the exported object.
 
-    A class gets its exported name, by which pickle finds it in the compiled kernel and in plain
-    Python. A function in plain Python is wrapped, so that numpy prints no warnings. Overflows and
-    invalid numbers then appear only in the results, as in the compiled kernel.
+    The module of a class becomes `kernel`, so that pickle finds the class in the compiled kernel
+    and in plain Python. A function that runs as plain Python is wrapped, so that numpy prints no
+    warnings. Overflows and invalid numbers then appear only in the results, as in the compiled
+    kernel.
     """
     if isinstance(value, FunctionType):
         return _quiet(value)
     if isinstance(value, type) and value.__module__.startswith(f'{__package__}._'):
         try:
             value.__module__ = __package__
-        except TypeError:  # `__module__` of a compiled class cannot be set
+        except TypeError:  # the `__module__` of a compiled class is read-only
             copyreg.pickle(value, _reduced)
     return value
 
 
 def restored(name: str, *arguments: Any) -> Any:
     """
-    Create an object of the exported class `name`; pickle calls this function to restore an object.
+    Return an object of the exported class `name`. Pickle calls this function to restore the
+    object.
     """
     return getattr(sys.modules[__package__], name)(*arguments)
 
@@ -104,8 +107,7 @@ def _quiet(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def hash_of(names: Sequence[str]) -> str:
     """
-    Return the SHA-256 hash of the present content of the kernel files `names`; '' if a file is
-    missing.
+    Return the SHA-256 hash of the content of the kernel files `names`; '' if a file is missing.
     """
     try:
         return hashlib.sha256(

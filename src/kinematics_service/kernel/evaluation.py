@@ -61,7 +61,7 @@ def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) ->
             ):
                 k += places.LANES
                 continue
-            nothing = 0.0  # NaN if a number is not finite
+            nothing = 0.0  # becomes NaN if a number is not finite
             for j in range(n):
                 nothing += 0.0 * q_k[j] + 0.0 * qdot_k[j]
             if nothing != 0.0 or not math.isfinite(
@@ -75,7 +75,7 @@ def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) ->
 
 def evaluate_one(chain: Chain, q: Floats, qdot: Floats, row: Floats) -> int:
     """
-    Fill `row` with the results of `evaluate` at one q, then with q, qdot and a copy of the
+    Fill `row` with the results of `evaluate` at one q, followed by q, qdot and a copy of the
     quaternion.
 
     Return -1 if the row was computed. Return 0 if a number is not finite or too large, or if a
@@ -113,8 +113,8 @@ def evaluate_one(chain: Chain, q: Floats, qdot: Floats, row: Floats) -> int:
 
 def evaluate_tail(chain: Chain, row: Flat, at: int, closed: bool) -> int:
     """
-    Evaluate the arm at q and qdot, which begin at index `at` of `row`, and fill the numbers of
-    `row` before `at`.
+    Evaluate the arm and fill the numbers of `row` before index `at`. The input q and qdot are in
+    `row` and begin at index `at`.
 
     `closed` says whether the row already has the passive variables of the loops. Return -1 if the
     row was computed, or 0 if a number is not finite or too large, or if a loop does not close.
@@ -122,7 +122,7 @@ def evaluate_tail(chain: Chain, row: Flat, at: int, closed: bool) -> int:
     n = chain.dof
     nothing = 0.0
     for j in range(at, at + 2 * n):
-        nothing += 0.0 * row[j]  # the sum is NaN if a number is not finite
+        nothing += 0.0 * row[j]  # `nothing` becomes NaN if row[j] is not finite
     depth = places.POSE
     if at >= chain.width:
         depth = places.ALL_FRAMES

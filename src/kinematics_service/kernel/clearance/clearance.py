@@ -4,11 +4,11 @@
 Compute the clearance of joint positions: a proved radius, rad, within which no pose is singular.
 
 A first radius follows from Weyl's inequality. For a larger radius, the task Jacobian J_t is
-written in the bases of its singular vectors. The block of J_t with all singular values except the
-smallest stays invertible while a bound of the block's relative change is below 1. Then J_t has
-full rank if the Schur complement of the block is not zero. The bases move with the joints, so that
-the coupling between the block and the last direction is zero to first order. The Schur complement
-is expanded to third order, and bounds are added for the higher orders.
+written in the bases of its singular vectors. One block of J_t contains all singular values except
+the smallest. This block stays invertible while a bound of its relative change is below 1. Then J_t
+has full rank if the Schur complement of the block is not zero. The bases move with the joints, so
+that the entries of J_t beside the block are zero to first order. The Schur complement is expanded
+to third order, and bounds are added for the higher orders.
 
 The Schur complement of a redundant arm has several entries, and J_t has full rank unless all
 entries are zero. The proof shows that a sum of the entries, with polynomials as weights, is
@@ -29,9 +29,9 @@ from .expansion import Expansion
 
 # Largest number of bisections in the search for the proved radius.
 HALVINGS = 32
-# The bisection ends if the relative error of the proved radius is below this.
+# The bisection ends if the relative error of the proved radius is below this number.
 RADIUS_TOLERANCE = 1e-5
-# Number of weighted sums of the entries of the Schur complement for which a proof is tried.
+# The proof is tried for this number of weighted sums of the entries of the Schur complement.
 MAX_SUMS = 4
 
 
@@ -159,10 +159,10 @@ class Clearance:
         self.directions.decompose()
 
     def _condition(self) -> float:
-        # Returns the factor by which the ratio of singular values can decrease if J_t describes
-        # the velocity of `point` instead of the tool's origin, which the search uses. J_t is then
-        # multiplied by [1, p x / length; 0, 1], and the factor is the condition number of this
-        # matrix.
+        # The search for singular poses uses J_t of the tool's origin, the clearance J_t of
+        # `point`. This change of the point multiplies J_t by the matrix [1, p x / length; 0, 1].
+        # Returns the condition number of this matrix. The ratio of the smallest to the largest
+        # singular value decreases at most by this factor.
         away = 0.0
         for i in range(self.arm.task.count):
             if self.arm.task.axis[i] >= 3:
@@ -177,8 +177,8 @@ class Clearance:
         return self.change * r + 0.5 * self.bend * r * r
 
     def _by_change(self, smallest: float) -> float:
-        # Returns the radius that follows from Weyl's inequality: a singular value changes at most
-        # by the norm of the change of J_t.
+        # Returns the radius that follows from Weyl's inequality. The inequality says that a
+        # singular value changes at most by the norm of the change of J_t.
         good, bad = 0.0, places.FARTHEST
         for _ in range(HALVINGS):
             r = 0.5 * (good + bad)
@@ -191,8 +191,9 @@ class Clearance:
 
     def _write_complement(self) -> None:
         # Fills F with the Taylor terms of each entry of the Schur complement, to third order.
-        # Fills B and C with the second-order terms of the blocks of turns and lines (see
-        # `Directions`). In the moving bases these blocks have no first-order terms.
+        # Fills B and C with the second-order terms of the two blocks beside the invertible block:
+        # B for its rows (turns), C for its columns (lines; see `Directions`). In the moving bases
+        # B and C have no first-order terms.
         d, k, count = self.count, self.arm.task.generic_rank - 1, self.directions.count
         terms, pairs = self.expansion.terms, self.expansion.sizes[2]
         for a in range(k):
@@ -234,9 +235,9 @@ class Clearance:
                     product[triple[(i * d + j) * d + p]] -= a[i] * b[pair[j * d + p]]
 
     def _write_norms(self) -> None:
-        # Computes bounds, for each order, of the change of three blocks of J_t by a joint motion
-        # of length 1. The blocks are the invertible block, the turns and the lines (see
-        # `Directions`).
+        # Computes bounds of the change of three blocks of J_t by a joint motion of length 1, one
+        # bound for each order. The blocks are the invertible block, the block to the right of it
+        # (turns), and the row below it (lines).
         k, count, d = self.arm.task.generic_rank - 1, self.directions.count, self.count
         terms, pairs = self.expansion.terms, self.expansion.sizes[2]
         step, cubed = self.directions.length * terms, d + pairs
@@ -253,9 +254,10 @@ class Clearance:
         self.twist_of_lines = self.expansion.norm(lines, k, terms, 1, 0, 1, 3)
 
     def _choose_shares(self) -> bool:
-        # Chooses two weightings of the entries of the Schur complement. `shares` gives the sum
-        # whose slope is smallest relative to its value. `steepest` gives the steepest sum
-        # orthogonal to `shares`. Returns False if a vector of weights is zero.
+        # Chooses two vectors of weights for the entries of the Schur complement. With the weights
+        # `shares`, the weighted sum has the smallest slope relative to its value. With the weights
+        # `steepest`, which are orthogonal to `shares`, the sum has the largest slope. Returns
+        # False if `shares` or `steepest` would be zero.
         d, count, terms = self.count, self.directions.count, self.expansion.terms
         trace, most = 0.0, 0.0
         for i in range(count):
@@ -283,8 +285,8 @@ class Clearance:
         return most > 0.0
 
     def _by_complement(self, best: float) -> float:
-        # Returns the largest radius within which `self.sum` is proved to be positive, found by
-        # bisection; at least `best`.
+        # Searches by bisection the largest radius within which `self.sum` is proved to be
+        # positive. Returns this radius, but at least `best`.
         self.sum.write_sizes()
         self.sum.diagonalise()
         good, bad = best, places.FARTHEST
@@ -304,11 +306,12 @@ class Clearance:
         return good
 
     def _is_proved(self, r: float) -> bool:
-        # Returns whether `self.sum` is proved to be positive for all joint motions |d| <= r. P, B,
-        # C are the changes of block, turns and lines, and B1, C1 their first orders. In the moving
-        # bases the Schur complement is f - C1 B' - C B1 - C' (1 + P)^-1 B', with B' = B - (1 + P)
-        # B1 and C' = C - C1 (1 + P). The largest singular value that is taken as zero is added to
-        # the change of J_t, so that the proof holds for each perturbation of that size.
+        # Returns whether `self.sum` is proved to be positive for all joint motions |d| <= r. P, B
+        # and C are the changes of the invertible block, of the turns and of the lines. B1 and C1
+        # are the first-order parts of B and C. In the moving bases the Schur complement is f - C1
+        # B' - C B1 - C' (1 + P)^-1 B', with B' = B - (1 + P) B1 and C' = C - C1 (1 + P). Singular
+        # values up to `singular` are taken as zero. So `singular` is added to the change of J_t,
+        # and the proof holds for each perturbation of that size.
         square, singular = r * r, self.share * (self.largest + self._changed(r))
         third = self.twist * square * r / 6.0 + singular
         fourth = self.fourth * square * square / 24.0 + singular
@@ -325,8 +328,9 @@ class Clearance:
         twisted = min(third / root, self.twist_of_lines * square * r + fourth / root)
         behind = self.bend_of_lines * square + twisted + self.by_lines * r * bent
         rest += twisted * turns + behind * before / (1.0 - inside)
-        # `take_away` has added the steepest sum times a polynomial. Multiply the remainder by a
-        # bound of this factor, and add the terms of the product beyond third order.
+        # `take_away` has added to the sum the product of the steepest sum and a polynomial.
+        # Multiply the remainder by a bound of the polynomial, and add the terms of the product
+        # beyond third order.
         slope, bend = self.sum.size_of_l * r, self.sum.size_of_M * square
         steep = self.steep.size_of_T * square * r
         rest *= 1.0 + abs(self.sum.weight) + slope + bend
@@ -336,8 +340,8 @@ class Clearance:
 
 def unit(v: Flat, count: int) -> bool:
     """
-    Scale v (count,) to length 1, with the sign that makes the first number >= 0. Return False if v
-    is 0.
+    Scale the vector v (count,) to length 1, and change its sign if its first number is negative.
+    Return False if v is 0.
     """
     size = directions.length_of(v, count)
     if not size > 0.0:

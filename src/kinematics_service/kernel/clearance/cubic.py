@@ -9,11 +9,11 @@ from . import directions
 from .expansion import Expansion
 from .norms import Norms
 
-# Number of bisections for the Lagrange multiplier. The lower bound is valid for each number of
-# bisections, and more bisections make it sharper.
+# Number of bisections for the Lagrange multiplier. The lower bound of the polynomial is valid
+# after any number of bisections. More bisections increase the lower bound.
 MULTIPLIER_HALVINGS = 20
-# Number of polynomial divisions in `take_away`; each division removes more of the terms along the
-# slope.
+# Number of polynomial divisions in `take_away`. Each division removes a further part of the terms
+# along the slope of the other polynomial.
 DIVISIONS = 4
 # Smallest denominator in the formula of the lower bound, relative to the polynomial's curvature
 # and slope.
@@ -56,8 +56,8 @@ class Cubic:
         self, expansion: Expansion, F: Flat, shares: Flat, count: int, constant: float
     ) -> None:
         """
-        Set this polynomial to a weighted sum of `count` polynomials. The rows of F are the
-        polynomials, and `shares` has the weights.
+        Set this polynomial to a weighted sum of `count` polynomials. Each row of F has the
+        coefficients of one polynomial, and `shares` has the weights.
         """
         d, begins = self.count, expansion.begins
         self.constant, self.weight, self.size_of_l, self.size_of_M = constant, 0.0, 0.0, 0.0
@@ -76,10 +76,11 @@ class Cubic:
 
     def take_away(self, other: 'Cubic') -> None:
         """
-        Add `other` times a quadratic polynomial, chosen so that this polynomial loses its terms
-        along the slope of `other`.
+        Add to this polynomial the product of `other` and a quadratic polynomial. The product
+        cancels the terms of this polynomial along the slope of `other`.
 
-        If `other` is 0 at a motion, the value of this polynomial at the motion does not change.
+        If `other` is 0 at a joint motion d, the value of this polynomial at d changes at most its
+        sign.
         """
         d = self.count
         slope = directions.length_of(other.g, d)
@@ -102,9 +103,9 @@ class Cubic:
                 self.T[p] = -self.T[p]
 
     def _divide(self, slope: float) -> None:
-        # Computes the quadratic polynomial along[0] + more.d + d' half d. If its product with the
-        # linear form slope way.d is added to this polynomial, the parts of g, Q and T along `way`
-        # vanish.
+        # Computes the quadratic polynomial along[0] + more.d + d' half d. `_add_product` adds its
+        # product with the other polynomial, whose linear part is slope way.d. The product of the
+        # quadratic polynomial and this linear part cancels the parts of g, Q and T along `way`.
         d, way, whole = self.count, self.way, 0.0
         for a in range(d):
             self.more[a], self.along[a] = 0.0, 0.0
@@ -130,8 +131,8 @@ class Cubic:
         self.along[0] = -value / slope
 
     def _add_product(self, other: 'Cubic') -> None:
-        # Adds the product of `other` and the quadratic polynomial of `_divide`; leaves out terms
-        # beyond third order.
+        # Adds to this polynomial the product of `other` and the quadratic polynomial that
+        # `_divide` computed. Leaves out the terms of the product beyond third order.
         d, first, more, half = self.count, self.along[0], self.more, self.half
         self.weight += first
         self.constant += first * other.constant

@@ -51,7 +51,7 @@ class Directions:
         arrays.fill(self.still, n, 0.0)
 
     def decompose(self) -> None:
-        """Fill W and sigma with the singular value decomposition of the J_t that is in `row`."""
+        """Fill W and sigma with the singular vectors and singular values of the J_t in `row`."""
         singularity.write_directions(self.chain.dof, self.task, self.row, self.W, self.sigma)
         for i in range(self.turns, self.length):
             singular_values.write_orthogonal_row(self.W, i, self.length, self.width)

@@ -41,7 +41,7 @@ class Expansion:
     terms
         Number of terms.
     begins, sizes : shape (4,)
-        Index of the first term of each order, and number of terms of each order.
+        For each order: the index of its first term, and its number of terms.
     pair, triple : shape (d, d), (d, d, d)
         pair[a, b] is the index of the product of joint motions a and b among the terms of second
         order. triple[a, b, c] is the index of a product of three among the terms of third order.
@@ -112,7 +112,7 @@ class Expansion:
 
     def write(self, row: Flat) -> None:
         """
-        Fill K with the Taylor terms of J_t, from a row of results evaluated at q.
+        Fill K with the Taylor terms of J_t. `row` has the results of `evaluate` at q.
 
         Let a, b, ..., c be entries (joints) in the order of the chain, with angular velocities w
         and linear velocities v. Each entry has a column of J. The derivative of the linear
@@ -158,7 +158,7 @@ class Expansion:
         w = arrays.after(v, 3 * entries)
         K = arrays.after(self.K, term * self.turns * self.length)
         for i in range(entries):
-            # Find `last`, the entry nearest to the tool among entry i and the chosen entries. The
+            # Find `last`: of entry i and the chosen entries, the entry nearest to the tool. The
             # other entries rotate the linear velocity of `last`.
             last = max(i, self.chosen[order - 1])
             moved = vectors.apart(v, last, entries)
@@ -221,12 +221,13 @@ class Expansion:
         order: int,
     ) -> float:
         """
-        Return an upper bound of the norm of a matrix whose entries are Taylor terms of one order.
+        Return an upper bound of the norm of a matrix whose entries are sums of Taylor terms of one
+        order.
 
         The bound holds for all joint motions of length 1. In `terms`, successive rows are `step`
         numbers apart, successive columns `stride` numbers, and successive terms `apart` numbers.
-        The bound is the least of up to three norms, those of three matrices with these numbers.
-        The rows of the three matrices are the given rows, the given columns, and the terms.
+        The numbers are arranged as up to three matrices: one row for each given row, for each
+        given column, or for each term. The norm of each matrix is a bound; the least is returned.
         """
         count, W = self.sizes[order], self.norms.W
         root = arrays.after(self.root, self.begins[order])
@@ -234,8 +235,8 @@ class Expansion:
         for rows in range(3 if order == 1 else 2):
             if rows == 1 and inner == 1:
                 continue
-            # Choose the shape (number, length) of the matrix in W, and the strides of the given
-            # rows, columns and terms in it.
+            # Choose the shape (number, length) of the matrix in W. Choose by how many numbers the
+            # given rows, columns and terms are apart in W.
             number, length = outer, inner * count
             by_outer, by_inner, by_term = length, count, 1
             if rows == 1:

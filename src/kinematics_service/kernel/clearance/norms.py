@@ -7,11 +7,11 @@ import math
 from ..layout import arrays
 from ..measures import symmetric
 
-# Bound of the relative round-off error of a computed norm, about 5,000 machine epsilons.
+# Bound of the relative round-off error of a computed norm: about 5,000 machine epsilons.
 ROUND_OFF = 1e-12
 # Diagonalization stops if off-diagonal entries are below this tolerance, relative to the largest
-# diagonal entry. Because of this tolerance the bound is too large by at most
-# OFF_DIAGONAL_TOLERANCE times the number of rows.
+# diagonal entry. The remaining entries make the bound of the norm too large by a relative error of
+# at most OFF_DIAGONAL_TOLERANCE times the number of rows.
 OFF_DIAGONAL_TOLERANCE = 1e-4
 
 

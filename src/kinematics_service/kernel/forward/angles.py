@@ -10,8 +10,8 @@ from . import chain_pass
 
 def shortest_angle(step: float) -> float:
     """
-    Return the angle `step`, rad, minus full turns, so that it is at most half a turn. The result
-    has the bits of math.remainder(step, 2 pi).
+    Return the angle `step`, rad, minus full turns, so that its size is at most half a turn. The
+    result is bit for bit that of math.remainder(step, 2 pi).
     """
     size = abs(step)
     if not math.isfinite(size):
@@ -28,5 +28,8 @@ def shortest_angle(step: float) -> float:
 
 
 def sine_and_cosine(x: float) -> tuple[float, float]:
-    """Return the sine and the cosine of x, rad, by the kernel's function `sincos`."""
+    """
+    Return the sine and the cosine of the angle x, rad, as a pair, by the kernel's function
+    `sincos`.
+    """
     return chain_pass.sincos(x)

@@ -1,11 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Store the kinematic chain of an arm as arrays: constant motions, and a screw about z after each of
-them but the last.
-
-If the arm has closed loops, passive variables also move screws. The passive variables follow from
-the joint positions.
+Store the kinematic chain of an arm as arrays. The chain has constant motions, with a screw about z
+between each two successive constant motions. If the arm has closed loops, passive variables also
+move screws. The loop equations determine the passive variables from the joint positions.
 """
 
 from typing import Any, NamedTuple
@@ -143,7 +141,7 @@ class Chain:
         self.frames: int = len(table.frame_parent)
         self.form: int = _form(table) if closure is None else places.CLOSED
         # If entry k belongs to joint k for all k, the screws of the entries are the columns of J.
-        # A row of results then stores them only once.
+        # A row of results then stores the screws only as J.
         mixed = self.form == places.MIXED or self.form == places.CLOSED
         after_twist = places.JACOBIAN_AT + 6 * n + 6
         self.screws_at: int = after_twist if mixed else places.JACOBIAN_AT
@@ -325,7 +323,7 @@ class LoopGroup:
 
 
 def groups_from(first: LoopGroup) -> list[LoopGroup]:
-    """Return the group `first` and all loop groups that follow it, as a list."""
+    """Return the loop group `first` and all later loop groups, as a list."""
     groups, group = [first], first
     while group.arguments[4] is not None:
         group = group.following
@@ -335,8 +333,7 @@ def groups_from(first: LoopGroup) -> list[LoopGroup]:
 
 def section_width(dof: int, first: LoopGroup) -> int:
     """
-    Return how many numbers of a row of results describe closed loops. These numbers are called a
-    section.
+    Return the length of a section: the numbers in a row of results that describe closed loops.
     """
     groups, variables = groups_from(first), first.variables
     entries = sum(group.entries for group in groups)
@@ -415,15 +412,18 @@ class Closure:
         return start[: self.variables].copy()
 
     def is_periodic(self) -> tuple[bool, ...]:
-        """Return for each joint whether a full turn of the joint leaves all loops unchanged."""
+        """
+        Return flags (n,). The flag of a joint is True if a full turn of the joint leaves all loops
+        unchanged.
+        """
         turns = self.arguments[2] != 0
         return tuple((turns | np.isinf(self.units())).tolist())
 
     def units(self) -> Floats:
         """
-        Return the unit of each joint in loop residuals, rad or m, shape (n,). A motion by one unit
-        weighs as much as a rotation by 1 rad. The unit is infinite for a joint outside of all
-        loops.
+        Return the unit of motion of each joint, rad or m, shape (n,). In loop residuals, a motion
+        by one unit weighs as much as a rotation by 1 rad. The unit is infinite for a joint outside
+        of all loops.
         """
         units: Floats = self.first.arguments[3]
         return units[: self.dof].copy()

@@ -5,8 +5,8 @@ Compute pose, quaternion, Jacobian, twist and frames from joint positions in one
 chain.
 
 The pass evaluates one pose, or LANES poses at once. Number k of the pose in a lane is at index k *
-lanes + lane. The operations for each pose and their order do not depend on the number of poses, so
-the results have equal bits.
+lanes + lane. Each pose needs the same operations in the same order, whether one pose or LANES
+poses are evaluated. So the results of a pose are bit for bit equal.
 
 An element k is one moving screw of the chain. Its axis is the unit vector z through the point o.
 Its motion is Rz(theta) Tz(d) with theta = theta_0 + sum(c_theta q_j) and d = d_0 + sum(c_d q_j).
@@ -83,11 +83,11 @@ def sincos(x: float) -> tuple[float, float]:
 
 def sines_and_cosines(angles: Numbers, sines: Numbers, cosines: Numbers) -> None:
     """
-    Write the sines and cosines of LANES angles, rad, each up to LARGEST_REDUCED. The results equal
-    those of `sincos`.
+    Write the sines and cosines of LANES angles, rad, each of a size up to LARGEST_REDUCED. The
+    results equal those of `sincos`.
     """
-    # Use local arrays, because the compiler then knows that they do not overlap with the
-    # coefficients, and computes several lanes at once.
+    # Use local arrays. The compiler then knows that these arrays overlap with no others, and
+    # computes several lanes at once.
     s, c = [0.0] * 16, [0.0] * 16
     for lane in range(places.LANES):
         pair = _sincos_reduced(angles[lane])
@@ -127,7 +127,8 @@ def _times(T: Numbers, motion: Flat, lanes: int) -> None:
 
 
 def _times_twist(T: Numbers, motion: Flat, lanes: int) -> None:
-    # Multiplies T by a motion Rx(alpha) Tx(a) from the right, with fewer operations than `_times`.
+    # Multiplies the motion T by Rx(alpha) Tx(a) from the right, in place. A product with a general
+    # motion would take more operations.
     a, c, s = motion[3], motion[5], motion[9]
     for row in range(3):
         i = 4 * row * lanes
@@ -196,7 +197,7 @@ def _write_quaternion(T: Numbers, quaternion: Flat, lanes: int) -> None:
 
 
 def _write_point_and_axis(T: Numbers, step: int, screw: Flat, lanes: int) -> None:
-    # Writes the point and the axis of an element to the indices of its entry's screw. When the
+    # Stores the point and the axis of an element where the screw of its entry belongs. Once the
     # tool pose is known, `_finish` replaces point and axis by the screw.
     for i in range(3):
         for lane in range(lanes):
@@ -257,11 +258,10 @@ def evaluate_rows(
     work: Flat,
 ) -> bool:
     """
-    Fill the rows of results of LANES poses at once, with depth POSE or JACOBIAN. Each row has the
-    results of `evaluate_row`.
+    Fill the rows of results of LANES poses at once, with depth POSE or JACOBIAN.
 
-    Return False if a number is too large or not finite. The caller must then fill the rows one by
-    one.
+    Each row gets the numbers that `evaluate_row` writes. Return False if a number is too large or
+    not finite; the caller must then fill the rows one by one.
     """
     n = chain.dof
     positions = arrays.after(work, chain.frames_at * places.LANES)
@@ -270,8 +270,8 @@ def evaluate_rows(
     blocks.put_side_by_side(qdot, each, n, rates)
     if not blocks.all_within(positions, 2 * n, places.LARGEST):  # joint positions and velocities
         return False
-    # Both arrays have length 12 * LANES, which C needs as a literal. They are local, because the
-    # compiler then knows that they do not overlap.
+    # Both arrays have length 12 * LANES, which C needs as a literal. Both are local arrays, so
+    # that the compiler knows that they do not overlap.
     T, twist = [0.0] * 192, [0.0] * 192
     size = _evaluate(chain, positions, rates, depth, True, work, T, twist, places.LANES)
     if not size <= places.LARGEST:
@@ -292,10 +292,10 @@ def _evaluate(
     twist: Numbers,
     lanes: int,
 ) -> float:
-    # Fills the rows of results of `lanes` poses. Returns an upper bound of the size of the numbers
-    # in the rows; the bound is not finite if a number in the rows is not finite. T and `twist` are
-    # local arrays of the caller, twelve numbers for each pose. If `whole` is False, no pose and no
-    # twist are written.
+    # Fills the rows of results of `lanes` poses. Returns an upper bound of the absolute values of
+    # the numbers in the rows. The bound is not finite if a number in the rows is not finite. T and
+    # `twist` are local arrays of the caller, twelve numbers for each pose. If `whole` is False, no
+    # pose and no twist are written.
     elements, step = chain.elements, chain.entries * lanes
     twisted = chain.form == places.TWISTED
     framed = lanes == 1 and depth >= places.ALL_FRAMES

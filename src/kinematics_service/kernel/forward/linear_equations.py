@@ -7,11 +7,10 @@ from ..layout.arrays import Numbers, WholeNumbers
 
 def factorise(A: Numbers, size: int, order: WholeNumbers) -> float:
     """
-    Overwrite A (size, size) with the LU factors of A, which `solve` needs; return the determinant
-    of A.
+    Overwrite the matrix A (size, size) with its LU factors, and return the determinant of A.
 
-    The determinant is 0 if A is singular. `order` (size,) gets the pivot row of each elimination
-    step.
+    The determinant is 0 if A is singular. `solve` uses the LU factors and `order` (size,), which
+    gets the pivot row of each elimination step.
     """
     product = 1.0
     for i in range(size):

@@ -4,9 +4,10 @@
 Compute covariances of the tool's pose and twist by linear error propagation.
 
 An error of a joint position or of a number of the DH table moves the tool along a screw. The screw
-is fixed in one frame of the arm. One pass over the chain gives the poses of the frames, and so the
-derivatives by the errors. The derivative of the tool pose is the screw itself. The derivative of
-the twist follows from the twists of the parts of the arm before and after the screw.
+is fixed in one frame of the arm. One pass over the chain computes the poses of the frames. These
+poses give the derivatives of pose and twist by the errors. The derivative of the tool pose by an
+error is the screw of the error. The derivative of the twist follows from the twists of the parts
+of the arm before and after the screw.
 """
 
 from typing import NamedTuple
@@ -17,14 +18,14 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Integers, Numbers
 from .chain import Chain
 
-# Number of numbers in the covariances of pose and twist: two 6 x 6 matrices.
+# Count of numbers in the covariances of pose and twist together: two 6 x 6 matrices.
 COVARIANCES = 72
 
 
 class PoseErrorTable(NamedTuple):
     """
-    The arrays that describe the errors of an arm: screws, and the motion along each screw that
-    each cause of error produces.
+    The arrays that describe the errors of an arm. Errors move the tool along screws, and each
+    cause of error produces a motion along some of the screws.
 
     Attributes
     ----------
@@ -33,8 +34,8 @@ class PoseErrorTable(NamedTuple):
     screw : shape (screws, 6)
         Linear velocity of the origin of the frame, and angular velocity, in the axes of the frame.
     gear : shape (screws,)
-        Index of a joint, or -1. If the error is one of the scale of this joint, the motion along
-        the screw is proportional to the joint position. For other errors the number is -1.
+        The index of a joint if the error is a relative error of this joint's scale. The motion
+        along the screw is then proportional to the joint position. -1 for other errors.
     spread : shape (screws, causes)
         The motion along each screw that one standard deviation of each independent cause produces.
     rates : shape (n,)
@@ -71,8 +72,9 @@ def _goes_together(chain: Chain, table: PoseErrorTable) -> bool:
 
 
 def _reaches(spread: Floats) -> Integers:
-    # Returns for each screw the index of the first cause that moves the tool along it, and the
-    # index of the last such cause plus 1. Returns zeros for a screw without a cause.
+    # Returns two numbers for each screw, shape (screws, 2). They are the index of the first cause
+    # that moves the tool along the screw, and the index of the last such cause plus 1. Both are
+    # zero if no cause moves the tool along the screw.
     ranges = np.zeros((len(spread), 2), dtype=np.int64)
     for bounds, row in zip(ranges, spread):
         moving = np.flatnonzero(row)
@@ -137,9 +139,10 @@ def _write_column(errors: PoseErrors, s: int, row: Flat, column: Numbers) -> Non
 
 
 def _write_rate(column: Numbers, before: Numbers, twist: Flat, rate: Numbers) -> None:
-    # Writes to `rate` the change of the twist by a motion along a screw. The motion rotates the
-    # twist of the part of the arm after the screw, w x v. The motion also moves the tool's origin,
-    # which changes the linear velocity that the part before the screw gives the tool.
+    # Writes to `rate` the change of the twist by a unit motion along a screw. The motion rotates
+    # the twist of the part of the arm after the screw. The motion also moves the tool's origin.
+    # This changes the linear velocity that the tool gets from the part of the arm before the
+    # screw.
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
         vj, vk = twist[j] - before[j], twist[k] - before[k]
@@ -179,8 +182,8 @@ def _carry_on(chain: Chain, element: int, row: Flat, qdot: Flat, before: Numbers
 
 def _add_causes(errors: PoseErrors, s: int, column: Numbers, moved: Flat) -> None:
     # Adds to `moved` (causes, 6) the motion of the tool that each cause produces along screw s.
-    # The body of the loop has six lines instead of an inner loop, because the compiler then
-    # computes two numbers at once.
+    # The loop has six lines instead of an inner loop, because the compiler then computes two
+    # numbers at once.
     spread = arrays.after(errors.spread, s * errors.causes)
     vx, vy, vz = column[0], column[1], column[2]
     wx, wy, wz = column[3], column[4], column[5]
@@ -231,10 +234,11 @@ def write_covariances(
     work: Flat,
 ) -> None:
     """
-    Write the covariances (6, 6) of pose and twist for one row of results: that of the pose if
-    `of_pose`, that of the twist if `of_twist`.
+    Write the covariances (6, 6) of pose and twist for one row of results.
 
-    Both are in base axes; if `in_tool_axes`, the covariance of the twist is in tool axes.
+    The covariance of the pose is written if `of_pose` is set, that of the twist if `of_twist` is
+    set. Both are in base axes. If `in_tool_axes` is set, the covariance of the twist is in tool
+    axes.
 
     Parameters
     ----------
@@ -292,7 +296,7 @@ def covariances(
     """
     Fill `results` (N, 2, 6, 6) with the covariances of pose and twist at N joint positions.
 
-    Both are in base axes; if `in_tool_axes`, the covariance of the twist is in tool axes.
+    Both are in base axes. If `in_tool_axes` is set, the covariance of the twist is in tool axes.
 
     Parameters
     ----------

@@ -32,7 +32,7 @@ def plus(a: Vector, factor: float, b: Vector) -> Vector:
 
 
 def three(numbers: Numbers, at: int) -> Vector:
-    """Return three numbers of `numbers`, beginning at index `at`, as a vector."""
+    """Return the three numbers of the array `numbers` from index `at` on, as a vector."""
     return (numbers[at], numbers[at + 1], numbers[at + 2])
 
 
@@ -47,7 +47,7 @@ def axis_of(screws: Numbers, k: int) -> Vector:
 
 
 def point_of(screws: Numbers, k: int) -> Vector:
-    """Return the point that is stored for the axis of screw k."""
+    """Return the stored point on the axis of screw k."""
     return three(screws, 7 * k + 3)
 
 
@@ -79,7 +79,7 @@ def moved(screws: Numbers, k: int, value: float, point: Vector) -> Vector:
 
 def angle(axis: Vector, a: Vector, b: Vector, otherwise: float) -> float:
     """
-    Return the angle about `axis` that rotates a towards b, rad.
+    Return the angle about `axis`, rad, by which a must rotate to point towards b.
 
     If a is parallel to the axis, every angle is a solution, and the function returns `otherwise`.
     """
