@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Define the memory of the last position and velocity of each joint, and the joint state of one
-message.
+Define two classes: the memory of the last position and velocity of each joint, and the joint state
+of one message.
 """
 
 from typing import Any, NamedTuple
@@ -22,20 +22,21 @@ class JointColumns(NamedTuple):
     position, before, velocity : rad or m, rad/s or m/s
         Present position, previous position, and velocity; NaN if unknown.
     differenced, known, stamped, wraps
-        1 or 0. differenced: the velocity is a difference of positions. known: a message has
-        reported the joint. stamped: the last message of the joint had a stamp. wraps: the joint
-        turns without limits.
+        1 (true) or 0. differenced: the velocity was computed from a difference of positions.
+        known: a message has reported the joint. stamped: the last message of the joint had a
+        stamp. wraps: the joint turns without limits.
     stamp, arrival : ns
         Times of the last message. stamp: the stamp of the message, or the time of receipt if it
         had no stamp. arrival: the time of receipt on the steady clock.
     jump_count
-        Number of jumps of each joint.
+        Number of jumps of each joint's reported position.
     jumps : shape (n, JUMPS_KEPT), ns
         Times of the last jumps on the steady clock, in a ring buffer.
     last_quaternion : shape (4,)
         The quaternion of the last tool state.
     closed : shape (width of the closure,)
-        The numbers about the closed loops (a section, see `Closure`) of the last tool state.
+        The numbers that describe the closed loops in the last tool state (a section, see
+        `Closure`).
     """
 
     position: Floats
@@ -82,8 +83,8 @@ class JointMemory:
     velocity_source
         AUTO, FROM_MESSAGE or FROM_DIFFERENCE.
     is_new_tool
-        Whether no quaternion has been computed yet. If this is true, the next quaternion may have
-        either sign.
+        Whether no quaternion has been computed yet. If true, the next quaternion may have either
+        sign.
     is_closed
         Whether the loops closed at the last joint positions.
     """
@@ -114,7 +115,7 @@ class JointMemory:
 
 class OurJoints:
     """
-    The indices at which messages with given joint names report the joints of an arm.
+    The indices of an arm's joints in messages that have a given list of joint names.
 
     Parameters
     ----------
@@ -130,8 +131,8 @@ class OurJoints:
     joint, place
         The arrays `joints` and `places_of`, flat, for the kernel.
     joints_needed, places_needed
-        Smallest number of joints of an arm, and of positions in a message, for which all indices
-        are valid.
+        Smallest number of joints of an arm for which all indices in `joints` are valid, and
+        smallest number of positions in a message for which all indices in `places_of` are valid.
     """
 
     def __init__(self, joints: Integers, places_of: Integers) -> None:
@@ -177,8 +178,8 @@ class ReportedJoints:
 
 def clear(memory: JointMemory) -> None:
     """
-    Forget the positions of all joints. Only the kernel calls this function; Python code calls
-    `forget`.
+    Delete the stored positions of all joints. Only the kernel calls this function; Python code
+    calls `forget`.
     """
     memory.is_closed = False
     for j in range(memory.joints):
@@ -192,5 +193,5 @@ def clear(memory: JointMemory) -> None:
 
 
 def forget(memory: JointMemory) -> None:
-    """Forget the positions, velocities and jumps of all joints."""
+    """Delete the stored positions, velocities and jumps of all joints."""
     clear(memory)

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute the singularity measures, factors, level and nearest singular pose of rows that `evaluate`
-has filled.
+Compute the singularity measures of poses from the results of `evaluate`. The measures include the
+singular factors, the level (OK, WARN or ERROR) and the nearest singular pose.
 """
 
 import math
@@ -17,11 +17,11 @@ from .singular_search.nearest_search import NearestSearch
 
 def _judge_loops(arm: Arm, row: Flat, measures: Flat, work: Flat) -> None:
     # Writes the distances to the zeros of the loop determinants, after the distances of the
-    # factors of the robot file. A branch of solutions of a loop ends if its determinant is zero.
-    # Near the end of a branch, the determinant is proportional to the square root of the distance,
-    # so half of the first-order distance is used. J grows toward the end of a branch, so the
-    # gradient of the manipulability would lead to this end. Therefore, if the end of a branch is
-    # nearest, the way out is computed from the determinant of the loops.
+    # factors of the robot file. At a zero of the determinant, a branch of solutions of the loop
+    # equations ends. Near the end of a branch, the determinant is proportional to the square root
+    # of the distance, so half of the first-order distance is used. J grows toward the end of a
+    # branch, so the gradient of the manipulability leads to this end. Therefore, if the end of a
+    # branch is nearest, the way out is computed from the loop determinant.
     n, count = arm.chain.dof, _factors(arm)
     distances = arrays.after(measures, _judged_at(arm) + places.JUDGED)
     nearest, first = measures[places.DISTANCE], -1
@@ -42,8 +42,8 @@ def _judge_loops(arm: Arm, row: Flat, measures: Flat, work: Flat) -> None:
 
 
 def _write_way_out(arm: Arm, determinant: Flat, measures: Flat) -> None:
-    # Writes to the way out the joint motion that leads away from the zero of a determinant. The
-    # array `determinant` has the value and the gradient.
+    # Writes to the measure `way_out` the joint motion that leads away from the zero of a
+    # determinant. The array `determinant` has the value of the determinant and its gradient.
     n, squares = arm.chain.dof, 0.0
     way_out = arrays.after(measures, places.LOST_AT + 6 + n)
     sign = 1.0 if determinant[0] > 0.0 else -1.0
@@ -56,8 +56,8 @@ def _write_way_out(arm: Arm, determinant: Flat, measures: Flat) -> None:
 
 
 def _judge(arm: Arm, measures: Flat) -> None:
-    # Writes the watched measure, its level (0 for OK, 1 for WARN, 2 for ERROR) and the index of
-    # the nearest factor.
+    # Writes the watched measure, its level (0 for OK, 1 for WARN, 2 for ERROR), and the index of
+    # the singular factor whose zero is nearest.
     judged = arrays.after(measures, _judged_at(arm))
     distances = arrays.after(judged, places.JUDGED)
     nearest = 0
@@ -82,9 +82,10 @@ def _judge(arm: Arm, measures: Flat) -> None:
 
 
 def _first_order(arm: Arm, measures: Flat) -> float:
-    # Returns the first-order distance to a singular pose, rad. Between two singular surfaces the
-    # distance computed from the manipulability is wrong, but the distances of the factors are
-    # right. If the product of the factors is the determinant, only the factors are used.
+    # Returns the first-order distance to a singular pose, rad. Between two surfaces of singular
+    # poses, the distance computed from the manipulability is wrong, but the distances to the zeros
+    # of the singular factors are right. If the product of the factors is the determinant of J_t,
+    # only the factors are used.
     estimate = measures[places.DISTANCE]
     distances = arrays.after(measures, _judged_at(arm) + places.JUDGED)
     nearest = places.PI
@@ -96,8 +97,8 @@ def _first_order(arm: Arm, measures: Flat) -> float:
 
 
 def _judge_first_order(arm: Arm, measures: Flat) -> None:
-    # Writes the first-order distance as the distance to a singular pose, and NaN as the nearest
-    # singular pose.
+    # Writes the measures before a search: the first-order distance as the distance to a singular
+    # pose, and NaN as the nearest singular pose.
     judged = arrays.after(measures, _judged_at(arm))
     pose = arrays.after(measures, width(arm) - arm.chain.dof)
     estimate = _first_order(arm, measures)
@@ -125,8 +126,8 @@ def _write_search_result(
 def _write_loop_results(
     arm: Arm, row: Flat, measures: Flat, work: Flat, search: NearestSearch
 ) -> None:
-    # Writes the distances that the search found to joint positions with singular loop equations.
-    # Then writes the way out of the nearest singular pose.
+    # The search has found distances to joint positions at which the loop equations are singular.
+    # Writes these distances, and then the way out of the nearest singular pose.
     n, first = arm.chain.dof, -1
     judged = arrays.after(measures, _judged_at(arm))
     distances = arrays.after(judged, places.JUDGED + arm.tape.factors)
@@ -206,7 +207,7 @@ def _judge_rows(
 
 
 def _is_regular(arm: Arm) -> bool:
-    # Returns whether LANES poses of this arm can be measured at once.
+    # Returns whether `measure_rows` can measure LANES poses of this arm at once.
     return arm.task.generic_rank == min(arm.chain.dof, arm.task.count) and arm.chain.loops == 0
 
 
@@ -221,8 +222,8 @@ def _factors(arm: Arm) -> int:
 
 
 def _directions(arm: Arm) -> int:
-    # Returns how many numbers of `work` are taken by the singular vectors, which `measure_row`
-    # writes.
+    # Returns how many numbers the singular vectors take at the beginning of `work`. `measure_row`
+    # writes these vectors.
     n, m = arm.chain.dof, arm.task.count
     return min(m, n) * (m + n)
 
@@ -258,11 +259,11 @@ def _check_rows(arm: Arm, rows: Floats, measures: Floats) -> None:
 
 def measure(arm: Arm, rows: Floats, q: Floats, measures: Floats) -> None:
     """
-    Fill `measures` with the singularity measures of N rows that `evaluate` filled with depth
-    JACOBIAN or more.
+    Fill `measures` with the singularity measures of N poses. `evaluate` has filled the rows of the
+    poses with depth JACOBIAN or more.
 
-    The distance to a singular pose is of first order; `find_nearest` replaces it by the result of
-    a search.
+    The distance to a singular pose is a first-order estimate; `find_nearest` replaces it by the
+    result of a search.
 
     Parameters
     ----------

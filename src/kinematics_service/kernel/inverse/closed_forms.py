@@ -10,13 +10,13 @@ parallel axes, in closed form.
 - Axes 2, 3 and 4 are parallel: the height of the wrist point along these axes gives joint 1, and
 the direction of axis 2 in the tool frame gives joints 5 and 6. Joints 2 to 4 are a planar arm.
 
-Each step of a closed form is a subproblem. Subproblem 1 finds the angle that rotates a vector onto
-another (Paden and Kahan; Murray, Li and Sastry, A Mathematical Introduction to Robotic
-Manipulation, section 3.2). Subproblem 4 finds the angles that rotate a vector to a given height
-(Elias and Wen, IK-Geo, arXiv:2211.05737).
+Each step of a closed form solves one of two subproblems. Subproblem 1 finds the angle that rotates
+one vector onto another (Paden and Kahan; Murray, Li and Sastry, A Mathematical Introduction to
+Robotic Manipulation, section 3.2). Subproblem 4 finds the angles that rotate a vector to a given
+height (Elias and Wen, IK-Geo, arXiv:2211.05737).
 
-The functions propagate errors from joint to joint: `turn` is the error of directions, rad, and
-`way` is the error of points, m.
+The functions propagate errors from joint to joint. The argument `turn` is the error of directions,
+rad. The argument `way` is the error of points, m.
 """
 
 import math
@@ -29,8 +29,8 @@ from . import roots, three_joints
 
 
 def _back(screws: Numbers, values: Numbers, begin: int, v: Vector) -> Vector:
-    # Returns the direction that joints 1 to 3, at the positions values[begin] to values[begin +
-    # 2], rotate to v.
+    # Applies the inverse rotation of joints 1 to 3 to the direction v, and returns the result. The
+    # positions of joints 1 to 3 are values[begin] to values[begin + 2].
     for k in range(3):
         if not vectors.slides(screws, k):
             v = vectors.turned(vectors.axis_of(screws, k), -values[begin + k], v)
@@ -40,8 +40,8 @@ def _back(screws: Numbers, values: Numbers, begin: int, v: Vector) -> Vector:
 def _circle_roots_or(
     A: float, B: float, C: float, error: float, free: float, angles: Numbers
 ) -> int:
-    # Writes the roots x of A cos x + B sin x = C to `angles`, or the angle `free` if all angles
-    # are roots. Returns the number of written angles.
+    # Writes to `angles` the roots x of A cos x + B sin x = C. If all angles are roots, writes the
+    # angle `free`. Returns the number of written angles.
     count = roots.circle_roots(A, B, C, error, angles)
     if count >= 0:
         return count
@@ -59,8 +59,9 @@ def _angles_to_height(
     free: float,
     angles: Numbers,
 ) -> int:
-    # Subproblem 4: writes the angles that rotate v about `axis` until w . v equals `height`. If
-    # `sign` is -1, the angles are those of the opposite rotation. Returns their number.
+    # Solves subproblem 4: writes to `angles` the angles by which v must rotate about `axis`, so
+    # that w . v becomes `height`. If `sign` is -1, writes the angles of the opposite rotation.
+    # Returns the number of angles.
     constant = vectors.dot(w, axis) * vectors.dot(axis, v)
     A, B = vectors.dot(w, v) - constant, sign * vectors.dot(w, vectors.cross(axis, v))
     return _circle_roots_or(A, B, height - constant, error, free, angles)
@@ -69,9 +70,9 @@ def _angles_to_height(
 def _wrist(
     screws: Numbers, T: Numbers, arms: Numbers, i: int, turn: float, free: Numbers, angles: Numbers
 ) -> int:
-    # Solves joints 4 to 6 for the rest of the rotation, if joints 1 to 3 have the positions of
-    # candidate i in `arms`. Writes to `angles` up to two solutions of three angles, and to
-    # angles[6] the error of the angles. Returns the number of solutions.
+    # Solves joints 4 to 6. Joints 1 to 3 have the positions of candidate i in `arms`, and joints 4
+    # to 6 must make the rest of the rotation. Writes to `angles` up to two solutions of three
+    # angles, and to angles[6] the error of the angles. Returns the number of solutions.
     a, b = vectors.axis_of(screws, 3), vectors.axis_of(screws, 4)
     c = vectors.axis_of(screws, 5)
     goal = _back(screws, arms, 3 * i, vectors.times_vector(T, c))
@@ -92,8 +93,8 @@ def _wrist(
 
 class ClosedForm:
     """
-    The joint screws of an arm whose inverse kinematics has a closed form. The screw positions are
-    psi = to_screws q.
+    The joint screws of an arm whose inverse kinematics has a closed form. The positions psi of the
+    screws follow from the joint positions q by psi = to_screws q.
 
     Parameters
     ----------
@@ -111,8 +112,8 @@ class ClosedForm:
     to_joints, to_screws : shape (n, n)
         Matrices from positions of the screws to joint positions, and back.
     error
-        Largest difference between the axes of the arm and the screws, including round-off. The
-        unit is rad for directions, and the size of the arm for points.
+        Bound of the difference between the axes of the arm and the screws, including round-off.
+        For directions the difference is in rad. For points it is divided by the size of the arm.
     """
 
     def __init__(
@@ -154,8 +155,8 @@ class ClosedForm:
 
     def write_motion(self, pose: Flat, T: Numbers) -> None:
         """
-        Write to T (3, 4) the motion of the tool from its rest pose to `pose`, or the inverse of
-        this motion if the screws are ordered from tool to base.
+        Write to T (3, 4) the motion of the tool from its rest pose to `pose`. If the screws are
+        ordered from tool to base, write the inverse of this motion.
         """
         M = [0.0] * 12
         if self.way == places.POSITION_3:
@@ -174,8 +175,8 @@ class ClosedForm:
         self, T: Numbers, rotation_error: float, free: Numbers, psi: Flat, accuracy: Numbers
     ) -> int:
         """
-        Write to `psi` screw positions that may reach the motion T; return the number of
-        candidates.
+        Write to `psi` the candidates: screw positions that may produce the motion T. Return the
+        number of candidates.
 
         `free`, `psi` and `accuracy` are as in `inverse_candidates`. `rotation_error` is the error
         of the rotation of T, rad.
@@ -228,14 +229,14 @@ class ClosedForm:
         to_wrist = vectors.plus(vectors.point_of(screws, 3), -1.0, point)
         lever = math.sqrt(vectors.dot(to_goal, to_goal))
         lever += math.sqrt(vectors.dot(to_wrist, to_wrist))
-        # Solve joint 1: joints 2 to 4 do not change the height of `point` along axis 2. So joint 1
-        # must move the goal back to the height that `point` has at rest.
+        # Solve joint 1. Joints 2 to 6 do not change the height of `point` along axis 2. So the
+        # inverse motion of joint 1 must move the goal to the height that `point` has at rest.
         height = vectors.dot(z, vectors.plus(point, -1.0, o1))
         first_count = _angles_to_height(z1, to_goal, -1.0, z, height, 4.0 * way, free[0], firsts)
         accuracy[0] = firsts[2]
         for i in range(first_count):
-            # Solve joints 6 and 5: they must rotate axis 2 in the tool frame, R^T (z rotated by
-            # joint 1), onto z.
+            # Solve joints 6 and 5. R^T (z rotated by joint 1) is the direction of axis 2 in the
+            # tool frame. Joints 6 and 5 must rotate this direction onto z.
             z_turned = vectors.turned(z1, firsts[i], z)
             z_in_tool = (
                 T[0] * z_turned[0] + T[4] * z_turned[1] + T[8] * z_turned[2],
@@ -316,7 +317,8 @@ def inverse_candidates(
     form: ClosedForm, T: Floats, free: Floats, psi: Floats, accuracy: Floats
 ) -> int:
     """
-    Fill `psi` with screw positions that may reach a target; return the number of these candidates.
+    Fill `psi` with candidates: screw positions that may reach a target. Return the number of
+    candidates.
 
     Candidates are approximate. `refine` moves each candidate to a solution and returns the
     remaining error.
@@ -332,8 +334,8 @@ def inverse_candidates(
     psi : shape (MOST_CANDIDATES, n), rad or m
         The candidates.
     accuracy : shape (1,)
-        Bound of the distance of candidates from solutions, rad; infinite if a solution may be
-        missing.
+        Bound of the distance from a candidate to the solution that it approximates, rad. The bound
+        is infinite if a solution may be missing.
     """
     return form.candidates(
         arrays.numbers(T, 16),

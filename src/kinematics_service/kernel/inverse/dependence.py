@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute the null space of the Jacobian J in the rows of a target, and a measure of the linear
-dependence of the columns of J.
+Compute the null space of the rows of the Jacobian J that a target uses, and a measure of how
+nearly J has lost rank.
 
 The null space comes from a singular value decomposition (one-sided Jacobi). The measure is the
 ratio of the last to the first pivot of a decomposition with complete pivoting, which takes much
@@ -19,8 +19,8 @@ def free_motions(
     residual: Residual, scales: Floats, q: Floats, sigma: Floats, motions: Floats
 ) -> None:
     """
-    Fill `sigma` and `motions` with the singular values and right singular vectors of J in the rows
-    of a target.
+    Fill `sigma` and `motions` with the singular values and right singular vectors of the Jacobian
+    J, restricted to the rows that a target uses.
 
     Parameters
     ----------

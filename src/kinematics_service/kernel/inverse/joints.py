@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Add full turns to joint positions, so that the positions are inside the limits if possible, and
-nearest to given positions.
+Add full turns to joint positions. If possible, the resulting positions are inside the limits, and
+among these nearest to given positions.
 """
 
 import math
@@ -13,7 +13,8 @@ from ..layout.arrays import Flat, Floats
 
 class Joints:
     """
-    Periods, limits and weights of the joints of an arm, with functions that use them.
+    The periods, limits and weights of the joints of an arm, with functions of joint positions that
+    use these numbers.
 
     Parameters
     ----------
@@ -32,7 +33,10 @@ class Joints:
         self.limits = arrays.numbers(limits, 2 * self.n)
 
     def without_turns(self, j: int, motion: float) -> float:
-        """Return `motion` of joint j minus full turns, so that it is at most half a period."""
+        """
+        Return a motion of joint j minus full turns. The size of the result is at most half a
+        period.
+        """
         period = self.periods[j]
         if not math.isfinite(period):
             return motion
@@ -40,8 +44,8 @@ class Joints:
 
     def represent(self, near: Flat, q: Flat) -> None:
         """
-        Add full turns to q (n,), in place, so that q is inside the limits if possible and nearest
-        to `near`.
+        Add full turns to the joint positions q (n,), in place. If possible, q is then inside the
+        limits; among such positions q is nearest to `near`.
         """
         for j in range(self.n):
             period = self.periods[j]
@@ -97,7 +101,8 @@ class Joints:
 
 def representatives(joints: Joints, near: Floats, q: Floats) -> None:
     """
-    Add full turns to each row of q, in place, so that the row is inside the limits if possible.
+    Add full turns to each row of joint positions q, in place. If possible, each position is then
+    inside its limits.
 
     If several positions of a joint are inside the limits, take the one nearest to `near`.
 
@@ -107,7 +112,7 @@ def representatives(joints: Joints, near: Floats, q: Floats) -> None:
         The joints of the arm.
     near : shape (n,), rad or m
         Given joint positions. If two positions of a joint are equally near, the function takes the
-        larger one.
+        larger position.
     q : shape (N, n), rad or m
         Joint positions, overwritten.
     """

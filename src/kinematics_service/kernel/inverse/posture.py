@@ -4,9 +4,10 @@
 Compute the posture of an arm whose inverse kinematics has a closed form: shoulder right or left,
 elbow up or down, wrist flipped or not.
 
-The posture is three signs, each the sign of a triple product. A sign is 0 if two solutions meet.
-The sign of the shoulder is 0 if the end of joint 3 is in the plane of axes 1 and 2. The sign of
-the elbow is 0 if the elbow is stretched. The sign of the wrist is 0 if axes 4 and 6 are parallel.
+The posture is three signs, one for shoulder, elbow and wrist. Each is the sign of a triple
+product. If a sign is 0, two solutions of inverse kinematics coincide. The sign of the shoulder is
+0 if the end of joint 3 is in the plane of axes 1 and 2. The sign of the elbow is 0 if the elbow is
+stretched. The sign of the wrist is 0 if axes 4 and 6 are parallel.
 """
 
 import math
@@ -17,13 +18,13 @@ from ..layout.arrays import Flat, FlatIntegers, Floats, Integers, Vector
 from .closed_forms import ClosedForm
 
 # A triple product is taken as 0 if its ratio to the product of the lengths of its factors is at
-# most this. The ratio is 1e-9, because poses have nine digits.
+# most this number. The number is 1e-9, because poses are written with nine digits.
 ZERO_RATIO = 1e-9
-# An arm has a shoulder if the squared sine of the angle between axes 1 and 2 exceeds this. The
-# angle must exceed 3e-5 rad.
+# An arm has a shoulder if the squared sine of the angle between axes 1 and 2 exceeds this number:
+# the angle must exceed 3e-5 rad.
 MIN_SHOULDER_SINE_SQUARED = 1e-9
-# An arm has an elbow if axes 2 and 3 are parallel. They are taken as parallel if the squared sine
-# of their angle is below this. The angle is then below 1e-6 rad.
+# An arm has an elbow if axes 2 and 3 are parallel. The axes are taken as parallel if the squared
+# sine of their angle is below this number: the angle must be below 1e-6 rad.
 MAX_ELBOW_SINE_SQUARED = 1e-12
 
 
@@ -108,7 +109,8 @@ def postures(form: ClosedForm, q: Floats, signs: Integers) -> None:
     """
     Fill `signs` (N, 3) with the signs of shoulder, elbow and wrist at N joint positions.
 
-    1 means shoulder right, elbow up, or wrist not flipped; -1 means the opposite; 0 means neither.
+    The sign 1 means shoulder right, elbow up, or wrist not flipped; -1 means the opposite. 0 means
+    neither.
 
     Parameters
     ----------

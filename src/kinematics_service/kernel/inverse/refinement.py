@@ -17,27 +17,28 @@ from ..layout.arrays import Flat, Floats
 from ..measures import symmetric
 from .residuals import Residual
 
-# The iteration has converged if the error divided by `residual.size()` is at most this. The
-# tolerance is five times the machine epsilon, 2.2e-16.
+# The iteration has converged if the error, divided by the length `residual.size()`, is at most
+# this number. It is five times the machine epsilon, 2.2e-16.
 ERROR_TOLERANCE = 1e-15
-# If the error divided by `residual.size()` is below this, a refused step ends the iteration,
-# because the error is round-off.
+# A step is refused if it increases the error. If the error, divided by the length
+# `residual.size()`, is below this number, the error is round-off. A refused step then ends the
+# iteration.
 REFUSED_STEP_TOLERANCE = 1e-12
 # A step is slow if it decreases the squared error by less than this fraction, 0.1 %.
 MIN_DECREASE = 1e-3
-# A refused step is taken as slow if no joint moves by more than this, rad or m. The bound is 500
-# units of round-off.
+# A refused step counts as a slow step if no joint moves by more than this, rad or m. The bound is
+# 500 times the round-off of a position.
 MIN_MOTION = 1e-13
 # The iteration ends after this number of slow steps in sequence, because q is then at a local
 # minimum.
 MAX_SLOW_STEPS = 12
 # Largest damping. A larger damping gives steps shorter than round-off.
 MAX_DAMPING = 1e8
-# Least damping after a failed Cholesky factorization: five units of round-off.
+# Least damping after a failed Cholesky factorization: five times the machine epsilon.
 MIN_FACTOR_DAMPING = 1e-15
 # Least damping after a refused step. From this value, factors of 8 reach MAX_DAMPING in 22 steps.
 MIN_STEP_DAMPING = 1e-12
-# Damping that is always added, so that J^T J + damping is never exactly singular.
+# Damping that is added in each step, so that J^T J + damping is never exactly singular.
 MIN_DAMPING = 1e-18
 
 
@@ -76,8 +77,8 @@ class Refinement:
 
     def refine_one(self, q: Flat) -> float:
         """
-        Move joint positions q (n,), in place, to a minimum of the weighted error; return the
-        remaining error, m.
+        Move joint positions q (n,), in place, to a local minimum of the weighted error between
+        tool and target. Return the remaining error, m.
         """
         square = self.residual.square(q, places.JACOBIAN)
         if square == places.INFINITY:
@@ -113,8 +114,8 @@ class Refinement:
             else:
                 if square <= negligible or damping > MAX_DAMPING:
                     break
-                # The residual now belongs to the refused step, but g and A still belong to q: do
-                # not call `_linearise` again.
+                # Keep g and A, which belong to q. Do not call `_linearise` again, because the
+                # residual now belongs to the refused step.
                 damping = max(8.0 * damping, MIN_STEP_DAMPING)
                 slow_steps += 1 if moved < MIN_MOTION else 0
         return math.sqrt(square)

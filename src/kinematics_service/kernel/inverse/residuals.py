@@ -18,11 +18,11 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Numbers, Vector
 from ..loops import closed_pass
 
-# Weighted errors are compared with a length: the weight of the angular rows, but at least this
-# ratio times the reach of the arm. If angular rows have no weight, this least length is used.
+# Weighted errors are compared with a length. The length is the weight of the angular rows, but at
+# least this ratio times the reach of the arm.
 MIN_LENGTH_RATIO = 1e-3
-# If the sine of a rotation angle is below this, the angle is taken as 0 or pi, because the axis
-# cannot be computed. An angle taken as pi has an error of up to sqrt(1e-16).
+# If the sine of a rotation angle is below this, the axis of the rotation cannot be computed. The
+# angle is then taken as 0 or pi. If it is taken as pi, its error is up to sqrt(1e-16).
 MIN_SINE = 1e-9
 
 

@@ -4,11 +4,11 @@
 Find the roots of A cos x + B sin x = C, of quadratic and of quartic equations, with bounds of the
 errors of the roots.
 
-The coefficients have errors. If the discriminant is larger than its error, the returned bound of
-the root errors is finite. Otherwise the bound is infinite, because the equation with exact
-coefficients may have another number of roots. Quartics are solved by the iteration of Aberth and
-Ehrlich (polynomials.py). The error bound of a root of a quartic is the radius of a disc of Smith
-(J. ACM 17 (1970) 661).
+The coefficients have errors, and the functions return a bound of the errors of the roots. The
+bound is finite if the discriminant is larger than its error. Otherwise the bound is infinite,
+because the equation with exact coefficients may have another number of roots. Quartics are solved
+by the iteration of Aberth and Ehrlich (polynomials.py). The error bound of a root of a quartic is
+the radius of a disc of Smith (J. ACM 17 (1970) 661).
 """
 
 import math
@@ -18,23 +18,23 @@ from ..layout import places
 from ..layout.arrays import Numbers, Vector
 from ..six_joints import complex_numbers, pairs, polynomials
 
-# Targets are given to six digits. So if a cosine exceeds 1 by at most this, the target is taken as
-# on the border of the workspace. If a square is negative by at most this, relative to its terms,
-# the target is taken as on the border. Forward kinematics later rejects solutions of targets
-# beyond the border.
+# If a target is beyond the border of the workspace, a cosine exceeds 1 or a square is negative. If
+# the excess is at most this number (for squares relative to their terms), the target is taken as
+# on the border, because targets are given to six digits. Forward kinematics later rejects
+# solutions of targets beyond the border.
 BORDER_TOLERANCE = 1e-6
-# Smaller squared sines, and smaller squares relative to their terms, are round-off and are
-# replaced by this number. So two equal roots are returned 2e-8 apart, and give distinct positions
-# of other joints.
+# If a squared sine, or a square divided by its terms, is below this number, it is round-off and is
+# replaced by this number. So two equal roots are returned as two angles 2e-8 apart. The two angles
+# give distinct positions of the other joints.
 MIN_SQUARE = 1e-16
-# A number may be 0 in exact arithmetic if it is at most this factor times its error. Errors are
-# added up to first order only, so the factor covers the terms of higher order.
+# If a number is at most this factor times its error, its exact value may be 0. The factor is above
+# 1, because errors are added up to first order only.
 ERROR_MARGIN = 8.0
 # Factor that enlarges the error disc of a root before the test whether it meets another disc.
 # Without this factor, round-off could separate two roots that share a disc.
 DISC_MARGIN = 5.0
-# If sqrt(A^2 + B^2) is at most this times |C|, the angle x in A cos x + B sin x = C is undefined.
-# The ratio is 45 machine epsilons.
+# If sqrt(A^2 + B^2) is at most this number times |C|, the angle x in A cos x + B sin x = C is
+# undefined. The number is 45 machine epsilons.
 MIN_RADIUS_RATIO = 1e-14
 
 

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Search one solution of inverse kinematics inside the limits: Levenberg-Marquardt from several
-starts, until a start converges.
+Search one solution of inverse kinematics inside the limits. Levenberg-Marquardt runs from several
+starts, one after the other, until a run converges.
 """
 
 from ..layout import arrays
@@ -14,8 +14,8 @@ from .solutions import Solutions
 
 def first_solution(refinement: Refinement, starts: Floats, solution: Solutions) -> None:
     """
-    Refine start positions one by one until a start converges to a solution inside the limits, and
-    store this solution.
+    Run Levenberg-Marquardt from start positions, one by one, until a run converges to a solution
+    inside the limits. Store this solution.
 
     The first start is `solution.near`; the rows of `starts` follow. If no start converges,
     `solution.count` stays 0.
@@ -23,7 +23,7 @@ def first_solution(refinement: Refinement, starts: Floats, solution: Solutions) 
     Parameters
     ----------
     refinement
-        The refinement for the target. Joints that it holds stay at `solution.near`.
+        The refinement for the target. Joints that the refinement holds stay at `solution.near`.
     starts : shape (N, n), rad or m
         Joint positions at which the iteration starts.
     solution

@@ -18,10 +18,11 @@ from ..layout.arrays import Flat, Floats
 from ..measures import singular_values
 from ..measures.task_rows import TaskRows
 
-# A velocity may exceed its bound by this, rad/s (scaled), because such an excess is round-off.
+# A joint velocity may exceed its bound by this, rad/s (scaled), because such an excess is
+# round-off.
 REST_VELOCITY = 1e-12
-# Largest entry of a twist that is used, m/s or rad/s. A faster twist is scaled down to this. The
-# joint velocities do not change, because the velocity limits reduce them to equal values.
+# Largest entry of a twist, m/s or rad/s. A faster twist is scaled down to this value. The scaling
+# does not change the joint velocities, because the velocity limits reduce them anyway.
 MAX_TWIST = 1e9
 
 
@@ -38,8 +39,8 @@ class Servo:
     length
         Characteristic length, m.
     horizon
-        Time, s. The velocity of a joint towards a limit is at most its distance from the limit
-        divided by this time.
+        A time, s. The velocity of a joint towards a position limit is at most the distance from
+        the limit divided by this time.
     limits : shape (n, 2), rad or m
         Limits of positions; infinite for a joint without limits.
     fastest : shape (n,), rad/s or m/s
@@ -94,8 +95,8 @@ class ServoOutput:
     least_singular_value
         Least singular value of J, divided by the length of the servo.
     followed
-        Component of the tool's twist along the wanted twist, divided by the wanted twist. Computed
-        before the joint limits are applied.
+        Component of the tool's twist along the wanted twist, divided by the size of the wanted
+        twist. It is computed before the joint limits are applied.
     shortened
         Factor, at most 1, by which velocity limits multiplied all velocities.
     slowest
@@ -122,8 +123,8 @@ class ServoOutput:
 
     def write_task(self, row: Flat, twist: Flat, size: float) -> None:
         """
-        Fill J with the task rows of the Jacobian, and v with the task rows of the twist divided by
-        `size`.
+        Fill J with the task rows of the Jacobian. Fill v with the task rows of the twist, divided
+        by `size`.
 
         J is divided by its largest entry, so that no square overflows.
         """
@@ -193,9 +194,9 @@ class ServoOutput:
             self.u[j] *= self.servo.task.column_scale[j] / self.largest
 
     def _write_matrix(self, rows: int, length: int) -> None:
-        # Fills the rows of W with the columns of J that belong to free joints, or with the rows of
-        # J if J has fewer rows. Appends the identity on the right, which the Jacobi rotations of
-        # the rows change into singular vectors.
+        # Fills the rows of W with the columns of J that belong to free joints. If J has fewer rows
+        # than free joints, fills the rows of W with the rows of J. Appends the identity on the
+        # right: the Jacobi rotations turn it into singular vectors.
         n, width = self.servo.n, rows + length
         wide = self.count > self.servo.m
         for i in range(self.servo.m):
@@ -224,8 +225,8 @@ class ServoOutput:
 
     def hold(self, k: int, q: Flat) -> None:
         """
-        Hold joint free[k] at the largest velocity that the position limit of the joint allows, and
-        subtract the motion of this joint from the twist.
+        Set joint free[k] to the largest velocity that its position limit allows, and remove it
+        from the free joints. Subtract the motion of this joint from the twist.
         """
         n, j = self.servo.n, self.free[k]
         upwards = self.rates[j] > 0.0
@@ -277,8 +278,8 @@ def _hold_joints(step: ServoOutput, q: Flat) -> None:
 
 
 def _keep_to_limits(step: ServoOutput, q: Flat) -> None:
-    # Reduces joint velocities that exceed a limit after the other joints have compensated for held
-    # joints.
+    # Reduces all joint velocities by one factor if a velocity exceeds its limit. Velocities may
+    # exceed limits again after other joints have compensated for held joints.
     factor = _within_limits(step, step.rates, 1.0)
     step.shortened *= factor
     for j in range(step.servo.n):

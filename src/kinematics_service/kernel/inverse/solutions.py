@@ -15,14 +15,15 @@ from .residuals import Residual
 
 Record = TypeVar('Record')
 PostureName = TypeVar('PostureName')
-# Two candidates farther apart than this, rad (scaled), are distinct solutions. The error at their
-# midpoint is then not tested.
+# If two candidates are farther apart than this, rad (scaled), they are distinct solutions, without
+# a test of the error at their midpoint.
 MAX_DUPLICATE_DISTANCE = 1e-2
-# Two near candidates are one solution if the error at their midpoint, divided by
-# `residual.size()`, is below this. The tolerance is 500 times the round-off of forward kinematics.
+# Two candidates within MAX_DUPLICATE_DISTANCE are one solution if the error at their midpoint,
+# divided by `residual.size()`, is below this. The tolerance is 500 times the round-off of forward
+# kinematics.
 MIDPOINT_TOLERANCE = 1e-13
-# Two near candidates are also one solution if the error at their midpoint is below this factor
-# times the error of a candidate.
+# Two candidates within MAX_DUPLICATE_DISTANCE are also one solution if the error at their midpoint
+# is below this factor times the error of a candidate.
 MIDPOINT_ERROR_RATIO = 4.0
 
 
@@ -46,10 +47,11 @@ class Solutions:
     count
         Number of solutions.
     regular
-        Whether no solution of the closed form can be missing, and each candidate converged to a
-        different solution.
+        Whether the closed form has missed no solution, and each candidate converged to a different
+        solution.
     sure
-        Whether the candidates also have errors below 0.01 rad, so that no other solution exists.
+        Whether the candidates have errors below 0.01 rad and each converged to a different
+        solution. Then no other solution exists.
     """
 
     def __init__(self, joints: Joints, near: Floats, proved: float, q: Floats) -> None:
@@ -63,7 +65,10 @@ class Solutions:
         (self.postures,) = arrays.whole_rooms(3 * self.most)
 
     def require_fit(self, residual: Residual, joints: int, most: int) -> None:
-        """Raise TypeError unless target and arm have n joints and q has at least `most` rows."""
+        """
+        Raise TypeError unless target and arm have n joints and the array q has at least `most`
+        rows.
+        """
         if residual.n != self.n or joints != self.n or self.most < most:
             raise TypeError('a target, an arm and the room for its solutions do not go together')
 
@@ -234,8 +239,8 @@ def distinct(
     met: Integers,
 ) -> int:
     """
-    Fill `which` with the indices of the rows of q that are distinct solutions; return their
-    number.
+    Fill `which` with the indices of rows of q, one row for each distinct solution. Return the
+    number of distinct solutions.
 
     Two rows are one solution if they are equal up to round-off and full turns. They are also one
     solution if they are within 0.01 rad and their midpoint is a solution. At the border of the
@@ -251,8 +256,8 @@ def distinct(
     q, errors : shape (N, n), (N,)
         Joint positions and their errors.
     which, met : shape (N,)
-        Indices of the kept rows, the row of least error first; and for each kept row, the number
-        of rows that are this solution.
+        `which`: indices of the kept rows, the row of least error first. `met`: for each kept row,
+        the number of rows of q that are this solution.
     """
     n, rows = joints.n, arrays.extent(q, 0)
     positions, row_errors = arrays.numbers(q, rows * n), arrays.numbers(errors, rows)

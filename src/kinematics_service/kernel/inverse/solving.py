@@ -19,8 +19,8 @@ from .closed_forms import ClosedForm
 from .refinement import Refinement
 from .solutions import SolutionCandidates, Solutions
 
-# If the bound of the candidates' errors is below this, rad, Levenberg-Marquardt moves each
-# candidate to the solution that it approximates.
+# If the bound of the candidates' errors is below this, rad, each candidate is so near to a
+# solution that Levenberg-Marquardt converges to this solution.
 MAX_SURE_ERROR = 1e-2
 # If the bound of the candidates' errors is below this, rad, candidates outside the limits are
 # dropped before the refinement.
@@ -28,7 +28,7 @@ MAX_LIMIT_TEST_ERROR = 1e-6
 # A candidate that exceeds a limit by more than this, rad or m, is dropped. The margin is 1000
 # times MAX_LIMIT_TEST_ERROR.
 LIMIT_MARGIN = 1e-3
-# Number that is added to the squared distance of a candidate outside the limits, so that this
+# This number is added to the squared distance of a candidate outside the limits, so that such a
 # candidate is tried last.
 OUTSIDE_PENALTY = 1e200
 
@@ -70,8 +70,8 @@ def _add_nearest(
 
 
 def _drop_beyond(count: int, candidates: SolutionCandidates, result: Solutions) -> int:
-    # Moves to the front the candidates whose solution may be inside the limits; returns the number
-    # of these candidates.
+    # Drops the candidates that exceed a limit by more than LIMIT_MARGIN. Moves the other
+    # candidates to the front, and returns their number.
     n, remaining = result.n, 0
     for i in range(count):
         q = arrays.after(candidates.q, i * n)
@@ -85,7 +85,8 @@ def _drop_beyond(count: int, candidates: SolutionCandidates, result: Solutions) 
 def _add_all(
     refinement: Refinement, count: int, candidates: SolutionCandidates, result: Solutions
 ) -> int:
-    # Adds all solutions to `result`, nearest first; returns the number of solutions.
+    # Refines all candidates, and adds the distinct solutions to `result`, nearest first. Returns
+    # the number of solutions.
     n = result.n
     for i in range(count):
         candidates.errors[i] = refinement.refine_one(arrays.after(candidates.q, i * n))
@@ -145,14 +146,14 @@ def _solve(
         count = _add_nearest(refinement, wanted, candidates, result)
     else:
         count = _add_all(refinement, wanted, candidates, result)
-    # Store whether solutions may be missing. If `accuracy` is finite, no candidate is missing. If
-    # `count` equals `wanted`, each candidate converged to its own solution.
+    # Store in `result` whether solutions may be missing. If `accuracy` is finite, no candidate is
+    # missing. If `count` equals `wanted`, each candidate converged to its own solution.
     result.regular = accuracy[0] < places.INFINITY and count == wanted
     result.sure = accuracy[0] < MAX_SURE_ERROR and count == wanted
     for i in range(first, first + count):
         q = arrays.after(result.rows, i * result.n)
-        # Store the pivot ratio of J. If `result.sure`, J has full rank at each solution, so store
-        # 1 instead of computing the ratio.
+        # Store the pivot ratio of J, which is 0 if J has lost rank. If `result.sure` is set, J has
+        # full rank at each solution. Then store 1 instead of computing the ratio.
         result.shares[i] = 1.0
         if only_one or not result.sure:
             result.shares[i] = dependence.pivot_ratio(refinement.residual, result.joints.scales, q)

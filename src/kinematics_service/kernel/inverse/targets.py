@@ -17,7 +17,8 @@ from ..layout.arrays import Flat, Floats
 # Targets whose rotation error exceeds this are refused. Matrices printed with four digits are
 # accepted.
 MAX_ROTATION_ERROR = 1e-3
-# Rotations with an error up to this, the round-off of a few products, are used unchanged.
+# Rotations with an error up to this number are used unchanged. The number is the round-off of a
+# few products.
 EXACT_ROTATION_ERROR = 1e-13
 
 
@@ -51,8 +52,8 @@ def take_target(target: Floats, pose: Floats) -> int:
     target : shape (16,) or (3,)
         Pose (4, 4) row by row, or position; lengths in m.
     pose : shape (4, 4)
-        Overwritten by the target. A position overwrites only the last column, so pass the
-        identity.
+        Overwritten by the target. If the target is a position, only the last column is
+        overwritten, so pass the identity.
     """
     size = arrays.size(target)
     wanted = arrays.numbers(target, 3 if size == 3 else 16)

@@ -5,11 +5,11 @@ Solve the positions of three joints that move a point to a given position, in cl
 1968).
 
 D. L. Pieper, "The kinematics of manipulators under computer control", 1968. Joint 3 moves the
-given point to w. Joint 1 changes neither the height of a point along axis 1 nor the distance of
-the point from a point of axis 1. If joint 1 is prismatic, it changes neither of two coordinates
-across its axis. The two unchanged numbers give two equations in joints 2 and 3. Elimination of
-joint 2 leaves one equation in joint 3: a quartic, or A cos x + B sin x = C for special axes.
-Joints 2 and 1 follow from joint 3.
+given point to w. A revolute joint 1 does not change two numbers of a point: its height along axis
+1, and its distance from a point of axis 1. A prismatic joint 1 does not change the two coordinates
+across its axis. These two numbers give two equations in joints 2 and 3. Elimination of joint 2
+leaves one equation in joint 3: a quartic, or A cos x + B sin x = C for special axes. Joints 2 and
+1 follow from joint 3.
 
 An equation f is stored as ten numbers: f[0] |u|^2 + f[1:4] . u + f[4] = 0 for the point u before
 joint 1 moves it, with the origin at the point of axis 1. If joint 2 is revolute, only the part v
@@ -29,12 +29,12 @@ from ..layout.arrays import Numbers, Vector
 from ..six_joints import complex_numbers, pairs
 from . import roots
 
-# Largest distance of a real root from the unit circle; if joint 3 is prismatic, from the real
-# line, divided by 1 plus the size of the root. Round-off 1e-16 moves a double root by 1e-8, a
-# fourfold root by 1e-4.
+# Largest distance of a root from the unit circle for which the root is taken as real. If joint 3
+# is prismatic: largest distance from the real line, divided by 1 plus the size of the root. A
+# round-off of 1e-16 moves a double root by 1e-8, and a fourfold root by 1e-4.
 MAX_CIRCLE_DISTANCE = 1e-3
-# Axes 1 and 2 are taken as parallel if the squared sine of their angle is below this, which is
-# round-off.
+# Axes 1 and 2 are taken as parallel if the squared sine of their angle is below this. Such a
+# squared sine is round-off.
 PARALLEL_SINE_SQUARED = 1e-16
 # Relative error of a computed direction or sum: five times the machine epsilon, 2.2e-16.
 ROUND_OFF = 1e-15
@@ -46,8 +46,9 @@ MIN_SCALE = 1e-300
 
 
 def _write_equations(screws: Numbers, p: Vector, turn: float, F: Numbers, G: Numbers) -> float:
-    # Writes to F and G two equations of the target point, whose left sides joint 1 does not
-    # change. Returns the error of the directions in the equations, rad.
+    # Writes to F and G two equations of a point that joint 1 can move to the target. Their left
+    # sides are numbers of the point that joint 1 does not change. Returns the error of the
+    # directions in the equations, rad.
     z1, z2 = vectors.axis_of(screws, 0), vectors.axis_of(screws, 1)
     if not vectors.slides(screws, 0):
         _write_equation(F, 0.0, z1, -vectors.dot(z1, p))
@@ -97,8 +98,9 @@ def _error_of(f: Numbers, b: Vector, across: float, point_error: float) -> float
 def _eliminated(
     screws: Numbers, F: Numbers, G: Numbers, w: Vector, turn: float, point_error: float
 ) -> tuple[float, float]:
-    # Returns a number and its error. The number is 0 if joints 1 and 2 can move w to the target.
-    # The number is quadratic in w and |w|^2, which are linear in the cosine and sine of joint 3.
+    # Evaluates the equation in joint 3 at the point w, and returns its value and the error of the
+    # value. The value is 0 if joints 1 and 2 can move w to the target. It is quadratic in w and
+    # |w|^2, which are linear in the cosine and sine of joint 3.
     error: float
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     if vectors.slides(screws, 1):
@@ -118,7 +120,7 @@ def _eliminated(
     first, second = _right_side(F, b, across), _right_side(G, b, across)
     error_1, error_2 = _error_of(F, b, across, point_error), _error_of(G, b, across, point_error)
     # If the normal of an equation is zero within its error, the equation does not depend on joint
-    # 2, so return the right side of the equation.
+    # 2. Then return the right side of this equation.
     if F[8] == 0.0:
         return first, error_1 + F[9] * math.sqrt(across)
     if G[8] == 0.0:
@@ -135,8 +137,8 @@ def _eliminated(
 
 
 def _write_coefficients(slides: bool, g: Numbers, c: Numbers) -> None:
-    # Writes to c the coefficients of the quartic in joint 3 that has the values g at five
-    # positions of joint 3.
+    # Writes to c the coefficients of a quartic for joint 3. The input g has the values of the
+    # equation at five positions of joint 3.
     arrays.fill(c, 10, 0.0)
     if slides:
         c[0] = g[2]
@@ -206,8 +208,8 @@ def _third_joint(
         bounds[k] = roots.root_bound(c, degree, value_error, z, k)
     # Keep the real roots. Round-off splits a double root into two roots: both on the unit circle
     # (or the real line), or one on each side of the circle. A root beside the circle is moved onto
-    # it, and turned by its distance from the circle. Roots inside and outside turn in opposite
-    # directions, so that the two angles stay distinct.
+    # the circle, and rotated about 0 by its distance from the circle. Roots inside and outside
+    # rotate in opposite directions, so that the two angles stay distinct.
     count = 0
     thirds[4] = 0.0
     for k in range(degree):
@@ -216,9 +218,9 @@ def _third_joint(
         distance = abs(y) if slides_3 else abs(radius - 1.0)
         if bounds[k] < distance:
             continue
-        # The mirror image of a root in the circle is also a root, and lies in the error disc of
-        # the root. If the disc contains no second root, the root is its own mirror image, so the
-        # root is on the circle and real.
+        # The mirror image of a root in the unit circle is also a root. It lies in the error disc
+        # of the root. If the disc contains only one root, this root is its own mirror image, so it
+        # is on the circle and real.
         if roots.is_apart(z, bounds, degree, k):
             thirds[4] = max(thirds[4], 2.0 * bounds[k] * unit)
         else:
@@ -253,7 +255,8 @@ def _second_joint_slides(
     if G[0] == 0.0:
         seconds[0], seconds[2] = free, places.INFINITY
         return 1
-    # Solve the quadratic equation for the motion d of joint 2 in which |w + d z2|^2 is given.
+    # Joint 2 is prismatic. Solve a quadratic equation for its motion d, because |w + d z2|^2 is
+    # given.
     middle = -vectors.dot(w, z2)
     square = middle * middle - _residual(G, w)
     error = 4.0 * point_error * (abs(middle) + math.sqrt(vectors.dot(w, w) + abs(G[4])))
@@ -335,8 +338,8 @@ def first_three(
     missing. `turn` and `point_error` are the errors of directions and points, rad and m. If every
     position of a joint is a solution, the joint gets its position in `free`.
     """
-    # As the points of axes 1 and 2, take the feet of their common perpendicular. Then the normals
-    # of the two equations are perpendicular, as the formulas for joint 2 require.
+    # Use the feet of the common perpendicular of axes 1 and 2 as the points of these axes. Then
+    # the normals of the two equations are perpendicular, as the formulas for joint 2 require.
     o1 = vectors.point_of(screws, 0)
     local, F, G = [0.0] * 21, [0.0] * 10, [0.0] * 10
     arrays.copy(local, 21, screws)

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Check the type and size of numpy arrays, so that the kernel can read and write the arrays without
-further checks.
+Check the type and size of numpy arrays once, so that the kernel can then read and write the arrays
+without further checks.
 
 In plain Python the functions return flat views of the arrays. The compiled kernel uses addresses
 instead; arrays.pxd has the compiled versions of the functions. Some functions read the bits of a
@@ -125,7 +125,8 @@ def give_back(room: Flat) -> None:
 
 def without_lock() -> np.errstate:
     """
-    Return a context in which other threads have the interpreter's lock.
+    Return a context in which the compiled kernel releases the interpreter's lock, so that other
+    threads run.
 
     In plain Python this context only switches off numpy's warnings. Batches may compute invalid
     numbers that are not used, and the compiled kernel gives no warnings.

@@ -13,13 +13,13 @@ import math
 # interleaved arrays.
 LANES = 16
 
-# Forms of a chain, for which the kernel has different code. An entry is one joint that moves one
-# element (`ChainTable`). MIXED: entries and joints differ. PLAIN: entry k belongs to joint k.
-# TWISTED: like PLAIN, but each joint has its own element, and the motion between two elements is
-# Rx(alpha) Tx(a). CLOSED: passive variables of closed loops move some entries.
+# Forms of a chain. The kernel has different code for each form. An entry is one joint that moves
+# one element (`ChainTable`). MIXED: any other open chain. PLAIN: entry k belongs to joint k.
+# TWISTED: entry k belongs to joint k, each joint has its own element, and the motion between two
+# elements is Rx(alpha) Tx(a). CLOSED: passive variables of closed loops move some entries.
 MIXED, PLAIN, TWISTED, CLOSED = range(4)
 
-# Limits on the size of closed loops, because the kernel stores their numbers in arrays of fixed
+# Limits on the size of closed loops. The kernel stores the numbers of loops in arrays of fixed
 # size.
 MAX_LOOP_ENTRIES = 32  # largest number of entries in each of the two chains of a loop
 MAX_LOOP_ROWS = 18  # largest number of residual components in one group of loops
@@ -29,17 +29,19 @@ MAX_LOOP_JOINTS = 128  # largest number of joints of an arm with loops
 # (the atlas) takes n^4 operations. One core needs 1 s for 16 joints, 4 s for 20 and hours for 128.
 MAX_SEARCHED_JOINTS = 16
 
-# Index of the first number of pose, quaternion and Jacobian in a row of results of `evaluate`.
+# Indices in a row of results of `evaluate`: of the first number of the pose, of the quaternion and
+# of the Jacobian.
 POSE_AT = 0
 QUATERNION_AT = 16
 JACOBIAN_AT = 20
 
-# Depths of `evaluate`: how much of a row of results it fills. Each depth includes the previous
-# depths.
+# Depths of `evaluate`. The depth selects how much of a row of results is filled. Each depth
+# includes the previous depths.
 POSE, JACOBIAN, ALL_FRAMES = range(3)
 
-# Length of the quaternion copy at the end of a row of results of one pose, after q (n,) and qdot
-# (n,). The sign of the copy may differ from the sign of the quaternion at QUATERNION_AT.
+# A row of results of one pose ends with q (n,), qdot (n,) and a copy of the quaternion. ROW_TAIL
+# is the length of this copy. The sign of the copy may differ from that of the quaternion at
+# QUATERNION_AT.
 ROW_TAIL = 4
 
 # Indices of the first numbers in a row of singularity measures. Six scalars come first, then
@@ -68,8 +70,8 @@ JUMPS_KEPT = 16
 # positions if the message has no velocities.
 AUTO, FROM_MESSAGE, FROM_DIFFERENCE = range(3)
 
-# Results of `observe`, which stores one message. The first three mean a new state, the others are
-# reasons for no new state.
+# Result codes of `observe`, which stores one message. The first three codes mean that a new tool
+# state was computed. The other codes are reasons why no tool state was computed.
 (
     WITHOUT_VELOCITIES,
     WITH_VELOCITIES,
@@ -85,7 +87,7 @@ AUTO, FROM_MESSAGE, FROM_DIFFERENCE = range(3)
 # code.
 STARTED_ANEW = 16
 
-# Result of `observe_bytes` if the bytes have another form than expected; the memory of joints is
+# Result of `observe_bytes` if the bytes do not have the expected byte layout. The joint memory is
 # then unchanged.
 NOT_THIS_FORM = -1
 
@@ -94,8 +96,8 @@ LARGEST_SECOND = 2**31 - 1
 # A time in ns that is later than all stamps, because the seconds of a stamp are an int32.
 LARGEST_STAMP = 2**62
 
-# Operations in the tape (list of operations) of a singular factor (robot/factors.py). The operands
-# of an operation are results of earlier operations, or a joint position.
+# Operations in a tape, the list of operations that computes a singular factor (robot/factors.py).
+# The operands of an operation are results of earlier operations, or a joint position.
 (
     CONSTANT,
     JOINT,
@@ -113,29 +115,29 @@ LARGEST_STAMP = 2**62
 # Kinds of closed forms that `inverse_candidates` solves (kinematics/inverse/problem/plan.py).
 POSITION_3, SPHERICAL_WRIST, PARALLEL_AXES = range(3)
 
-# Number of candidate solutions that arrays for one target can hold. It is twice 16, the largest
-# number of solutions of six joints. A closed form has at most 2 x 4 candidates for three joints,
-# times 2 for a wrist.
+# Number of candidate solutions that arrays for one target can hold. The number is twice 16, the
+# largest number of solutions of six joints. A closed form has at most 2 x 4 candidates for three
+# joints, times 2 for a wrist.
 MOST_CANDIDATES = 32
 
 # Results of `take_target`, which checks a target of inverse kinematics.
 FINE, NOT_FINE, NOT_RIGID, ROUGH = range(4)
 
-# Largest number of Levenberg-Marquardt steps. The first number is for a start at any joint
-# positions, the second for a start at a candidate solution.
+# Largest numbers of Levenberg-Marquardt steps. MAX_SEARCH_STEPS is for a start at any joint
+# positions, the next constant for a start at a candidate solution.
 MAX_SEARCH_STEPS = 80
 MAX_CANDIDATE_STEPS = 40
 
-# Largest angle, rad, for which the kernel computes sine and cosine by its own code. The number of
-# quarter turns in the angle has 17 bits, so that its product with a part of pi/2 is exact.
+# Largest angle, rad, for which the kernel computes sine and cosine by its own code. Up to this
+# angle, the number of quarter turns has 17 bits, so its product with a part of pi/2 is exact.
 LARGEST_REDUCED = 1e5
 # Radius of the search for singular poses, rad (prismatic joints divided by the characteristic
-# length). A distance of this value means that no singular pose was found. The bounds of
+# length). If no singular pose was found, this radius is reported as the distance. The bounds of
 # derivatives for a clearance hold within this radius.
 FARTHEST = 1.0
-# A singular value is taken as zero (for rank and distance) if it is below this multiple of the
-# largest singular value. Round-off of J is about 1e-15. The reference data of the tests use an
-# equal tolerance.
+# For the rank and the distance, a singular value is taken as zero if it is below this multiple of
+# the largest singular value. The round-off of J is about 1e-15. The reference data of the tests
+# use the tolerance 1e-10, too.
 RANK_TOLERANCE = 1e-10
 # The search and the clearance take a pose as singular if a singular value is below this multiple
 # of the largest one. The ratio is not 0, because rounded lengths make singular values nonzero.

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Let a signal start a timer of the operating system that ends the process, even if the interpreter
-is blocked.
+Let a signal start a timer of the operating system. The timer ends the process, even if the
+interpreter is blocked.
 """
 
 

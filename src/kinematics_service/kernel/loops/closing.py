@@ -35,8 +35,9 @@ MAX_NEWTON_STEPS = 12
 # Largest correction of a passive variable by one Newton step of the continuation, rad. The motion
 # of a prismatic variable is divided by its unit in `LoopGroup`.
 MAX_CORRECTION = 0.1
-# Largest correction by one Newton step that starts at the positions in a robot file, rad. These
-# positions are only approximate.
+# Largest correction of a passive variable by one Newton step, rad, if the start is in a robot
+# file. The correction may be larger than in the continuation, because positions in a robot file
+# are only approximate.
 MAX_FILE_CORRECTION = 0.35
 # Largest step of the continuation: the largest motion of a joint, rad.
 MAX_STEP_LENGTH = 0.25
@@ -50,18 +51,19 @@ MIN_DET_RATIO = 0.4
 # Largest ratio of a loop determinant after a step to the determinant before the step; the inverse
 # of MIN_DET_RATIO.
 MAX_DET_RATIO = 2.5
-# A dimensionless loop determinant is round-off if it is below this multiple of a product. The
-# product has one factor for each passive variable: the largest derivative of the residual by the
-# variable.
+# A dimensionless loop determinant is taken as round-off if it is below this multiple of a product.
+# Each passive variable gives one factor of the product: the largest derivative of the residual by
+# this variable.
 DETERMINANT_TOLERANCE = 1e-9
 # Least derivative of the residual that enters the product for DETERMINANT_TOLERANCE,
 # dimensionless.
 MIN_SLOPE = 0.01
 # If no joint has moved by more than this since the last joint positions, rad, the continuation
-# begins at the last joint positions. Otherwise it begins at the joint positions of the robot file.
+# begins at the last joint positions. Otherwise the continuation begins at the joint positions of
+# the robot file.
 MAX_MOTION = 1.0
-# Largest number of joints without limits that turn in the other direction if the continuation
-# fails.
+# If the continuation fails, joints without limits turn in the other direction. This is the largest
+# number of such joints.
 MAX_OTHER_WAYS = 4
 # If loop equations are singular on the straight line, the continuation goes through a point beside
 # the middle of the line. BEND is the offset of this point, rad.
@@ -78,8 +80,8 @@ def _solve(
     at: int,
 ) -> int:
     # Solves for the passive variables of one group by Newton's method. Writes the screws, the
-    # determinant and the size of the residual. Returns the number of steps; -1 if the method does
-    # not converge, or if the determinant is 0 at the solution.
+    # determinant and the size of the residual. Returns the number of Newton steps. Returns -1 if
+    # the method does not converge, or if the determinant is 0 at the solution.
     gap, order = [0.0] * 18, [0] * 18
     before = places.INFINITY
     for step in range(MAX_NEWTON_STEPS):
@@ -127,9 +129,9 @@ def _solve_all(
     at: int,
 ) -> int:
     # Solves this group of loops and the `left` - 1 groups after it. Returns 0 if all groups are
-    # solved, otherwise the number of groups from the failed one to the last. If `known`, `before`
-    # has the status of the previous joint positions. The status of a group is its determinant, its
-    # residual and its number of Newton steps.
+    # solved, otherwise the number of groups from the failed one to the last. If `known` is set,
+    # `before` has the status of each group at the previous joint positions. The status is the
+    # determinant, the residual and the number of Newton steps.
     largest = MAX_CORRECTION if known else MAX_FILE_CORRECTION
     steps = _solve(group, x, largest, screws, slopes, status, at)
     if steps < 0 or known and not MIN_DET_RATIO < status[at] / before[at] < MAX_DET_RATIO:
@@ -213,9 +215,9 @@ def _continue(closure: Closure, q: Numbers, section: Flat) -> int:
 
 def _begin(closure: Closure, numbers: Flat, q: Flat, other_ways: int, section: Flat) -> int:
     # Copies `numbers` to `section`, and adds full turns to joints without limits, so that these
-    # joints are nearest to q. A bit of `other_ways` adds one more turn to one of the first
-    # MAX_OTHER_WAYS of these joints, so that this joint approaches q from the other side. Returns
-    # the number of joints that a bit can move.
+    # joints are nearest to q. Each bit of `other_ways` belongs to one of the first MAX_OTHER_WAYS
+    # of these joints. If the bit is set, one more turn is added, so that the joint approaches q
+    # from the other side. Returns the number of joints that a bit can move.
     ways = 0
     arrays.copy(section, closure.width, numbers)
     for j in range(closure.dof):
@@ -249,12 +251,13 @@ def _continue_beside(closure: Closure, q: Flat, joint: int, bend: float, section
 
 def close(closure: Closure, q: Flat, section: Flat) -> int:
     """
-    Fill `section` with the passive variables at joint positions q, on the branch of solutions of
-    the known start.
+    Fill `section` with the passive variables at joint positions q. They are on the branch of
+    solutions that contains the start, at which the loops are known to close.
 
     The result depends on q only. The continuation goes along a straight line from the start to q.
-    If this line fails, joints without limits turn in the other direction. If all these lines fail,
-    the line is bent to both sides, to avoid isolated joint positions with determinant 0.
+    If the continuation along this line fails, joints without limits turn in the other direction.
+    If all these lines fail, the line is bent to both sides, to avoid isolated joint positions with
+    determinant 0.
 
     Returns 0 if all loops close. Otherwise returns the number of groups from the first open one to
     the last, and the section belongs to the last point of the straight line at which the loops
@@ -279,8 +282,9 @@ def close(closure: Closure, q: Flat, section: Flat) -> int:
 
 def close_next(closure: Closure, last: Flat, q: Flat, section: Flat) -> int:
     """
-    Fill `section` with the passive variables at q. If q is near the joint positions of the section
-    `last`, the continuation starts from them, else from the start of `close`.
+    Fill `section` with the passive variables at joint positions q. If q is near the joint
+    positions of the section `last`, the continuation starts at the section `last`. Otherwise it
+    starts as in `close`.
     """
     _begin(closure, last, q, 0, section)
     if _farthest(closure.first, closure.dof, q, section) <= MAX_MOTION:
@@ -323,8 +327,8 @@ def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
 
 def close_at(chain: Chain, q: Floats, sections: Floats, closed: Floats) -> None:
     """
-    Compute the passive variables of a chain with loops at N joint positions; each continuation
-    begins at the known start.
+    Compute the passive variables of a chain with loops at N joint positions. Each continuation
+    begins at the start, at which the loops are known to close.
 
     Parameters
     ----------

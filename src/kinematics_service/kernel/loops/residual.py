@@ -6,7 +6,7 @@ variables.
 
 The residual of a loop is the pose of the end of one of its chains relative to the end of the other
 chain. Both chains begin in one frame, and all numbers are in the axes of this frame. The residuals
-of the loops of a group are stacked. The derivatives of a residual are the screws of the end
+of the loops of a group are stacked. The derivatives of a residual are the screws that move the end
 frames. The derivatives of the rotation part are exact only if the end frames are parallel.
 """
 
@@ -64,7 +64,7 @@ def _write_gap(there: Numbers, back: Numbers, gap: Numbers) -> None:
     if sine > 0.0:
         share = 0.5 * angle / sine
         gap[3], gap[4], gap[5] = share * x, share * y, share * z
-    else:  # parallel frames, or a rotation by pi about an unknown axis
+    else:  # The frames are parallel, or rotated by pi about an unknown axis.
         gap[3], gap[4], gap[5] = angle, angle, angle
 
 
@@ -91,7 +91,7 @@ def write_residual(group: LoopGroup, x: Numbers, residual: Numbers, screws: Flat
     largest: float = 0.0
     for i in range(group.count):
         component: float = abs(residual[i]) / group.span[i]
-        if component > largest or component != component:  # keep NaN as the result
+        if component > largest or component != component:  # the second condition keeps NaN
             largest = component
     return largest
 
@@ -134,8 +134,8 @@ def write_by_joint(
     loop: Loop, first: int, dof: int, joint: int, screws: Flat, section: Flat, slopes: Numbers
 ) -> None:
     """
-    Fill the derivative (p,) of the residual by one joint, for `loop` and the later loops of its
-    group.
+    Fill the derivative (p,) of the residual of a group by one joint, for `loop` and the later
+    loops of the group.
 
     The joint also moves the passive variables of earlier groups, whose indices are below `first`.
     The derivatives of these variables are in `section`.
