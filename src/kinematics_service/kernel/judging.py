@@ -151,8 +151,8 @@ def judge_row(
     arm: Arm, row: Flat, q: Flat, measures: Flat, work: Flat, search: NearestSearch
 ) -> None:
     """
-    Fill the singularity measures, factors and level (without hysteresis) of one row, and search
-    the nearest singular pose.
+    Fill the singularity measures of one pose: also the factors, the level (without hysteresis),
+    and the nearest singular pose, which is searched.
 
     `row` has the results of `evaluate` at q. `work` has `room` numbers. `search` is the search of
     the previous pose, or a new one.
@@ -345,9 +345,10 @@ def find_nearest(
 
 def measure_one(search: NearestSearch, row: Floats, measures: Floats) -> None:
     """
-    Fill the singularity measures of one row, including the search for the nearest singular pose.
+    Fill the singularity measures of one pose, including the result of a search for the nearest
+    singular pose.
 
-    The row must end with q and qdot, as `evaluate_one` fills it.
+    `evaluate_one` must have filled the row, because q and qdot are read from the end of the row.
     """
     arm = search.arm
     tail = 2 * arm.chain.dof + places.ROW_TAIL

@@ -19,8 +19,8 @@ from .singular_search.nearest_search import NearestSearch
 
 class IncomingForm:
     """
-    The byte layout of serialized joint states with equal joint names, and the arm's joints in
-    them.
+    The byte layout of serialized joint states that have equal joint names, and the indices of the
+    arm's joints in these messages.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ class IncomingForm:
     positions, velocities
         Byte ranges of the doubles with positions, and with velocities.
     ours
-        Which joints of the arm the messages report, and at which indices.
+        The joints of the arm that the messages report, and their indices in the messages.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class IncomingForm:
     size
         Number of bytes of a message.
     reported
-        The content of the last message.
+        The joint positions, velocities and times of the last message.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class IncomingForm:
 
 
 def _fits(form: IncomingForm, data: FlatBytes) -> bool:
-    # Returns whether all fixed bits of the message have the values that the form expects.
+    # Returns whether all fixed bits of the message have the values that the byte layout expects.
     other = 0
     for k in range(form.size):
         other |= (data[k] & form.fixed[k]) ^ form.same[k]
@@ -97,8 +97,8 @@ def observe_bytes(
     Store the joint state of a serialized message in the memory, compute the tool state, and fill
     the outgoing messages.
 
-    Return the result code of `observe`, or NOT_THIS_FORM if the bytes have another form or the
-    stamp is 0.
+    Return the result code of `observe`, or NOT_THIS_FORM if the message has another byte layout or
+    the stamp 0.
 
     Parameters
     ----------

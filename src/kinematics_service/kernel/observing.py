@@ -12,8 +12,9 @@ from .layout.arrays import Flat, Floats, Nanoseconds
 from .loops import closing
 from .singular_search.arm import Arm
 
-# Smallest difference of positions that is taken as a jump, rad or m. If a joint jumps and returns
-# repeatedly, two publishers report different positions of this joint.
+# Smallest change of a reported position that is taken as a jump, rad or m. Jumps show that two
+# publishers report different positions of one joint: the position then jumps and returns
+# repeatedly.
 MIN_JUMP = 1e-3
 # A joint has returned after a jump if its distance from the position before the jump is below this
 # fraction of the jump.
@@ -27,10 +28,10 @@ def _note_jump(memory: JointMemory, j: int, arrival: Nanoseconds) -> None:
 
 
 def _note_late(memory: JointMemory, reported: ReportedJoints) -> None:
-    # Records a jump for each joint whose reported position is impossible. The stamp of the message
-    # is late, so the message is not accepted. If the clock of a publisher is late, all its
-    # messages are late. A position is impossible if the joint cannot have been there at the time
-    # of the stamp, even at twice its present velocity.
+    # Records a jump for each joint whose reported position is impossible. The message was refused,
+    # because its stamp is not newer than that of a message before; all messages of a publisher
+    # with a late clock are refused so. A position is impossible if the joint cannot have had it at
+    # the time of the stamp, even at twice its present velocity.
     for k in range(reported.ours.count):
         j = reported.ours.joint[k]
         if memory.known[j] == 0:
@@ -44,9 +45,9 @@ def _note_late(memory: JointMemory, reported: ReportedJoints) -> None:
 
 
 def _store(memory: JointMemory, reported: ReportedJoints, use_velocities: bool) -> None:
-    # Stores the joint positions of a message in the memory. If `use_velocities`, stores the
-    # velocities of the message. Otherwise stores differences of positions as velocities, unless
-    # all velocities must come from messages.
+    # Stores the joint positions of a message in the memory. If `use_velocities` is set, stores the
+    # velocities of the message, too. Otherwise computes velocities from differences of positions,
+    # unless all velocities must come from messages.
     at = reported.stamp if reported.stamp != 0 else reported.received
     for k in range(reported.ours.count):
         j, place = reported.ours.joint[k], reported.ours.place[k]
@@ -98,14 +99,14 @@ def _latest_stamp(memory: JointMemory, ours: OurJoints) -> Nanoseconds:
 
 
 def _merge(memory: JointMemory, reported: ReportedJoints) -> int:
-    # Updates the memory with a message. Returns the result code for the case that the evaluation
-    # of the arm succeeds.
+    # Updates the memory with a message. Returns the result code of `observe` that is valid if the
+    # arm can then be evaluated.
     if not _all_computable(reported.positions, reported.ours):
         return places.BAD_POSITION
 
-    # Refuse a message whose stamp is not newer than the stamps of its joints. If its stamp steps
-    # back by more than the timeout, the clock was reset, so forget all joints and accept the
-    # message.
+    # Refuse a message whose stamp is not newer than the last stamps of its joints. But if the
+    # stamp steps back by more than the timeout, the clock was reset: clear the memory and accept
+    # the message.
     new_start = 0
     if reported.stamp != 0:
         latest = _latest_stamp(memory, reported.ours)
@@ -137,8 +138,8 @@ def _merge(memory: JointMemory, reported: ReportedJoints) -> int:
 
 
 def _write_continuous_quaternion(memory: JointMemory, row: Flat, at: int) -> None:
-    # Writes the quaternion to `row`. Its sign makes the scalar product with the last quaternion
-    # positive, so that the quaternion is continuous over time.
+    # Writes the quaternion to `row`. Chooses the sign for which the scalar product with the last
+    # quaternion is positive, so that the quaternion is continuous over time.
     along = 0.0
     for i in range(4):
         along += row[places.QUATERNION_AT + i] * memory.last_quaternion[i]
@@ -165,8 +166,8 @@ def _close(arm: Arm, memory: JointMemory, q: Flat, section: Flat) -> bool:
 
 def take(arm: Arm, memory: JointMemory, reported: ReportedJoints, row: Flat, at: int) -> int:
     """
-    Store a message and fill `row` as `observe` does, but without checks; q begins at index `at` of
-    `row`.
+    Store a message and fill `row` as `observe` does, but without checks of the arguments. In
+    `row`, q begins at index `at`.
     """
     outcome = _merge(memory, reported)
     if outcome % places.STARTED_ANEW > places.WITH_DIFFERENCES:
@@ -191,8 +192,8 @@ def take(arm: Arm, memory: JointMemory, reported: ReportedJoints, row: Flat, at:
 
 def check_fit(arm: Arm, memory: JointMemory, ours: OurJoints, at: int) -> None:
     """
-    Raise TypeError if memory or message do not have the sizes that the arm needs, or if `at`
-    results are too few for a pose.
+    Raise TypeError if the memory or the message does not have the sizes that the arm needs, or if
+    `at`, the count of numbers before q in the row, is too small for a pose.
     """
     if (
         memory.joints != arm.chain.dof
@@ -217,8 +218,8 @@ def observe(arm: Arm, memory: JointMemory, reported: ReportedJoints, row: Floats
     reported
         The content of the message.
     row : shape (width + 2 n + ROW_TAIL,)
-        Filled as by `evaluate_one`, but the quaternion at the end has the sign that is continuous
-        over time. If the width is 0, only q and qdot are filled.
+        Filled as by `evaluate_one`, but the quaternion at the end has the sign that makes it
+        continuous over time. If the width is 0, only q and qdot are filled.
     """
     at = arrays.size(row) - 2 * memory.joints - places.ROW_TAIL
     check_fit(arm, memory, reported.ours, at)

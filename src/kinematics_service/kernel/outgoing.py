@@ -29,8 +29,8 @@ class OutgoingTable(NamedTuple):
     targets
         Byte offsets of the doubles to write.
     sources : shape of targets
-        Source of each double: an index in the array that consists of a row of results, its
-        measures, and the covariances of pose and twist.
+        Source of each double. It is an index into an array that consists of a row of results, its
+        singularity measures, and the covariances of pose and twist.
     """
 
     data: Bytes
@@ -59,8 +59,7 @@ class OutgoingMessages:
     stamped, count
         Number of stamps, and number of doubles.
     needed
-        Smallest number of numbers that a row of results, its measures and the covariances must
-        have together.
+        Least total length of a row of results, its measures and the covariances.
     """
 
     def __init__(
@@ -111,8 +110,8 @@ def fill_messages(
 
 def check_fit(messages: OutgoingMessages, chain: Chain, width: int, numbers: int) -> None:
     """
-    Raise TypeError if the messages need more than `numbers` numbers, or have the errors of another
-    arm.
+    Raise TypeError if the outgoing messages do not fit the arm: they need more than `numbers`
+    numbers, or have the errors of another arm.
 
     `width` is the length of a row of results; `numbers` is the length of a row of results with its
     tail and measures.
@@ -157,8 +156,8 @@ def fill(
 
 def fill_covariances(messages: OutgoingMessages, row: Flat, q: Flat, qdot: Flat) -> None:
     """
-    If `messages` need covariances, compute the covariances of pose and twist and store them in
-    `messages`.
+    Compute the covariances of pose and twist that `messages` need, and store them in `messages`.
+    If the messages need none, do nothing.
     """
     if messages.errors is not None:
         work = arrays.scratch(pose_errors.room(messages.errors))

@@ -48,8 +48,8 @@ def _by_colcon(build: Path, option: str = '') -> str:
 
 
 def _origin(written: str | None) -> str:
-    # Returns the source of the package that pip recorded (PEP 610), or the name of the package if
-    # pip installed it from an index.
+    # Returns the source from which pip can install the package again. It is the source that pip
+    # recorded (PEP 610), or the name of the package if pip installed it from an index.
     if not written:
         return _PACKAGE
     record = json.loads(written)

@@ -5,7 +5,7 @@ Compute the values and gradients of the singular factors that the robot file nam
 
 The method is forward automatic differentiation of a tape, a list of operations. Several poses are
 computed at once, one in each lane: number k of a step in a lane is at k * lanes + lane. The
-results have the same bits as if each pose were computed alone.
+results of a pose are bit for bit those of a pose that is computed alone.
 """
 
 import math
@@ -19,7 +19,8 @@ from .task_rows import TaskRows
 
 
 def _goes_together(table: Integers, ends: Integers) -> bool:
-    # Returns whether all indices are valid: the operands of each step must be earlier steps.
+    # Returns whether all indices in the tape are valid. The operands of each step must be earlier
+    # steps.
     operands, of_steps = table[:, 1:], table[:, 0] > places.JOINT
     earlier = operands < np.arange(len(table))[:, None]
     fits = np.all(operands >= 0) and np.all(earlier[of_steps])
@@ -59,8 +60,9 @@ class Tape:
 
 
 def _run_tape(tape: Tape, n: int, q: Flat, steps: Flat, lanes: int) -> bool:
-    # Computes all steps of the factors at q (n,). `steps` gets the gradient (n,) and the value of
-    # each step. Returns False if an angle is too large to compute several poses at once.
+    # Computes all steps of the factors at q (n,). Writes the gradient (n,) and the value of each
+    # step to `steps`. Returns False if several poses are computed at once and an angle is above
+    # LARGEST_REDUCED.
     width = (n + 1) * lanes
     da, db = [0.0] * 16, [0.0] * 16  # one number for each of LANES poses
     for i in range(tape.steps):
@@ -97,8 +99,9 @@ def _operate(
     db: Numbers,
     lanes: int,
 ) -> bool:
-    # Writes the value of one step of a tape, and its derivatives da and db by the two operands.
-    # Returns False if an angle is too large for several lanes at once.
+    # Writes the value of one step of a tape, and the derivatives da and db of the value by the two
+    # operands. Returns False if several poses are computed at once and an angle is above
+    # LARGEST_REDUCED.
     if operation == places.SINE or operation == places.COSINE:
         return _write_sines(operation, number, a, value, da, db, lanes)
     if operation <= places.PRODUCT or operation == places.NEGATIVE:
@@ -113,8 +116,8 @@ def _operate(
 def _write_sines(
     operation: int, number: float, a: Flat, value: Flat, da: Numbers, db: Numbers, lanes: int
 ) -> bool:
-    # Writes the sines or cosines of the operand, and the derivatives. Returns False if an angle is
-    # too large for several lanes at once.
+    # Writes the sines or cosines of the operand, and their derivatives. Returns False if several
+    # poses are computed at once and an angle is above LARGEST_REDUCED.
     angles, sines, cosines = [0.0] * 16, [0.0] * 16, [0.0] * 16
     for lane in range(lanes):
         angles[lane] = number * a[lane]
@@ -138,7 +141,8 @@ def _write_sines(
 def _combine(
     operation: int, a: Flat, b: Flat, value: Flat, da: Numbers, db: Numbers, lanes: int
 ) -> None:
-    # Writes the sum, difference, product or negative of the operands, and the derivatives.
+    # Writes the sum, difference, product or negative of the operands, and its derivatives by the
+    # operands.
     if operation == places.SUM:
         for lane in range(lanes):
             value[lane], da[lane], db[lane] = a[lane] + b[lane], 1.0, 1.0
@@ -187,8 +191,9 @@ def judge_factors(
     Write to `judged` the distances to the zeros of all factors, then the value and gradient of
     each factor.
 
-    The values begin at index `distances`. Returns False if an angle is too large for several lanes
-    at once. The caller must then call `judge_factors` for each pose alone.
+    The pairs of value and gradient begin at index `distances`. Returns False if several poses are
+    computed at once and an angle is above LARGEST_REDUCED. The caller must then call
+    `judge_factors` for each pose alone.
     """
     if lanes == 1:
         return _judge_factors(tape, task, distances, q, judged, steps, 1)

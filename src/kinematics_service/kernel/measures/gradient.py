@@ -1,15 +1,16 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute two gradients by the joints: of a weighted sum of the entries of a Jacobian, and of loop
-determinants.
+Compute gradients by the joint positions: the gradient of a weighted sum of the entries of a
+Jacobian, and the gradients of loop determinants.
 
 If the arm has closed loops, J = J_open G with G = [1; C], and G depends on the joints. Let Phi be
-the residual of the loops, and x = (q, psi) the joints and the passive variables. The derivatives
-of psi by the joints are C = -Phi_psi^-1 Phi_q. Phi_x G = 0 holds along every motion, so Phi_psi dC
-= -dPhi_x G. Therefore the weighted sum of J_psi dC is a weighted sum of dPhi_x, with the weights
-mu G^T, mu = -Phi_psi^-T J_psi^T Y. The columns of Phi_x are screws, so the function that computes
-the gradient for J also computes it for Phi_x.
+the residual of the loops, and x = (q, psi) the joints and the passive variables. An index at Phi
+or J_open means a derivative, and d a change by a joint motion. The derivatives of psi by the
+joints are C = -Phi_psi^-1 Phi_q. Phi_x G = 0 holds along every motion, so Phi_psi dC = -dPhi_x G.
+Let Y be the weights of the entries of J. Then the weighted sum of J_psi dC is a weighted sum of
+dPhi_x, with the weights mu G^T, mu = -Phi_psi^-T J_psi^T Y. The columns of Phi_x are screws, so
+the function that computes the gradient for J also computes it for Phi_x.
 """
 
 from ..forward import linear_equations
@@ -112,8 +113,8 @@ def _room_of_groups(variables: int) -> int:
 
 def write_gradient(chain: Chain, row: Flat, Y: Flat, gradient: Flat, work: Flat) -> None:
     """
-    Fill the gradient (n,) by the joints of the sum of the entries of J, weighted by Y (n, 6), at
-    the pose of a row of results.
+    Fill `gradient` (n,) with the gradient of sum(Y * J^T) by the joints, at the pose of a row of
+    results. The weights Y (n, 6) are constant.
     """
     screws = arrays.after(row, chain.screws_at)
     if chain.loops == 0:
@@ -138,7 +139,7 @@ def _write_closed(
             for j in range(n):
                 weights[6 * (n + a) + i] += coupling[a * n + j] * Y[6 * j + i]
     write_of_screws(chain, screws, weights, work)
-    # Fill mu with J_psi^T Y, the weights of the derivatives of the passive variables.
+    # Fill mu with J_psi^T Y: the weight of each derivative of a passive variable by a joint.
     arrays.fill(mu, passive * n, 0.0)
     for e in range(chain.entries):
         a = chain.joint[e] - n
@@ -152,8 +153,8 @@ def _write_closed(
 
 
 def _reduce_to_joints(n: int, passive: int, coupling: Flat, total: Flat, gradient: Flat) -> None:
-    # Computes the gradient by the joints, by the chain rule, from `total`, the gradient by joints
-    # and passive variables.
+    # Computes the gradient by the joints from `total`, the gradient by joints and passive
+    # variables. The method is the chain rule.
     for j in range(n):
         gradient[j] = total[j]
         for a in range(passive):
@@ -234,9 +235,9 @@ def _add_to_earlier_groups(
 
 
 def _add_residual(loop: Loop, screws: Flat, work: Flat) -> None:
-    # Adds to `work` the gradient of the weighted sum of the derivatives of a loop's residual, one
-    # number for each variable. After these numbers, `work` has the weights, six for each variable,
-    # and then scratch memory.
+    # Adds the gradient of the weighted sum of the derivatives of a loop's residual to the first
+    # numbers of `work`, one number for each variable. The next numbers of `work` are the weights,
+    # six for each variable. The rest of `work` is scratch memory.
     _add_end(loop.there, -1.0, screws, work)
     _add_end(loop.back, 1.0, arrays.after(screws, 6 * loop.there.entries), work)
 

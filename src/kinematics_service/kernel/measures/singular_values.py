@@ -15,17 +15,18 @@ import math
 from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Numbers
 
-# Largest number of sweeps; a sweep rotates all pairs of rows. Six rows of 6 to 96 numbers needed
-# at most 8 sweeps in experiments.
+# Largest number of sweeps; a sweep rotates all pairs of rows. In experiments, matrices of six rows
+# with 6 to 96 numbers needed at most 8 sweeps.
 MAX_SWEEPS = 60
 # Two rows a and b are taken as orthogonal if (a.b)^2 is at most this times |a|^2 |b|^2. The
 # tolerance is the square of 4.5 machine epsilons.
 SQUARED_COSINE_TOLERANCE = 1e-15 * 1e-15
-# The iteration ends if the largest squared cosine in a sweep was at most this. The next sweep
-# would square the cosine (quadratic convergence), or keep it if singular values are equal.
+# The iteration ends after a sweep in which the squared cosines between rows were at most this.
+# Convergence is quadratic, so the next sweep would only square this number. If singular values are
+# equal, the next sweep would not reduce it.
 LAST_SQUARED_COSINE = 1e-26
-# Tolerance for a matrix that has converged. A squared cosine is at most 1, so with this tolerance
-# all rows are taken as orthogonal, and the matrix is not rotated.
+# Tolerance of squared cosines for a matrix that has converged. A squared cosine is at most 1, so
+# with this tolerance all rows are taken as orthogonal, and the matrix is not rotated.
 NO_ROTATION = 2.0
 
 
@@ -58,8 +59,8 @@ def _rotate_pair(
         limit = tolerances[lane] * aa * bb
         if lanes == 1 and square <= limit:
             return
-        # Compute the tangent t, cosine c and sine s of the rotation. Two angles make the rows
-        # orthogonal; take the smaller angle.
+        # Compute the tangent t, cosine c and sine s of the rotation that makes the rows
+        # orthogonal. Two angles do so; take the smaller angle.
         away = bb - aa
         root = math.sqrt(away * away + 4.0 * square)
         both = abs(away) + root
@@ -122,8 +123,8 @@ def _orthogonalise(
                 i = i + 1 if i + 1 < last else 0
                 j = turn if j == last else j
                 j = j - 1 if j > 0 else last - 1
-        # Stop a matrix whose last rotations were tiny. Convergence is quadratic, so the rotations
-        # of the next sweep would be round-off.
+        # Stop the rotation of a matrix whose last rotations were tiny. Convergence is quadratic,
+        # so the rotations of the next sweep would be round-off.
         turning = 0
         for lane in range(lanes):
             settled = worst[lane] <= LAST_SQUARED_COSINE
@@ -185,9 +186,9 @@ def unit_rows(W: Flat, sigma: Flat, count: int, length: int, lanes: int) -> None
     """
     Divide each row of A by its norm in `sigma`.
 
-    If a row is only round-off, its direction is meaningless. If there is one lane, such a row is
-    replaced by a unit vector orthogonal to the rows above it. If there are several lanes, no row
-    may be round-off.
+    The direction of a row that is only round-off is meaningless. If there is one lane, such a row
+    is replaced by a unit vector orthogonal to the rows above it. If there are several lanes, no
+    row may be only round-off.
     """
     if lanes == 1:
         _unit_rows(W, sigma, count, length, 1)
@@ -243,8 +244,8 @@ def write_orthogonal_row(W: Flat, i: int, length: int, width: int) -> None:
 
 def write_determinant(A: Flat, size: int, determinants: Numbers, lanes: int) -> None:
     """
-    Write the determinant of the matrix in each lane by elimination with partial pivoting;
-    overwrite A.
+    Write the determinant of the matrix A of each lane. The method is elimination with partial
+    pivoting, which overwrites A.
     """
     if lanes == 1:
         _write_determinant(A, size, determinants, 1)
@@ -319,7 +320,7 @@ def least_pivot(A: Flat, count: int, length: int) -> float:
 
 def decompose(work: Floats, sigma: Floats) -> None:
     """
-    Compute the singular value decomposition V^T diag(sigma) U of A (count, length).
+    Compute the singular value decomposition A = V^T diag(sigma) U of a matrix A (count, length).
 
     Parameters
     ----------

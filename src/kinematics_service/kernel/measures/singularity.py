@@ -5,8 +5,9 @@ Compute the singularity measures of one row of results, or of LANES rows at once
 
 The order of the measures is defined in layout/places.py and in MeasurePlaces
 (robot/measure_places.py). In interleaved rows, number k of the row in a lane is at k * lanes +
-lane. A pose measured alone and a pose measured in a lane give equal bits. If the rank at a pose is
-below the generic rank, other formulas apply, so the pose is measured alone.
+lane. The measures of a pose are bit for bit equal, whether it is measured alone or in a lane. If
+the rank of J_t at a pose is below the generic rank, other formulas apply, so the pose is measured
+alone.
 """
 
 import math
@@ -17,10 +18,10 @@ from ..layout.arrays import Flat, Numbers, Vector
 from . import gradient, singular_values
 from .task_rows import TaskRows
 
-# Largest norm of a row of J_t, m or rad, for which a pose is measured together with others. Fourth
-# powers of larger numbers overflow, so such a pose is measured alone.
+# Largest norm of a row of J_t, m or rad, for which a pose is measured together with others. If a
+# row is longer, fourth powers of its numbers overflow, so the pose is measured alone.
 LARGEST_NORM = 1e75
-# Bit mask that says that the poses of all LANES lanes must be measured alone.
+# Bit mask of all LANES lanes. As a result it says that each pose must be measured alone.
 ALL_LANE_BITS = 0xFFFF
 
 
@@ -58,7 +59,8 @@ def _fill_task_rows(n: int, task: TaskRows, J: Flat, W: Flat, width: int, lanes:
     count, length = min(m, n), max(m, n)
     for i in range(m):
         axis = task.axis[i]
-        # Compute axis % 3 without a division, which would take more time than the rest of the row.
+        # Compute axis % 3 without a division. A division would take more time than the other
+        # operations for this row.
         component = axis if axis < 3 else axis - 3
         a = task.rotation[component]
         b = task.rotation[3 + component]
@@ -83,14 +85,15 @@ def _scale_task_rows(n: int, task: TaskRows, W: Flat, width: int, lanes: int) ->
             into = arrays.after(W, (i * width + j if n > m else j * width + i) * lanes)
             scale = task.row_scale[i] * task.column_scale[j]
             for lane in range(lanes):
-                # Add 0.0 to change -0.0 to 0.0, because a rotation by 0 in several lanes does so.
+                # Add 0.0, which changes -0.0 to 0.0. A rotation by 0 in several lanes does the
+                # same, so the bits stay equal.
                 into[lane] = into[lane] * scale + 0.0
 
 
 def _decompose(W: Flat, sigma: Flat, count: int, length: int, width: int, lanes: int) -> int:
-    # Computes the singular value decomposition of W and fills sigma. Returns a bit mask of the
-    # lanes with numbers whose powers overflow. The rows are sorted before the sweeps, because this
-    # reduces the number of sweeps.
+    # Computes the singular value decomposition of W and fills sigma. Sorts the rows first, because
+    # this reduces the number of sweeps. Returns a bit mask of the lanes in which powers of numbers
+    # overflow.
     singular_values.sort_by_norm(W, sigma, count, length, width, lanes)
     large = 0
     for lane in range(lanes):
@@ -128,7 +131,7 @@ def _write_volume(
     n: int, task: TaskRows, J: Flat, W: Flat, sigma: Flat, measures: Flat, lanes: int
 ) -> int:
     # Writes the manipulability if J_t is not square or its generic rank is not full. Returns a bit
-    # mask of the lanes with numbers whose powers overflow.
+    # mask of the lanes in which powers of numbers overflow.
     m = task.count
     count, length = min(m, n), max(m, n)
     volume = arrays.after(measures, places.MANIPULABILITY * lanes)
@@ -178,9 +181,9 @@ def _fill_slopes(
     left: Numbers,
     lanes: int,
 ) -> None:
-    # Fills Y[j] with the gradient, by column j of J, of the sum of the logarithms of the singular
-    # values `first` to `last`. If `lost`, Y[j] is the gradient of the sum of these singular
-    # values. `left` is a local array of the caller with six numbers for each pose.
+    # Fills Y[j] with the gradient of a sum by column j of J. The sum is that of the logarithms of
+    # the singular values `first` to `last`. If `lost` is set, it is the sum of these singular
+    # values themselves. `left` is a local array of the caller with six numbers for each pose.
     m = task.count
     wide = n > m
     length, width = max(m, n), m + n
@@ -213,8 +216,8 @@ def _fill_slopes(
 
 
 def _write_way_out(n: int, task: TaskRows, way_out: Flat, distances: Flat, lanes: int) -> None:
-    # Scales the gradient in `way_out` to a joint motion of length 1. Writes the first-order
-    # distance to a singular pose, rad: 1 over the norm of the gradient, at most pi.
+    # Scales the gradient in `way_out` to a joint motion of length 1. Writes to `distances` the
+    # first-order distance to a singular pose, rad: 1 over the norm of the gradient, at most pi.
     norms = [0.0] * 16
     for lane in range(lanes):
         norms[lane] = 0.0
@@ -240,8 +243,8 @@ def _write_way_out(n: int, task: TaskRows, way_out: Flat, distances: Flat, lanes
 def _write_direction(
     n: int, task: TaskRows, direction: Flat, lost: Flat, motion: Flat, lanes: int
 ) -> None:
-    # Writes the two singular vectors of the smallest singular value: the tool direction that is
-    # lost first, in base axes, and the joint motion.
+    # Writes the two singular vectors of one singular value. In the tool space it is the lost
+    # direction, in base axes; in the joint space it is the joint motion.
     m = task.count
     wide, length = n > m, max(m, n)
     arrays.fill(lost, 6 * lanes, 0.0)
@@ -265,8 +268,8 @@ def measure_row(chain: Chain, task: TaskRows, row: Flat, measures: Flat, work: F
 
 def measure_rows(chain: Chain, task: TaskRows, rows: Flat, measures: Flat, work: Flat) -> int:
     """
-    Fill the singularity measures of LANES interleaved rows of an open chain with the results of
-    `measure_row`.
+    Fill the singularity measures of LANES interleaved rows of an open chain, with the numbers that
+    `measure_row` writes for one row.
 
     Return a bit mask of the lanes that must be measured alone. The generic rank must be full.
     `work` has LANES (min(m, n) (m + n) + 6 n) numbers.

@@ -10,8 +10,8 @@ import math
 from ..layout import arrays
 from ..layout.arrays import Flat, Floats
 
-# Largest number of sweeps; a sweep visits all off-diagonal entries. Matrices of 12 rows needed 8
-# sweeps in experiments.
+# Largest number of sweeps; a sweep visits all off-diagonal entries. In experiments, matrices of 12
+# rows needed 8 sweeps.
 MAX_SWEEPS = 30
 # An off-diagonal entry is taken as round-off if it is below this multiple of the largest diagonal
 # entry. The factor is 4.5 machine epsilons.
@@ -67,8 +67,8 @@ def diagonalise(H: Flat, Z: Flat, size: int, tolerance: float) -> None:
 
 def damped_step(n: int, A: Flat, g: Flat, damping: float, L: Flat, step: Flat) -> bool:
     """
-    Solve (A + damping 1) step = g by Cholesky; return False if the matrix is not positive
-    definite.
+    Solve (A + damping 1) step = g for `step` by Cholesky. Return False if A + damping 1 is not
+    positive definite.
     """
     for i in range(n):
         for j in range(i + 1):

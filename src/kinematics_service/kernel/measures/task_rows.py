@@ -10,8 +10,8 @@ from ..layout.arrays import Floats, Integers
 
 class TaskRows:
     """
-    The rows J_t of the Jacobian that the task uses, in the axes of frame 0, and their scale
-    factors; immutable.
+    The rows of the Jacobian that the task uses, and their scale factors; immutable. The rows form
+    the task Jacobian J_t, in the axes of frame 0.
 
     In the compiled kernel the arrays are addresses that Python does not see.
 

@@ -7,7 +7,8 @@ functions along the curve.
 A place on the curve is a number k + x: the fraction x of the way from sample k to sample k + 1.
 Cubic Hermite interpolation predicts the solution, and Newton's method corrects the prediction
 perpendicular to the chord. The Illinois method (Dowell and Jarratt 1971) finds roots. It is regula
-falsi, but halves the function value at an end of the interval that has not moved.
+falsi with one change: if an end of the interval does not move, the function value at this end is
+halved.
 """
 
 import math
@@ -16,14 +17,14 @@ from ..layout import arrays
 from ..layout.arrays import Floats
 from .curve_point import CurvePoint
 
-# Largest number of steps of the Illinois method to a root; ten steps are usual.
+# Largest number of steps of the Illinois method to find a root; ten steps are usual.
 MAX_ROOT_STEPS = 100
-# The root is found if a joint's distance from the wanted position is below this, rad or m. The
-# tolerance is the round-off of 100 operations at 3 rad.
+# If the function is a joint position minus the wanted position, a root is found if the difference
+# is below this, rad or m. The tolerance is the round-off of 100 operations at 3 rad.
 LEVEL_TOLERANCE = 1e-13
-# A turning point of a joint is found if the joint's slope along the curve is below this. The
-# nearest point is found if the slope of the distance is below this. At a turning point, a joint
-# position has an error of the order of the square of the slope.
+# If the function is a slope along the curve, a root is found if the slope is below this: the slope
+# of a joint position at a turning point, or the slope of the distance at the nearest point. The
+# error of the joint position at a turning point is of the order of the square of the slope.
 SLOPE_TOLERANCE = 1e-9
 
 
@@ -56,8 +57,8 @@ class CurvePath:
 
     def interpolate(self, place: float) -> None:
         """
-        Move `point` to a place k + x of the curve, at the fraction x of the way from sample k to
-        sample k + 1.
+        Move `point` to the place k + x of the curve: from sample k, by the fraction x of the way
+        to sample k + 1.
         """
         q, border, n, square = self.point.q, self.point.border, self.n, 0.0
         k: int = int(min(max(place, 0.0), self.m - 2.0))
@@ -77,7 +78,10 @@ class CurvePath:
         self.point.improve()
 
     def value(self) -> float:
-        """Return the value, at `point`, of the function whose roots `root` finds."""
+        """
+        Return the value at `point` of the function that `joint` and `level` select, whose roots
+        `root` finds.
+        """
         q, tangent, total = self.point.q, self.point.tangent, 0.0
         if self.joint >= 0:
             level = self.level
@@ -88,8 +92,8 @@ class CurvePath:
 
     def root(self, a: float, low: float, b: float, high: float) -> float:
         """
-        Return the place between a and b at which the function is 0. The values of the function,
-        `low` at a and `high` at b, differ in sign.
+        Return the place between the places a and b of the curve at which the function `value` is
+        0. The values of the function, `low` at a and `high` at b, differ in sign.
         """
         x = b
         tolerance: float = LEVEL_TOLERANCE if not math.isnan(self.level) else SLOPE_TOLERANCE

@@ -4,10 +4,10 @@
 Move joint positions onto a curve of solutions by Newton's method, and compute the tangent of the
 curve.
 
-Allgower and Georg, Introduction to Numerical Continuation Methods, section 3.3: the derivative of
-the target's rows by the joints has one row fewer than columns. An additional last row, the border,
-makes the matrix square. The correction is perpendicular to the border. The tangent is the null
-vector of the rows above the border.
+Allgower and Georg, Introduction to Numerical Continuation Methods, section 3.3: the matrix of
+derivatives of the target's rows by the joints has one row fewer than columns. An additional last
+row, the border, makes the matrix square. The correction is perpendicular to the border. The
+tangent is the null vector of the rows above the border.
 """
 
 import math
@@ -68,8 +68,8 @@ class CurvePoint:
 
     def look_along(self, side: float) -> None:
         """
-        Set `border` to the null vector of the derivative at q that has the orientation `side`, 1
-        or -1.
+        Set `border` to the null vector of the derivatives of the target's rows at q. The null
+        vector gets the orientation `side`, 1 or -1.
 
         The elements of the null vector are cofactors: determinants with a unit vector as border.
         """
@@ -86,8 +86,8 @@ class CurvePoint:
 
     def improve(self) -> bool:
         """
-        Move q to a solution and compute the tangent of the curve at it; return whether Newton's
-        method converged.
+        Move q to a solution by Newton's method, and compute the tangent of the curve at the
+        solution. Return whether Newton's method converged.
         """
         n, A, step = self.n, self.A, self.step
         for _ in range(MAX_NEWTON_STEPS):
@@ -109,8 +109,8 @@ class CurvePoint:
 
     def linearise(self) -> None:
         """
-        Write to A the derivative of the target's rows at q, with the border as last row; write the
-        errors of the target's rows to `step`.
+        Write to A the derivatives of the target's rows at q, with the border as last row. Write
+        the errors of the target's rows to `step`.
         """
         n = self.n
         self.residual.square(self.q, places.JACOBIAN)
@@ -134,15 +134,16 @@ class CurvePoint:
 
     def way(self, j: int, way: float) -> float:
         """
-        Return the motion `way` of joint j minus full turns, so that it is at most half a period.
+        Return the motion `way` of joint j minus full turns, so that its size is at most half a
+        period.
         """
         return way - self.periods[j] * math.floor(way / self.periods[j] + 0.5)
 
 
 def write_derivative(point: CurvePoint, q: Floats, derivative: Floats) -> None:
     """
-    Write the derivative (n - 1, n) of the target's rows by the joints at joint positions q (n,),
-    rad or m.
+    Write to a matrix (n - 1, n) the derivatives of the target's rows by the joints, at joint
+    positions q (n,), rad or m.
     """
     n = point.n
     arrays.copy(point.q, n, arrays.numbers(q, n))

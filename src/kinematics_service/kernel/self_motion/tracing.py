@@ -17,8 +17,8 @@ from .curve_point import CurvePoint
 
 # Length of the first step along the curve, rad.
 FIRST_STEP = 0.02
-# Length of the longest step along the curve, rad. Without corrections it is the largest distance
-# between samples.
+# Length of the longest step along the curve, rad. The distance between two samples exceeds this
+# length only by the correction of the step.
 MAX_STEP = 0.1
 # Length of the shortest step along the curve, rad. If a step of this length fails, the curve ends
 # at a singular pose.
@@ -29,11 +29,11 @@ MIN_COSINE = 0.94
 # The next step is twice as long if the cosine of the angle between the tangents exceeds this, so
 # that the angle is below 0.1 rad.
 DOUBLING_COSINE = 0.995
-# Largest ratio of the corrector's motion to the step. The ratio is 0.18 on a circle whose tangent
-# turns by 0.35 rad.
+# Largest ratio of the motion by Newton's method (the corrector) to the step along the tangent. The
+# ratio is 0.18 on a circle whose tangent turns by 0.35 rad.
 MAX_CORRECTION = 0.25
-# Largest motion of a joint between two samples, rad: the sum of MAX_STEP and of the largest
-# correction of such a step.
+# Largest motion of a joint between two samples, rad: MAX_STEP plus the largest correction of a
+# step of this length.
 MAX_GAP = 0.125
 # Two sets of joint positions are taken as one solution if no joint differs by more than this, rad
 # or m. The tolerance is ten times the last step of Newton's method.
@@ -112,8 +112,8 @@ def _step_from(point: CurvePoint, sample: Flat, step: float, side: float) -> flo
 
 
 def _advance(point: CurvePoint, before: Flat, side: float, step: float) -> float:
-    # Moves `point` to the next solution along the curve. Returns the length of the following step,
-    # rad; 0 on failure.
+    # Moves `point` to the next solution along the curve, with shorter steps until one is accepted.
+    # Returns the length of the step after this one, rad; 0 if no step is accepted.
     h: float = step
     while h > MIN_STEP:
         cosine: float = _step_from(point, before, h, side)
@@ -124,9 +124,9 @@ def _advance(point: CurvePoint, before: Flat, side: float, step: float) -> float
 
 
 def _reaches(point: CurvePoint, side: float, sample: Flat, goal: Flat, least: float) -> bool:
-    # Returns whether one step from a sample along the curve reaches `goal`. The step must be
-    # longer than `least`. If `least` is negative, a step against the direction of the curve is
-    # allowed.
+    # Returns whether one step from a sample along the curve reaches the joint positions `goal`.
+    # The step must be longer than `least`. If `least` is negative, the step may go against the
+    # direction of the curve.
     n = point.n
     step: float = 0.0
     for j in range(n):
