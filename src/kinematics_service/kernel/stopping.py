@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Set a deadline at which the process ends after a signal, even if its Python interpreter is blocked.
+Set a deadline for the end of the process after a signal. The process ends even if its Python
+interpreter is blocked.
 """
 
 from .layout import stop_timer

@@ -57,8 +57,8 @@ class CurvePath:
 
     def interpolate(self, place: float) -> None:
         """
-        Move `point` to the place k + x of the curve: from sample k, by the fraction x of the way
-        to sample k + 1.
+        Move `point` to the place k + x of the curve, which is at the fraction x of the way from
+        sample k to sample k + 1.
         """
         q, border, n, square = self.point.q, self.point.border, self.n, 0.0
         k: int = int(min(max(place, 0.0), self.m - 2.0))

@@ -3,16 +3,18 @@
 """
 Find the nearest joint positions at which the equations of a group of closed loops are singular.
 
-Such joint positions are called a flat position in this file. At a flat position the loop equations
-do not determine the passive variables. The determinant D of the derivatives of the equations by
-the passive variables is zero, and a branch of solutions ends or meets another branch.
+Functions and constants of this file call such joint positions a flat position. At a flat position
+the loop equations do not determine the passive variables. The determinant D of the derivatives of
+the equations by the passive variables is zero, and a branch of solutions ends or meets another
+branch.
 
 The method is damped Newton on D^2 = 0 (Nocedal and Wright, section 11.1): D^2 has a finite
-derivative at a flat position, but D has none where a branch ends. A step leads to the plane on
-which the linearised D^2 is zero, and along this plane towards the point nearest to the origin.
-Steps are halved, because the loops do not close beyond the flat position. One flat position may be
-in the direction in which D grows, and another in the opposite direction. So the search has two
-starts: a step along the gradient of D, and a step against it.
+derivative at a flat position. The derivative of D is infinite where a branch ends. A step leads to
+the plane on which the linearised D^2 is zero, and along this plane towards the point nearest to
+the origin. Each step is multiplied by 0.5, because the loops do not close beyond the flat
+position. One flat position may be in the direction in which D grows, and another in the opposite
+direction. So the search has two starts: a step along the gradient of D, and a step against the
+gradient.
 """
 
 import math
@@ -24,18 +26,19 @@ from ..measures import gradient
 from . import projection, rank_equations
 from .rank_equations import RankEquations
 
-# First factor that shortens a Newton step. If the loops do not close after a step, the factor is
-# halved, but not below `projection.MIN_STEP_RATIO`, because a failed attempt takes the time of 50
-# steps.
+# Factor by which a Newton step is multiplied at first. If the loops do not close after the step,
+# the factor is halved. The factor does not fall below `projection.MIN_STEP_RATIO`, because a
+# failed attempt to close the loops takes the time of 50 steps.
 DAMPING = 0.5
-# The iteration has converged if the remaining distance to joint positions with singular loop
-# equations is at most this, rad.
+# The iteration has converged if the remaining distance to joint positions at which the loop
+# equations are singular is at most this, rad.
 FLAT_TOLERANCE = 1e-4
-# The motion stops this far before joint positions with singular loop equations, rad, because a
-# branch may end at them. If the loops do not close there, the distance is multiplied by ten.
+# The motion stops at this distance, rad, before joint positions at which the loop equations are
+# singular, because a branch may end at these joint positions. If the loops do not close at this
+# distance, the distance is multiplied by ten.
 END_BEFORE = 1e-7
-# Largest number of Newton steps. A step multiplies the remaining distance by at most 0.75, if the
-# determinant falls linearly.
+# Largest number of Newton steps. If the determinant is linear in the distance, a step multiplies
+# the remaining distance by at most 0.75.
 FLAT_STEPS = 30
 
 
@@ -84,8 +87,8 @@ def _move_along(
     equations: RankEquations, origin: Flat, group: int, step: float, d: Flat, work: Flat
 ) -> bool:
     # Moves d from the origin by `step` along the gradient of the loop determinant D. The step is
-    # shortened until the loops close. If they close after no step, d stays at the origin. Returns
-    # False if the gradient is 0.
+    # shortened until the loops close at its end. If the loops close after no such step, d stays at
+    # the origin. Returns False if the loops do not close at the origin or the gradient is 0.
     n = equations.n
     slope, goal = work, arrays.after(work, n)
     arrays.fill(d, n, 0.0)
@@ -110,8 +113,8 @@ def _move_along(
 def _descend(
     equations: RankEquations, origin: Flat, group: int, limit: float, d: Flat, work: Flat
 ) -> float:
-    # Moves d to joint positions with singular loop equations. Returns the length of d, rad;
-    # infinite if the iteration finds none.
+    # Moves d to joint positions at which the loop equations are singular. Returns the length of d,
+    # rad; infinite if the iteration finds no such joint positions.
     n, share = equations.n, DAMPING
     slope, goal, step = work, arrays.after(work, n), arrays.after(work, 2 * n)
     for _ in range(FLAT_STEPS):
@@ -171,8 +174,9 @@ def _write_step(n: int, onto: float, back: float, slope: Flat, d: Flat, step: Fl
 
 
 def _write_half(equations: RankEquations, group: int, slope: Flat, work: Flat) -> float:
-    # Fills `slope` (n,) with the gradient of the loop determinant D and returns D / 2. The ratio
-    # of D / 2 to the gradient of D is the ratio of D^2 to the gradient of D^2.
+    # Fills `slope` (n,) with the gradient of the loop determinant D and returns D / 2. A Newton
+    # step on D^2 = 0 needs only this ratio: D / 2 divided by the gradient of D equals D^2 divided
+    # by the gradient of D^2.
     n, groups = equations.n, equations.chain.groups
     free = arrays.after(work, groups * (1 + n))
     gradient.write_determinants(equations.chain, equations.row, work, free)

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute the derivatives of the tool velocity J x by the joint positions, for constant joint
-velocities x.
+Compute the derivatives of the tool velocity J x by the joint positions. The joint velocities x are
+constant.
 
 Each entry of the chain (a joint that moves an element) has a screw (v, w). If entry e moves by a
 unit, the screw (v, w) of e and of each later entry changes by (w_e x v, w_e x w). The linear

@@ -5,14 +5,14 @@ Find the singular pose nearest to given joint positions: sequential projection f
 
 The starts of the projection are:
 
-- the joint positions at which a singular value is zero to first order;
-- combinations (mixtures) of the singular vectors of the two least singular values;
-- a motion of each joint in both directions;
+- joint positions at which a singular value becomes zero to first order;
+- joint positions at which a combination (mixture) of the two least singular directions is lost;
+- joint positions after a motion of one joint, for each joint in both directions;
 - the nearest samples of the atlas, a list of singular poses.
 
 If the joints move, the search updates the singular poses that it has found, and tries the starts
-again one by one. While the joints move by a quarter of the distance to the nearest singular pose,
-the search tries all starts once.
+again one by one. By the time the joints have moved by a quarter of the distance to the nearest
+singular pose, the search has tried each start once.
 """
 
 import math
@@ -29,31 +29,34 @@ SAMPLES = 24
 # Number of atlas samples from which the search starts if the arm has closed loops. The number is
 # small, because a step takes 20 times as long as without loops.
 SAMPLES_OF_LOOPS = 6
-# Number of samples of the atlas that are starts if J is nearly singular but the search found no
-# singular pose within DOUBTFUL_DISTANCE.
+# Number of atlas samples from which the search starts if J is nearly singular but no singular pose
+# was found within DOUBTFUL_DISTANCE.
 NEARLY_SINGULAR_SAMPLES = 96
 # If J is nearly singular but the nearest singular pose found is farther than this, rad, the search
 # tries more samples.
 DOUBTFUL_DISTANCE = 0.1
-# Number of starts whose lost direction is a combination of the singular vectors of the two least
-# singular values, 22.5 degrees apart.
+# Number of starts that are combinations of the singular vectors of the two least singular values.
+# The weights are cosine and sine of angles 22.5 degrees apart.
 MIXTURES = 8
 # Largest number of steps of a projection along the set of singular poses.
 STEPS = 14
 # A start is dropped if its estimated distance exceeds the best distance times this factor. The
-# factor is above 1, because the estimate is linear and the set of singular poses is curved.
+# factor is above 1, because the estimate is linear and may be larger than the distance to the
+# curved set of singular poses.
 DROP_MARGIN = 1.3
 # Largest number of singular poses that the search follows while the joints move.
 MEMORY = 6
-# Two singular poses are taken as one if they differ by at most this, relative to the distance from
-# the present pose. Joint positions with singular loop equations are searched again if the joints
-# have moved by more than this, relative to the distance from these positions.
+# Two singular poses are taken as one if the distance between them is at most this fraction of
+# their distance from the present pose. The search for joint positions with singular loop equations
+# is repeated if the joints have moved by more than this fraction of the distance to such
+# positions.
 SAME_POSE_RATIO = 0.1
-# All starts are tried once while the joints move by this fraction of the distance to the nearest
-# singular pose.
+# While the joints move by this fraction of the distance to the nearest singular pose, each start
+# is tried once.
 SEARCH_RATIO = 0.25
-# Least distance by which SEARCH_RATIO is multiplied, rad. At smaller distances the level is ERROR
-# by default (stop: 0.03), so a more frequent search is not needed.
+# SEARCH_RATIO is multiplied by the distance to the nearest singular pose, but at least by this
+# distance, rad. At smaller distances the level is ERROR by default (stop: 0.03), so a more
+# frequent search is not needed.
 SEARCH_FLOOR = 0.02
 
 
@@ -106,13 +109,13 @@ class NearestSearch:
 
     def look(self, q: Flat, row: Flat) -> None:
         """
-        Search the nearest singular pose from all starts, at joint positions q (n,); `row` has the
-        results at q.
+        Search the singular pose nearest to joint positions q (n,) from all starts; `row` has the
+        results of `evaluate` at q.
         """
         self._stand_at(q, row)
         self.pose_count, self.distance, self.is_following = 0, places.INFINITY, True
-        # Search joint positions with singular loop equations first, because the loops do not close
-        # beyond them, and projections must not go there.
+        # Search first the joint positions at which the loop equations are singular. The loops do
+        # not close beyond such positions, so the projections must stay nearer.
         self._look_for_flat_loops()
         self._take_own_pose()
         self._begin()
@@ -159,8 +162,8 @@ class NearestSearch:
             self.look(q, row)
             return
         reach = SEARCH_RATIO * max(min(self.distance, places.FARTHEST), SEARCH_FLOOR)
-        # Try some starts again. Their number is proportional to the motion, so that all starts are
-        # tried while the joints move by `reach`.
+        # Try some starts again. The number of tried starts is proportional to the motion, so that
+        # all starts are tried while the joints move by `reach`.
         while self.tried * reach < self.moved * self.starts:
             if not self._try_next():
                 self.moved = 0.0
@@ -179,8 +182,8 @@ class NearestSearch:
                 self._put(nearest, length)
 
     def _take_own_pose(self) -> None:
-        # Stores the present joint positions as a singular pose if they are singular. If they are
-        # nearly singular, runs a projection from them.
+        # If the present joint positions are singular, stores them as a singular pose. If they are
+        # nearly singular, projects them onto the set of singular poses, and stores the result.
         condition, length = self.projection.equations.condition_number(), places.INFINITY
         arrays.fill(self.projection.d, self.n, 0.0)
         if condition >= 1.0 / places.RANK_TOLERANCE:
@@ -203,15 +206,15 @@ class NearestSearch:
             for j in range(self.n):
                 self.flats[k * self.n + j] = self.u[j] + d[j]
             self._take_flat(k)
-        # Limit a step to half of the distance to a pose at which the loop equations are singular.
-        # The loops still close after such a step.
+        # Limit each projection step to half of the distance to the nearest pose at which the loop
+        # equations are singular. The loops still close after such a step.
         if self.groups > 0:
             self.projection.radius = min(projection.TRUST_RADIUS, 0.5 * self.distance)
 
     def _hold_flat_loops(self) -> None:
-        # Updates the distances to the stored joint positions with singular loop equations. If the
-        # joints have moved by a tenth of the distance to the nearest of them, searches these
-        # positions again.
+        # Updates the distances to the stored joint positions at which loop equations are singular.
+        # If the joints have moved by a tenth of the least such distance, searches these joint
+        # positions again instead.
         nearest: float = places.FARTHEST
         for k in range(self.groups):
             nearest = min(nearest, self.flat_lengths[k])
@@ -226,15 +229,15 @@ class NearestSearch:
                 self._take_flat(k)
 
     def _take_flat(self, k: int) -> None:
-        # Takes the joint positions at which the equations of loop group k are singular as the
-        # nearest singular pose, if they are nearer than the pose found so far.
+        # The stored joint positions of loop group k, at which its equations are singular, become
+        # the nearest singular pose if they are nearer than the pose found so far.
         if self.flat_lengths[k] < self.distance:
             self.distance = self.flat_lengths[k]
             arrays.copy(self.nearest, self.n, self.projection.d)
 
     def _stand_at(self, q: Flat, row: Flat) -> float:
-        # Sets the present joint positions; returns the length of the motion from the last
-        # positions, rad.
+        # Sets the present joint positions to q. Returns the length of the motion from the previous
+        # joint positions to q, rad.
         self.projection.equations.decompose(row)
         squares = 0.0
         for j in range(self.n):
@@ -257,9 +260,9 @@ class NearestSearch:
         self.starts = self.values + MIXTURES + 2 * self.n + picked
 
     def _is_searched(self) -> bool:
-        # Returns whether singular poses are searched. Returns False if joint positions are so
-        # large that they have too few digits after the point, or if the arm has too many joints
-        # for an atlas.
+        # Returns whether singular poses are searched. Returns False if a joint position is above
+        # LARGEST_REDUCED, so that it has too few digits after the point, or if the arm has too
+        # many joints for an atlas.
         largest = 0.0
         for j in range(self.n):
             largest = max(largest, abs(self.u[j]))
@@ -272,8 +275,9 @@ class NearestSearch:
         return condition > places.NEARLY_SINGULAR and self.distance > DOUBTFUL_DISTANCE
 
     def _bring_next(self) -> bool:
-        # Runs the projection from the stored singular pose whose lower bound of the distance is
-        # least. Returns False if no stored pose can be nearer than the nearest pose found so far.
+        # Updates one stored singular pose: runs the projection from the stored pose that may be
+        # nearest. Returns False, without a projection, if no stored pose can be nearer than the
+        # nearest pose found so far.
         first = -1
         for k in range(self.pose_count):
             is_first = first < 0 or self._least(k) < self._least(first)
@@ -300,8 +304,8 @@ class NearestSearch:
         return self.lengths[k] - self.drifts[k]
 
     def _put(self, k: int, length: float) -> None:
-        # Stores the result of the projection as singular pose k, with the length of the motion to
-        # this pose.
+        # Stores the result of the projection as singular pose k. `length` is the length of the
+        # motion to this pose, rad.
         for j in range(self.n):
             self.poses[k * self.n + j] = self.u[j] + self.projection.d[j]
         self.lengths[k], self.drifts[k] = length, 0.0
@@ -323,8 +327,8 @@ class NearestSearch:
         return True
 
     def _write_start(self, k: int, limit: float) -> bool:
-        # Writes the motion from the present joint positions to start k into the projection.
-        # Returns False if this start cannot give a singular pose nearer than `limit`.
+        # Writes the motion from the present joint positions to start k into the array `d` of the
+        # projection. Returns False if start k cannot give a singular pose nearer than `limit`.
         d = self.projection.d
         if k < self.values:
             r = self.values - 1 - k
@@ -347,8 +351,9 @@ class NearestSearch:
         return self.atlas.matters(k // 2)
 
     def _remember(self, length: float) -> None:
-        # Stores the singular pose that the projection found. The pose replaces a stored pose that
-        # is nearly equal, or the farthest one if the memory is full.
+        # Stores the singular pose that the projection found. If a stored pose is nearly equal, or
+        # if the memory is full, the pose replaces the nearly equal or the farthest stored pose,
+        # provided that it is nearer.
         place, farthest = -1, 0
         for k in range(self.pose_count):
             squares = 0.0

@@ -8,8 +8,8 @@ S is zero if J_t has lost rank (`rank_equations.py`), and dS is the derivative o
 motion from the given positions after step i. Each step solves min |d|^2 with S + dS (d - d_i) = 0
 (Nocedal and Wright, Numerical Optimization, section 18.1, with the identity as Hessian). The
 solution is d - d_i = -dS^+ S - (1 - dS^+ dS) d_i: a step onto the set and a step along the set. A
-trust radius bounds both steps. The last iterations leave out the step along the set, so that they
-are Newton's method, which converges to a singular pose.
+trust radius bounds both steps. The last iterations leave out the step along the set. These
+iterations are Newton's method, which converges to a singular pose.
 """
 
 import math
@@ -24,24 +24,24 @@ from .rank_equations import RankEquations
 # Longest step of the projection, rad. The sine of this angle differs from the angle by 1.5 %, so a
 # linear equation is nearly exact within the step.
 TRUST_RADIUS = 0.3
-# A projection has converged if its next step onto the set of singular poses is at most this,
-# relative to the whole motion.
+# A projection has converged if its next step onto the set of singular poses is at most this
+# fraction of the whole motion from the given joint positions.
 STEP_TOLERANCE = 1e-9
-# Least motion by which STEP_TOLERANCE is multiplied, rad. The product is a step of 1e-12 rad,
-# which is round-off.
+# STEP_TOLERANCE is multiplied by the length of the whole motion, but at least by this length, rad.
+# The least product, 1e-12 rad, is round-off.
 MIN_MOTION = 1e-3
-# A projection has converged along the set of singular poses if its step along the set is at most
-# this, relative to the whole motion. The computed distance is then at most 1e-5 too large.
+# The motion along the set of singular poses has converged if the step along the set is at most
+# this fraction of the whole motion. The relative error of the computed distance is then at most
+# about 1e-5.
 SLIDE_TOLERANCE = 5e-3
-# Bounds of the step along the set of singular poses, relative to the step that solves the linear
-# equations.
+# Smallest and largest ratio of the step along the set of singular poses to the step that solves
+# the linear equations.
 MIN_STEP_RATIO = 0.1
-MAX_STEP_RATIO = 2.0  # the curvature of the set may be half of what dS suggests
+MAX_STEP_RATIO = 2.0  # the step may be twice as long, if the set is less curved
 # Largest number of Newton steps after the projection. If S has a double zero, each step halves the
 # remaining distance.
 NEWTON_STEPS = 24
-# Number of steps after which a start can be dropped because of the linear estimate of its
-# distance.
+# After this number of steps, a start can be dropped because its estimated distance is too large.
 TRIAL_STEPS = 2
 
 
@@ -70,7 +70,7 @@ class Projection:
 
     def run(self, limit: float, most: int, tolerance: float) -> float:
         """
-        Move d, the motion from the origin, to a locally nearest singular pose; return the length
+        Move d, the motion from the origin, to a locally nearest singular pose. Return the length
         of d, rad.
 
         The length is infinite if the iteration does not converge, or if the linear estimate of the
@@ -86,8 +86,9 @@ class Projection:
             If the step along the set, relative to the length of d, is at most this, the run has
             converged.
         """
-        # Take steps along the set of singular poses, then Newton steps alone. If the step along
-        # the set is still long after the Newton steps, do a second round of both.
+        # A round has two phases: steps onto and along the set of singular poses, then Newton steps
+        # onto the set alone. If the step along the set is still long after the Newton steps, do a
+        # second round.
         n, best, remaining, is_second_round = self.n, places.INFINITY, most, False
         self.equations.restart()
         for _ in range(2 * (most + NEWTON_STEPS)):
@@ -127,8 +128,8 @@ class Projection:
         return is_small or self.equations.are_singular(places.RANK_TOLERANCE)
 
     def _take_last_step(self, length: float) -> float:
-        # Writes to `result` the motion d plus the last two steps, leaving out a step that is not
-        # small. Does not evaluate S again. Returns the length of this motion, rad.
+        # Writes to `result` the motion d plus those of the steps `onto` and `along` that are
+        # small. S is not evaluated again after these steps. Returns the length of `result`, rad.
         n, onto, along = self.n, 0.0, 0.0
         if rank_equations.length_of(self.onto, n) <= SLIDE_TOLERANCE * length:
             onto = 1.0
@@ -165,7 +166,8 @@ class Projection:
             self.d[j] += self.moved[j]
 
     def _estimate(self) -> float:
-        # Returns the distance to the nearest point of the linearised set of singular poses, rad.
+        # Returns a linear estimate of the distance from the origin to the nearest singular pose,
+        # rad: the distance to the linearised set of singular poses.
         squares = 0.0
         for j in range(self.n):
             end = self.d[j] + self.onto[j] + self.along[j]

@@ -24,8 +24,8 @@ from ..measures import gradient, singular_values, singularity
 from ..measures.task_rows import TaskRows
 from . import jacobian_changes
 
-# A singular value of dS is taken as zero if its ratio to the largest one is at most this. Errors
-# of 1e-5 in the DH table cause larger ratios.
+# A singular value of dS is taken as zero if its ratio to the largest singular value of dS is at
+# most this. Errors of 1e-5 in the DH table cause larger ratios.
 RANK_SHARE = 1e-6
 
 
@@ -48,8 +48,8 @@ class RankEquations:
     n, count
         Number of joints, and of entries of S.
     residual, size
-        Norm of S, which is at least the singular value s_k, and a lower bound of the largest
-        singular value of J_t.
+        `residual` is the norm of S, an upper bound of the singular value s_k. `size` is a lower
+        bound of the largest singular value of J_t.
     """
 
     def __init__(self, chain: Chain, task: TaskRows, spans: Floats) -> None:
@@ -57,8 +57,8 @@ class RankEquations:
         n, m = self.chain.dof, self.task.count
         self.n, self.m = n, m
         self.residual, self.size = 0.0, 0.0
-        # Size the arrays for one pivot fewer than k - 1 (k is the generic rank), because S is
-        # largest then.
+        # Size the arrays for k - 2 pivots, where k is the generic rank. This is the smallest
+        # number of pivots, for which S has most entries.
         self.pivots: int = max(task.generic_rank - 2, 0)
         self.idle: int = n - self.pivots
         self.lost: int = m - self.pivots
@@ -96,8 +96,8 @@ class RankEquations:
 
     def restart(self) -> None:
         """
-        Restore the row of results given to `decompose`; the next `move_to` closes the loops from
-        this row.
+        Restore the row of results that was given to `decompose`. The next `move_to` starts from
+        this row to close the loops.
         """
         arrays.copy(self.row, self.chain.frames_at, self.home)
 
@@ -154,9 +154,9 @@ class RankEquations:
         self.size = math.sqrt(squares / min(self.m, n))
 
     def _eliminate(self) -> None:
-        # Eliminates in place: M becomes the factors L and U of A, the factors C U^-1 below L and
-        # U, and S in the last rows and columns. `rows` and `columns` store the row and column of M
-        # at each position after pivoting.
+        # Eliminates in place. M then has the factors L and U of A, below L and U the factors C
+        # U^-1, and in the last rows and columns S. `rows` and `columns` store the row and column
+        # of M at each position after pivoting.
         m, n, M, rows, columns = self.m, self.n, self.M, self.rows, self.columns
         for i in range(m):
             rows[i] = i
@@ -234,8 +234,8 @@ class RankEquations:
 
     def are_singular(self, ratio: float) -> bool:
         """
-        Return whether J_t is singular: the norm of S is at most `ratio` times the largest singular
-        value of J_t.
+        Return whether J_t is singular: whether the norm of S is at most `ratio` times the largest
+        singular value of J_t.
 
         The largest singular value is taken as the larger of `size` and the largest singular value
         in the row of `decompose`.
@@ -243,7 +243,9 @@ class RankEquations:
         return self.residual <= max(ratio * max(self.size, self.sigma[0]), self.task.zero)
 
     def linearise(self) -> None:
-        """Fill G with dS, the derivative of S by the joints, and make the rows of G orthogonal."""
+        """
+        Fill G with dS, the derivatives of S by the joints, and make the rows of G orthogonal.
+        """
         self.write_slopes()
         self.orthogonalise()
 
@@ -292,7 +294,7 @@ class RankEquations:
 
     def decompose(self, row: Flat) -> None:
         """
-        Compute the singular value decomposition of J_t in a row of results, and keep the row.
+        Compute the singular value decomposition of J_t in a row of results, and store the row.
         """
         arrays.copy(self.home, self.chain.frames_at, row)
         singularity.write_directions(self.n, self.task, self.home, self.W, self.sigma)

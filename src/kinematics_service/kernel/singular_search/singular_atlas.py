@@ -3,8 +3,8 @@
 """
 Compute samples of the singular poses of an arm: project random joint positions by Newton's method.
 
-The search for the nearest singular pose starts from some of these samples. So it also finds
-branches of singular poses that are not nearest to first order.
+The search for the nearest singular pose starts from some of these samples. So the search also
+finds the nearest singular pose if first-order estimates lead to another branch of singular poses.
 """
 
 import math
@@ -31,7 +31,7 @@ SEED = 1
 
 class SingularAtlas:
     """
-    Samples of an arm's singular poses over the whole ranges of its joints; immutable.
+    Samples of the singular poses of an arm, over the whole ranges of its joints; immutable.
 
     Parameters
     ----------

@@ -58,8 +58,8 @@ def write_zero_between(
 
     Returns the length of d, rad; infinite if it exceeds `limit`, or if the generic rank is 1. The
     elimination stops one pivot earlier than usual, so that S has two rows (or columns). The rank
-    of J_t is below k if the sum of these rows with weights cos(turn) and sin(turn) is zero. So
-    Newton's method does not divide by a small pivot.
+    of J_t is below the generic rank if the sum of these rows with weights cos(turn) and sin(turn)
+    is zero. Newton's method solves this equation, so it never divides by the small last pivot.
     """
     n, rank, length = equations.n, equations.task.generic_rank, places.INFINITY
     if rank < 2 or rank < min(equations.m, n):
@@ -90,8 +90,8 @@ def write_zero_between(
 
 
 def _mix(equations: RankEquations, turn: float) -> None:
-    # Replaces the two rows (or columns) of S by their weighted sum, and computes the derivatives
-    # of the sum with orthogonal rows.
+    # Replaces the two rows (or columns) of S by their weighted sum. Writes the derivatives of the
+    # sum by the joints as orthogonal rows.
     n = equations.n
     lines, width, other = equations.count // 2, n + equations.count, n + equations.count // 2
     by_rows = equations.lost == 2

@@ -1,15 +1,15 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Solve for six complex joint positions that reach a goal by Newton's method, and prove that a
-solution is near.
+Compute six complex joint positions that reach a goal by Newton's method, and prove that a solution
+is near the computed positions.
 
-The equations compare the product of the screws with the goal. The equations require equal
-positions, and a relative rotation with zero skew part. The derivatives are twists (Pluecker
-coordinates of the screws). The proof is the Newton-Kantorovich theorem (L. V. Kantorovich 1948; P.
-Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 2.1). Let beta >= |J^-1|, K be a
-Lipschitz constant of J, and s the Newton step. If h = beta K |s| <= 1/2, there is a solution
-within 2 |s|, and no other solution within 1 / (beta K).
+The equations compare the product of the six screw motions with the goal. The positions must be
+equal, and the relative rotation matrix must have no skew part. The derivatives are twists
+(Pluecker coordinates of the screws). The proof is the Newton-Kantorovich theorem (L. V.
+Kantorovich 1948; P. Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 2.1). Let beta
+>= |J^-1|, K be a Lipschitz constant of J, and s the Newton step. If h = beta K |s| <= 1/2, there
+is a solution within 2 |s|, and no other solution within 1 / (beta K).
 """
 
 import math
@@ -27,23 +27,24 @@ MAX_ITERATIONS = 12
 # Largest change of a joint in one Newton step, rad or units of the loop; longer steps are
 # shortened.
 MAX_STEP = 0.5
-# J is taken as singular if the Newton step is at least this, rad or units of the loop. Such a
-# step, shortened to MAX_STEP, does not converge in MAX_ITERATIONS. The test saves 5 % of the time
-# of a UR5e whose table has errors of 1e-5.
+# If a Newton step is at least this, rad or units of the loop, J is taken as singular and the
+# iteration ends. After such a step, shortened to MAX_STEP, the method would not converge in
+# MAX_ITERATIONS. The test saves 5 % of the time of a UR5e whose table has errors of 1e-5.
 SINGULAR_STEP = 1e6
 # Newton's method ends after a step shorter than this, rad or units of the loop. Convergence is
 # quadratic, so the next step would be about 1e-14, which is round-off.
 STEP_TOLERANCE = 1e-7
-# Largest element of the residual at a solution (1, or units of the loop). The equations also hold
-# if the product of screws differs from the goal by a rotation of 180 degrees; then an element is
-# at least 2/3.
+# Largest element of the residual at a solution, without unit for rotations and in units of the
+# loop for positions. The equations also hold if the product of screws differs from the goal by a
+# rotation of 180 degrees. Such a wrong solution has an element of at least 2/3.
 MAX_RESIDUAL = 0.5
-# Largest accepted h of the Newton-Kantorovich theorem. If h < 1/8, two iterates near one solution
-# are within half a radius of each other; the value 1/16 adds a safety factor of two.
+# Largest accepted h of the Newton-Kantorovich theorem. If h < 1/8, two results of the iteration
+# near one solution are within half a radius of each other. The value 1/16 adds a safety factor of
+# two.
 MAX_KANTOROVICH_H = 0.0625
-# If round-off grows by more than this factor, `certify` tries a second proof, with joints weighted
-# by the lengths of their twists. Round-off grows by about 10 at real positions, and by more only
-# far from real positions.
+# If the product of the screws increases round-off by more than this factor, `certify` tries a
+# second proof, in which joints are weighted by the lengths of their twists. The factor is about 10
+# at real positions, and larger only far from real positions.
 MIN_GROWTH = 1e3
 # Number of columns of the linear system: six of J, one of the residual, and six of the identity.
 WIDTH = 13
@@ -51,8 +52,8 @@ WIDTH = 13
 
 def angle_left(loop: SixScrews, t: Numbers, k: int, v: Vector) -> Complex:
     """
-    Return the complex angle of joint k, rad, for which joints 0 to k rotate v to the direction
-    that the goal gives v.
+    Return the complex angle of joint k, rad, at which joints 0 to k rotate the vector v onto the
+    vector that the goal rotates v to.
 
     Joints before k are at positions t (6 pairs); joints after k do not change v.
     """
@@ -64,8 +65,7 @@ def angle_left(loop: SixScrews, t: Numbers, k: int, v: Vector) -> Complex:
     for j in range(k):
         if not vectors.slides(loop.screws, j):
             complex_numbers.write_turn(pairs.pair(t, j), turn)
-            # Multiply the vector from the left, because this applies the inverse rotation: v^T E =
-            # (E^-1 v)^T.
+            # Multiply the row vector by E, which applies the inverse rotation: v^T E = (E^-1 v)^T.
             re, im = (vector[0], vector[2], vector[4]), (vector[1], vector[3], vector[5])
             complex_product.write_turned(re, im, vectors.axis_of(loop.screws, j), turn, vector)
     re, im = (vector[0], vector[2], vector[4]), (vector[1], vector[3], vector[5])
@@ -78,8 +78,8 @@ def angle_left(loop: SixScrews, t: Numbers, k: int, v: Vector) -> Complex:
 
 class Motion:
     """
-    Newton's method for the six joints of a loop, with its arrays: the product of the screws, and
-    the derivatives of this product.
+    Newton's method for the six joints of a loop, with the arrays that it needs: the product of the
+    screws, and the derivatives of this product.
 
     Attributes
     ----------
@@ -88,8 +88,8 @@ class Motion:
     weights : shape (6,)
         Factors of the joints in the norm in which `radius` is measured.
     radius
-        Distance within which the solution proved by `certify` is the only one. The error of t is
-        at most an eighth of this distance.
+        Distance from t within which the solution proved by `certify` is the only solution. The
+        distance from t to this solution is at most an eighth of `radius`.
     """
 
     def __init__(self) -> None:
@@ -167,8 +167,9 @@ class Motion:
         return self._is_certain(math.sqrt(6 * inverses), error, True)
 
     def _is_certain(self, K: float, error: float, weighted: bool) -> bool:
-        # Returns whether h of the Newton-Kantorovich theorem is small enough; fills `weights` and
-        # `radius`. If `weighted`, joints are weighted by the lengths of their twists.
+        # Returns whether h of the Newton-Kantorovich theorem is below MAX_KANTOROVICH_H. Fills
+        # `weights` and `radius`. If `weighted` is set, joints are weighted by the lengths of their
+        # twists.
         step, inverse = 0.0, 0.0
         for j in range(6):
             row = arrays.after(self.J, 2 * WIDTH * j)
@@ -182,9 +183,9 @@ class Motion:
         return (math.sqrt(step) + beta * error) * beta * K < MAX_KANTOROVICH_H
 
     def _growth(self, loop: SixScrews) -> float:
-        # Returns the factor by which the product of the six screws increases round-off: the sum
-        # over the screws of the squared norm of the rotation before the screw. These norms are 1
-        # at real joint positions.
+        # Returns the factor by which the product of the six screws increases round-off. Each screw
+        # adds the mean squared length of the rows of the rotation before it, times 1 plus the
+        # distance of its point from the origin. At real joint positions the mean is 1.
         growth = 0.0
         for k in range(6):
             square = 0.0
@@ -195,8 +196,9 @@ class Motion:
         return growth
 
     def _scale_by_slides(self, loop: SixScrews, t: Numbers) -> float:
-        # Divides the lengths in J and the residual by the longest prismatic motion, if it exceeds
-        # the present unit of length. Returns the new unit, in units of the loop.
+        # If the longest prismatic motion exceeds the unit of length of the loop, it becomes the
+        # unit: the lengths in J and the residual are divided by it. Returns the unit in use, in
+        # units of the loop.
         unit = 1.0
         for k in range(6):
             if vectors.slides(loop.screws, k):
@@ -211,8 +213,8 @@ class Motion:
 
     def residual(self, loop: SixScrews, t: Numbers) -> float:
         """
-        Return the largest difference between an element of the product of screws at t and the
-        element of the goal.
+        Return the largest difference between corresponding elements of the product of screws at t
+        and of the goal.
         """
         self.product.multiply(loop.screws, t)
         largest: float = 0.0

@@ -16,16 +16,19 @@ from .pairs import Complex
 # Unit round-off of double precision (IEEE 754: 2^-53 = 1.1e-16): the relative error of one
 # operation.
 ROUND_OFF = 1e-16
-# Squared sizes below this are taken as 0, because IEEE 754 numbers below 2e-308 lose digits. The
-# inverse of a larger number is finite.
+# Squared absolute values below this are taken as 0, because IEEE 754 numbers below 2e-308 lose
+# digits. The inverse of a larger number is finite.
 TINY = 1e-300
-# Largest |imaginary part| of an angle, rad. For a larger imaginary part a cosine exceeds e^25 / 2
-# = 4e10, and the difference of two such cosines keeps fewer than six of sixteen digits.
+# Largest absolute imaginary part of an angle, rad. If the imaginary part is larger, a cosine
+# exceeds e^25 / 2 = 4e10, and the difference of two such cosines keeps fewer than six of sixteen
+# digits.
 MAX_IMAGINARY = 25.0
 
 
 def is_near(t: Complex) -> bool:
-    """Return whether the imaginary part of a joint position is at most `MAX_IMAGINARY`."""
+    """
+    Return whether the absolute imaginary part of a joint position is at most `MAX_IMAGINARY`.
+    """
     return abs(t[1]) <= MAX_IMAGINARY
 
 

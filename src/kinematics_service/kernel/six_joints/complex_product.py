@@ -85,7 +85,7 @@ class Product:
                 pairs.put(p, i, pairs.plus(o, -1.0, self.row_times(i, point)))
 
     def row_times(self, i: int, v: Vector) -> Complex:
-        """Return the product of row i of R and a real vector v."""
+        """Return the scalar product of row i of the complex rotation R and a real vector v."""
         row = arrays.after(self.R, 6 * i)
         return (
             row[0] * v[0] + row[2] * v[1] + row[4] * v[2],

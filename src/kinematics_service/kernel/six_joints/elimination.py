@@ -30,15 +30,16 @@ EQUATIONS = 14
 # Number of products on the left sides, 3^3. Each product has one of three parts of joint 3, one of
 # joint 4 and one of joint 5.
 LEFT = 27
-# Number of products on the right sides: three parts for each of joints 1 and 2, without 1 times 1.
+# Number of products on the right sides, 3^2 - 1. Each product has one of three parts of joint 1
+# and one of joint 2. The product 1 times 1 is a constant and does not count.
 RIGHT = 8
 # A pivot is taken as zero if its ratio to the first pivot is at most this. Pivots that are zero
 # for exact tables of special arms are round-off, 1e-15, or errors of a calibration. A pivot of
 # 1e-9 keeps seven digits.
 PIVOT_RATIO = 1e-9
 # A row of the equations is left out as dependent if its length, relative to the longest row, is at
-# most this. The ratio is below PIVOT_RATIO, because a row that is left out is a lost equation, and
-# a row that is kept only increases `error`.
+# most this ratio. The ratio is smaller than PIVOT_RATIO: to leave out a good row would lose an
+# equation, but to keep a dependent row only increases `error`.
 DEPENDENT_ROW_RATIO = 1e-11
 
 
@@ -90,8 +91,8 @@ class Elimination:
         for b in range(3):
             line = arrays.after(self.fifth, 15 * b)
             lines.write_parts(screws, 3, line, arrays.after(self.fourth, 45 * b))
-        # Write the parts of joint 3 for all products. Row 3 b + a of `fourth` belongs to part a of
-        # joint 4 and part b of joint 5.
+        # Multiply the parts of joints 4 and 5 by the parts of joint 3. Row 3 b + a of `fourth`
+        # belongs to part a of joint 4 and part b of joint 5.
         for a in range(3):
             for b in range(3):
                 line = arrays.after(self.fourth, 15 * (3 * b + a))
@@ -173,8 +174,8 @@ class Elimination:
                 if p != i:
                     F[LEFT * p + k] = x
             self._clear_below(i, rows)
-        # Increase the relative error, because subtraction made the last row shorter but not its
-        # errors.
+        # Increase the relative error. Subtractions have made the shortest row shorter, but not the
+        # errors in this row.
         if shortest > 0.0:
             self.error *= math.sqrt(longest / shortest)
 

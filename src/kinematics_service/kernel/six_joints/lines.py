@@ -38,7 +38,7 @@ def vector_at(k: int) -> int:
 
 
 def write_line(direction: Vector, point: Vector, V: Numbers) -> None:
-    """Write the 15 numbers of the line through a point with a unit direction to V."""
+    """Write to V the 15 numbers of the line through `point` with the unit vector `direction`."""
     square, along = vectors.dot(point, point), vectors.dot(point, direction)
     V[0], V[4], V[8] = 1.0, square, along
     put(V, POINT, point)
@@ -96,7 +96,8 @@ def write_parts(screws: Numbers, k: int, V: Numbers, parts: Flat) -> None:
 
 
 def _write_slide_parts(axis: Vector, V: Numbers, parts: Numbers) -> None:
-    # Writes the terms of d and of d^2 of the line V translated by d times the axis.
+    # Writes to `parts` the terms linear in d and quadratic in d of the line V, translated by d
+    # times the axis.
     p, direction = vectors.three(V, POINT), vectors.three(V, DIRECTION)
     moment = vectors.three(V, MOMENT)
     along = vectors.dot(axis, direction)

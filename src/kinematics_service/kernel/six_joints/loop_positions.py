@@ -18,8 +18,9 @@ from .pairs import Complex
 from .pencils import Pencil
 from .six_screws import SixScrews
 
-# The columns of the cosine and of the sine of joint 2 are taken as dependent if the sine of the
-# angle between them is at most this. The bound is the square root of round-off.
+# In the equations of joint 2, the columns of the cosine and of the sine are taken as dependent if
+# the sine of the angle between the columns is at most this. The bound is the square root of
+# round-off.
 DEPENDENT_SINE = 1e-8
 
 
@@ -44,14 +45,15 @@ def _rotated(a: Complex, b: Complex, sign: float) -> Complex:
 
 
 def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
-    # Returns e^(i t), where t is the angle of the multiplied joint (4 or 5), from the null vector
-    # x (4, 3). If the joint is prismatic, returns the joint position.
+    # Computes the position of the multiplied joint (4 or 5) from the null vector x (4, 3). Returns
+    # e^(i t) if t is the angle of a revolute joint, or the position of a prismatic joint.
     terms = [0.0] * 24
     for b in range(3):
         for i in range(4):
             value: Complex = pairs.pair(x, 3 * i + b)
             if not slides:
-                # Form the terms i = 0 to 3: e^(-3i t/2), e^(-i t/2), e^(i t/2), e^(3i t/2).
+                # Form the four terms e^(-3i t/2), e^(-i t/2), e^(i t/2), e^(3i t/2) for the loop
+                # index 0 to 3.
                 k = 0 if i in (1, 2) else 2
                 cosine, sine = pairs.pair(x, 3 * k + b), pairs.pair(x, 3 * k + 3 + b)
                 value = _rotated(cosine, sine, -1.0 if i < 2 else 1.0)
@@ -60,8 +62,9 @@ def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
 
 
 def _last_joint(x: Numbers, slides: bool) -> Complex:
-    # Returns e^(i t), where t is the angle of the joint (4 or 5) that is not multiplied, from the
-    # null vector x (4, 3). If the joint is prismatic, returns the joint position.
+    # Computes the position of the joint (4 or 5) that is not multiplied from the null vector x (4,
+    # 3). Returns e^(i t) if t is the angle of a revolute joint, or the position of a prismatic
+    # joint.
     terms = [0.0] * 24
     for k in range(4):
         constant = pairs.pair(x, 3 * k)
@@ -90,7 +93,8 @@ def _write_parts_of(t: Complex, slides: bool, three: Flat) -> None:
 
 class Positions:
     """
-    Computes the six joint positions that belong to a root z = e^(i t) of joint 3.
+    Computes the six joint positions that belong to a root z = e^(i t), where t is the angle of
+    joint 3.
 
     Attributes
     ----------
@@ -168,8 +172,8 @@ class Positions:
                         self.line[15 + i] += im * parts[i]
 
     def _second_joint(self, loop: SixScrews, elimination: Elimination) -> Complex:
-        # Solves joint 2. Six invariants of a line, which joint 1 does not change, give six
-        # equations in the cosine and sine of joint 2.
+        # Solves joint 2. Joint 1 does not change six linear combinations of the numbers of a line.
+        # These invariants give six equations in the cosine and sine of joint 2.
         screws = loop.screws
         lines.write_parts(screws, 1, self.line, self.parts)
         lines.write_parts(screws, 1, arrays.after(self.line, 15), self.parts_i)
@@ -199,8 +203,9 @@ class Positions:
         return total
 
     def _solve_pair(self, slides: bool) -> Complex:
-        # Solves six equations in two unknowns by least squares: Gram-Schmidt, the longer column
-        # first. If the columns are dependent, sets the unknown of the shorter column to 0.
+        # Solves the six equations for two unknowns by least squares. The method is Gram-Schmidt,
+        # which starts with the longer column. If the columns are dependent, sets the unknown of
+        # the shorter column to 0.
         cosine: Complex
         sine: Complex
         longer = 0 if self._inner(0, 0)[0] >= self._inner(1, 1)[0] else 1
@@ -229,8 +234,8 @@ class Positions:
 
     def _first_joint(self, loop: SixScrews, elimination: Elimination, second: Complex) -> Complex:
         # Solves joint 1, which moves the line of axis 6 (already moved by joints 5 to 2) to the
-        # line at the goal. The angle is that of one of the vectors p, l, m and h of the line: the
-        # one with the longest part across axis 1.
+        # line at the goal. The angle is computed from one of the vectors p, l, m and h of the
+        # line. It is the vector with the longest part perpendicular to axis 1.
         screws, best = loop.screws, -1.0
         _write_parts_of(second, vectors.slides(screws, 1), self.three)
         axis, point = vectors.axis_of(screws, 0), vectors.point_of(screws, 0)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """
 Compute a matrix M(t) and its determinant, where t is the angle of joint 3 (Raghavan and Roth
-1993). M(t) is singular if the loop can close.
+1993). If the loop can close at the angle t, M(t) is singular.
 
 The dialytic step multiplies each of the six equations of `Elimination` by cos(t/2) and by sin(t/2)
 of one joint, 4 or 5. The results are linear in twelve products: (cos t/2, sin t/2, cos 3t/2, sin
@@ -10,7 +10,7 @@ of one joint, 4 or 5. The results are linear in twelve products: (cos t/2, sin t
 tangents of the paper, which are infinite at 180 degrees. If the multiplied joint is prismatic with
 position d, the products have (1, d, d^2, d^3).
 
-The loop closes only if M(t) = M0 + cos(t) M1 + sin(t) M2 is singular. The determinant is a
+The matrix of the equations is M(t) = M0 + cos(t) M1 + sin(t) M2. The determinant of M(t) is a
 trigonometric polynomial, interpolated by a discrete Fourier transform (polynomials.py). The null
 vector of M(t) at a root gives joints 4 and 5.
 """
@@ -29,14 +29,14 @@ from .pairs import Complex
 SIZE = 12
 # Number of entries of the matrix M: SIZE squared.
 SQUARE = 144
-# Degree of the determinant of M if there are six equations: a general arm has 16 solutions
-# (Raghavan and Roth). If more equations are combined, the degree can be up to SIZE.
+# Degree of the determinant of M for six equations, because a general arm has 16 = 2 DEGREE
+# solutions (Raghavan and Roth). If more equations are combined, the degree can be up to SIZE.
 DEGREE = 8
-# Number of samples to interpolate a determinant of degree 8. It has 17 coefficients; eight more
-# samples measure the round-off.
+# Number of samples to interpolate a determinant of degree 8. The determinant has 17 coefficients;
+# eight more samples measure the round-off.
 SAMPLES = 25
-# Number of samples to interpolate a determinant of degree 12. It has 25 coefficients; the other
-# harmonics measure the round-off.
+# Number of samples to interpolate a determinant of degree 12. The determinant has 25 coefficients;
+# seven more samples measure the round-off.
 MAX_SAMPLES = 32
 
 
@@ -147,8 +147,8 @@ class Pencil:
 
     def sample(self) -> None:
         """
-        Compute the coefficients and the noise of the determinant; both are divided by the largest
-        sample of the determinant.
+        Compute the coefficients and the noise of the determinant. Coefficients and noise are
+        divided by the largest sample of the determinant.
         """
         count = SAMPLES if self.degree == DEGREE else MAX_SAMPLES
         polynomials.write_circle(count, self.circle)
@@ -171,8 +171,8 @@ class Pencil:
             self.samples, count, self.circle, largest, self.degree, self.coefficients
         )
         # Add to the noise a bound of the effect of errors of the matrix entries. An error of an
-        # entry, times the minor of this entry, is added to the determinant, in harmonics of any
-        # order.
+        # entry changes the determinant by the error times the minor of the entry, also in
+        # harmonics below the degree.
         error = max(self.error, complex_numbers.ROUND_OFF)
         self.noise = max(noise, error * minor / largest)
 
@@ -216,11 +216,11 @@ class Pencil:
 
     def residual(self, z: Complex, x: Numbers) -> float:
         """
-        Return the relative residual of the original equations for products x at e^(i t) = z, |z|
-        near 1.
+        Return the relative residual of the equations before they were combined, for products x at
+        e^(i t) = z, |z| near 1.
 
-        The residual is large if z solves only the twelve combined equations and not the original
-        ones.
+        The residual is large if z solves the twelve combined equations, but not the equations
+        before the combination.
         """
         inverse = pairs.over((1.0, 0.0), z)
         c = (0.5 * (z[0] + inverse[0]), 0.5 * (z[1] + inverse[1]))

@@ -21,8 +21,8 @@ from .pairs import Complex
 # Largest number of sweeps; a sweep improves each root once. Simple roots take 10 to 20 sweeps;
 # clusters of roots converge linearly.
 MAX_ITERATIONS = 60
-# Angle of the first starting point, rad. The angle is not 0, because a start on the real axis
-# could not leave the axis if the coefficients are real.
+# Angle of the first starting point, rad. The angle is not 0, because if the coefficients are real,
+# the iteration cannot leave the real axis from a start on it.
 START_ANGLE = 0.4
 # `is_alone` ignores roots farther from 0 than this, because each of these roots is the mirror
 # image of a root inside the unit circle.
@@ -125,8 +125,8 @@ def _improve(a: Numbers, count: int, z: Numbers, k: int) -> bool:
 
 
 def _step(value: Complex, slope: Complex, z: Numbers, k: int, count: int) -> Complex:
-    # Returns the Aberth step p / (p' - p sum of 1 / (z[k] - z[i])): the Newton step of p divided
-    # by the factors of the other roots.
+    # Returns the Aberth step p / (p' - p sum of 1 / (z[k] - z[i])). It is the Newton step for p
+    # divided by the product of the factors z[k] - z[i] of the other roots.
     here = pairs.pair(z, k)
     re, im = 0.0, 0.0
     for i in range(count):

@@ -11,9 +11,9 @@ or three joints are prismatic, spherical_linkage.py computes the polynomial. Bac
 (loop_positions.py) and Newton's method (complex_motion.py) give a solution for each complex root,
 certified by the Newton-Kantorovich theorem.
 
-No real solution is missing in two cases. In the first case, as many solutions are certified as the
-arm can have. In the second case, for each root that may be real, the error disc has no other root
-and the solution is certified.
+Two cases prove that no real solution is missing. In the first case, as many solutions are
+certified as the arm can have. In the second case, for each root that may belong to a real
+solution, the error disc contains no other root and the solution is certified.
 """
 
 import math
@@ -30,29 +30,30 @@ from .pencils import Pencil
 from .six_screws import SixScrews
 from .spherical_linkage import SphericalLinkage
 
-# A determinant with more relative noise than this is not used. Pivots as small as PIVOT_RATIO
-# increase round-off to 1e-7. If the determinant of a target vanishes at every angle, the noise is
-# near 1.
+# A determinant is not used if its relative noise is above this. The limit must be above 1e-7,
+# because pivots as small as PIVOT_RATIO increase round-off to 1e-7. If the determinant vanishes at
+# every angle, the noise is near 1.
 MAX_NOISE = 1e-6
 # Radius of the inner circle of starting points of the search for roots. The outer circle has twice
-# this radius; both have the center 0. Roots come in pairs z and 1 / conj(z), one inside the unit
-# circle.
+# this radius; both have the center 0. Half of the starts are inside the unit circle, because roots
+# come in pairs z and 1 / conj(z), one inside the circle and one outside.
 START_RADIUS = 0.7
-# A root z may belong to a real solution if |log |z|| is at most this; log |z| is, up to sign, the
-# imaginary part of the angle of z, rad. If the noise is 1e-6, a double root is off by sqrt(1e-6) =
-# 1e-3, a fourfold root by 3e-2.
+# A root z may belong to a real solution if |log |z|| is at most this. Up to its sign, log |z| is
+# the imaginary part of the angle of z, rad. If the noise is 1e-6, a double root is off by
+# sqrt(1e-6) = 1e-3, a fourfold root by 3e-2.
 MAX_REAL_DEVIATION = 0.05
 # If the relative error of a root is below this, one start of Newton's method is enough, because
 # Newton's method converges from it.
 SHARP_ROOT = 1e-6
-# Least allowed difference between the angle of a root and the angle of its solution, rad. The
-# tolerance covers the round-off of a solution near a singular pose.
+# The angle of a root and the angle of its solution may differ by the error of the root, but at
+# least by this tolerance, rad. The tolerance covers the round-off of a solution near a singular
+# pose.
 ANGLE_TOLERANCE = 1e-9
 # A root is taken as spurious if its residual in the original equations is more than this factor
 # times the residual that the error of the root can cause.
 RESIDUAL_MARGIN = 1e3
-# Bound of the error of a coefficient, divided by the noise. The factor is above 1, because the
-# noise is the largest of only a few harmonics.
+# The noise times this factor bounds the error of a coefficient. The factor is above 1, because the
+# noise is estimated from only a few harmonics.
 NOISE_MARGIN = 10.0
 # Index in the loop, from 0, of the hidden joint: the determinant is a polynomial in the angle of
 # this joint.
@@ -61,8 +62,8 @@ HIDDEN_JOINT = 2
 
 class SixJoints:
     """
-    The screws of an arm of six joints, with screw positions psi linear in q, and the options of
-    elimination.
+    The screws of an arm of six joints, and the options of the elimination. The screw positions psi
+    are linear in the joint positions q.
 
     Parameters
     ----------
@@ -130,8 +131,8 @@ class Roots:
     noise
         Relative round-off of the polynomial for the option that was tried last.
     first_step
-        Longest first Newton step to a solution, rad or loop units. This step measures the error of
-        the candidates.
+        Longest first Newton step from a candidate to its solution, rad or units of the loop. The
+        step measures the error of the candidates.
     """
 
     def __init__(self) -> None:
@@ -149,8 +150,8 @@ class Roots:
 
     def find(self, arm: SixJoints, T: Numbers) -> None:
         """
-        Find the solutions for a motion T from rest. The options are tried in order until no real
-        solution is missing.
+        Find the solutions for a motion T from rest. The options of the arm are tried in order,
+        until a proof shows that no real solution is missing.
         """
         self.count, self.proved, self.first_step = 0, False, 0.0
         for k in range(arm.count):
@@ -194,8 +195,8 @@ class Roots:
             c, degree = self.pencil.coefficients, self.pencil.degree
         if not self.noise < MAX_NOISE:
             return
-        # Drop leading coefficients that are noise, because they only add roots far from the unit
-        # circle, which belong to no solution.
+        # Drop leading coefficients that are noise. Such coefficients only add roots far from the
+        # unit circle, which belong to no solution.
         while degree > 0 and complex_numbers.absolute(pairs.pair(c, degree)) <= self.noise:
             degree -= 1
         roots = 2 * degree
@@ -232,8 +233,8 @@ class Roots:
                 self.proved = self.count >= arm.bound
 
     def _is_spurious(self, z: Complex, bound: float) -> bool:
-        # Returns whether root z is spurious: no point in its error disc solves the original
-        # equations. Only a root of combined equations can be spurious.
+        # Returns whether root z is spurious: no point in its error disc solves the equations
+        # before their combination into twelve. Without a combination no root is spurious.
         if self.pencil.count <= pencils.SIZE:
             return False
         self.pencil.write_null_vector(z, self.positions.x)
@@ -295,8 +296,8 @@ class Roots:
             self.weights[k] = weight
             self.solution[2 * k] = scale * self.t[2 * j]
             self.solution[2 * k + 1] = scale * self.t[2 * j + 1]
-        # The conjugate of a solution is also a solution, so the solution is real if the two are
-        # equal.
+        # The conjugate of a solution is also a solution. If both are within the radius of
+        # uniqueness, they are equal, so the solution is real.
         real = 2.0 * imaginary < 0.5 * radius
         self._add_once(real, radius, length)
         if not real:
@@ -318,8 +319,9 @@ class Roots:
         self.count += 1
 
     def _is_same(self, i: int, radius: float, length: float) -> bool:
-        # Returns whether `solution` and stored solution i differ by less than half a radius, up to
-        # full turns. Prismatic positions are divided by the longer of the two units of length.
+        # Returns whether `solution` and stored solution i are equal up to full turns: they differ
+        # by less than half the radius of uniqueness of either. Prismatic positions are divided by
+        # the longer of the two units of length.
         mine, others = 0.0, 0.0
         for j in range(6):
             k = self.loop.order[j]
@@ -359,8 +361,8 @@ def complex_solutions(arm: SixJoints, T: Floats, psi: Floats, accuracy: Floats) 
     psi : shape (MOST_CANDIDATES, 6, 2)
         Positions of the screws: real and imaginary parts, rad or m.
     accuracy : shape (3,)
-        The noise of the last option, the longest first Newton step to a solution, and 1 if no real
-        solution is missing.
+        Three numbers: the noise of the option that was tried last, the longest first Newton step
+        to a solution, and 1 if no real solution is missing, else 0.
     """
     roots, positions = Roots(), arrays.results(psi, 12 * places.MOST_CANDIDATES)
     measures = arrays.results(accuracy, 3)
@@ -373,8 +375,8 @@ def complex_solutions(arm: SixJoints, T: Floats, psi: Floats, accuracy: Floats) 
 
 def followed_solutions(arm: SixJoints, T: Floats, count: int, psi: Floats) -> int:
     """
-    `psi` has the complex solutions for one motion. Replace them by the solutions for a nearby
-    motion T; return the number of solutions.
+    Replace the complex solutions in `psi`, which belong to one motion, by the solutions for a
+    nearby motion T. Return the number of solutions.
 
     Newton's method starts from each given solution. Solutions that cannot be certified are left
     out.

@@ -4,9 +4,9 @@
 Write the equation of six screws and a target as a closed loop that may begin at any screw.
 
 The product of exponentials (R. W. Brockett, "Robotic manipulators and the product of exponentials
-formula", 1984) is e1 ... e6 = goal. The equation e2 ... e6 (goal^-1 e1 goal) = goal is equivalent,
-and so is the inverse of either equation. So each joint can be the first, and the loop can run
-backwards.
+formula", 1984) is e1 ... e6 = goal. The equation e2 ... e6 (goal^-1 e1 goal) = goal is equivalent:
+its first joint is joint 2. Repeated, this step makes any joint the first. The inverse of an
+equation is the loop that runs backwards.
 """
 
 import math
@@ -17,8 +17,8 @@ from ..layout.arrays import Flat, Numbers, Vector
 from . import lines
 
 # Least unit of length, relative to the largest distance of an axis from the origin. The unit is
-# the median distance. If four axes meet, the median distance is 0 or an error of calibration, and
-# without MIN_UNIT_RATIO coordinates would be huge.
+# the median distance. If four axes meet, the median distance is 0 or as small as the errors of a
+# calibration. Without the bound MIN_UNIT_RATIO, coordinates in this unit would then be huge.
 MIN_UNIT_RATIO = 1e-3
 
 
@@ -45,7 +45,8 @@ def write_inverse(T: Numbers, inverse: Numbers) -> None:
 
 class SixScrews:
     """
-    The six screws and the goal of a loop, in a unit of length chosen for the loop.
+    The six screws and the goal of a closed loop. Lengths are in a unit that is chosen for the
+    loop.
 
     Attributes
     ----------

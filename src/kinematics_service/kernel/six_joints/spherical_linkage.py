@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Solve the inverse kinematics of six joints, two or three of which are prismatic, by a resultant in
-the angle of one joint.
+Solve the inverse kinematics of six joints, two or three of which are prismatic. The method is a
+resultant in the angle of one joint.
 
 Let y and z be the axes of the last two revolute joints, R the rotation of y by the joints before y
 and z, and G the rotation of the goal. The first equation is R y . G z = y . z, because the joints
@@ -41,8 +41,8 @@ from .six_screws import SixScrews
 # Number of samples to interpolate the resultant. Degree 4 has nine coefficients; the other
 # harmonics measure the round-off.
 RESULTANT_SAMPLES = 16
-# Weight of a sample in the coefficient of the sine, if three samples are used: sin(120 degrees)
-# times 2/3.
+# If the coefficient of the sine is computed from three samples, the weights of two samples are
+# this number and its negative: sin(120 degrees) times 2/3.
 ROOT_THIRD = math.sqrt(1.0 / 3)
 # Two directions are taken as parallel if the sine of their angle is below this, and as
 # perpendicular if the cosine is below this. The bound is a thousand times the round-off of unit
@@ -67,8 +67,8 @@ def _dot(a: Numbers, b: Numbers) -> Complex:
 
 
 def _at(table: Numbers, c: float, s: float) -> Vector:
-    # Returns the coefficients of (1, cos, sin) of the other joint, if the hidden joint has cosine
-    # c and sine s.
+    # Evaluates a table of coefficients at the angle of the hidden joint, which has the cosine c
+    # and the sine s. Returns the coefficients of (1, cos, sin) of the other joint.
     v = vectors.plus(vectors.three(table, 0), c, vectors.three(table, 3))
     return vectors.plus(v, s, vectors.three(table, 6))
 
@@ -105,8 +105,8 @@ class SphericalLinkage:
 
     def build(self, loop: SixScrews, swapped: bool) -> None:
         """
-        Compute the resultant in the angle of the first revolute joint, or of the second one if
-        `swapped`.
+        Compute the resultant in the angle of the first revolute joint. If `swapped` is set, the
+        resultant is in the angle of the second revolute joint.
         """
         self.degree, self.noise = 0, 1.0
         self._sort(loop)
@@ -193,8 +193,8 @@ class SphericalLinkage:
                         self.F[at] += weight * self.vector[1]
 
     def _evaluate(self, loop: SixScrews, alpha: float, beta: float) -> None:
-        # Evaluates the errors of both equations at angles alpha and beta of the first two revolute
-        # joints.
+        # Writes to `vector` the residuals of both equations, if the first two revolute joints have
+        # the angles alpha and beta.
         screws, order = loop.screws, self.order
         y = vectors.axis_of(screws, order[self.turning - 2])
         z = vectors.axis_of(screws, order[self.turning - 1])
@@ -240,16 +240,16 @@ class SphericalLinkage:
         self.noise = polynomials.write_coefficients(
             self.values, RESULTANT_SAMPLES, self.circle, largest, degree, self.coefficients
         )
-        # Add a bound of the errors of the equations. The samples do not show these errors, because
-        # the errors change no harmonic beyond the degree.
+        # Add to the noise a bound of the errors of the equations. These errors change no harmonic
+        # beyond the degree, so the samples do not show them.
         error = 10.0 * complex_numbers.ROUND_OFF
         error *= 1.0 if degree == 1 else self.bound * math.sqrt(steepest)
         self.noise = max(self.noise, error / largest)
 
     def write_positions(self, loop: SixScrews, motion: Motion, z: Complex, t: Numbers) -> bool:
         """
-        Write to t the joint positions (6 pairs) of a root z = e^(i t); return False if the root
-        has no joint positions.
+        Write to t the joint positions (6 pairs) that belong to a root z of the resultant. Return
+        False if no joint positions belong to the root.
         """
         arrays.fill(t, 12, 0.0)
         pairs.put(t, self.hidden, complex_numbers.angle_of(z))
@@ -259,8 +259,9 @@ class SphericalLinkage:
             return False
         for k in range(self.turning - 2, self.turning):
             joint = self.order[k]
-            # Choose a direction v that the joints behind `joint` do not change: the axis of the
-            # next revolute joint, or a direction across the last axis.
+            # Choose a direction v that the joints after `joint` do not change. It is the axis of
+            # the next revolute joint. For the last revolute joint, take a direction perpendicular
+            # to its axis.
             v = vectors.across(vectors.axis_of(loop.screws, joint))
             if k + 1 < self.turning:
                 v = vectors.axis_of(loop.screws, self.order[k + 1])
@@ -271,8 +272,8 @@ class SphericalLinkage:
         return self._write_slides(loop, motion, t)
 
     def _write_other(self, t: Numbers) -> bool:
-        # Computes the angle of the other joint by Cramer's rule: V is proportional to (1, cos,
-        # sin) of this angle.
+        # Computes the angle of the other joint by Cramer's rule. The vector V = E x F is
+        # proportional to (1, cos, sin) of this angle.
         turn, C = self.turn, self.columns
         complex_numbers.write_turn(pairs.pair(t, self.hidden), turn)
         for k in range(3):
@@ -303,8 +304,8 @@ class SphericalLinkage:
                 pairs.put(M, 3 * k + i, axis)
         if self.turning == 4:
             # If there are two prismatic joints, add a third direction to make the system square.
-            # This direction is the complex conjugate of the normal of the two prismatic axes; it
-            # is never in their plane.
+            # The direction is the complex conjugate of the normal of the two prismatic axes,
+            # because this vector is never in the plane of the axes.
             normal = arrays.after(M, 12)
             pairs.write_cross(M, arrays.after(M, 6), normal)
             for i in range(3):
