@@ -3,8 +3,8 @@
 """
 Decide whether a fit is accepted as a calibration, by its residuals, its outliers and its joints.
 
-Errors that depend on the position of a joint are detected by a score test. It adds one parameter
-to the fit, the gear ratio of the joint (Cook and Weisberg, Residuals and Influence in Regression,
+A score test detects errors that depend on the position of a joint. The test adds one parameter to
+the fit, the gear ratio of the joint (Cook and Weisberg, Residuals and Influence in Regression,
 1982, section 2.3.2).
 """
 
@@ -27,20 +27,21 @@ from .fitting import FitProblem, Identified, normal_scores, one_more
 from .identified_table import KNOWN_RATIO
 from .result import Calibration
 
-# Largest share of the measured rows that may be outliers. The calibration is refused if a larger
-# share are outliers with an error above the limit.
+# Largest share of the measured rows that may be outliers. The calibration is refused if more than
+# this share of the rows are outliers with an error above the largest accepted error.
 OUTLIER_SHARE = 0.1
-# Significance level of two tests. Each test is for all joints together. Fisher's exact test
-# detects outliers in one part of a joint's range. The score test detects errors that depend on a
-# joint position.
+# Significance level of two tests, each for all joints together. Fisher's exact test detects that
+# outliers lie in one part of a joint's range. The score test detects errors that depend on a joint
+# position.
 TEST_LEVEL = 1e-3
-# If the noise of the instrument is known, errors up to this factor times the noise are accepted.
+# If the noise of the instrument is given, errors up to this factor times the noise are accepted.
 NOISE_RATIO = 2.0
 
 
 class JudgedFit(NamedTuple):
     """
-    A calibration; `whole` is True if all numbers of its table except gear ratios were fitted.
+    A calibration whose fit is to be judged. `whole` is True if all numbers of the table except
+    gear ratios were fitted.
     """
 
     found: Calibration
@@ -48,14 +49,14 @@ class JudgedFit(NamedTuple):
 
     @property
     def limit(self) -> PoseLimit:
-        """Return the largest rms errors (m, rad) with which a calibration is accepted."""
+        """Return the largest accepted RMS errors of position (m) and rotation (rad)."""
         limit = FrameLimits().warn if self.whole else EXPLAINED
         left = (NOISE_RATIO * math.sqrt(3) * one for one in self.found.instrument or (0.0, 0.0))
         return PoseLimit(*map(max, zip(limit, left)))
 
     @property
     def contradicting(self) -> Flags:
-        """Return flags (N,): True for outliers whose error is above `limit`."""
+        """Return flags (N,): True for each outlier whose error is above `limit`."""
         far = np.linalg.norm(self.found.remainders, axis=2) > self.limit
         return np.asarray(~self.found.used & np.any(far, axis=1))
 
@@ -86,8 +87,8 @@ def refusals_of(fit: JudgedFit) -> tuple[str, ...]:
 
 def noise_remarks(fit: JudgedFit) -> Iterator[str]:
     """
-    Yield a sentence if more than a tenth of the rows are outliers, but none has an error above
-    `limit`. A larger noise of the instrument may explain these rows.
+    Yield a remark if more than a tenth of the rows are outliers, but none has an error above
+    `limit`. The remark suggests a larger noise of the instrument, which may explain these rows.
     """
     if fit.many_out and not np.any(fit.contradicting):
         position, angle = (one / math.sqrt(3) for one in fit.found.with_outliers.after.rms)
@@ -102,8 +103,8 @@ def _by_joint(found: Calibration, out: Flags) -> str:
     # Return a sentence if the outliers lie in one part of the range of a joint; else an empty
     # text. For each joint and each outlier, test three parts of the range. The parts are the
     # positions at or above the outlier, at or below the outlier, and at least as far from the
-    # median. For each part, count its outliers, and compute the probability of at least this count
-    # if outliers were spread at random.
+    # median. For each part, count the outliers in it. Then compute how probable at least this
+    # count is if outliers are spread at random.
     left, count, rows = int(np.sum(out)), len(out), found.rows
     if left < MIN_POSES or left == count:
         return ''
@@ -127,8 +128,8 @@ def _by_joint(found: Calibration, out: Flags) -> str:
 
 
 def _by_chance(count: int, left: int, drawn: int, found: int) -> float:
-    # Draw `drawn` of `count` rows at random; `left` of the rows are outliers. Return the
-    # probability that at least `found` outliers are drawn (hypergeometric distribution).
+    # `left` of `count` rows are outliers. Return the probability that `drawn` rows, drawn at
+    # random, contain at least `found` outliers (hypergeometric distribution).
     ways = (
         math.comb(left, k) * math.comb(count - left, drawn - k)
         for k in range(found, min(left, drawn) + 1)
@@ -138,8 +139,8 @@ def _by_chance(count: int, left: int, drawn: int, found: int) -> float:
 
 def joint_remarks(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
     """
-    Yield sentences on joints that move too little, and on a joint if the errors depend on its
-    position.
+    Yield remarks on joints: a sentence if joints move too little, and a sentence if the errors
+    depend on the position of a joint.
     """
     yield from _nearly_still(robot, problem, found)
     if not any(one.group == GEARS for one in problem.parameters):
@@ -147,10 +148,10 @@ def joint_remarks(robot: Robot, problem: FitProblem, found: Identified) -> Itera
 
 
 def _nearly_still(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
-    # If a joint axis has an error e, the tool moves by e times the motion of the joint. For a
-    # turning axis e is a distance (m), for a sliding axis an angle (rad). The standard deviation
-    # of e is the position noise divided by the norm of the joint's motion. e is identified if its
-    # standard deviation is KNOWN_RATIO times smaller than its usual error.
+    # If a joint axis has an error e, the error of the tool is e times the motion of the joint. For
+    # a turning axis e is a distance (m), for a sliding axis an angle (rad). The standard deviation
+    # of e is the position noise divided by the norm of the joint's motions. Warn unless this
+    # standard deviation is KNOWN_RATIO times smaller than the usual size of e.
     q = problem.given.q[found.used]
     seen = np.linalg.norm(q - np.mean(q, axis=0), axis=0)
     usual = np.where(robot.prismatic, float(ANGLE), LENGTH)
@@ -175,7 +176,7 @@ def _by_gear(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[s
     shares, deviations = one_more(problem, found, moves[..., joints])
     scores = normal_scores(np.abs(np.divide(shares, deviations)), found.freedom)
     best = int(np.argmax(scores))
-    # The test is two-sided, and its level is divided by the number of joints (Bonferroni).
+    # The test is two-sided. Divide its significance level by the number of joints (Bonferroni).
     if scores[best] > NormalDist().inv_cdf(1.0 - TEST_LEVEL / (2 * robot.dof)):
         yield (
             f'The errors depend on the position of joint {robot.joint_names[joints[best]]}, as '

@@ -26,16 +26,17 @@ from .placing import Free, offsets_of
 if TYPE_CHECKING:
     from ...printing import Json
 
-# A flat board looks nearly equal in two different poses. The pose that fits worse is excluded if
-# its sum of squared corner residuals is larger by 25 (5 squared) variances of the corner noise.
+# A flat board looks nearly equal in two different poses. The pose with the larger sum of squared
+# corner residuals is excluded if this sum is larger by 25 (5 squared) variances of the corner
+# noise.
 POSE_DEVIATIONS = 5.0
 # Stop criteria of OpenCV's pose refinement: flag 3 (stop at either of the two limits), largest
 # number of steps, smallest change.
 REFINED = (3, 50, float(np.finfo(np.float64).eps))
 # Largest usual noise of a corner's coordinate, px. A larger noise causes a warning.
 USUAL_PIXELS = 0.3
-# Largest ratio of the distance between board and camera in proposed poses to that in the images,
-# and largest inverse ratio.
+# In proposed poses, the distance between board and camera is at most this factor times the largest
+# distance in the images, and at least the smallest distance divided by this factor.
 DISTANCE_RATIO = 1.2
 # Least cosine of the angle between the board's normal and the camera's axis in proposed poses: the
 # angle is at most 60 degrees.
@@ -56,7 +57,8 @@ class BoardPose(NamedTuple):
     squares: float
 
 
-# Maps the index of an image to the poses of the board that fit its corners, the likeliest first.
+# Maps the index of an image to the poses of the board that fit the corners in this image, the
+# likeliest pose first.
 PosesOfImages = dict[int, list[BoardPose]]
 
 
@@ -90,15 +92,18 @@ class BoardViews(FrozenArrays):
 
     @property
     def noise(self) -> float:
-        """Return the standard deviation (px) of one coordinate of a corner, from the residuals."""
+        """
+        Return the standard deviation (px) of one coordinate of a corner, estimated from the
+        residuals.
+        """
         free = sum(2 * len(one.points) - 6 for one in self.seen)
         return float(np.sqrt(np.sum(self.squares) / free))
 
     @property
     def typical(self) -> Floats:
         """
-        Return typical standard deviations (2,) of a pose of the board, for a corner noise of 1 px.
-        They belong to one coordinate of the position (m) and of the rotation vector (rad).
+        Return typical standard deviations (2,) of a pose of the board, for a corner noise of 1 px:
+        of one coordinate of the position (m) and of one of the rotation vector (rad).
         """
         variances = np.einsum('nkk->nk', self._covariances(self.poses, self.seen))
         return np.asarray(np.sqrt(variances.reshape(-1, 2, 3).mean(axis=(0, 2))))
@@ -123,23 +128,24 @@ class BoardViews(FrozenArrays):
         )
 
     def _covariances(self, poses: Floats, seen: Iterable[SeenCorners]) -> Floats:
-        # Return covariances (N, 6, 6) of position and rotation if corners have a noise of one
-        # pixel.
+        # Return the covariance (6, 6) of each of N poses of the board, if the corners have a noise
+        # of one pixel.
         moves = (moved(self.camera, *one) for one in zip(poses, seen))
         return np.array([np.linalg.inv(J.T @ J) for _, J in moves])
 
     @property
     def whitening(self) -> Floats:
         """
-        Return whitening matrices (N, 6, 6). Multiplied by its matrix, the residual of each pose
-        has the noise of a typical pose.
+        Return a whitening matrix (6, 6) for each of N poses. The matrix times the residual of the
+        pose has the noise of a typical pose.
         """
         return self._whitening(self.poses, self.seen)
 
     def whitening_at(self, poses: Floats) -> Floats:
         """
-        Return whitening matrices (N, 6, 6) for given poses (N, 4, 4) of the board. The function
-        assumes that each pose shows the corners of the image with most corners.
+        Return a whitening matrix (6, 6) for each of N given poses (N, 4, 4) of the board. The
+        function assumes that the camera sees the same corners at each pose: those of the image
+        with most corners.
         """
         return self._whitening(poses, [self._whole] * len(poses))
 
@@ -154,10 +160,11 @@ class BoardViews(FrozenArrays):
 
     def are_in_view(self, poses: Floats) -> Flags:
         """
-        Return flags (N,): whether the image shows the whole board at each of its poses (N, 4, 4).
+        Return flags (N,): whether the camera sees the whole board at each of N poses (N, 4, 4) of
+        the board.
 
-        The distance of the board from the camera must be nearly that in the images. The angle
-        between the board's normal and the view must be below 60 degrees.
+        The distance from camera to board must be nearly a distance in the images. The angle
+        between the board's normal and the axis of the camera must be below 60 degrees.
         """
         points = self._whole.points
         middle = np.append(points.mean(axis=0), 1.0)
@@ -191,7 +198,7 @@ class BoardViews(FrozenArrays):
 def moved(camera: Intrinsics, pose: Floats, seen: SeenCorners) -> tuple[Floats, Floats]:
     """
     Return the residuals (K, 2) of the corners, px, and the derivatives (2 K, 6) of the computed
-    pixels. The derivatives are by position and rotation of the board.
+    pixels by position and rotation of the board.
     """
     arms = seen.points @ pose[:3, :3].T
     pixels, J = camera.pixels(arms + pose[:3, 3])
@@ -200,7 +207,10 @@ def moved(camera: Intrinsics, pose: Floats, seen: SeenCorners) -> tuple[Floats, 
 
 
 def board_poses(camera: Intrinsics, seen: SeenCorners) -> list[BoardPose]:
-    """Return the one or two poses of a flat board that fit its corners, the likeliest first."""
+    """
+    Return the poses of a flat board that fit its corners in an image: one or two poses, the
+    likeliest first.
+    """
     cv2 = opencv()
     given = seen.points, seen.pixels, camera.matrix, camera.distortion
     _, turns, places, _ = cv2.solvePnPGeneric(*given, flags=cv2.SOLVEPNP_IPPE)
@@ -229,8 +239,8 @@ def board_views(
     """
     Return the poses of a board in images taken at joint positions (N, n), rad or m.
 
-    If two poses fit the corners of an image, the pose that fits the other images and the arm is
-    taken.
+    If two poses fit the corners of an image, the function takes the pose that agrees with the arm
+    and the other images.
 
     Parameters
     ----------
@@ -316,7 +326,10 @@ def _named(left_out: Sequence[str]) -> str:
 
 
 def view_document(views: BoardViews, held_out: Floats) -> dict[str, 'Json']:
-    """Return the images as a dictionary for JSON; `held_out` is as `view_sentences` takes it."""
+    """
+    Return the data of the images as a dictionary for JSON; `held_out` is as `view_sentences` takes
+    it.
+    """
     errors = views.pixel_errors(held_out).tolist()
     return {
         'intrinsics': views.camera.file,

@@ -76,10 +76,12 @@ def calibrate(
     progress: Callable[[str], None] = lambda phase: None,
 ) -> Calibration:
     """
-    Return the calibration of an arm: the numbers that bring its poses nearest to measured poses.
+    Return the calibration of an arm: table numbers with which its poses are nearest to measured
+    ones.
 
-    If large errors remain, or rows contradict the arm, `accepted` of the result is False. Then
-    `refusals` has the reasons, and `explained` has mistakes of the input that would explain them.
+    If large errors remain, or rows contradict the arm, `accepted` of the returned calibration is
+    False. Then `refusals` has the reasons, and `explained` has mistakes of the input that would
+    explain the errors.
 
     Parameters
     ----------
@@ -89,23 +91,24 @@ def calibrate(
         Joint positions.
     poses : shape (N, 4, 4), or (N, 3) in m
         Measured poses of the tool at the times of `q`, or positions of one point of the tool. The
-        frame of the instrument stands still; tool frame or point may differ from the file.
+        frame of the instrument must stand still. The tool frame, or the point, may differ from
+        that of the robot file.
     same_point : N
-        Used instead of poses, without any instrument: the name of the point that the tip of the
-        tool touched at each row. The points in the base frame and the tip in the tool frame are
-        fitted with the arm; `fix` takes `tool` if the file has the tip.
+        Given instead of `poses`, for a calibration without an instrument: the name of the point
+        that the tip of the tool touched at each row. The points in the base frame and the tip in
+        the tool frame are fitted with the arm; `fix` takes `tool` if the file has the tip.
     apart
         Known distances (m) between two touched points, by their names. Their standard deviation
         is 0.01 mm.
     sets : shape (N,)
         The set of each pose, from 0, if the poses were measured in several sets.
     qdot : shape (N, n), rad/s or m/s
-        Joint velocities if the arm moved: then a small lag is also fitted. The joints are at the
-        measured pose `lag` seconds later.
+        Joint velocities, if the arm moved. If they are given, a small lag is fitted, too. The
+        joints reach the measured pose `lag` seconds after `q`.
     approach : shape (N, n)
-        The sign of the last velocity of each joint, if the arm stands still. Then one backlash of
-        all joints is also fitted: each joint stops half of the backlash before its measured
-        position.
+        The sign of the last velocity of each joint, if the arm stands still. If the signs are
+        given, one backlash for all joints is fitted, too: each joint stops half of the backlash
+        before its measured position.
     camera
         The place of the camera, if the poses are those of a board in the frame of the camera:
         `on-tool` (the board stands still) or `fixed` (the board is on the tool).
@@ -114,13 +117,14 @@ def calibrate(
         of the joints may drift: the differences from the first session are parameters of the
         groups `placement` and `zeros`.
     loads
-        The load on the tool at each row. Each joint yields to it: its `compliance` is fitted.
+        The load on the tool at each row. Each joint yields to the load: the `compliance` of each
+        joint is fitted.
     whitening : shape (N, 3, 3) or (N, 6, 6)
-        The fit multiplies residuals of positions, or of positions and rotations, by this matrix,
-        so that their noise is the same along all axes and in all rows. None: the noise is already
-        the same.
+        Matrices by which the fit multiplies the residuals of positions, or of positions and
+        rotations. The products have equal noise along all axes and in all rows. None: the
+        residuals already have equal noise.
     own
-        The ends that each set has separately: `base`, `tool`, or both.
+        The ends of the arm that are fitted for each set separately: `base`, `tool`, or both.
     fit, fix
         Groups (offsets, lengths, angles, gears, base, tool, lag) or names of parameters to fit,
         and not to fit. Default: all but gear ratios; `all` includes gear ratios. Numbers that are
@@ -132,8 +136,8 @@ def calibrate(
         Standard deviations of the instrument's noise in one number of a position (m) and of a
         rotation vector (rad): lower bounds of the noise that is estimated with the corrections.
     check
-        Whether to refuse mistakes that a calibration cannot correct, by a frame check before the
-        fit, and to try mistakes that would explain a refusal.
+        Whether to run a frame check before the fit, which refuses mistakes that a calibration
+        cannot correct, and to try mistakes that would explain a refusal.
     read
         How the orientations were read, as `diagnose_frames` takes it.
     progress
@@ -225,9 +229,9 @@ def calibrate(
         return TriedCalibration(one.accepted, left, len(one.outliers))
 
     if frames is not None and frames.cause is not None:
-        # The frame check found an error that the fit can correct, but the fit is refused. The
-        # error is probably far larger than its prior standard deviation, so report only this
-        # error.
+        # The frame check found an error that the fit can correct, but the fit is refused. Probably
+        # the error is far larger than its prior standard deviation. So report only this error as
+        # the cause.
         causes = RefusalCauses((frames.cause.sentence,), True, True)
     else:
         changes = mistakes_of(robot, names.given, read)

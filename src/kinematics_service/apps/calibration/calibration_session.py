@@ -27,22 +27,23 @@ from ...robot.robot import Robot
 from ...stop_signals import StopSignal
 from .collecting import CollectedPoses, PoseCollector
 
-# A best-effort subscription receives from reliable and from best-effort publishers.
+# QoS of the subscriptions: best effort, because such a subscription receives from reliable and
+# from best-effort publishers.
 ANY_SENDER = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
 # Period of the timer that starts fits and prints results, s.
 PERIOD = 0.25
 # If no pose was collected within this time, s, the command prints why.
 SILENCE = 5.0
-# Number of poses of the first fit.
+# Number of collected poses at which the first fit starts.
 MIN_POSES = 8
 # The next fit starts when the number of poses has reached this multiple of the number at the last
 # fit.
 NEXT_FIT_RATIO = 1.25
 
-# Fits the poses collected so far and prints the result; returns True if all identifiable
-# combinations of parameters are identified.
+# A function that fits the poses collected so far and prints the result. It returns True if all
+# identifiable combinations of parameters are identified.
 Fit = Callable[[CollectedPoses], bool]
-# Prints a line for the user.
+# A function that prints a line for the user.
 Say = Callable[[str], None]
 
 
@@ -57,8 +58,8 @@ def collect_poses(
     ros_args: Sequence[str],
 ) -> CollectedPoses | int:
     """
-    Return the poses that arrive within `seconds`, or until a stop signal; or an exit code if the
-    ROS session cannot start.
+    Collect the poses that arrive within `seconds`, or until a stop signal, and return them. If the
+    ROS session cannot start, return an exit code.
 
     Parameters
     ----------

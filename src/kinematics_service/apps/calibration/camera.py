@@ -29,7 +29,8 @@ LONGER = "the camera's focal length is some {} times that of its calibration fil
 
 class WrongSize(NamedTuple):
     """
-    A sentence on a wrong size of the board, and whether the calibration is refused because of it.
+    A sentence on a wrong size of the board or a wrong focal length, and whether the calibration is
+    refused because of it.
     """
 
     sentence: str
@@ -41,12 +42,13 @@ def wrong_size(problem: FitProblem, fit: Identified) -> WrongSize | None:
     Return a sentence if the measured poses show a wrong size of the board's squares, or a wrong
     focal length of the camera; else None.
 
-    If the board is larger, all its coordinates in the camera grow by one factor. If the focal
-    length is longer, only the distance along the view grows. A larger arm looks like a smaller
-    board: the priors of the arm's numbers decide between the two.
+    If the board is larger than given, all its coordinates in the frame of the camera grow by one
+    factor. If the focal length is longer, only the distance along the camera's axis grows. A
+    larger arm has the same effect as a smaller board. The priors of the arm's numbers decide
+    between arm and board.
     """
-    # Use predicted poses. The noise of measured poses would look like a wrong size of the board if
-    # the arm only turns.
+    # Use predicted poses instead of measured poses. If the arm only turns, the noise of measured
+    # poses would look like a wrong size of the board.
     poses = problem.predicted(fit.values)
     poses = inverses(poses) if problem.given.from_tool else poses
     moves = np.zeros((len(poses), 2, 3, 2))
@@ -71,8 +73,8 @@ def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) 
     Raises
     ------
     CalibrationError
-        A camera on the tool measured positions alone. Or `check` is set and the size of the board
-        is off by more than 1 %.
+        A camera on the tool measured positions alone; or `check` is set, and an error of the
+        board's size of more than 1 % explains the residuals.
     """
     if camera == ON_TOOL and given.positions:
         raise CalibrationError(

@@ -36,19 +36,19 @@ from ..checking.hypotheses import (
 from ..recordings.readers.source import MAX_POSES
 from .placing import Free, Offsets, offsets_of, shared_offsets
 
-# Two joint positions, tool positions or rotations are equal if they differ by less than this (rad,
-# m).
+# Two joint positions, tool positions or rotations are taken as equal if they differ by less than
+# this (rad, m).
 MIN_CHANGE = 1e-3
 # Largest median error (m) of the nominal table after base and tool are fitted. If the error is
-# larger, the input has a mistake.
+# larger, a mistake of the input is assumed.
 MAX_ERROR = 0.02
 # The frame check leaves out rows whose residual is above 5 times the median.
 OUTLIER_MEDIANS = 5.0
-# A correction causes a remark if it is above 4 prior standard deviations. A wrong size of a board
-# causes a remark if it is above 4 standard deviations of the estimated size.
+# If a correction is above 4 prior standard deviations, the result has a remark. If the error of a
+# board's size is above 4 of its standard deviations, the result has a remark, too.
 REMARKED_DEVIATIONS = 4.0
-# The error message names a mistake of the input if a correction of this mistake divides the
-# residuals by 3 or more.
+# An error message names a mistake of the input if the residuals are 3 times smaller, or more,
+# after this mistake is corrected.
 NAMED_RATIO = 3.0
 # Two mistakes are rivals if the residuals after their correction differ by less than a factor of
 # 2. If mistakes are rivals, none of them is reported as certain.
@@ -58,7 +58,7 @@ RIVAL_RATIO = 2.0
 ROWS_AT_ONCE = 20_000
 # A sentence lists at most this number of names.
 NAMES_IN_SENTENCE = 8
-# Poses, screws and relative changes that differ by less than this (m, rad) are equal.
+# Poses, screws and relative changes are taken as equal if they differ by less than this (m, rad).
 ROUND_OFF = 1e-9
 # The sentence on poses that are 1000 times too small: a wrong unit divided them by 1000.
 IN_METRES = 'the poses are in metres, not millimetres'
@@ -70,17 +70,18 @@ OPTIONS = {
     'the poses are in millimetres, not metres': '; add --pose-format mm',
     'the positions are in millimetres, not metres': '; add --pose-format mm,position',
 }
-# Names that users may not give to points or sessions, since names of parameters begin with them.
+# Names that points and sessions may not have, because names of other parameters begin with these
+# words.
 TAKEN = re.compile(r'(base|tool)\d*|compliance')
-# Names of groups of parameters: drifts of the instrument's pose and of the joint zeros between
-# sessions, and the compliance of the joints under load.
+# Names of three groups of parameters: drifts of the instrument's pose between sessions, drifts of
+# the joint zeros between sessions, and compliance of the joints under load.
 PLACEMENT, ZEROS, COMPLIANCE = 'placement', 'zeros', 'compliance'
 # Parameters that are not in a table: the delay of the joint states, and the backlash of the
 # joints. Each joint stops half the backlash before its measured position.
 LAG = ArmParameter('lag', 'lag', False)
 BACKLASH = ArmParameter('backlash', 'backlash', True)
-# The calibration continues if the frame check finds one of these causes, because the fit corrects
-# such errors.
+# Causes of errors that the frame check may find although the calibration continues, because the
+# fit corrects such errors.
 FOUND_HERE = ('joint_offset', 'link_length', 'link_twist')
 # Keys of causes that are wrong units.
 UNIT_KEYS = ('degrees', 'millimetres')
@@ -88,8 +89,7 @@ UNIT_KEYS = ('degrees', 'millimetres')
 
 class Measured(NamedTuple):
     """
-    The measured rows of a calibration: joint positions, poses, and the set and session of each
-    row.
+    The measured rows of a calibration. Each row has joint positions, a pose, a set and a session.
 
     Attributes
     ----------
@@ -116,7 +116,7 @@ class Measured(NamedTuple):
         Sentences on the rows.
     from_tool
         Whether the inverses of `poses` were measured, for example by a camera on the tool that
-        sees a fixed board. Then residuals and noise are those of the inverses.
+        sees a fixed board. If so, residuals and noise belong to the inverse poses.
     whitening : shape (N, 3, 3) or (N, 6, 6)
         The fit multiplies residuals of positions, or of positions and rotations, by this matrix,
         so that their noise is the same along all axes and in all rows. None: the noise is already
@@ -141,8 +141,8 @@ class Measured(NamedTuple):
         cls, q: Floats, poses: Floats, positions: bool, sets: Integers, qdot: Floats | None = None
     ) -> 'Measured':
         """
-        Return measured rows of one session. If `qdot` (N, n) is given, the lag is a parameter, and
-        a lag of 1 s moves the joints by `qdot`.
+        Return measured rows, all of one session. If `qdot` (N, n) is given, the lag is a
+        parameter: a lag of 1 s moves the joints by `qdot`.
         """
         rates = np.zeros((*q.shape, 0)) if qdot is None else qdot[:, :, None]
         moving = () if qdot is None else (LAG,)
@@ -154,7 +154,10 @@ class Measured(NamedTuple):
         return int(np.max(self.sets)) + 1
 
     def of_set(self, k: int) -> 'Measured':
-        """Return a copy that has `q` and `poses` of set k only; its other fields are unchanged."""
+        """
+        Return a copy with the rows of set k in `q` and `poses`. The other fields still have all
+        rows.
+        """
         own = self.sets == k
         return self._replace(q=self.q[own], poses=self.poses[own])
 
@@ -182,14 +185,14 @@ def measured(
     qdot: npt.ArrayLike | None = None,
 ) -> Measured:
     """
-    Check joint positions and measured poses, and return them as the rows of a calibration.
+    Check joint positions and measured poses, and return the rows of a calibration.
 
     Parameters
     ----------
     q, poses, sets
         As `calibrate` takes them.
     qdot : shape (N, n), rad/s or m/s
-        Joint velocities, by which the joints move if there is a lag; None: no lag is fitted.
+        Joint velocities. If they are given, a lag is fitted.
 
     Raises
     ------
@@ -251,7 +254,7 @@ def rigid_positions(points: Floats) -> Floats:
 
 def check_mark(what: str, name: str) -> None:
     """
-    Refuse a name of a point or session that is unusable as the first part of parameter names.
+    Raise an error if the name of a point or session cannot be the first part of parameter names.
 
     Raises
     ------
@@ -267,7 +270,9 @@ def check_mark(what: str, name: str) -> None:
 
 
 def position_numbers(q: Floats) -> Integers:
-    """Number the different rows of q from 0, and return the number of each row, shape (N,)."""
+    """
+    Return a number for each row of q, shape (N,). Equal rows have equal numbers, which begin at 0.
+    """
     numbers, different = np.full(len(q), -1), 0
     while np.any(left := numbers < 0):
         first = q[int(np.argmax(left))]
@@ -285,12 +290,14 @@ def check_known(argument: str, name: str, known: Sequence[str]) -> None:
 
 def check_enough(q: Floats, usual: str, where: str = '', least: int = MIN_POSES) -> None:
     """
-    Refuse joint positions (N, n), rad or m, if they are too few, or too few are different.
+    Raise an error if there are too few joint positions (N, n), rad or m, or too few different
+    ones.
 
     Parameters
     ----------
     usual, where
-        Text of the usual number of poses, and the beginning of the error message.
+        `usual` is a text with the usual number of poses; `where` is the beginning of the error
+        message.
     least
         Least number of different joint positions.
 
@@ -325,8 +332,9 @@ def checked_offsets(
     robot: Robot, given: Measured, free: Free, own: Free, check: bool, read: str = ''
 ) -> tuple[list[Offsets], FrameDiagnosis | None]:
     """
-    Return the initial offsets of base and tool for each set, and the result of the frame check.
-    The result is that of the first set that the frame check accepts as input.
+    Return the initial offsets of base and tool for each set, and the result of the frame check. It
+    is the result for the first set with enough poses for a frame check; None if no set was
+    checked.
 
     Parameters
     ----------
@@ -358,8 +366,8 @@ def _checked(
     q, poses, positions = given.q, given.poses, given.positions
     middle = float(np.median(found.remainder))
     if positions and len(q) >= CAUSE_POSES:
-        # Require at least CAUSE_POSES positions, because the offsets of base and point alone fit
-        # any three positions.
+        # Test for mistakes only if there are at least CAUSE_POSES positions. Any three positions
+        # can be fitted by offsets of base and point alone.
         _check_positions(robot, q, poses, middle, free)
     near = np.flatnonzero(found.remainder <= OUTLIER_MEDIANS * middle + MIN_CHANGE)
     near = near[np.unique(np.linspace(0, len(near) - 1, MAX_POSES).astype(int))]
@@ -408,14 +416,16 @@ def explained_by_joints(
     robot: Robot, q: Floats, middle: float, left: Callable[[Floats], Floats]
 ) -> str:
     """
-    Return as text the mistakes of joint positions (N, n) that would explain large residuals.
+    Return a text that names the mistakes of joint positions (N, n) that would explain large
+    residuals; empty if no mistake does.
 
     Parameters
     ----------
     middle
         The median length of the residuals, m.
     left
-        Returns lengths (H, N) of the residuals, m, at other joint positions (H, N, n).
+        A function that takes H corrected arrays of joint positions (H, N, n), and returns the
+        lengths (H, N) of the residuals, m.
     """
     changes, at_once = list(joint_hypotheses_of(robot, q)), max(1, ROWS_AT_ONCE // len(q))
     blocks = (changes[k : k + at_once] for k in range(0, len(changes), at_once))
@@ -433,8 +443,8 @@ def explained_by_joints(
 
 
 def _is_in_metres(robot: Robot) -> bool:
-    # Return whether the table is in metres, not millimetres. The length of the arm must be below
-    # sqrt(1000) = 32 units, the geometric mean of 1 and 1000.
+    # Return whether the lengths of the table are in metres, not millimetres. They are in metres if
+    # the length of the arm is below sqrt(1000) = 32, the geometric mean of 1 and 1000.
     return robot.singularity.task.length**2 < 1000
 
 
@@ -457,12 +467,13 @@ def _check_positions(robot: Robot, q: Floats, poses: Floats, middle: float, free
 
 def refuse_mistake(sentence: str, code: str, left: float, middle: float) -> None:
     """
-    Raise an error if the correction of a mistake divides the median residual by 3 or more.
+    Raise an error if the median residual is more than 3 times smaller after a mistake is
+    corrected.
 
     Parameters
     ----------
     sentence, code
-        The mistake, and the code of the error.
+        The mistake as a sentence, and the code of the error.
     left, middle
         Median length of the residuals with the mistake corrected, and without correction, m.
 
@@ -480,7 +491,10 @@ def refuse_mistake(sentence: str, code: str, left: float, middle: float) -> None
 
 
 def in_words(position: float, rotation: float, positions: bool) -> str:
-    """Return a length (m) and an angle (rad) as text; the length alone if `positions` is set."""
+    """
+    Return a length (m) and an angle (rad) as text. If `positions` is set, return the text of the
+    length alone.
+    """
     length, angle = map(not_nothing, (length_in_words(position), angle_in_words(rotation)))
     return length if positions else f'{length}, {angle}'
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Choose the parameters that a calibration fits, and their priors."""
+"""Choose the parameters that a calibration fits, and set the priors of the parameters."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -47,8 +47,8 @@ PLACE_PRIOR = 1.0
 # Prior standard deviation of a lag, s, and of a backlash, rad.
 LAG_PRIOR = 0.1
 NOTHING_SAID = Tolerances()
-# The word in `fit` and `fix` for all groups, including gear ratios. Gear ratios are fitted only on
-# request.
+# The word in `fit` and `fix` for all groups, including gear ratios. Without this word, or a word
+# for gear ratios, gear ratios are not fitted.
 EVERYTHING = 'all'
 
 
@@ -60,7 +60,7 @@ class TouchedPoint:
     Attributes
     ----------
     name
-        The name of the point in the rows.
+        The name by which the measured rows refer to the point.
     position, deviation
         Position of the point in the base frame, and its standard deviation; x y z in m.
     count
@@ -75,7 +75,7 @@ class TouchedPoint:
 
 class PlacedEnds(NamedTuple):
     """
-    The fitted offsets of base and tool, and the poses of base and tool from which the fit starts.
+    The fitted offsets of base and tool, and the poses of base and tool at which the fit starts.
     Each array has the shape (sets, 4, 4), as in `Calibration`.
     """
 
@@ -101,14 +101,16 @@ def asks_for_gears(fit: Sequence[str]) -> bool:
 
 class ChosenParameters:
     """
-    All parameters of an arm; the user's words in `fit` and `fix` choose those that are fitted.
+    All parameters of an arm. The user's words in `fit` and `fix` select the parameters that are
+    fitted.
 
     Attributes
     ----------
     every
         All parameters, in the order of the corrections of the chains.
     placed_groups
-        Groups that are fitted alone, without the table, for the errors before a calibration.
+        Groups of parameters that are fitted without the table, to compute the errors before a
+        calibration.
     """
 
     placed_groups: tuple[str, ...] = ENDS
@@ -126,7 +128,10 @@ class ChosenParameters:
         self.every = (*table, *ends, *given.placements, *given.moving)
 
     def first(self, end: str, k: int) -> int:
-        """Return the index of the first correction of the base, or of the tool, of set k."""
+        """
+        Return the index, in `every`, of the first correction of the base or of the tool of set k.
+        `end` is `base` or `tool`.
+        """
         number = k if end in self.own else 0
         before = self.ends['base'] if end == 'tool' else 0
         return len(self.table) + 6 * (before + number)
@@ -189,7 +194,7 @@ class ChosenParameters:
         tolerances: Mapping[str, float],
         known_distances: tuple[KnownDistance, ...] = (),
     ) -> FitProblem:
-        """Return the fit problem of chains (as `chains` returns them) and measured poses."""
+        """Return the fit problem: to fit chains, as `chains` returns them, to measured poses."""
         parameters = tuple(self.every[k] for k in chosen)
         given, of_file = self.given, self.robot.description.tolerances
         session = given.sessions if given.placements else 0
@@ -207,8 +212,9 @@ class ChosenParameters:
         """
         Return the largest number of parameter combinations that measured poses can determine.
         """
-        # `J` is the Jacobian of the first set. Count the parameters of further sets separately,
-        # because each further set adds a base or tool of its own, which its poses determine.
+        # `J` is the Jacobian of the first set; its columns of parameters of further sets are zero.
+        # Add the count of these columns, because the poses of each further set determine its own
+        # base or tool.
         J = scaled_jacobian(self.robot, problem.chains[0], self.every, problem.given.positions)
         J = J[:, problem.columns]
         elsewhere = sum(not np.any(column) for column in J.T)
@@ -218,7 +224,7 @@ class ChosenParameters:
     def combinations(
         self, problem: FitProblem, noise: Noise, used: Flags
     ) -> tuple[ParameterCombination, ...]:
-        """Return the sets of parameters that the used poses do not distinguish."""
+        """Return the sets of parameters whose effects the used poses do not distinguish."""
         return combinations_of(usual_motions(problem, noise, used), problem.parameters)
 
     def ends_of(self, problem: FitProblem, values: Floats) -> PlacedEnds:
@@ -263,7 +269,10 @@ class ChosenParameters:
         return ()
 
     def remarks(self, problem: FitProblem, found: Identified) -> tuple[str, ...]:
-        """Return sentences on unused tolerances of the robot file, and on the rows."""
+        """
+        Return remarks: a sentence on unused tolerances of the robot file, and the sentences on the
+        rows.
+        """
         names = {one.name for one in self.every}
         unused = [
             name
@@ -280,9 +289,9 @@ def usual_motions(problem: FitProblem, noise: Noise, used: Flags) -> Floats:
 
     Column k of the scaled Jacobian is the motion of the poses by a usual error of parameter k, in
     standard deviations of the noise. Priors are not used, since they must not decide which
-    parameters are identifiable. The Jacobian is computed for the nominal arm, whose axes may be
-    exactly parallel. Corrections would turn these axes by angles that are too small to be
-    measured.
+    parameters are identifiable. The Jacobian is computed without corrections. Axes that are
+    parallel in the nominal arm are then exactly parallel. Corrections would turn these axes by
+    angles that are too small to be measured.
     """
     scales = np.array([one.scale for one in problem.parameters]) / problem.prior
     return weighted_jacobian(problem, np.zeros(len(scales)), noise, used) * scales

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Collect measured poses of a running robot, each with the joint positions at its time."""
+"""
+Collect measured poses of a running robot, and interpolate the joint positions at the time of each
+pose.
+"""
 
 from bisect import bisect_right
 from collections import deque
@@ -18,14 +21,14 @@ SECOND = 1_000_000_000  # ns
 # If the joint states before and after a pose are more than this time (0.1 s, in ns) apart, the
 # pose is left out.
 MAX_GAP = SECOND // 10
-# Largest number of kept joint states: four seconds at 500 Hz.
+# Largest number of stored joint states: about four seconds at 500 Hz.
 STATES = 2048
-# Largest number of kept poses whose stamps are later than the newest joint state.
+# Largest number of stored poses that wait for a joint state with a later stamp.
 MAX_AHEAD = STATES // 8
 # Two poses are taken as one pose if each joint moved less than this angle between the poses (rad).
 # Prismatic joints are scaled by a length of the arm.
 MIN_CHANGE = 0.02
-# Largest number of poses kept.
+# Largest number of matched poses that are kept.
 MAX_POSES = 2000
 
 
@@ -72,7 +75,8 @@ class _MatchedPose(NamedTuple):
 
 class PoseCollector:
     """
-    Matches each pose with the joint states before and after it, and keeps poses that differ.
+    Matches each measured pose with the joint states before and after it, and keeps poses at
+    different joint positions.
 
     While the arm stands still, only the pose with the lowest joint speed is kept.
 
@@ -81,15 +85,16 @@ class PoseCollector:
     robot
         The arm.
     most
-        Largest number of poses kept. Beyond it, every second pose is dropped, so that early and
-        late poses stay.
+        Largest number of poses kept. If there are more, every second pose is dropped, so that
+        early and late poses stay.
 
     Attributes
     ----------
     unmatched
         Number of poses without a joint state shortly before and after them.
     different
-        Number of poses that differed from the pose before them, dropped poses included.
+        Number of poses whose joint positions differed from those of the pose before. Poses that
+        were dropped later are counted.
     """
 
     def __init__(self, robot: Robot, most: int = MAX_POSES) -> None:
@@ -107,8 +112,8 @@ class PoseCollector:
         """
         Take joint positions (n,) at a stamp, ns.
 
-        If the stamp is not later than the last one, the clock was reset: earlier joint states and
-        waiting poses are dropped.
+        If the stamp is not later than the last stamp, the clock was reset. Then earlier joint
+        states and waiting poses are dropped.
         """
         if self._states and stamp <= self._states[-1][0]:
             self._states.clear()

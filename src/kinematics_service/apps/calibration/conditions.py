@@ -30,18 +30,18 @@ from .checking import (
     position_numbers,
 )
 
-# Prior standard deviations of the compliance of a joint, with the values of soft gears. The key is
-# True for a turning joint (rad/Nm), False for a sliding joint (m/N).
+# Prior standard deviations of the compliance of a joint. The values are those of soft gears. The
+# key is True for a turning joint (rad/Nm), False for a sliding joint (m/N).
 COMPLIANCE_PRIOR = {True: 1e-4, False: 1e-5}
 # Prior standard deviations of the drift of the instrument between sessions. They equal the usual
 # errors of a table. The key is True for an angle (rad), False for a length (m).
 PLACEMENT_PRIOR = {True: float(ANGLE), False: LENGTH}
-# Prior standard deviation of the drift of a joint zero between sessions, divided by the usual
-# error of the zero in a datasheet. Temperature causes the drift.
+# Ratio of two standard deviations: the prior one of the drift of a joint zero between sessions,
+# and the usual error of the zero. Temperature causes the drift.
 DRIFT_SHARE = 0.5
 STANDARD_GRAVITY = 9.80665  # m/s^2
-# Largest load (kg) of an arm whose tool is 1 m from its base (RMS). For other arms, the limit
-# grows with the cube of this distance.
+# Largest load (kg) of an arm whose tool is 1 m from its base (RMS). For other arms, this number is
+# multiplied by the cube of the distance from base to tool.
 LARGEST_LOAD = 300.0
 
 
@@ -78,7 +78,7 @@ def with_conditions(
     loads: ToolLoads | None,
 ) -> Measured:
     """
-    Return measured poses with added parameters for their sessions and loads.
+    Return the measured rows with parameters added for their sessions and loads.
 
     Parameters
     ----------
@@ -95,8 +95,8 @@ def with_conditions(
     """
     q, n = given.q, robot.dof
     number, remarks, placements = np.zeros(len(q), dtype=np.int64), list[str](), []
-    # `moving` has the prior standard deviations of parameters that move joints; `rates` has the
-    # derivatives of the joint positions by these parameters.
+    # `moving` has parameters that move joints, with their prior standard deviations. `rates` has
+    # the derivatives of the joint positions by these parameters.
     moving, rates = dict[ArmParameter, float](), [given.rates]
     if sessions is not None:
         names = tuple(dict.fromkeys(map(str, sessions)))
@@ -112,8 +112,8 @@ def with_conditions(
             check_mark('session', name)
         number = np.array([names.index(str(one)) for one in sessions])
         remarks += _elsewhere(q, number, [f'session {name}' for name in names], 'a drift')
-        # If each set has its own base and only one session, this base contains the drift of the
-        # instrument, so add no placement parameters.
+        # If each set has its own base and was measured in one session, its base contains the drift
+        # of the instrument. Then add no placement parameters.
         pairs = np.unique(np.stack([given.sets, number]), axis=1).shape[1]
         six = () if own_base and pairs == given.set_count else SIX
         for k, name in enumerate(names[1:], 1):
@@ -148,7 +148,8 @@ def _of_joints(robot: Robot, prefix: str, group: str) -> Iterator[ArmParameter]:
 
 
 def _checked_loads(robot: Robot, count: int, loads: ToolLoads) -> tuple[Floats, Floats]:
-    # Check the loads; return the masses (kg) and the force on 1 kg (N) in the base frame.
+    # Check the loads. Return the masses (N,), kg, and the weight of 1 kg as a vector in the base
+    # frame, N.
     masses, at, down = (np.array(one, dtype=np.float64) for one in loads)
     if masses.shape != (count,):
         message = f'loads must be {count} masses, not of the shape {masses.shape}'
@@ -179,8 +180,8 @@ def _checked_loads(robot: Robot, count: int, loads: ToolLoads) -> tuple[Floats, 
 
 
 def _elsewhere(q: Floats, marks: Integers, names: Sequence[str], what: str) -> Iterator[str]:
-    # Yield a warning if most joint positions were measured in one session only, or with one load
-    # only.
+    # Yield a warning if most joint positions of a session were measured in no other session, or
+    # most of a load with no other load.
     numbers = position_numbers(q)
     shared = (np.isin(numbers[marks == k], numbers[marks != k]) for k in range(len(names)))
     alone = ', '.join(name for name, own in zip(names, shared) if np.mean(own) < 0.5)

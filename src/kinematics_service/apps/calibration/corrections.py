@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Add corrections to a robot's description: each number is written as nominal + correction."""
+"""
+Add corrections to the description of a robot. Each corrected number is written as nominal +
+correction.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -33,7 +36,7 @@ from ...robot.task import ROW_NAMES
 from ...typography import number_text
 
 ZERO = Expression('0', Affine(0.0, ()))
-# Number of decimals to which a number is rounded if it is converted to degrees or millimetres.
+# If a number is converted to degrees or millimetres, it is rounded to this number of decimals.
 DIGITS = 12
 ORDER: tuple[Axis, ...] = get_args(Axis)
 
@@ -43,8 +46,9 @@ def corrected_robot(robot: Robot, parameters: Sequence[ArmParameter], values: Fl
     Return the robot with corrections of its table.
 
     The result has no known poses, tolerances or uncertainty of the table, since these belong to
-    the nominal table. The task is that of the nominal table. Its singular factors are kept as
-    approximate ones, or left out if their zeros are far from singular poses.
+    the nominal table. The task is that of the nominal table. The singular factors of the nominal
+    table are kept and marked as approximate, or left out if their zeros are far from singular
+    poses.
 
     Parameters
     ----------
@@ -111,8 +115,8 @@ def built_nearly(description: RobotDescription) -> Robot:
 
 def of_joints_alone(given: Uncertainty | None) -> Uncertainty | None:
     """
-    Return the entries on joints of a section `uncertainty`; None if it has no such entries.
-    Entries of the table are removed, since a calibration writes its own.
+    Return a section `uncertainty` with its entries on joints alone; None if it has no entries on
+    joints. Entries on the table are removed, since a calibration writes its own.
     """
     if given is None:
         return None
@@ -122,7 +126,8 @@ def of_joints_alone(given: Uncertainty | None) -> Uncertainty | None:
 
 def rigid_motion(T: Floats, description: RobotDescription) -> RigidMotion:
     """
-    Return a pose (4, 4) together with its six numbers as text: x y z roll pitch yaw in file units.
+    Return a pose (4, 4) as a `RigidMotion`: the matrix, and x y z roll pitch yaw as text in the
+    units of the robot file.
     """
     six = enumerate([*T[:3, 3].tolist(), *exact_rpy(T[:3, :3])])
     return RigidMotion(T, tuple(number_text(in_file_units(x, k > 2, description)) for k, x in six))
@@ -173,11 +178,11 @@ class _Corrections:
         return replace(motion, argument=argument)
 
     def links(self) -> tuple[tuple[Link, ...], tuple[int, ...]]:
-        # Return the corrected rows of the table; and, for each frame of the nominal table, the
-        # number of corrected rows before the frame.
+        # Return two things: the corrected rows of the table, and for each frame of the nominal
+        # table the number of corrected rows before this frame.
         links: list[Link] = []
         ends_at = [0]
-        turn = 0.0  # rotation (rad) about z in an extra row; the next row turns back
+        turn = 0.0  # rotation (rad) about z that the next row must add
         for k, link in enumerate(self.description.links):
             if isinstance(link, DhRow):
                 rows, turn = self._dh_rows(k, link, turn)
@@ -186,8 +191,8 @@ class _Corrections:
             else:
                 rows = self._elementary_rows(k, link)
             links += rows
-            # Do not count an extra row that the next row turns back, because the axes between
-            # these two rows differ from the nominal axes.
+            # Do not count an extra row whose rotation about z the next row reverses, because the
+            # frame between these two rows is turned from the nominal frame.
             ends_at.append(len(links) - (1 if turn else 0))
         if turn and isinstance(link, DhRow):
             links.append(_row(link, {'theta': self._turned(ZERO, turn)}))
@@ -231,7 +236,8 @@ class _Corrections:
         T = np.eye(4)
         for axis, number in zip(ORDER, numbers):
             T = T @ small_motion(axis[0] == 'R', 'xyz'.index(axis[1]), number)
-        # Write the matrix `in` of the file unchanged as a row, and the correction as the next row.
+        # Write the matrix `in` of the file unchanged as one row, and the correction as the next
+        # row.
         extra = ShapeRow(rigid_motion(T, self.description), joint, link.outer)
         if link.inner == IDENTITY:
             return [extra]
@@ -254,20 +260,21 @@ class _Corrections:
         return replace(joint, argument=argument)
 
     def _number(self, value: float, angle: bool) -> Expression:
-        # Return a cell of an extra row, which the nominal table does not have.
+        # Return the cell for a number (m or rad) of an extra row, which the nominal table does not
+        # have.
         text = number_text(in_file_units(value, angle, self.description))
         return Expression(text, Affine(value, ()))
 
 
 def _row(like: DhRow, cells: Mapping[str, Expression]) -> DhRow:
-    # Return a row with the given cells; all other quantities are zero.
+    # Return a DH row with the given cells; all other numbers of the row are zero.
     pairs = zip(like.names, like.motions)
     motions = (replace(motion, argument=cells.get(name, ZERO)) for name, motion in pairs)
     return replace(like, motions=tuple(motions))
 
 
 def _shifted(given: Expression, value: float, size: str) -> Expression:
-    # Return an expression with a value (rad or m) added; `size` is the absolute value as text.
+    # Return the sum of an expression and a value (rad or m). `size` is the absolute value as text.
     if value == 0.0:
         return given
     affine = replace(given.affine, constant=given.affine.constant + value)
@@ -275,5 +282,6 @@ def _shifted(given: Expression, value: float, size: str) -> Expression:
 
 
 def _sum(given: Expression, value: float, size: str) -> str:
-    # Return the text of an expression plus a value; `size` is the absolute value as text.
+    # Return the text of the sum of an expression and a value. `size` is the absolute value as
+    # text.
     return f'{given.text} {"-" if value < 0.0 else "+"} {size}'

@@ -3,7 +3,8 @@
 """
 Find mistakes of the input that would explain a refused calibration.
 
-Each mistake is corrected and scored; the likeliest are tried in a calibration.
+Each possible mistake is corrected in the data, and the misfit is computed. The mistakes with the
+least misfits are tried in a calibration.
 """
 
 from collections.abc import Callable, Sequence
@@ -31,14 +32,14 @@ MISTAKE_TRIALS = 3
 
 class TriedCalibration(NamedTuple):
     """
-    The result of a calibration with a mistake corrected.
+    The result of a calibration after a mistake of the input is corrected.
 
     Attributes
     ----------
     accepted
         Whether the calibration is accepted.
     left
-        Errors without outliers if the calibration is accepted; else errors of all rows.
+        Errors that remain: without outliers if the calibration is accepted, else of all rows.
     out
         Number of rows left out as outliers.
     """
@@ -57,7 +58,8 @@ class RefusalCauses(NamedTuple):
     sentences
         A sentence for each mistake, the likeliest first.
     decided
-        Whether the first mistake explains the refusal, and no other does nearly as well.
+        Whether the first mistake explains the refusal, and no other mistake explains it nearly as
+        well.
     tried
         Whether any mistakes were tried.
     """
@@ -75,16 +77,18 @@ def explained(
     positions: bool,
 ) -> RefusalCauses:
     """
-    Return the mistakes that would explain a refused calibration.
+    Try mistakes of the input in calibrations, and return those that would explain a refused
+    calibration.
 
     Parameters
     ----------
     changes
-        Possible mistakes, with corrected data.
+        The possible mistakes; each object corrects its mistake in the data.
     misfits
         The misfit of the rows with the nominal table: as given, and with each mistake corrected.
     outcome_of
-        Returns the result of a calibration with one mistake corrected.
+        A function that takes a mistake and returns the result of a calibration after its
+        correction.
     left
         Errors of the refused calibration.
     positions
@@ -113,7 +117,10 @@ def explained(
 
 
 def mistakes_of(robot: Robot, given: Measured, read: str) -> list[Hypothesis]:
-    """Return hypotheses on mistakes in measured rows; `read` is as `diagnose_frames` takes it."""
+    """
+    Return the mistakes that measured rows may have, as hypotheses. `read` is as `diagnose_frames`
+    takes it.
+    """
     if given.positions:
         return list(joint_hypotheses_of(robot, given.q))
     A = forward_kinematics(robot, given.q)
@@ -130,8 +137,8 @@ def misfits_of_poses(
     """
     Return the misfit of the poses after each of H supposed mistakes of the input is corrected.
 
-    Base and tool are fitted to the used rows of the set with most outliers. A row counts at most 1
-    in a misfit: errors above 20 mm or 2 deg count no more.
+    Base and tool are fitted to the used rows of the set with most outliers. The misfit is a mean
+    over rows, and each row adds at most 1: larger errors than 20 mm or 2 deg do not add more.
     """
     set_ = given.sets == int(np.argmax(np.bincount(given.sets, weights=~used)))
     both = [np.flatnonzero(set_ & flags) for flags in (used, ~used)]

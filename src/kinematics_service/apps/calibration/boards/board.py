@@ -16,12 +16,12 @@ from .opencv import MAX_PIXELS, opencv
 # Smallest number of corners from which the pose of a board is computed. Four corners determine the
 # pose; two more corners are required as a reserve.
 CORNERS = 6
-# Least spread of the corners across a line, divided by the edge of a square. If the spread is
-# smaller, the corners are in one line and determine no pose.
+# Least spread of the corners perpendicular to a line through them, divided by the edge of a
+# square. If the spread is smaller, the corners are in one line and determine no pose.
 LINE_WIDTH_RATIO = 0.5
-# Smallest and largest half width (px) of the window in which a corner is refined. Stop criteria of
-# OpenCV's refinement: flag 3 (stop at either limit), largest number of steps, smallest change
-# (px).
+# HALF_WINDOWS: smallest and largest half width (px) of the window in which a corner is refined.
+# REFINED: stop criteria of OpenCV's refinement, which are flag 3 (stop at either limit), largest
+# number of steps, smallest change (px).
 HALF_WINDOWS, REFINED = (2, 10), (3, 50, 1e-3)
 
 
@@ -112,7 +112,8 @@ class BoardFinder:
 
     def corners_in(self, file: Path) -> SeenCorners | str:
         """
-        Return the corners in an image, or a sentence that says why they determine no pose.
+        Return the corners of the board in an image, or a sentence that says why the corners
+        determine no pose.
 
         Raises
         ------
@@ -120,7 +121,7 @@ class BoardFinder:
             The file is not an image, or the image does not have the camera's size.
         """
         image = None
-        with suppress(opencv().error):  # its message names lines of OpenCV's source
+        with suppress(opencv().error):  # hide OpenCV's message, which names source lines
             image = opencv().imread(str(file), opencv().IMREAD_GRAYSCALE)
         if image is None:
             raise RecordingError(
@@ -147,8 +148,8 @@ class BoardFinder:
 
     def _refined(self, image: Any, corners: Any) -> Floats:
         # Refine the corners, because some corners that the detector returns are wrong by a tenth
-        # of a pixel or more. Choose a window so small that it does not reach a marker, even in the
-        # smallest squares of the image.
+        # of a pixel or more. Choose a window around each corner so small that it reaches no
+        # marker, even in the smallest squares of the image.
         between = np.linalg.norm(corners.reshape(-1, 1, 2) - corners.reshape(1, -1, 2), axis=2)
         edge = float(np.min(between[between > 0.0]))
         half = int(0.5 * edge * (1.0 - self.board.marker / self.board.square))

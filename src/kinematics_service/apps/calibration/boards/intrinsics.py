@@ -17,19 +17,18 @@ from ...recordings.readers.block import Flags
 from ...recordings.readers.yaml_values import read_documents
 from .opencv import opencv
 
-# Accepted keys of each entry of a file. The keys are those that ROS (camera_calibration and
-# messages) and the samples of OpenCV write.
+# Accepted keys of the entries of an intrinsics file. The keys are those that ROS
+# (camera_calibration and messages) and the samples of OpenCV write.
 MATRIX = ('camera_matrix', 'k', 'K', 'mtx')
 DISTORTION = ('distortion_coefficients', 'dist_coeffs', 'dist_coeff', 'd', 'D', 'dist')
 WIDTH, HEIGHT = ('image_width', 'width'), ('image_height', 'height')
 KEYS_OF_FILE = f'{MATRIX[0]}, {DISTORTION[0]}, {WIDTH[0]} and {HEIGHT[0]}'
 # Accepted models of distortion, by ROS's names. Files of OpenCV have no model name.
 MODELS = ('plumb_bob', 'rational_polynomial', '')
-# Accepted counts of distortion coefficients: the counts that the distortion model of OpenCV can
-# have.
+# Accepted counts of distortion coefficients. The distortion model of OpenCV can have these counts.
 COUNTS = (4, 5, 8, 12, 14)
-# Matches the first line that OpenCV writes, and OpenCV's tag of matrices. The YAML reader cannot
-# read these two.
+# Matches two texts that OpenCV writes and the YAML reader cannot read: the first line of a file,
+# and the tag of a matrix.
 NOT_YAML = re.compile(r'\A%YAML[^\n]*\n|!!opencv-matrix')
 
 
@@ -63,14 +62,14 @@ class Intrinsics(FrozenArrays):
         """
         zero = np.zeros(3)
         seen, J = opencv().projectPoints(points, zero, zero, self.matrix, self.distortion)
-        # Columns 3 to 5 of J are derivatives of the pixels by the translation `tvec`, which equal
+        # Columns 3 to 5 of J are derivatives of the pixels by the translation `tvec`. They equal
         # the derivatives by the point.
         return seen.reshape(-1, 2), J[:, 3:6].reshape(-1, 2, 3)
 
     def sees(self, points: Floats, rim: float = 0.0) -> Flags:
         """
-        Return flags (K,): whether points (K, 3), m in the frame of the camera, are in the image. A
-        share `rim` of the width and height is excluded at each edge.
+        Return flags (K,): whether the camera sees each of K points (K, 3), m in the frame of the
+        camera. A border of the image, the share `rim` of its width and height, is excluded.
         """
         size = np.array([self.width, self.height], dtype=np.float64)
         edge = np.linspace(0.0, 1.0, 9)
@@ -87,7 +86,7 @@ class Intrinsics(FrozenArrays):
 
 def read_intrinsics(file: Path) -> Intrinsics:
     """
-    Return the intrinsics of a camera, from YAML or JSON of ROS or OpenCV.
+    Read the intrinsics of a camera from a YAML or JSON file of ROS or OpenCV, and return them.
 
     Raises
     ------

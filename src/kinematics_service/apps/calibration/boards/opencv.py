@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Import OpenCV only when an image is read."""
+"""Import OpenCV when it is first needed, because it is an optional package."""
 
 import os
 from types import ModuleType
