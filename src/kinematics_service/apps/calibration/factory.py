@@ -6,8 +6,8 @@ Write the factory calibration of a Universal Robots arm as corrections of its no
 The controller's file `calibration.conf` holds numbers that are added to the nominal
 Denavit-Hartenberg table. The YAML that ur_robot_driver extracts (package ur_calibration) holds the
 pose of each joint in the link before the joint. For parallel axes, a factory table may have
-lengths of hundreds of metres that cancel. The table written here has an extra angle instead. Its
-corrections are fitted to poses computed from the factory's table.
+lengths of hundreds of metres that cancel. The robot file gets an extra angle instead. So the
+corrections in the robot file are fitted to poses computed from the factory's table.
 """
 
 import ast
@@ -37,15 +37,16 @@ from .corrections import corrected_robot
 from .robot_text import CalibrationOrigin, Frames, calibrated_text, placed_robot
 
 JOINTS = 6
-# Keys of the controller's file for each number of the table; the values are added to the numbers.
+# For each number of a DH row, the key in the controller's file whose values are added to this
+# number.
 DELTAS = {'theta': 'delta_theta', 'a': 'delta_a', 'd': 'delta_d', 'alpha': 'delta_alpha'}
 # Links of ur_description whose joints have an origin in the YAML, from base to tool.
 LINKS = ('shoulder', 'upper_arm', 'forearm', 'wrist_1', 'wrist_2', 'wrist_3')
 ORIGIN = ('x', 'y', 'z', 'roll', 'pitch', 'yaw')
 LARGEST = 256 * 1024
 
-# Number of seeded poses that the corrections are fitted to. The other poses are held out, and test
-# the corrections.
+# Number of random poses (with a fixed seed) to which the corrections are fitted. The other random
+# poses test the corrections.
 FITTED_POSES = 100
 
 
@@ -77,7 +78,9 @@ class FactoryImport:
     nominal_error: float
 
     def __str__(self) -> str:
-        """Return the largest differences from the factory's table as text."""
+        """
+        Return a text with the largest differences of the poses from those of the factory's table.
+        """
         return (
             f'{self.position_error:.1e} m and {self.rotation_error:.1e} rad from the factory '
             f'table at most, over {self.configurations} configurations; the nominal table is '
@@ -96,7 +99,7 @@ def import_ur_calibration(path: Path, robot: Robot, text: str, date: str) -> Fac
     robot, text
         The nominal robot, and its file.
     date
-        The date that the certificate in the robot file has.
+        The date that is written into the certificate of the robot file.
 
     Raises
     ------
@@ -115,8 +118,9 @@ def import_ur_calibration(path: Path, robot: Robot, text: str, date: str) -> Fac
     expected = _poses(path, robot, q)
     nominal = float(np.max(apart(forward_kinematics(robot, q), expected)[0]))
     some, rest = slice(0, FITTED_POSES), slice(FITTED_POSES, None)
-    # First keep the frames of base and tool. If this fit is not exact, correct base and tool in a
-    # second fit: the first or last joint axis of the factory may not be an axis of these frames.
+    # In the first fit, keep the frames of base and tool. If the first fit is not exact, correct
+    # base and tool in a second fit. The first fit fails if the factory's first or last joint axis
+    # is not an axis of these frames.
     tried: tuple[tuple[tuple[str, ...], Frames], ...] = ((ENDS, 'robot'), ((), 'measured'))
     for fix, frames in tried:
         found = calibrate(robot, q[some], expected[some], fix=fix)
@@ -137,7 +141,8 @@ def import_ur_calibration(path: Path, robot: Robot, text: str, date: str) -> Fac
 
 
 def _poses(path: Path, robot: Robot, q: Floats) -> Floats:
-    # Return the poses (N, 4, 4) of the factory's table, which the file has in one of two formats.
+    # Return the poses (N, 4, 4) that the factory's table has at q. The table is read from the
+    # file, which has one of two formats.
     try:
         text = text_of(path, LARGEST, 'give one of the two')
     except RecordingError as error:

@@ -3,7 +3,8 @@
 """
 Replace sections of a robot file; the rest of its text stays unchanged.
 
-The YAML is parsed only to find the lines of its sections. The caller reads the result again.
+The YAML is parsed only to find the lines of its sections. The caller must read the result again to
+check it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -49,7 +50,7 @@ def with_sections(
     """
     text = text.removeprefix(BOM)
     root = yaml.compose(text, Loader=LOADER)
-    assert isinstance(root, MappingNode)  # valid robot files are mappings
+    assert isinstance(root, MappingNode)  # each valid robot file is a mapping
     if root.flow_style:
         message = 'the keys of the robot file are in braces; write them as lines'
         raise RobotFileWriteError(message, code='unsupported')
@@ -69,7 +70,8 @@ def singularity_section(
     text: str, factors: Sequence[Factor], task: Sequence[str] = ()
 ) -> list[str] | None:
     """
-    Return the lines of the section `singularity` with the given factors; None if no line is left.
+    Return the lines of the section `singularity` of a robot file, with its factors replaced by the
+    given factors; None if the section is then empty.
 
     The rows of `task` are added if the section has no task.
     """
@@ -86,7 +88,10 @@ def singularity_section(
 
 
 def constants_section(text: str, without: Sequence[str]) -> list[str] | None:
-    """Return the section `constants` without the named constants; None if no constant is left."""
+    """
+    Return the lines of the section `constants` without the named constants; None if no constant is
+    left.
+    """
     lines = _entries(text, 'constants', without)
     return ['constants:', *lines] if lines else None
 
@@ -102,7 +107,7 @@ def _entries(text: str, section: str, without: Sequence[str]) -> list[str]:
 
 
 def links_section(links: Sequence[Link]) -> list[str]:
-    """Return the lines of the section `links`, one for each row of the table."""
+    """Return the lines of the section `links`, one line for each row of the table."""
     return ['links:', *(f'  - {_link(link)}' for link in links)]
 
 

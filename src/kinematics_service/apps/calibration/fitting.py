@@ -3,13 +3,13 @@
 """
 Fit the numbers of an arm to measured poses, with normal priors, and estimate their covariance.
 
-Gauss-Newton steps find the maximum a posteriori estimate. The first phase has Huber's weights from
-the median of the residuals (Huber 1964). The second phase leaves out rows that a chi-square test
-rejects. The noise follows from the residuals and from the number of parameters that the rows
-determine (MacKay 1992). The degrees of freedom f of the noise are the measured numbers minus this
-number of parameters. If f is small, the test and the standard deviations are those of Student's
-distribution. If the noise is that of the instrument, f is infinite, and they are those of the
-normal distribution.
+Gauss-Newton steps find the maximum a posteriori estimate. In the first phase, rows have Huber's
+weights, which follow from the median of the residuals (Huber 1964). In the second phase, rows that
+a chi-square test rejects are left out. The noise is estimated from the residuals and the number of
+parameters that the rows determine (MacKay 1992). The degrees of freedom f of the noise are the
+count of measured numbers minus this number of parameters. If f is small, the test and the standard
+deviations follow Student's distribution. If the noise is that of the instrument, f is infinite,
+and they follow the normal distribution.
 """
 
 from collections.abc import Callable, Iterator
@@ -27,37 +27,38 @@ from ...robot.file.parts.parameters import ArmParameter
 from ..recordings.readers.block import Flags
 from .checking import Measured
 
-# If the noise (m and rad) is below this value, it is round-off.
+# Least noise (m and rad). A smaller estimate is round-off and is replaced by this value.
 NOISE_FLOOR = 1e-10
-# If the noise estimate has fewer degrees of freedom f than this, USUAL_NOISE is a lower bound of
-# the noise. The relative standard deviation of the estimate, 1 / sqrt(2 f), is then above an
+# If the estimate of the noise has fewer degrees of freedom f than this, the noise is at least
+# USUAL_NOISE. The relative standard deviation of such an estimate, 1 / sqrt(2 f), is above an
 # eighth.
 NOISE_FREEDOM = 30.0
 # Usual noise of encoders and trackers (m and rad).
 USUAL_NOISE = 2e-5
-# Rows beyond this quantile of chi-square have smaller weights in Huber's estimate.
+# In Huber's estimate, rows whose residual is beyond this quantile of chi-square have smaller
+# weights.
 HUBER_QUANTILE = 0.95
 # Significance level of the chi-square test that declares a row an outlier.
 OUTLIER_CHANCE = 3e-6
 # Largest number of Gauss-Newton steps in each phase of the fit.
 MAX_ROUNDS = 25
-# A phase of the fit ends if two numbers are below this value: the length of the step, in standard
-# deviations, and the relative change of the noise.
+# A phase of the fit ends if two numbers are below this value. They are the length of the step, in
+# standard deviations of the parameters, and the relative change of the noise.
 STEP_TOLERANCE = 1e-3
-# Lower bound of the degrees of freedom f in Student's distribution. It keeps the variance f / (f -
-# 2) finite, which is infinite at f = 2.
+# Lower bound of the degrees of freedom f in Student's distribution. Because of this bound, the
+# variance f / (f - 2) stays finite; it would be infinite at f = 2.
 LEAST_STUDENT_FREEDOM = 3.0
-# With at most 1 degree of freedom the rows do not determine the noise.
+# If the noise has at most this number of degrees of freedom, the rows do not determine it.
 UNKNOWN_NOISE_FREEDOM = 1.0
 # Standard deviation (m) of a known distance between points.
 DISTANCE_DEVIATION = 1e-5
-# Step (rad, m) of central differences by joints: the cube root of the machine epsilon has the
-# least error (Nocedal and Wright, section 8.1).
+# Step (rad, m) of central differences by joint positions. The step is the cube root of the machine
+# epsilon, because this step has the least error (Nocedal and Wright, section 8.1).
 STEP = float(np.cbrt(np.finfo(np.float64).eps))
 
 
-# One chain with its rows: flags of the rows, the chain, all corrections of the chain, and the
-# joint positions in the rows.
+# A chain with the rows that it predicts: flags of these rows, the chain, all its corrections, and
+# the joint positions in the rows.
 _ChainRows: TypeAlias = tuple[Flags, CorrectedChain, Floats, Floats]
 
 
@@ -106,11 +107,16 @@ class FitProblem:
 
     @property
     def kinds(self) -> int:
-        """Return 2 if rows have positions and rotations, or 1 if they have positions alone."""
+        """
+        Return the number of kinds of residuals: 2 if rows have positions and rotations, 1 if they
+        have positions alone.
+        """
         return 1 if self.given.positions else 2
 
     def every(self, values: Floats) -> Floats:
-        """Return all corrections (`count`,); corrections that are not fitted are zero."""
+        """
+        Return all corrections of the chains (`count`,) from the fitted ones; the others are zero.
+        """
         found = np.zeros(self.count)
         found[self.columns] = values
         return found
@@ -130,7 +136,9 @@ class FitProblem:
         return poses
 
     def remainders(self, values: Floats) -> Floats:
-        """Return the residuals of position (m) and rotation (rad), shape (N, 2, 3)."""
+        """
+        Return the residuals of all rows, shape (N, 2, 3): of position (m) and rotation (rad).
+        """
         return self._between(self.predicted(values))
 
     def weighed(self, values: Floats) -> Floats:
@@ -224,7 +232,8 @@ def _moved_by_joints(chain: CorrectedChain, every: Floats, q: Floats) -> Floats:
 
 def of_inverses(poses: Floats, jacobian: Floats) -> Floats:
     """
-    Return the Jacobian (N, 6, P) of inverse poses, from poses (N, 4, 4) and their Jacobian.
+    Return the Jacobian (N, 6, P) of the inverses of poses, from the poses (N, 4, 4) and their
+    Jacobian.
     """
     # If T = (R, p) moves by v and w, T^-1 moves by -R^T (v - w x p) and -R^T w.
     linear, angular = jacobian[:, :3], jacobian[:, 3:]
@@ -268,11 +277,12 @@ class Identified:
     distances : shape (N,)
         Length of each row's residual in standard deviations of the noise.
     freedom
-        Degrees of freedom of the noise of positions, and of rotations: measured numbers minus
-        those that determine parameters. Infinite if the noise is that of the instrument.
+        Degrees of freedom of the noise, for positions and for rotations: the count of measured
+        numbers minus the number of parameters that they determine. Infinite if the noise is that
+        of the instrument.
     covariance : shape (P, P), rad and m
-        Covariance of `values` after the fit. It contains the priors, and its noise is widened by
-        Student's factor.
+        Covariance of `values` after the fit. The priors are taken into account, and the noise is
+        enlarged as by `widened`.
     """
 
     values: Floats
@@ -284,9 +294,9 @@ class Identified:
 
 
 class _Step(NamedTuple):
-    # A Gauss-Newton step, divided by the prior standard deviations, and the scaled equations that
-    # it solves. `rows` is the Jacobian of the equations, `right` their right-hand side, and
-    # `triangle` the QR factor R of `rows`.
+    # A Gauss-Newton step and the linear equations that the step solves. The step is divided by the
+    # prior standard deviations. `rows` is the Jacobian of the equations, `right` their right-hand
+    # side, and `triangle` the QR factor R of `rows`.
     step: Floats
     triangle: Floats
     rows: Floats
@@ -303,8 +313,8 @@ class _Equations:
 
     @property
     def scale(self) -> Floats:
-        # Return the factors by which residuals are multiplied: root of the weight, divided by the
-        # noise. The shape is (N, 1, 1) for positions, (N, 2, 1) for poses.
+        # Return the factors by which residuals are multiplied: the square root of the weight,
+        # divided by the noise. The shape is (N, 1, 1) for positions, (N, 2, 1) for poses.
         each = np.asarray(self.noise, dtype=np.float64)[: self.problem.kinds]
         return np.asarray(np.sqrt(self.weights, dtype=np.float64)[:, None, None] / each[:, None])
 
@@ -316,8 +326,8 @@ class _Equations:
         return np.concatenate([rows, distances, -values / problem.prior])
 
     def solved(self, values: Floats) -> _Step:
-        # Stack the derivatives of rows, known distances and priors. Each parameter is in units of
-        # its prior standard deviation.
+        # Stack the derivatives of the equations of rows, known distances and priors. The
+        # derivatives are by parameters in units of their prior standard deviations.
         problem, count = self.problem, len(values)
         remainders, J = problem.equations(values)
         moves = J[:, : problem.kinds] * self.scale[:, :, :, None] * problem.prior
@@ -380,8 +390,9 @@ def find_values(
         distances = distances_of(problem, remainders, found)
         moved = np.max(np.abs(solved.step) / np.linalg.norm(inverse, axis=1), initial=0.0)
         accepted = normal_scores(distances, freedom) < limit
-        # A row near the outlier limit may be left out in one round and used in the next. So the
-        # used rows stay unchanged in the second half of the rounds, and the rounds converge.
+        # A row near the outlier limit may be left out in one round and used in the next, again and
+        # again. So keep the used rows unchanged in the second half of the rounds. Then the rounds
+        # converge.
         same = bool(np.array_equal(accepted, used)) or k > MAX_ROUNDS // 2
         used = used if same else accepted
         changed = max(abs(b / a - 1.0) if a else 0.0 for a, b in zip(before, found))
@@ -397,10 +408,11 @@ def normal_scores(distances: Floats, freedom: Noise) -> Floats:
     """
     Convert distances d, in standard deviations of an estimated noise, to normal scores.
 
-    The ratio d to a noise with f degrees of freedom has a Student distribution. Up to a factor
-    that depends on f, the Student density is a normal density with f log(1 + d^2 / f) instead of
-    d^2. (Wallace, Bounds on normal approximations to Student's distribution, 1959). If the noise
-    is that of the instrument, f is infinite, and d is returned unchanged.
+    A distance d is a length divided by a noise whose estimate has f degrees of freedom, so d has a
+    Student distribution. Up to a factor that depends on f, the Student density is a normal density
+    with f log(1 + d^2 / f) instead of d^2 (Wallace, Bounds on normal approximations to Student's
+    distribution, 1959). If the noise is that of the instrument, f is infinite, and d is returned
+    unchanged.
     """
     f = min(freedom)
     return np.sqrt(f * np.log1p(distances**2 / f)) if np.isfinite(f) else distances
@@ -413,22 +425,27 @@ def _robust_noise(least: Noise, remainders: Floats) -> Noise:
 
 def widened(noise: Noise, freedom: Noise) -> Noise:
     """
-    Return the noise, enlarged because its estimate has few degrees of freedom f.
+    Return the noise multiplied by a factor above 1 that allows for the error of its estimate,
+    which has f degrees of freedom.
 
-    The errors have a Student distribution. Its variance is f / (f - 2) times the estimate (Gelman
-    et al., Bayesian Data Analysis, section 3.2); the factor is 1 if f is infinite.
+    The errors have a Student distribution. The variance of this distribution is f / (f - 2) times
+    the estimate (Gelman et al., Bayesian Data Analysis, section 3.2); the factor is 1 if f is
+    infinite.
     """
     f = np.maximum(freedom, LEAST_STUDENT_FREEDOM)
     return Noise(*(np.array(noise) * np.sqrt(1.0 + 2.0 / (f - 2.0))).tolist())
 
 
 def refined(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> Floats:
-    """Fit the corrections to the `used` rows with a given noise, starting from `values`."""
+    """
+    Return the corrections fitted to the `used` rows with a given noise; the fit starts from
+    `values`.
+    """
     for _ in range(MAX_ROUNDS if len(values) else 0):
         solved = _Equations(problem, noise, used).solved(values)
         values = values + problem.prior * solved.step
         # Stop if the step is small compared with the standard deviations after the fit. For exact
-        # poses these standard deviations are tiny, so stop if the step is far below the prior
+        # poses these standard deviations are tiny. So stop also if the step is far below the prior
         # standard deviations.
         moved = np.linalg.norm(solved.triangle @ solved.step)
         if moved < STEP_TOLERANCE or np.all(np.abs(solved.step) < STEP_TOLERANCE**2):
@@ -444,9 +461,9 @@ def held_out_remainders(
     blocks.
 
     The errors of a block are independent of the corrections if its rows are independent of all
-    other rows: put repeats of a joint position in one block. Noise and outliers are those of all
-    rows. The fit of the other blocks starts from `values` and ends if its step is below a
-    thousandth of a standard deviation.
+    other rows. So put repeats of a joint position in one block. Noise and outliers are taken from
+    the fit of all rows. The fit of the other blocks starts from `values` and ends if its step is
+    below a thousandth of a standard deviation.
 
     Parameters
     ----------
@@ -467,10 +484,10 @@ def held_out_remainders(
 
 def weighted_jacobian(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> Floats:
     """
-    Return the triangle R (P, P) of the scaled Jacobian of the poses by the parameters.
+    Return the QR factor R (P, P) of the scaled Jacobian of the poses by the parameters.
 
-    The Jacobian is in standard deviations of the noise per prior standard deviation. R has the
-    same normal equations: R^T R = J^T J.
+    The scaled Jacobian J is in standard deviations of the noise per prior standard deviation. R
+    replaces J in normal equations, because R^T R = J^T J.
     """
     rows = _Equations(problem, noise, used).solved(values).rows
     return triangle_of(rows[: len(rows) - len(values)])
@@ -480,10 +497,11 @@ def one_more(
     problem: FitProblem, found: Identified, moves: Floats
 ) -> tuple[list[float], list[float]]:
     """
-    Return estimates and standard deviations of K further corrections, each added alone to the fit.
+    Return the estimates and the standard deviations of K further corrections, if each one alone is
+    added to the fit.
 
-    Each is an added variable of the regression (Cook and Weisberg, Residuals and Influence in
-    Regression, 1982, section 2.3.2). It has no prior.
+    Each further correction is an added variable of the regression (Cook and Weisberg, Residuals
+    and Influence in Regression, 1982, section 2.3.2) and has no prior.
 
     Parameters
     ----------
@@ -505,8 +523,8 @@ def one_more(
 
 
 def _stepped(equations: _Equations, values: Floats, remainders: Floats) -> tuple[Floats, Floats]:
-    # Return a step that is halved until the sum of squares does not grow, and the residuals after
-    # this step. `remainders` are the residuals before the step.
+    # Halve the Gauss-Newton step until the sum of squares does not grow. Return the step and the
+    # residuals after it. `remainders` are the residuals before the step.
     step = equations.problem.prior * equations.solved(values).step
     before = equations.squares(values, remainders)
     for _ in range(MAX_ROUNDS):
@@ -536,7 +554,8 @@ def outlier_limit(kinds: int) -> float:
 
 def distances_of(problem: FitProblem, remainders: Floats, noise: Noise) -> Floats:
     """
-    Return the lengths (N,) of whitened residuals (N, 2, 3), in standard deviations of the noise.
+    Return the length of the whitened residual (2, 3) of each of N rows, in standard deviations of
+    the noise.
     """
     each = np.asarray(noise, dtype=np.float64)[: problem.kinds]
     squares = np.sum(remainders**2, axis=2)[:, : problem.kinds] / each**2
@@ -551,8 +570,8 @@ def huber_weights(distances: Floats, kinds: int) -> Floats:
 
 def median_noise(lengths: Floats) -> Floats:
     """
-    Return the standard deviation (...,) of one coordinate of random 3-vectors, from the median of
-    their lengths (..., N).
+    Estimate the standard deviation (...,) of one coordinate of random 3-vectors from the median of
+    their lengths (..., N), and return it.
     """
     return np.asarray(
         np.maximum(np.median(lengths, axis=-1) / length_quantile(0.5, 1), NOISE_FLOOR)
@@ -562,9 +581,9 @@ def median_noise(lengths: Floats) -> Floats:
 def _evident_noise(
     problem: FitProblem, remainders: Floats, rows: Floats, inverse: Floats, used: Flags
 ) -> tuple[Noise, Noise]:
-    # Return the noise and its degrees of freedom. The degrees of freedom are the count of measured
-    # numbers minus the number of parameters that they determine. The noise is the root of the sum
-    # of squared residuals divided by the degrees of freedom.
+    # Estimate the noise, and return it with its degrees of freedom. The degrees of freedom are the
+    # count of measured numbers minus the number of parameters that these numbers determine. The
+    # squared noise is the sum of squared residuals divided by the degrees of freedom.
     kinds, count = problem.kinds, len(problem.given.q)
     basis = rows[: 3 * kinds * count] @ inverse
     leverage = np.sum(basis.reshape(count, kinds, -1) ** 2, axis=(0, 2))

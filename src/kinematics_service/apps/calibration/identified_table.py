@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute the uncertainty of a calibrated table, and find parameters that poses do not distinguish.
+Compute the uncertainty of a calibrated table, and find parameters whose effects the poses do not
+distinguish.
 """
 
 from collections.abc import Sequence
@@ -32,15 +33,15 @@ from ...typography import listed
 from ..checking.errors import angle_in_words, length_in_words, time_in_words
 from .checking import COMPLIANCE, LAG, NAMES_IN_SENTENCE
 
-# A combination of parameters is identified if the poses divide its prior standard deviation by
-# this factor or more.
+# A combination of parameters is identified if the fit reduces its standard deviation at least by
+# this factor.
 KNOWN_RATIO = 3.0
 # Entries of the null space projector below this value are round-off.
 PROJECTOR_TOLERANCE = 1e-6
 # A singular value is round-off if its ratio to the largest singular value is below this.
 SINGULAR_VALUE_RATIO = 1e-9
 # A robot is taken for the calibrated robot if its poses differ by at most this value (m, rad) from
-# the poses of the calibration. They may differ, because the robot file rounds numbers.
+# the poses of the calibration. Small differences arise, because the robot file rounds numbers.
 POSE_TOLERANCE = 1e-8
 
 
@@ -65,7 +66,10 @@ class CalibratedParameter(ArmParameter):
 
     @property
     def unit(self) -> str:
-        """Return the SI unit of correction and deviations; empty for a relative change."""
+        """
+        Return the SI unit of the correction and its standard deviations; empty for a relative
+        change.
+        """
         plain, yields = ('rad', 'rad/Nm') if self.angle else ('m', 'm/N')
         return {LAG.group: 's', GEARS: '', COMPLIANCE: yields}.get(self.group, plain)
 
@@ -86,10 +90,11 @@ class CalibratedParameter(ArmParameter):
     @property
     def identifiable(self) -> bool:
         """
-        Return whether the poses identify the parameter; if not, it mostly keeps its nominal value.
+        Return whether the poses identify the parameter. If not, the parameter mostly keeps its
+        nominal value.
         """
-        # For base and tool, compare the standard deviation with the usual error instead of the
-        # prior, because their priors are wide.
+        # Compare the standard deviation with that of the prior. For base and tool, compare with
+        # the usual error, because their priors are wide.
         before = self.prior if self.group in TABLE_GROUPS else min(self.prior, self.scale)
         return KNOWN_RATIO * self.deviation < before
 
@@ -114,7 +119,10 @@ class IdentifiedTable(FrozenArrays):
     covariance: Floats
 
     def fitted_of(self, names: Sequence[str]) -> tuple[list[int], list[int]]:
-        """Find fitted parameters by name; return their indices in `names` and in `parameters`."""
+        """
+        Return the indices of the fitted parameters among `names`, and their indices in
+        `parameters`.
+        """
         at = {one.name: k for k, one in enumerate(self.parameters)}
         own = [k for k, name in enumerate(names) if name in at]
         return own, [at[names[k]] for k in own]
@@ -163,7 +171,7 @@ def table_corrections(
     robot: Robot, found: IdentifiedTable, ends: bool = False
 ) -> TableCorrections:
     """
-    Return the fitted corrections of an arm and its chain; the arguments are those of
+    Return the corrections of a calibrated arm and its chain. The arguments are those of
     `calibrated_errors`.
     """
     if robot.dof != found.robot.dof:
@@ -190,14 +198,14 @@ def table_corrections(
 
 def calibrated_errors(robot: Robot, found: IdentifiedTable, ends: bool = False) -> TableErrors:
     """
-    Return the uncertainty of the table after a calibration, as a factor of the covariance.
+    Return the uncertainty of the table after a calibration, as a factor F of the covariance F F^T.
 
     Parameters
     ----------
     robot
         The calibrated arm, read from its written file or taken from `Calibration.calibrated`.
     ends
-        Whether base and tool are those of the measured poses of the first set: then their
+        Whether base and tool are those of the measured poses of the first set. If so, their
         uncertainty is included.
 
     Raises
@@ -216,8 +224,8 @@ def calibrated_errors(robot: Robot, found: IdentifiedTable, ends: bool = False) 
     rows = [k for k, column in enumerate(own.columns) if column not in of_gear]
     columns = [own.columns[k] for k in rows]
     parts = [TableErrors(frames[columns], screws[columns], np.full(len(rows), -1), factor[rows])]
-    # Convert a relative change of the nominal gear ratio to a relative change of the calibrated
-    # ratio.
+    # The factor is for relative changes of nominal gear ratios. Convert it to relative changes of
+    # the calibrated gear ratios.
     moving = joint_screws(robot)
     for k, column in enumerate(own.columns):
         if column in of_gear:
@@ -241,8 +249,8 @@ class ParameterCombination:
     determined
         Number of combinations of these parameters that the poses determine.
     coefficients
-        Coefficients (per rad and m) of the combination if there is exactly one, the first is 1;
-        else empty.
+        Coefficients (per rad and m) of the determined combination, if there is exactly one; else
+        empty. The first coefficient is 1.
     sentence
         Names and combination as text.
     """
@@ -280,8 +288,8 @@ def combinations_of(
     """
     # Rows of `null` span the null space of J, up to round-off.
     null = np.linalg.svd(J, full_matrices=len(J) < J.shape[1])[2][structural_rank(J) :]
-    # The projector onto the null space is block diagonal: each set of coupled parameters has one
-    # block.
+    # The projector onto the null space is block diagonal. Each block belongs to a set of
+    # parameters whose effects the poses do not distinguish.
     projector = null.T @ null
     projector[np.abs(projector) < PROJECTOR_TOLERANCE] = 0.0
     sets: list[set[int]] = []

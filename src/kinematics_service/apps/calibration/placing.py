@@ -3,7 +3,7 @@
 """
 Estimate the poses of base and tool, from which a fit starts, by least trimmed squares.
 
-Rows with large residuals are left out, so single wrong rows do not matter.
+The rows with the largest residuals are left out, so single wrong rows do not change the estimate.
 """
 
 from typing import NamedTuple
@@ -20,8 +20,8 @@ TRIM_ROUNDS = 3
 TRIMMED_SHARE = 0.7
 # Number of alternating steps that fit base and tool to positions.
 PLACING_STEPS = 40
-# A coordinate of the tool's point stays 0 if the positions do not determine it. In this case, a
-# change of the coordinate moves the positions by less than 1e-6 of the change.
+# If a change of a coordinate of the tool's point moves the positions by less than this fraction of
+# the change, the positions do not determine the coordinate. Then the coordinate stays 0.
 MIN_RATIO = 1e-6
 
 
@@ -45,8 +45,8 @@ class Free(NamedTuple):
 
 def offsets_of(A: Floats, B: Floats, positions: bool, free: Free) -> Offsets:
     """
-    Fit the base offset X and the tool offset Y of B = X A Y by least trimmed squares. A are the
-    poses of a robot file, B the measured poses.
+    Return the base offset X and the tool offset Y of B = X A Y, fitted by least trimmed squares. A
+    are poses of the robot file, B the measured poses.
 
     Parameters
     ----------
@@ -87,9 +87,9 @@ def _with_remainder(X: Floats, Y: Floats, A: Floats, B: Floats) -> Offsets:
 
 
 def _of_positions(A: Floats, B: Floats, steps: int = PLACING_STEPS) -> tuple[Floats, Floats]:
-    # Solve p_B = X (p_A + R_A y) for X and the tool's point y. Alternate between the rotation of X
-    # (Kabsch 1976) and y (least squares), with means subtracted. Each step needs only sums over
-    # the rows, which are computed once.
+    # Solve p_B = X (p_A + R_A y) for X and the point y of the tool. Subtract means to eliminate
+    # the translation of X. Each step solves for y (least squares), then for the rotation of X
+    # (Kabsch 1976). The steps need only sums over the rows, which are computed once.
     p, p_A, R_A = B[..., :3, 3], A[..., :3, 3], A[..., :3, :3]
     to, of, by = (one - one.mean(axis=1, keepdims=True) for one in (p, p_A, R_A))
     still, turning = np.einsum('hni,hnj->hij', to, of), np.einsum('hni,hnjk->hkij', to, by)
@@ -120,8 +120,8 @@ def shared_offsets(
     A: list[Floats], B: list[Floats], found: list[Offsets], positions: bool, free: Free, own: Free
 ) -> list[Offsets]:
     """
-    Return the offsets of several sets of poses; a base or tool that the sets share is taken from
-    the largest set.
+    Return the offsets for each of several sets of poses. If all sets share a base or tool, it is
+    taken from the largest set.
 
     Parameters
     ----------

@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Propagate the covariances of joint positions and table to the covariances of tool pose and twist.
+Compute the covariances of tool pose and twist from those of joint positions and table, by linear
+error propagation.
 """
 
 import numpy as np
@@ -141,8 +142,9 @@ def twist_covariance(
 def _of_joints_alone(
     robot: Robot, joints: npt.ArrayLike | None, calibration: IdentifiedTable | None
 ) -> Floats:
-    # Return the standard deviations of the joints. Raise an error for a calibration, because
-    # errors of table numbers are not propagated through closed loops.
+    # Return the standard deviations of the joints of an arm with closed loops. Raise an error if a
+    # calibration is given, because errors of table numbers are not propagated through closed
+    # loops.
     if calibration is not None or joints is None:
         raise CalibrationError(
             f'{robot.name} has closed loops, where errors of the table are not known; give '
@@ -160,8 +162,8 @@ def _twist_derivatives(robot: Robot, state: ToolState, axes: str) -> tuple[Float
     # Return the derivatives of the twist by q and by qdot, (..., 6, n) each, for any arm, with or
     # without loops. The derivative of the linear velocity by q equals dJ/dt, a second derivative
     # of the position. The derivative of the angular velocity by q differs from dJ/dt by w_k x w,
-    # since rotations do not commute. If the twist is in tool axes, an error of q also turns these
-    # axes.
+    # since rotations do not commute. If the twist is in tool axes, its derivative also contains
+    # the rotation of these axes by an error of q.
     J, V = state.jacobian, state.twist[..., None]
     by_q = jacobian_rate(robot, state.q, velocities_of(state))
     by_q[..., 3:, :] += cross(J[..., 3:, :], V[..., 3:, :])

@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Choose the poses to measure next by D-optimal design: they reduce the uncertainty of the fit most.
+Choose the poses to measure next by D-optimal design. The chosen poses reduce the determinant of
+the covariance of the fit most.
 
 Candidates are random joint positions inside the limits and away from singular poses, or given
-joint positions. One after the other, the candidate that reduces the determinant of the covariance
-most is added. Then each pose is exchanged for a better candidate until no exchange helps (Fedorov
-1972).
+joint positions. Candidates are added one by one: each time the candidate that reduces the
+determinant most. Then chosen poses are exchanged for better candidates, until no exchange reduces
+the determinant (Fedorov 1972).
 """
 
 from collections.abc import Sequence
@@ -40,26 +41,27 @@ from .result import Calibration
 
 # Standard deviation of a measured number (m, rad) if no pose has been measured yet.
 NOISE = 5e-5
-# Share of the range of a joint that is kept free at either end.
+# Margin that candidates keep from each limit of a joint, as a share of the range of the joint.
 LIMIT_MARGIN = 0.02
 # An exchange of a pose is accepted only if it increases the log determinant of the information
 # matrix by at least this.
 MIN_GAIN = 1e-6
 MAX_COUNT = 200
-# Largest number of candidate poses, from given joint positions or around those of images.
+# Largest number of candidates that are taken from given joint positions or are drawn near those of
+# the images.
 MAX_GIVEN = 4096
-# Largest motion of a candidate from the joint positions of an image, rad; for sliding joints times
-# the characteristic length.
+# Largest difference of a candidate's joint position from that of an image, rad. For sliding joints
+# it is multiplied by the characteristic length.
 SPREAD = 0.5
-# Share of each joint's speed limit that the planned motion uses.
+# The planned motion uses this share of the speed limit of each joint.
 SPEED_SHARE = 0.25
-# Speed (rad/s, m/s) of a joint without a limit.
+# Speed limit (rad/s, m/s) that is assumed for a joint without a speed limit.
 USUAL_SPEED = 1.0
 # Time (s) for which the arm stands still at each pose, so that it can be measured.
 HOLD_TIME = 2.0
 # Time (s) that the planned motion takes from rest to the first pose.
 START_TIME = 5.0
-# Decimals of joint positions and times.
+# Number of decimals of written joint positions.
 DIGITS = 6
 
 
@@ -83,7 +85,7 @@ class LineOfSight(NamedTuple):
 
     def is_free(self, poses: Floats) -> Flags:
         """
-        Return flags (N,): whether the instrument is in the cone of the tool at tool poses (N, 4,
+        Return flags (N,): whether the instrument lies in the cone at each of N tool poses (N, 4,
         4).
         """
         axis = np.asarray(self.axis, dtype=np.float64)
@@ -225,8 +227,8 @@ def _candidates(robot: Robot) -> Floats:
 
 
 def _board(after: Calibration, poses: Floats) -> Floats:
-    # Return poses of the board in the frame of the camera, (N, 4, 4), from poses of the tool in
-    # the base frame.
+    # Convert poses of the tool in the base frame to poses of the board in the frame of the camera,
+    # (N, 4, 4), and return them.
     measured = after.base_offsets[0] @ poses @ after.tool_offsets[0]
     return inverses(measured) if after.camera == ON_TOOL else measured
 
@@ -247,8 +249,9 @@ def _around(robot: Robot, after: Calibration, views: BoardViews) -> Floats:
 def _equations(
     robot: Robot, q: Floats, after: Calibration | None, positions: bool
 ) -> tuple[tuple[str, ...], Floats, Floats]:
-    # Return the names of the parameters, the Jacobian (N, rows, P) of the poses, and the priors.
-    # The Jacobian is in standard deviations of the noise per prior standard deviation.
+    # Return the names of the parameters, the Jacobian (N, rows, P) of the candidate poses, and the
+    # prior standard deviations. The Jacobian is in standard deviations of the noise per prior
+    # standard deviation.
     known = () if after is None else after.parameters
     arm = parameters_of(robot, any(one.group == GEARS for one in known))
     every = [*arm.table, *(one for end in ENDS for one in end_parameters(end, 0))]
@@ -278,9 +281,9 @@ def _equations(
 
 
 def _after(covariance: Floats, J: Floats) -> Floats:
-    # Return the covariance after a measurement with the Jacobian rows J and unit noise. Use
-    # Joseph's form, because its result stays positive definite although entries of the covariance
-    # differ by ten powers of ten.
+    # Return the covariance of the parameters after a measurement with the Jacobian J and unit
+    # noise. Use Joseph's form, whose result stays positive definite. Other forms may lose this,
+    # because entries of the covariance differ by ten powers of ten.
     S = J @ covariance @ J.T + np.eye(len(J))
     gain = np.linalg.solve(S, J @ covariance).T
     kept = np.eye(len(covariance)) - gain @ J
@@ -292,9 +295,9 @@ def _chosen(J: Floats, information: Floats, count: int) -> list[int]:
     for _ in range(count):
         chosen.append(_best(J, information, chosen))
     value, exchanged = _value(J, information, chosen), True
-    # Compare the log determinants of whole sets of poses, because differences of gains would be
-    # round-off if M is ill-conditioned. The log determinant grows with each exchange, so no set
-    # occurs twice and the loop ends.
+    # Compare the log determinants of the information matrix M of whole sets of poses. If M is
+    # ill-conditioned, differences of gains of single poses would be round-off. The log determinant
+    # grows with each exchange, so no set occurs twice and the loop ends.
     while exchanged:
         exchanged = False
         for place in range(count):
@@ -317,8 +320,9 @@ def _value(J: Floats, information: Floats, chosen: Sequence[int]) -> float:
 
 
 def _best(J: Floats, information: Floats, others: Sequence[int]) -> int:
-    # Return the index of the pose with the largest gain among the poses that are not chosen yet.
-    # The gain is the increase of log det M: log det(I + J M^-1 J^T).
+    # Return the index of the pose with the largest gain among the poses that are not in `others`.
+    # The gain is the increase of log det M by the pose, log det(I + J M^-1 J^T), where M is the
+    # information matrix of `others`.
     inverse = np.linalg.inv(_measured(J, information, others))
     inner = np.eye(J.shape[1]) + J @ (0.5 * (inverse + inverse.T)) @ np.swapaxes(J, 1, 2)
     gains = np.asarray(np.linalg.slogdet(inner)[1])
@@ -349,7 +353,10 @@ def table_text(proposed: ProposedPoses) -> str:
 
 
 def trajectory_text(proposed: ProposedPoses) -> str:
-    """Return a JointTrajectory as YAML text; the arm stands still for 2 s at each pose."""
+    """
+    Return proposed poses as a JointTrajectory in YAML text. The arm stands still for 2 s at each
+    pose.
+    """
     names = ', '.join(f'"{name}"' for name in proposed.robot.joint_names)
     lines = [f'joint_names: [{names}]', 'points:']
     for time, q in zip(_times(proposed), proposed.q):

@@ -65,7 +65,7 @@ class MeasuredRecording:
 
     @property
     def positions(self) -> bool:
-        """Return whether the file has only positions, without orientations."""
+        """Return whether the measured poses are positions alone, without orientations."""
         return self.kind == 'position'
 
     @property
@@ -147,14 +147,15 @@ def _lag_of(robot: Robot, chosen: ChosenPoses, kind: str, on_tool: bool) -> floa
     try:
         cause = diagnose_frames(robot, q, poses, stamps, motion=motion, read=kind).cause
     except KinematicsError:
-        return 0.0  # no lag; the calibration will raise the error again
+        return 0.0  # ignore the error: the calibration will raise it again
     return cause.value or 0.0 if cause is not None and cause.key == 'time_lag' else 0.0
 
 
 def standing_poses(file: Path, wanted: Selection) -> Selection:
     """
-    Return the selection of what is read from a file. If the file is a table without stamps, set
-    the stamp format `none`, because the arm stood still in each row.
+    Return `wanted`, the selection of what is read from a file. If the file is a table without
+    stamps, the returned selection has the stamp format `none`, because the arm stood still in each
+    row.
     """
     if file.suffix.lower() not in TABLES or not file.is_file() or wanted.stamps != StampFormat():
         return wanted
@@ -188,7 +189,7 @@ def _states(source: RecordingSource, wanted: Selection) -> MotionColumns:
 
 def cells_beside(given: MeasuredRecording, column: str) -> list[str]:
     """
-    Return the cells of a column in the table rows of the measured poses.
+    Return the cells that a column of the table has beside the measured poses, one for each pose.
 
     Raises
     ------
@@ -212,7 +213,7 @@ def cells_beside(given: MeasuredRecording, column: str) -> list[str]:
 @dataclass(frozen=True, eq=False)
 class TouchRecording:
     """
-    Touches of one file.
+    The touches that one file contains.
 
     Attributes
     ----------
@@ -239,7 +240,8 @@ def read_touches(
     file: Path, wanted: Selection, column: str, what: str = 'point'
 ) -> TouchRecording:
     """
-    Return the joint positions of a table, and the name in `column` of each row.
+    Read a table, and return the joint positions of each row and the name that the row has in
+    `column`.
 
     The names are those of touched points, or of the things that `what` says, for example images.
     Rows without a name are left out.
@@ -281,8 +283,8 @@ def read_images(
     file: Path, wanted: Selection, folder: Path, finder: BoardFinder
 ) -> tuple[TouchRecording, tuple[SeenCorners | str, ...]]:
     """
-    Return the rows of a table that name images, and the corners of the board in each image; or, if
-    corners are missing, a sentence with the reason.
+    Return the rows of a table that name images, and for each image the corners of the board. If
+    corners are missing in an image, a sentence with the reason takes their place.
 
     Raises
     ------

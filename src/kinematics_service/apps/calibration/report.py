@@ -134,7 +134,7 @@ def _outliers(found: Calibration) -> str:
 
 def cells_of(one: CalibratedParameter, found: Calibration) -> tuple[str, str, str, str]:
     """
-    Return the cells of a parameter's table row: name, correction, standard deviation, and whether
+    Return the cells of a parameter for a table: name, correction, standard deviation, and whether
     the parameter is identifiable.
     """
     combined = found.known < len(found.parameters)
@@ -220,9 +220,9 @@ def placed_camera(found: Calibration) -> tuple[PlacedThing, ...]:
 
 
 def _deviation(found: Calibration, end: str, behind: Floats, R: Floats) -> Floats:
-    # Propagate the standard deviations of the corrections (t, w) of base or tool to the pose,
-    # shape (2, 3). These corrections move a point at p in the corrected frame by t + w x p.
-    # Parameters that are not fitted are taken as exact.
+    # Return the standard deviations of the pose, shape (2, 3), from those of the corrections (t,
+    # w) of base or tool. These corrections move a point at p in the corrected frame by t + w x p.
+    # Corrections that are not fitted are taken as exact.
     own, columns = found.fitted_of([one.name for one in end_parameters(end, 0)])
     moved = np.eye(6)
     moved[:3, 3:] = -np.cross(np.eye(3), behind[:3, 3])

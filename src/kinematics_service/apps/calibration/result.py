@@ -22,7 +22,8 @@ from .explanations import RefusalCauses
 from .fitting import UNKNOWN_NOISE_FREEDOM, Noise
 from .identified_table import KNOWN_RATIO, IdentifiedTable, ParameterCombination
 
-# Number of blocks of rows for cross-validation; each block is held out once.
+# Number of blocks of rows for cross-validation. Each block is once left out of the fit and then
+# predicted (held out).
 BLOCKS = 5
 
 
@@ -50,7 +51,8 @@ class FitErrors(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Calibration(IdentifiedTable):
     """
-    A robot identified from measured poses, if it is `accepted`.
+    The result of a calibration: the identified robot, its errors, and the reasons if the
+    calibration is refused.
 
     Attributes
     ----------
@@ -73,13 +75,13 @@ class Calibration(IdentifiedTable):
     distances : shape (N,)
         The error of each row, in standard deviations of the noise.
     left : shape (5, N, 2, 3), m and rad
-        Residuals of each row in the order of `FitErrors`: of the position, and a rotation vector;
-        in the frame of the poses.
+        Residuals of each row for the five fits, in the order of `FitErrors`: the residual of the
+        position, and that of the rotation as a rotation vector, in the frame of the poses.
     spare
         Count of measured numbers outside the largest held-out block, minus the parameters of base
         and tool. Equal joint positions count once.
     possible
-        Number of combinations of parameters that any poses of this kind could determine.
+        Largest number of combinations of parameters that poses of this kind could determine.
     singular_values : shape (P,)
         Singular values of the Jacobian of the poses, per prior standard deviation and in standard
         deviations of the noise; descending.
@@ -88,8 +90,8 @@ class Calibration(IdentifiedTable):
     base_offsets, tool_offsets : shape (sets, 4, 4)
         X and Y of measured = X calibrated Y.
     base_starts, tool_starts : shape (sets, 4, 4)
-        Poses of base and tool from which the fit started; their corrections are along and about
-        their own axes.
+        Poses of base and tool at which the fit started. The corrections of base and tool are along
+        and about the axes of these poses.
     q : shape (N, n), rad or m
         Joint positions of the rows.
     points
@@ -143,11 +145,12 @@ class Calibration(IdentifiedTable):
     @property
     def worse(self) -> str:
         """
-        Return a sentence if held-out rows are worse with the corrections; else an empty text.
+        Return a sentence if the errors of held-out rows are larger with the corrections; else an
+        empty text.
 
-        Held-out rows are worse if the corrections increase their mean squared error by more than
-        the mean squared noise. If the rows outside a held-out block determine only base and tool,
-        the sentence says that held-out rows do not judge the calibration.
+        The errors are larger if the corrections increase the mean squared error of held-out rows
+        by more than the mean squared noise. If the rows outside a held-out block determine only
+        base and tool, the sentence says that held-out rows do not test the calibration.
         """
         kind, more = self.kind, f'measure more {self.kind}, far apart (calibrate-propose)'
         before, after = self.held_out_before.position_rms, self.held_out.position_rms
@@ -167,10 +170,10 @@ class Calibration(IdentifiedTable):
     @property
     def no_better(self) -> bool:
         """
-        Return whether the corrections do not improve the held-out rows significantly.
+        Return True if the corrections do not reduce the errors of held-out rows significantly.
 
-        Paired test: the mean decrease of the squared errors is below two of its standard
-        deviations.
+        By a paired test, the decrease is significant if the mean decrease of the squared errors is
+        at least two of its standard deviations.
         """
         before, after = np.sum(self.left[3:, self.used, 0] ** 2, axis=2)
         gains = before - after
@@ -179,8 +182,8 @@ class Calibration(IdentifiedTable):
     @property
     def only_worse(self) -> bool:
         """
-        Return whether the only reason for a refusal is that held-out rows became worse. In this
-        case more rows help.
+        Return whether the only reason for a refusal is that the errors of held-out rows grew. More
+        rows help in this case.
         """
         return self.refusals == (self.worse,)
 
@@ -196,26 +199,31 @@ class Calibration(IdentifiedTable):
 
     @property
     def rows(self) -> str:
-        """Return the word for the rows: touches or poses."""
+        """Return the word for the measured rows in sentences: touches or poses."""
         return 'touches' if self.points else 'poses'
 
     @property
     def row(self) -> str:
-        """Return the word for one row: touch or pose."""
+        """Return the word for one measured row in sentences: touch or pose."""
         return 'touch' if self.points else 'pose'
 
     @property
     def kind(self) -> str:
-        """Return the word for the measured quantity: positions, touches or poses."""
+        """Return the word for the measured quantity in sentences: positions, touches or poses."""
         return 'positions' if self.positions and not self.points else self.rows
 
     @property
     def placed(self) -> str:
-        """Return as text what is fitted without the table: tip and points, or base and tool."""
+        """
+        Return the words for the things that are fitted besides the table: tip and points, or base
+        and tool.
+        """
         return 'tip and points' if self.points else 'base and tool'
 
     def rms_in_words(self, errors: Errors) -> str:
-        """Return the RMS errors as text; without rotations if only positions were measured."""
+        """
+        Return RMS errors as text. If only positions were measured, the text has no rotations.
+        """
         return in_words(*errors.rms, self.positions)
 
     @property
@@ -226,8 +234,8 @@ class Calibration(IdentifiedTable):
     @property
     def known(self) -> int:
         """
-        Return the number of identified combinations of parameters. The poses divide the prior
-        standard deviations of these combinations by three or more.
+        Return the number of identified combinations of parameters. The fit reduces the standard
+        deviation of such a combination to a third of the prior one or less.
         """
         return int(np.sum(self.singular_values > KNOWN_RATIO))
 
@@ -256,7 +264,9 @@ class Calibration(IdentifiedTable):
 
     @property
     def remainders(self) -> Floats:
-        """Return the residuals of all rows with the corrections, (N, 2, 3), m and rad."""
+        """
+        Return the residuals of all rows after the corrections are applied, (N, 2, 3), m and rad.
+        """
         return np.asarray(self.left[2])
 
     @cached_property

@@ -53,8 +53,9 @@ from .result import Calibration
 KNOWN_POSE_COUNT = 5
 MAX_SOURCE_LENGTH = 2000
 
-# Digits of the factor L of the covariance L L^T. Six digits are written, because the standard
-# deviations of poses may be far smaller than those of single numbers of the table.
+# Number of digits with which the factor L of the covariance L L^T is written. Few digits are not
+# enough, because the standard deviations of poses may be far smaller than those of single numbers
+# of the table.
 DIGITS = 6
 # An entry of the factor L is written as zero if it is smaller than this share of the norm of its
 # row.
@@ -148,8 +149,9 @@ def calibrated_text(
 def _without_unused_constants(
     text: str, nominal: RobotDescription
 ) -> tuple[str, RobotDescription]:
-    # Remove constants that only base, tool or factors used. Repeat, because another constant may
-    # have been used only by a removed constant. Return the new text and its robot description.
+    # Remove constants that only the old base, tool or factors used. Repeat this, because a removed
+    # constant may have been the only user of another constant. Return the new text and its robot
+    # description.
     def unused(description: RobotDescription) -> list[str]:
         where = {one.where for one in description.warnings}
         return [one.name for one in description.constants if f'constants.{one.name}' in where]
@@ -164,8 +166,8 @@ def _without_unused_constants(
 
 def placed_robot(found: Calibration, frames: Frames) -> Robot:
     """
-    Return the calibrated robot; `frames` decides whether base and tool are those of the file or
-    those of the measured poses.
+    Return the calibrated robot with base and tool of the robot file, or with those of the measured
+    poses. `frames` selects one of the two.
     """
     if frames == 'robot':
         return found.calibrated
@@ -191,7 +193,8 @@ def certificate(
     found: Calibration, robot: Robot, origin: CalibrationOrigin, frames: Frames
 ) -> list[str]:
     """
-    Return the comment lines at the head of the file: data, fit and results.
+    Return the comment lines at the head of the robot file. They describe the data, the fit and the
+    results.
 
     Parameters
     ----------
@@ -223,8 +226,8 @@ def certificate(
 def _known_poses(
     found: Calibration, robot: Robot, q: Floats, poses: Floats, frames: Frames
 ) -> list[str]:
-    # Return the lines of the section `known_poses`: measured poses from rows that are evenly
-    # spread. They are written as poses of the tool in the base frame of the written file.
+    # Return the lines of the section `known_poses`. It has measured poses of evenly spaced rows,
+    # written as poses of the tool in the base frame of the written file.
     X, Y = found.base_offsets[0], found.tool_offsets[0]
     # Leave outliers out if the calibration is accepted. If it is refused, take all rows.
     outliers = set(found.outliers) if found.accepted else set()
@@ -258,9 +261,9 @@ def _known_poses(
 
 
 def _tolerances(found: Calibration, poses: Floats, frames: Frames) -> tuple[float, float]:
-    # Return the tolerances (m, rad) of known poses: a multiple of the estimated noise, so that all
-    # used poses are within the tolerances. This multiple is at most ERROR_LIMIT, or that multiple
-    # of the noise of the instrument if it is larger.
+    # Return the tolerances (m, rad) of known poses. They are the outlier limit times the estimated
+    # noise, so that all used poses are within the tolerances. They are at most ERROR_LIMIT, or the
+    # outlier limit times the noise of the instrument if that is larger.
     known, limit = found.instrument or (0.0, 0.0), outlier_limit(2)
     length, angle = (
         limit * min(noise, max(most / limit, of_instrument))
@@ -320,11 +323,12 @@ def named_factor(
     found: Calibration, robot: Robot, ends: bool
 ) -> tuple[tuple[ArmParameter, ...], Floats]:
     """
-    Return parameters of a calibrated table, and the lower triangular L of their covariance L L^T.
+    Return the parameters of a calibrated table, and the lower triangular factor L of their
+    covariance L L^T.
 
-    The covariance of a calibration is for corrections of the nominal table. Nearly each correction
-    is one parameter of the calibrated table, maybe in another row. A rotation within a row of two
-    matrices is a combination of several parameters.
+    The covariance of a calibration is for corrections of the nominal table. Most corrections
+    correspond to one parameter of the calibrated table, maybe in another row. A rotation within a
+    row of two matrices corresponds to a combination of several parameters.
     """
     errors, known = calibrated_errors(robot, found, ends), named_errors(robot)
     made_of = np.zeros((len(known.frames), len(errors.frames)))
@@ -338,8 +342,8 @@ def named_factor(
             own = np.flatnonzero(there)
             made_of[own, column] = np.linalg.lstsq(known.screws[own].T, screw, rcond=None)[0]
     factor = made_of @ errors.factor
-    # A gear ratio has one row for each screw of its joint. These rows are equal, so keep the first
-    # row.
+    # `known` has one row of a gear ratio for each screw of its joint. These rows are equal, so
+    # keep only the first.
     _, first = np.unique(known.of, return_index=True)
     rows = first[np.any(made_of[first], axis=1)]
     triangle = np.linalg.qr(factor[rows].T, mode='r')

@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Calibrate without an instrument: the tip of the tool touches the same points from many poses.
+Calibrate without an instrument: the tip of the tool touches a few points, each from many poses.
 
 The residual of a touch is the distance from the tip to its point. The positions of points and tip
 are fitted with the arm. The fit starts from Huber's estimate of points and tip with the nominal
-table. If arm, tip and points grow by one factor, the touches stay the same: only ratios of lengths
-are identifiable, unless the distance between two points is known.
+table. If all lengths of arm, tip and points grow by one factor, the residuals of exact touches
+stay zero. So only ratios of lengths are identifiable, unless the distance between two points is
+known.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -69,11 +70,11 @@ POINTS = 'points'
 TOUCH_TOLERANCE = 1e-13
 # Longest step (rad, m) of the joints in the search for an exact touch.
 STEP_LIMIT = 0.5
-# No joint turns farther than this angle (rad). If joint positions are larger, test whether they
-# are degrees.
+# Usual joints turn by at most this angle (rad). If a joint position is larger, test whether the
+# positions are in degrees.
 MAX_TURN = 4 * np.pi
-# A matrix that reverses the sign of translations. A correction of a touched point moves the tip,
-# relative to the point, in the opposite direction.
+# A matrix that reverses the sign of translations. It is needed, because a correction of a touched
+# point moves the tip, relative to the point, in the opposite direction.
 MIRROR = np.diag([-1.0, -1.0, -1.0, 1.0])
 
 
@@ -95,16 +96,17 @@ class TouchStart(NamedTuple):
 
 def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> TouchStart:
     """
-    Return the touched points and the tip that fit the touches best with the nominal table, by
-    Huber's estimate (reweighted least squares).
+    Fit the touched points and the tip to the touches with the nominal table, and return them. The
+    method is Huber's estimate (reweighted least squares).
 
-    The residuals are linear in points and tip. Each step solves for the tip. Each point is then
-    the weighted mean of the tip positions in its rows.
+    The residuals are linear in points and tip. Each step solves for the tip. Then each point
+    becomes the weighted mean of the tip positions in the rows that touch it.
 
     Parameters
     ----------
     q : shape (..., N, n), rad or m
-        Joint positions; each leading index may be a different correction of the input.
+        Joint positions. Leading dimensions are for several versions of the input, each with
+        another mistake corrected.
     point : shape (N,)
         The number of the point that each row touches.
     free
@@ -124,8 +126,9 @@ def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> Touc
         shares /= np.sum(shares, axis=-1, keepdims=True)
         mean_at, mean_R = shares @ at, np.einsum('...kn,...nij->...kij', shares, R)
         if free:
-            # Subtract the mean of the rows of each point, which eliminates the points, and solve
-            # for the tip. The prior of the tip is so wide that it hardly changes the solution.
+            # Subtract from each row the mean over the rows of its point. This eliminates the
+            # points. Then solve for the tip, with a prior so wide that it hardly changes the
+            # solution.
             J, off = R - mean_R[..., point, :, :], mean_at[..., point, :] - at
             M = np.einsum('...n,...nij,...nik->...jk', weights, J, J)
             M = M + (noise[..., None] / PLACE_PRIOR) ** 2 * np.eye(3)
@@ -196,8 +199,8 @@ class SamePointParameters(ChosenParameters):
         self, fit: Sequence[str], fix: Sequence[str], tolerances: Iterable[str] = ()
     ) -> list[int]:
         """
-        Return the indices of the fitted parameters, after a check of all words. The positions of
-        the points are always fitted.
+        Return the indices of the fitted parameters, which include the positions of all points.
+        Raise an error if a word names no parameter.
         """
         for word in (*fit, *fix):
             if word.rpartition('.')[0] in self.names:
@@ -234,7 +237,7 @@ class SamePointParameters(ChosenParameters):
         return self.problem(chains, poses, chosen, tolerances, distances)
 
     def undone(self, change: Hypothesis) -> UndoneRows:
-        """Return the rows with a mistake corrected, as arguments of `calibrate`."""
+        """Correct a mistake of the input, and return the rows as arguments of `calibrate`."""
         return {'q': change.joints(self.given.q), 'same_point': self.marks}
 
     def misfits(self, used: Flags, changes: Sequence[Hypothesis]) -> Floats:
@@ -246,16 +249,16 @@ class SamePointParameters(ChosenParameters):
         return truncated((distances / ERROR_LIMIT.position) ** 2)
 
     def _distances(self, joints: Floats) -> Floats:
-        # Fit tip and points to joint positions (H, N, n), and return the distances (H, N) from
-        # tips to points, m.
+        # Take H corrected arrays of joint positions (H, N, n). Fit tip and points to each array,
+        # and return the distances (H, N) from tips to points, m.
         return started(self.robot, joints, self.given.sets).distances
 
     def _check_touches(self, start: TouchStart) -> None:
         robot, q, middle = self.robot, self.given.q, float(np.median(start.distances))
         if middle < MIN_CHANGE:
             return
-        # Test for degrees only if angles are large. If small angles are divided by 57, the tip
-        # stays near one point, so the test would always report degrees.
+        # Test for degrees only if angles are large. If small angles are divided by 57, the arm
+        # hardly moves and the tip stays near one point, so the test would always report degrees.
         if np.max(np.abs(q[:, ~robot.prismatic]), initial=0.0) > MAX_TURN:
             left = self._distances(from_degrees(robot, q))
             refuse_mistake(DEGREES, 'wrong-unit', float(np.median(left)), middle)
@@ -310,9 +313,9 @@ class SamePointParameters(ChosenParameters):
         self, problem: FitProblem, noise: Noise, q: Floats, point: Integers
     ) -> Floats:
         # Return the scaled Jacobian of the tip at joint positions with which the nominal arm
-        # touches the points exactly. Only at these joint positions, the touches stay exact if all
-        # lengths grow by one factor. So the null space of the Jacobian contains this factor, which
-        # is not identifiable.
+        # touches the points exactly. At these joint positions, the touches stay exact if all
+        # lengths grow by one factor. So the null space of the Jacobian contains the change of all
+        # lengths by one factor, which is not identifiable.
         touching, exact = _touching(self.robot, q, self.start.points[point], self.start.tip)
         if not np.any(exact):
             touching, exact = q, np.ones(len(q), dtype=bool)
@@ -328,7 +331,7 @@ class SamePointParameters(ChosenParameters):
     def ends_of(self, problem: FitProblem, values: Floats) -> PlacedEnds:
         """
         Return the offsets X and Y of tip = X calibrated Y, and the poses of base and tool before
-        the fit. X is the identity; the base is that of the file.
+        the fit. X is the identity, because the base is that of the robot file.
         """
         _, tool_offsets, _, tool_starts = super().ends_of(problem, values)
         base = self.robot.description.base.motion.matrix[None]
@@ -356,7 +359,8 @@ class SamePointParameters(ChosenParameters):
 
     def remarks(self, problem: FitProblem, found: Identified) -> tuple[str, ...]:
         """
-        Return sentences on an unknown scale of the lengths, and on rows marked with a wrong point.
+        Return remarks: a sentence if the scale of the lengths is unknown, and a sentence for each
+        row that seems to name a wrong point.
         """
         result, names = [*super().remarks(problem, found)], self.names
         # All lengths may grow by one factor, unless a known distance or a prismatic joint sets
@@ -400,7 +404,8 @@ def _touching(robot: Robot, q: Floats, targets: Floats, tip: Floats) -> tuple[Fl
 def _checked(
     apart: Mapping[tuple[str, str], float], names: Sequence[str]
 ) -> dict[tuple[int, int], float]:
-    # Check the known distances, and return them with the indices of the points as keys.
+    # Check the known distances between points, given by the names of the points. Return the
+    # distances by the indices of the points.
     for (one, other), distance in apart.items():
         if missing := [name for name in (one, other) if name not in names]:
             points = ', '.join(names)

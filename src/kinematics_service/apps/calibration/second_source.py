@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Diagnose tool poses of a second source (a tracker), and test them for jumps of a joint zero.
+Diagnose tool poses that a second source measures (for example a tracker), and test them for jumps
+of a joint zero.
 
 The jump test starts once the poses fit the robot file. Until then, the newest poses are diagnosed
 again and again.
@@ -25,21 +26,24 @@ from ..checking.other_robots import OtherRobot, left_by, other_robot
 from .collecting import CollectedPoses
 from .zero_jump import RECENT, JumpDetector, Watched
 
-# Number of poses of the first diagnosis, and number of new poses before the next diagnosis.
+# Number of poses at which the first diagnosis is made, and number of new poses after which the
+# next diagnosis is made.
 MIN_NEW = 20
-# A diagnosis may mistake a jump of a joint zero for one of these causes. If a jump is detected,
-# the status reports the jump instead of these causes.
+# Causes of errors for which a diagnosis may mistake a jump of a joint zero. If a jump is detected,
+# the status reports the jump instead of such a cause.
 LOOKS_OF_A_JUMP = ('joint_offset', 'link_length', 'link_twist', 'time_lag')
 # The advice to the user if large errors remain that no mistake explains.
 ADVICE = 'calibrate-live collects poses for a robot file of this very arm'
-# The path of the joints: stamps (ns), and the joint positions (n,) at these stamps.
+# The motion of the joints over time: a list of stamps (ns) with the joint positions (n,) at each
+# stamp.
 Way = list[tuple[int, Floats]]
 
 
 @dataclass(frozen=True)
 class Examined:
     """
-    The diagnosis of the poses of a second source, and the result of their test for jumps.
+    The diagnosis of the poses of a second source, and the result of the test of these poses for
+    jumps.
 
     Attributes
     ----------
@@ -48,9 +52,11 @@ class Examined:
     newest
         The newest poses.
     diagnosis
-        The last diagnosis of poses without a jump; or a sentence that says why there is none.
+        The last diagnosis of poses without a jump; or a sentence that says why no diagnosis was
+        possible.
     since_jump
-        The last diagnosis of poses after a jump; or a sentence, empty without a jump.
+        The last diagnosis of poses after a jump; or a sentence that says why no diagnosis was
+        possible. Empty without a jump.
     detector, watched
         The test for jumps and its result; None if the first poses do not fit the robot file.
     other
@@ -69,7 +75,10 @@ class Examined:
 def examined(
     robot: Robot, limits: ReferenceLimits, before: Examined | None, new: CollectedPoses, way: Way
 ) -> Examined:
-    """Return the diagnosis and the jump test after new poses; `way` has the joints' path."""
+    """
+    Update the diagnosis and the jump test with new poses, and return both. `way` has the joints'
+    path.
+    """
     if before is None:
         return restarted(robot, limits, None, new, way)
     watched = before.detector.observe(new) if before.detector else None
@@ -96,8 +105,8 @@ def restarted(
     way: Way,
 ) -> Examined:
     """
-    Return the diagnosis of the newest poses alone, and a jump test. A running jump test goes on if
-    the new diagnosis has the status level of the previous diagnosis. Otherwise a new jump test
+    Diagnose the newest poses alone, and continue or start a jump test. A running jump test goes on
+    if the new diagnosis has the status level of the previous diagnosis. Otherwise a new jump test
     starts, if the poses fit the robot file.
     """
     recent, judge = newest.at(slice(-RECENT, None)), judge_of(limits)
@@ -147,8 +156,8 @@ def judge_of(limits: ReferenceLimits) -> FrameLimits:
 
 def frames_status(known: Examined, limits: ReferenceLimits) -> StatusText:
     """
-    Return the status of the second source: its differences from the robot file, and a detected
-    jump.
+    Return the status of the second source: how its poses differ from those of the robot file, and
+    a detected jump.
     """
     judge, watched, found = judge_of(limits), known.watched, known.diagnosis
     jump = watched.jump if watched else None

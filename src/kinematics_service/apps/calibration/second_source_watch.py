@@ -3,8 +3,9 @@
 """
 Watch a second source of poses in a running node: a frame check, then a test for jumps.
 
-Once the poses fit the robot file, each new pose is tested for a jump of a joint's zero, of base,
-tool or lag (`zero_jump.py`). While the poses do not fit, the newest poses are diagnosed.
+Once the poses fit the robot file, each new pose is tested for a jump of a joint zero, of the base,
+of the tool or of the lag (`zero_jump.py`). While the poses do not fit, the newest poses are
+diagnosed.
 """
 
 import threading
@@ -22,14 +23,16 @@ from .second_source import MIN_NEW, Examined, examined, frames_status
 
 # Largest number of kept poses that were matched with joint states.
 MAX_POSES = 256
-# Least time between two samples of the joints' path, ns: the path is sampled at 100 Hz at most.
+# Least time between two stored samples of the joints' path, ns. So the path is stored at 100 Hz at
+# most.
 PATH_STEP = 10_000_000
-# Number of kept samples of the joints' path, to find a lag: the last minute at 100 Hz.
+# Number of stored samples of the joints' path, from which a lag is found. At 100 Hz they cover the
+# last minute.
 PATH_SAMPLES = 6_000
 # The status is WARN if no pose arrived for this time (s), or if no pose was used for this time.
 PATIENCE = 5.0
-# If stamps of poses and joint states differ by more than this time (s), they come from two clocks.
-# No source of poses is so late.
+# If the stamps of poses and joint states differ by more than this time (s), the stamps come from
+# two clocks, because no source of poses is so late.
 CLOCK_DIFFERENCE = 1.0
 
 
@@ -79,9 +82,9 @@ class SecondSourceWatch:
         self._ahead = 0.0 if is_stale else 1e-9 * (stamp - self._way[-1][0])
         is_matched = poses.different > 0 and poses.unmatched == self._unmatched
         if is_stale or is_matched and self._ahead < CLOCK_DIFFERENCE:
-            # `_used_at` is the time of the last used pose. Set it to now if this pose was used.
-            # Set it to now if joint states are missing too, because the status `input` reports
-            # missing joint states.
+            # `_used_at` is the time of the last used pose. Set it to the present time if this pose
+            # was used. Do so as well if joint states are missing, because the status `input`
+            # already reports missing joint states.
             self._used_at, self._arrived = now, 0
         self._unmatched = poses.unmatched
 
@@ -123,8 +126,8 @@ class SecondSourceWatch:
         )
 
     def _compared(self, limits: ReferenceLimits, refused: str) -> StatusText:
-        # Start a comparison if enough new poses were collected; return the status of the last
-        # comparison.
+        # Start a comparison in a thread if enough new poses were collected. Return the status of
+        # the last finished comparison.
         count = self._poses.different
         busy = self.thread is not None and self.thread.is_alive()
         if count > MIN_NEW and not busy and (new := self._poses.taken()).stamps:

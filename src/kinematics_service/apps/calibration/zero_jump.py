@@ -3,14 +3,14 @@
 """
 Detect a jump of a joint zero by the generalized likelihood ratio (GLR) test of Willsky and Jones.
 
-Willsky and Jones 1976; Basseville and Nikiforov 1993, chapter 7. The residual of pose k is
-e = H x + A delta + noise. The unknown x contains base, tool, lag and the errors of the table, with
-Gaussian priors. delta is the jump: it acts on some pose of the window and on all later poses. The
-test maximizes the likelihood ratio over the jumping parameter, its first pose and delta. x is
-estimated from the baseline of healthy poses and the window. A wrong table is part of x, so a new
-working region raises no alarm. Errors that successive poses share raise the threshold. How many
-poses share them is estimated, and within the first 60 poses the estimate may be too small: then
-such errors can still raise an alarm.
+Willsky and Jones 1976; Basseville and Nikiforov 1993, chapter 7. The residual of a pose is e = H x
++ A delta + noise. The unknown x contains base, tool, lag and the errors of the table, with
+Gaussian priors. The jump delta of one parameter acts on one pose of the window and on all later
+poses. The test maximizes the likelihood ratio over the parameter that jumps, the first pose after
+the jump, and delta. x is estimated from the window and from the baseline, earlier poses without a
+jump. A wrong table is part of x, so a new working region raises no alarm. Errors that successive
+poses share raise the threshold. The number of poses that share an error is estimated. Within the
+first 60 poses this estimate may be too small, so shared errors can then still raise an alarm.
 """
 
 import math
@@ -32,11 +32,12 @@ from ..checking.offsets import fit_at, fit_offsets, jacobian, moved_offsets, res
 from ..recordings.readers.block import Flags
 from .collecting import CollectedPoses
 
-# Quantiles of chi-square with 1 and 6 degrees of freedom at 1e-10. With some 1000 tests for each
-# pose, a healthy arm raises one false alarm in 1e7 poses.
+# Thresholds of the test: quantiles of chi-square with 1 and 6 degrees of freedom, exceeded with
+# probability 1e-10. With some 1000 tests for each pose, a healthy arm raises one false alarm in
+# 1e7 poses.
 THRESHOLDS = {1: 41.8, 6: 58.4}
-# Add no poses to the baseline while the likelihood ratio of a jump exceeds its threshold minus
-# this share of the smaller threshold.
+# No poses are added to the baseline while the likelihood ratio of a jump is above its threshold
+# minus this share of the smaller threshold.
 FREEZE_RATIO = 0.5
 # The window has this number of poses, or up to one batch more. It has more than 100 poses, because
 # a slip of a joint must be detected within 100 poses of a camera.
@@ -48,15 +49,16 @@ MAX_FAILED = 5
 MIN_POSES = MAX_FAILED + 1
 # Number of poses that are tested together and then enter the baseline together.
 BATCH = 16
-# Smallest standard deviations of one number of a pose, m and rad. They are the noise of a tracker.
+# Lower bounds of the noise, m and rad: standard deviations of one number of a pose that a tracker
+# measures.
 MIN_NOISE = 1e-4, np.radians(0.02)
-# Prior standard deviation (m and rad) of the offsets of base and tool about their fit. It is so
-# wide that it hardly affects the estimate.
+# Prior standard deviation (m and rad) of the offsets of base and tool from their fitted values. It
+# is so wide that it hardly affects the estimate.
 OFFSET = 0.3
 # Prior standard deviation (s) of the lag: two periods of joint states at 200 Hz.
 LAG = 0.01
-# Largest number of poses of the baseline. The baseline keeps the newest poses, to follow an arm
-# that warms up.
+# Largest number of poses in the baseline. The baseline keeps only the newest poses, so that the
+# estimate follows an arm that warms up.
 MEMORY = 2 * WINDOW
 # Linearize again if the offsets of base and tool moved by this value or more (m, rad). If they
 # moved less, the error of the linearization, the square of the motion, is negligible.
@@ -68,13 +70,14 @@ ROUNDS = 8
 # A joint that moved less than this (rad) is never named as the joint that jumped. Prismatic joints
 # are scaled by a length of the arm.
 MIN_RANGE = 0.02
-# The information on the size of a jump is round-off if it is below this share of the information
-# that known x would give.
+# The information on the size of a jump is taken as round-off if it is below this share of the
+# information that a known x would give.
 MIN_RATIO = 1e-9
-# A joint is not named if its jump is more than 100 times less likely than the likeliest jump.
+# A joint is named only if its gain is smaller than the largest gain by at most this number, which
+# belongs to a likelihood ratio of 100.
 RIVAL_GAIN = 2.0 * math.log(100)
-# A jump that exceeds the threshold by this number of standard deviations is detected in nine of
-# ten cases.
+# If a jump exceeds the threshold by this number of standard deviations, the test detects it in
+# nine of ten cases.
 POWER_Z = NormalDist().inv_cdf(0.9)
 # Number of the newest poses that are given to a diagnosis: half of the window.
 RECENT = WINDOW // 2
@@ -86,7 +89,8 @@ FORECAST = 50
 
 BASE, TOOL, LAGS = slice(0, 6), slice(6, 12), slice(12, 13)
 KEYS = {BASE.start: 'base', TOOL.start: 'tool', LAGS.start: 'time_lag'}
-# The length (m) that has the weight of one rad. It is 1, so positions are not scaled.
+# In the fit of the offsets, an error of this length (m) weighs as much as an error of 1 rad. The
+# length is 1, so positions are not scaled.
 ONE = np.ones((1, 1, 1))
 
 
@@ -104,7 +108,7 @@ class ZeroJump:
     sizes
         Size of the jump for each name, rad, m or s; for base and tool the rotation (rad).
     position, angle
-        Motion of the poses by the jump (rms), m and rad.
+        RMS motion of the tool poses by the jump, m and rad.
     stamp, count
         The stamp (ns) of the first pose after the jump; the number of poses since the jump.
     sentence
@@ -134,13 +138,13 @@ class Watched(NamedTuple):
     outliers
         Number of poses of the window that fit neither the baseline nor a jump.
     recent
-        At most 64 of the newest poses; after a jump only poses since the jump. Outliers are left
-        out, unless more than an eighth of the window are outliers.
+        The newest poses, at most 64; after a jump only poses since the jump. Outliers are left
+        out, unless more than an eighth of the poses in the window are outliers.
     noise
         Standard deviations of one number of a position (m) and of a rotation vector (rad).
     smallest
-        For each joint its name, the smallest jump that is detected in nine of ten cases, and its
-        unit.
+        For each joint that moved: its name, the smallest jump that the test detects in nine of ten
+        cases, and the unit of the jump.
     """
 
     jump: ZeroJump | None
@@ -152,7 +156,10 @@ class Watched(NamedTuple):
 
     @property
     def fails(self) -> bool:
-        """Return whether the second source fails: more than an eighth of poses are outliers."""
+        """
+        Return whether the second source fails: whether more than an eighth of the poses in the
+        window are outliers.
+        """
         return self.outliers > MAX_OUTLIERS
 
     def sentence(self) -> str:
@@ -191,9 +198,9 @@ class Watched(NamedTuple):
 
 
 class _Baseline:
-    # Estimates x from healthy poses. `mean` and `information` are the mean and the information
-    # matrix of x, in units of the prior of x. The noise follows from the residuals and from the
-    # number of entries of x that the poses determine (MacKay 1992).
+    # Estimates x from poses without a jump. `mean` and `information` are the mean and the
+    # information matrix of x, in units of the prior of x. The noise follows from the residuals and
+    # from the number of entries of x that the poses determine (MacKay 1992).
     def __init__(self, rows: Floats, unknown: Integers, floor: Floats) -> None:
         e, H = rows[:, :, 0], rows[:, :, 1:][:, :, unknown]
         r = np.moveaxis(e.reshape(len(e), 2, 3), 1, 0).reshape(2, -1, 1)
@@ -214,8 +221,8 @@ class _Baseline:
 
 def poses_of_one_error(residuals: Floats) -> Floats:
     """
-    Return the number of successive poses that together have the weight of one pose with an
-    independent error, shape (2,), for positions and rotations.
+    Return how many successive poses weigh together as much as one pose with an independent error,
+    shape (2,): for positions and for rotations.
 
     Successive poses share errors that no parameter contains, for example by an elastic arm or a
     distorted image. The number is estimated by the ratio of von Neumann (1941).
@@ -227,13 +234,13 @@ def poses_of_one_error(residuals: Floats) -> Floats:
     """
     sums, differences = residuals[1:] + residuals[:-1], residuals[1:] - residuals[:-1]
     squares = np.sum(sums**2, axis=(0, 2)), np.sum(differences**2, axis=(0, 2))
-    # The ratio is 1 if all residuals are zero.
+    # If all residuals are zero, set the ratio to 1.
     ratio = np.divide(*squares, out=np.ones(2), where=squares[1] > 0.0)
     return np.asarray(np.maximum(ratio, 1.0))
 
 
 class _JumpCandidate(NamedTuple):
-    # A parameter that may have jumped. `own` selects the columns of the parameter. `begin` is the
+    # A possible jump of one parameter. `own` selects the columns of the parameter. `begin` is the
     # index of the first pose after the jump, `size` the size of the jump. `gain` is twice the
     # increase of the log likelihood by the jump. `excess` is the test statistic minus its
     # threshold. `scale` is the variance of the residuals divided by that of the baseline, at least
@@ -247,8 +254,8 @@ class _JumpCandidate(NamedTuple):
 
 
 class _LikelihoodRatios:
-    # Computes the likelihood ratios of jumps in a window of poses. The unknown x (base, tool, lag,
-    # table) is estimated from baseline and window. Residuals are in units of the noise.
+    # Computes the likelihood ratios of possible jumps in a window of poses. The unknown x (base,
+    # tool, lag, table) is estimated from baseline and window. Residuals are in units of the noise.
     def __init__(
         self, rows: Floats, used: Flags, unknown: Integers, jumping: int, baseline: _Baseline
     ) -> None:
@@ -258,7 +265,8 @@ class _LikelihoodRatios:
         G = baseline.information + K.T @ K
         G += np.finfo(np.float64).eps * np.trace(G) * np.eye(len(G))
         whitening = np.linalg.inv(np.linalg.cholesky(G))
-        # Whiten x: the columns of B belong to uncorrelated directions of x.
+        # Whiten x, so that its components are uncorrelated with variance 1. The columns of B
+        # belong to these components.
         B, y = K @ whitening.T, whitening @ (prior + K.T @ r)
         self.A, self.B, self.left = A, B.reshape(H.shape), (r - B @ y).reshape(e.shape)
         products = np.concatenate([A, self.B, self.left[:, :, None]], axis=2)
@@ -270,7 +278,8 @@ class _LikelihoodRatios:
         self.freedom = told + 6.0 * float(np.sum(used))
 
     def information(self, sums: Floats, own: slice) -> Floats:
-        # Return the information matrices (K, k, k) of the sizes of K jumps, with x unknown.
+        # Return the information matrix (k, k) of the size of a jump, for each of K jumps, if x is
+        # unknown.
         D, whole = sums[:, own, self.A.shape[2] : -1], sums[:, own, own]
         least = MIN_RATIO * (1.0 + np.max(np.einsum('kii->ki', whole), axis=1))
         unit = least[:, None, None] * np.eye(whole.shape[1])
@@ -285,26 +294,27 @@ class _LikelihoodRatios:
         at = int(np.argmax(gains))
         gain, dof = float(gains[at]), u.shape[1]
         rest, left = self.freedom - dof, self.misfit - gain
-        # The likelihood ratio allows for an unknown scale of the noise. Bartlett's factor makes
-        # the ratio nearly chi-square distributed.
+        # The likelihood ratio is that for a noise of unknown scale. With Bartlett's factor the
+        # ratio is nearly chi-square distributed.
         ratio = (rest + 0.5 * dof - 1.0) * math.log1p(gain / max(left, rest))
         scale = max(1.0, left / self.freedom)
         return _JumpCandidate(own, first + at, sizes[at], gain, ratio - THRESHOLDS[dof], scale)
 
     def parts(self, jump: _JumpCandidate) -> tuple[Floats, Floats]:
-        # Return the residuals (N, 6) after a jump is subtracted, and the contribution (N,) of each
-        # pose to the gain of the jump.
+        # Return the residuals (N, 6) after the effect of a jump is subtracted, and the
+        # contribution of each pose to the gain of the jump, (N,).
         jumped = self.A[:, :, jump.own] @ jump.size
         jumped[: jump.begin] = 0.0
         x = jump.size @ self.sums[jump.begin, jump.own, self.A.shape[2] : -1]
         return self.left - jumped + self.B @ x, np.sum(jumped * self.left, axis=1)
 
     def is_proven(self, jump: _JumpCandidate) -> bool:
-        # Return whether a jump is proven. The gain of a jump is a sum over poses. The part of each
-        # pose is clipped, so that MAX_FAILED poses cannot prove a jump. More than half of the
-        # poses must fit better with the jump, because a jump that a few outliers suggest makes
-        # healthy poses fit worse. `noise` is the mean squared residual with the jump, times the
-        # number of successive poses that share an error. If it is large, so is the threshold.
+        # Return whether a jump is proven. The gain of a jump is a sum of contributions of poses.
+        # Each contribution is clipped, so that MAX_FAILED poses cannot prove a jump. More than
+        # half of the poses must fit better with the jump. A jump that only a few outliers suggest
+        # fails this test, because the other poses fit worse with it. `noise` is the mean squared
+        # residual with the jump, times the number of successive poses that share an error. It
+        # multiplies the threshold if it is above 1.
         left, (after, shares) = self.left, self.parts(jump)
         blocks = after.reshape(-1, 2, 3)
         left, after, shares = (part[jump.begin :] for part in (left, after, shares))
@@ -322,8 +332,8 @@ class _LikelihoodRatios:
         )
 
     def outlier_gains(self) -> Floats:
-        # Return the gain (N,) of each pose: twice the increase of the log likelihood if only this
-        # pose is assumed to be an outlier.
+        # Return the gain of each pose as an outlier, (N,): twice the increase of the log
+        # likelihood if only this pose is assumed to be an outlier.
         V = (1.0 + MIN_RATIO) * np.eye(6) - self.B @ np.swapaxes(self.B, 1, 2)
         left = self.left[:, :, None]
         return np.asarray(np.sum(left * np.linalg.solve(V, left), axis=(1, 2)))
@@ -331,7 +341,8 @@ class _LikelihoodRatios:
 
 class JumpDetector:
     """
-    Tests each new pose of a second source for a jump against a baseline of healthy poses.
+    Tests the poses of a second source for a jump. The baseline of the test are earlier poses
+    without a jump.
 
     Parameters
     ----------
@@ -364,8 +375,8 @@ class JumpDetector:
             self._rows, self._used = self._linearized(first), np.ones(len(first.q), dtype=bool)
             self._learn(first)
             gains = self._ratios_of_window().outlier_gains()
-            # Compare the largest gain with the median gain, because outliers enlarge the estimate
-            # of the noise.
+            # Compare the largest gain with the median gain instead of a threshold, because
+            # outliers enlarge the estimate of the noise and so reduce all gains.
             worst = float(np.max(gains))
             if worst <= THRESHOLDS[6] / MEDIAN * float(np.median(gains)):
                 break
@@ -375,7 +386,7 @@ class JumpDetector:
         self._keep(len(first.q))
 
     def _learn(self, poses: CollectedPoses) -> None:
-        # Add poses to the baseline. Linearize and estimate the offsets of base and tool again,
+        # Add poses to the baseline. Then linearize and estimate the offsets of base and tool,
         # until the offsets hardly change.
         self._learned = self._learned.followed_by(poses).at(slice(-MEMORY, None))
         for _ in range(ROUNDS):
@@ -388,12 +399,13 @@ class JumpDetector:
             self._rows = self._linearized(self._window)
 
     def _keep(self, begin: int) -> None:
-        # Drop the poses of the window before index `begin`.
+        # Remove the poses before index `begin` from the window.
         self._window = self._window.at(slice(begin, None))
         self._rows, self._used = self._rows[begin:], self._used[begin:]
 
     def _linearized(self, of: CollectedPoses) -> Floats:
-        # Return residuals and their derivatives, (N, 6, 1 + M), m and rad.
+        # Return the residuals of N poses and their M derivatives side by side, (N, 6, 1 + M), m
+        # and rad.
         state = evaluate(self._robot, of.q, of.rates, depth=kernel.ALL_FRAMES)
         A, count = state.pose, len(of.q)
         fit = fit_at(A[None], of.poses[None], self._X, self._Y, ONE)
@@ -406,7 +418,7 @@ class JumpDetector:
         return np.concatenate([residual(fit, ONE).reshape(count, 6, 1), ends, moves], axis=2)
 
     def observe(self, new: CollectedPoses) -> Watched:
-        """Test new poses, and return the result of all poses so far."""
+        """Test new poses for a jump, and return the result of the tests of all poses so far."""
         for begin in range(0, len(new.q), BATCH):
             part = new.at(slice(begin, begin + BATCH))
             self._least = np.minimum(self._least, np.min(part.q, axis=0))
@@ -450,9 +462,9 @@ class JumpDetector:
             if is_proven := ratios.is_proven(best):
                 if self._jump:
                     break
-                # A few wrong poses may look like this jump. Test again without poses that do not
-                # fit the jump. Leave out poses, too, that contribute far more to the gain of the
-                # jump than the others.
+                # A few wrong poses may look like this jump. So test again without the poses that
+                # do not fit the jump, and without those that contribute far more to the gain of
+                # the jump than the others.
                 (after, shares), begin = ratios.parts(best), best.begin
                 usual = np.median(shares[begin:][self._used[begin:]])
                 gains = np.maximum(np.sum(after**2, axis=1), MEDIAN * shares / max(usual, 1e-9))
@@ -502,9 +514,9 @@ class JumpDetector:
         joints = [one for one in candidates if one.own.start >= LAGS.stop]
         joints.sort(key=lambda one: -one.gain)
         if best.own in (BASE, TOOL) and joints:
-            # If a joint jumps by an angle, the linear model loses the share angle^2 of the gain.
-            # The gain of base or tool must be larger by more than this loss plus the difference of
-            # the thresholds; otherwise name the joint.
+            # If a joint jumps by an angle, the linear model loses the share angle^2 of the joint's
+            # gain. Name base or tool only if its gain is larger than that of the joint by more
+            # than this loss plus the difference of the thresholds.
             bent = joints[0].gain * float(joints[0].size[0]) ** 2
             fewer = best.scale * (THRESHOLDS[6] - THRESHOLDS[1])
             best = joints[0] if best.gain - joints[0].gain < bent + fewer else best

@@ -4,8 +4,8 @@
 Identify joint zeros of an arm with encoders mounted by hand, from touches of known points.
 
 The tip touches points whose positions on a sheet are known. The pose of the sheet and the position
-of the tip are fitted with the zeros. A zero is not identifiable if another pose of the sheet, or
-another tip, has the effect of a wrong zero. The result names such zeros.
+of the tip are fitted with the zeros. The zero of a joint is not identifiable if another pose of
+the sheet, or another tip, has the effect of a wrong zero. The result names such joints.
 """
 
 from collections.abc import Callable
@@ -28,8 +28,8 @@ from .result import Calibration
 
 # The zero of a joint is identified if its standard deviation is below this value (rad, m).
 TOLERANCES = (float(np.radians(1.0)), 0.003)
-# Standard deviation (m) of each coordinate of a touched position. It is assumed if the touches are
-# too few to estimate the noise.
+# Standard deviation (m) of each coordinate of a touched position, which is assumed if the touches
+# are too few to estimate it.
 TOUCH_NOISE = 1e-3
 
 
@@ -37,8 +37,8 @@ class JointZero(NamedTuple):
     """
     The correction of the position that a joint reports, and its standard deviation; rad or m.
 
-    Both are in m if `prismatic` is set, else in rad. `known` is set if the touches determine the
-    correction to 1 degree, or 3 mm.
+    Both are in m if `prismatic` is set, else in rad. `known` is set if the standard deviation is
+    below 1 degree, or 3 mm.
     """
 
     joint: str
@@ -94,7 +94,8 @@ def calibrate_zeros(
     # which a zero is identified.
     before = {one.name: 10.0 * TOLERANCES[not one.angle] for one in offsets}
     fit = ('offsets', *ENDS, *([] if approach is None else [BACKLASH.group]))
-    # Skip the frame check, because it assumes right joint zeros and would report another robot.
+    # Skip the frame check (`check=False`), because it assumes right joint zeros and would report
+    # another robot.
     measured = partial(calibrate, robot, poses=points, approach=approach, progress=progress)
     fitted = partial(measured, fit=fit, tolerances=before, check=False)
     found = fitted(q, fix=fix, noise=noise)
@@ -110,8 +111,8 @@ def calibrate_zeros(
 
 
 def _hidden(found: Calibration) -> tuple[str, ...]:
-    # Return the names of offsets that corrections of base and tool can replace. Without these
-    # offsets, the fit explains the touches equally well.
+    # Return the names of joint offsets whose effect corrections of base and tool can produce as
+    # well. If these offsets are not fitted, the fit explains the touches equally well.
     offsets = {one.name for one in found.parameters if one.group == 'offsets'}
     hidden = list[str]()
     for one in found.combinations:
@@ -124,16 +125,16 @@ def zeros_of(found: Calibration) -> tuple[JointZero, ...]:
     """
     Return the zeros of the joints that follow from the corrections of a table's offsets.
 
-    Several joints may move one row of the table. The zeros are the joint motions that move the
-    rows as the corrections do, computed by the pseudoinverse.
+    Several joints may move one row of the table. The zeros are the joint motions that change the
+    rows as the corrections do. They are computed by the pseudoinverse.
     """
     arm = parameters_of(found.robot)
     offsets = [one for one in arm.table if one.group == 'offsets']
     _, _, by_theta, by_d = arm.chain.screws
     moved = np.where(np.array([one.angle for one in offsets])[:, None], by_theta, by_d)
     rows, columns = found.fitted_of([one.name for one in offsets])
-    # If the offset of a table row is not fitted, it adds nothing to the zeros. The result marks
-    # the zeros of the joints that move this row as not known.
+    # If the offset of a table row is not fitted, it adds nothing to the zeros. The joints that
+    # move this row are marked as not known.
     by_rows = np.linalg.pinv(moved)
     stays = np.abs(np.delete(by_rows, rows, axis=1)).max(axis=1, initial=0.0) > ROUND_OFF
     by_rows = by_rows[:, rows]
@@ -148,7 +149,8 @@ def zeros_of(found: Calibration) -> tuple[JointZero, ...]:
 
 def zero_sentences(found: Calibration) -> list[str]:
     """
-    Return sentences on the zeros of the joints, an assumed noise of the touches, and a backlash.
+    Return sentences for the report: on the zeros of the joints, on an assumed noise of the
+    touches, and on a backlash.
     """
     sentences = [one.sentence for one in zeros_of(found)]
     if found.instrument == (TOUCH_NOISE, 0.0):

@@ -26,7 +26,7 @@ from ..reading import MeasuredRecording, TouchRecording, read_measured
 from ..result import Calibration
 from ..zeros import JointZero
 
-# The calibration fits a lag if some joint is faster than this, rad/s or m/s.
+# If a joint is faster than this, rad/s or m/s, the arm moved, and the calibration fits a lag.
 MOVING = 0.05
 NO_CONDITIONS = RowConditions()
 Recordings = Sequence[MeasuredRecording]
@@ -43,9 +43,10 @@ class CalibratedPoses(NamedTuple):
     files, remarks
         Names of the measured files, and sentences on reading the files.
     q, poses : shapes (N, n) and (N, 4, 4)
-        Joint positions and poses of the first set, for known poses.
+        Joint positions and measured poses of the first set, from which the known poses of the
+        robot file are taken.
     zeros
-        Zeros of the joints; empty unless the command is `calibrate-zeros`.
+        Identified zeros of the joints; empty unless the command is `calibrate-zeros`.
     """
 
     found: Calibration
@@ -65,7 +66,8 @@ class CalibrationRun(NamedTuple):
     fit, fix, own
         As `calibrate` takes them.
     limit
-        Usual errors of the table (m, rad) instead of those of the robot file; None: of the file.
+        Prior standard deviations of the table (m, rad), used instead of those of the robot file;
+        None: those of the file.
     noise
         The noise of the instrument, m and rad; None: unknown.
     check
@@ -88,7 +90,8 @@ class CalibrationRun(NamedTuple):
 
     def check_names(self) -> None:
         """
-        Refuse wrong settings before any pose is measured, so that no measurement is in vain.
+        Raise an error for wrong settings. The function is called before poses are measured, so
+        that no measurement is in vain.
 
         Raises
         ------
@@ -103,8 +106,8 @@ class CalibrationRun(NamedTuple):
 
     def read(self, files: Sequence[Path], reading: Selection, gap: float | None) -> Recordings:
         """
-        Return the measured poses of files; `gap` (s) is the largest time between the joint states
-        around a pose, or None for three usual intervals.
+        Read the measured poses of files, and return them. `gap` (s) is the largest time between
+        the joint states before and after a pose; None stands for three usual intervals.
         """
         given = [read_measured(file, reading, gap, self.camera == ON_TOOL) for file in files]
         if len({one.positions for one in given}) > 1:
@@ -132,7 +135,10 @@ class CalibrationRun(NamedTuple):
         return CalibratedPoses(found, *origin_of(given), given[0].q, poses)
 
     def calibrated(self, q: Floats, qdot: Floats | None = None, **rows: Any) -> Calibration:
-        """Return the calibration; `rows` are arguments of the library's `calibrate`."""
+        """
+        Run the calibration with these settings, and return it. `rows` has the measured rows as
+        arguments of the library's `calibrate`.
+        """
         moves = qdot is not None and np.max(np.abs(qdot)) > MOVING
         # Tolerances that the robot file has for single numbers override the option.
         limit, named = self.limit, dict(self.arm.description.tolerances.named)

@@ -33,7 +33,7 @@ TOP = 10
 BOTTOM = 34
 # Largest number of decades of a logarithmic axis.
 PLOT_DECADES = 4
-# Number of decades that a bar of a standard deviation spans; it ends at the prior standard
+# Number of decades on the axis of a parameter's bar. The axis ends at the prior standard
 # deviation.
 DECADES = 3
 
@@ -178,7 +178,7 @@ class PointPlot:
     series
         Pairs of a style (`before`, `after`) and its values (N,) of the vertical axis.
     rings : shape (M,)
-        Rows that a ring is drawn around: outliers.
+        Indices of the outliers; a ring is drawn around each of these rows.
     width
         Width of the drawing; a narrow drawing has larger texts.
     """

@@ -17,7 +17,7 @@ OFFSET_LIMIT = (1 << 11) - 1
 
 def read_servos(file: Path, joints: Sequence[str]) -> dict[str, dict[str, int]]:
     """
-    Return the entries of a calibration file of LeRobot, by joint.
+    Read a calibration file of LeRobot, and return its entries by joint.
 
     Raises
     ------
@@ -39,7 +39,8 @@ def read_servos(file: Path, joints: Sequence[str]) -> dict[str, dict[str, int]]:
 
 def servos_text(servos: dict[str, dict[str, int]], zeros: Sequence[JointZero]) -> str:
     """
-    Return the text of the calibration file, with the identified zeros of `zeros`.
+    Return the text of LeRobot's calibration file, with homing offsets corrected by the identified
+    `zeros`.
 
     A servo reports its encoder minus the homing offset. The joint position is zero in the middle
     of range_min and range_max. The function changes only the homing offset, and keeps the range.

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 from ....errors import CalibrationError
 
-# Names of the columns of crosses from left to right, and of the rows from the lower edge up. The
-# next constant is the spacing of columns and rows, mm.
+# COLUMNS: names of the columns of crosses from left to right. ROWS: names of the rows of crosses
+# from the lower edge up. SPACING: distance between neighboring columns and rows, mm.
 COLUMNS, ROWS = 'ABC', '1234'
 SPACING = 80
 # Width and height of each paper format, mm (ISO 216, ANSI Y14.1).
@@ -28,8 +28,8 @@ class Sheet(NamedTuple):
     """
     A sheet of paper with its width and height, mm.
 
-    The frame of the sheet is in its middle: x to the right, y to the upper edge, z out of the
-    paper.
+    The frame of the sheet has its origin in the middle of the paper: x to the right, y to the
+    upper edge, z out of the paper.
     """
 
     name: str
@@ -85,7 +85,8 @@ class Sheet(NamedTuple):
 
 
 def _rulers() -> str:
-    # Draw a horizontal and a vertical line between the crosses, with a mark every 10 mm.
+    # Draw the two rulers: a horizontal and a vertical line between the crosses, with a mark every
+    # 10 mm.
     across = ''.join(f'M{x - ACROSS // 2} 80v{-2 if x else -4}' for x in range(0, ACROSS + 1, 10))
     up = ''.join(f'M65 {y - UP // 2}h{2 if y else 4}' for y in range(0, UP + 1, 10))
     return (
