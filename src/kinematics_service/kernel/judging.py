@@ -163,8 +163,8 @@ def judge_row(
 
 
 def _judge_one(arm: Arm, row: Flat, q: Flat, measures: Flat, work: Flat) -> None:
-    # Fills the measures of one row with the first-order distance, without a search. The singular
-    # vectors stay in `work`.
+    # Fills the measures of one pose. The distance to a singular pose is of first order, because no
+    # search runs. The singular vectors stay in `work`.
     singularity.measure_row(arm.chain, arm.task, row, measures, work)
     if arm.tape.factors > 0:
         steps = arrays.after(work, _directions(arm))

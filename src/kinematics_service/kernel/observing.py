@@ -29,9 +29,9 @@ def _note_jump(memory: JointMemory, j: int, arrival: Nanoseconds) -> None:
 
 def _note_late(memory: JointMemory, reported: ReportedJoints) -> None:
     # Records a jump for each joint whose reported position is impossible. The message was refused,
-    # because its stamp is not newer than that of a message before; all messages of a publisher
-    # with a late clock are refused so. A position is impossible if the joint cannot have had it at
-    # the time of the stamp, even at twice its present velocity.
+    # because its stamp is not newer than the stamp of an earlier message. A publisher whose clock
+    # is late loses all its messages in this way. A position is impossible if the joint cannot have
+    # had it at the time of the stamp, even at twice its present velocity.
     for k in range(reported.ours.count):
         j = reported.ours.joint[k]
         if memory.known[j] == 0:
@@ -192,8 +192,10 @@ def take(arm: Arm, memory: JointMemory, reported: ReportedJoints, row: Flat, at:
 
 def check_fit(arm: Arm, memory: JointMemory, ours: OurJoints, at: int) -> None:
     """
-    Raise TypeError if the memory or the message does not have the sizes that the arm needs, or if
-    `at`, the count of numbers before q in the row, is too small for a pose.
+    Raise TypeError if arm, memory and message do not fit each other.
+
+    The memory or the message may lack the sizes that the arm needs. Or `at`, the count of numbers
+    before q in the row of results, may be too small for a pose.
     """
     if (
         memory.joints != arm.chain.dof

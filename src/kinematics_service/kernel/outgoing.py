@@ -133,10 +133,11 @@ def fill(
     measured: int,
 ) -> None:
     """
-    Write a stamp, and numbers from a row of results and its measures, into outgoing messages.
+    Write to outgoing messages a stamp, and the numbers that they need of a row of results and its
+    measures.
     """
     seconds = stamp // 1_000_000_000
-    if seconds * 1_000_000_000 > stamp:  # C rounds quotients towards zero, not down
+    if seconds * 1_000_000_000 > stamp:  # round down, because C rounds quotients towards zero
         seconds -= 1
     nanoseconds = stamp - seconds * 1_000_000_000
     seconds = max(-places.LARGEST_SECOND - 1, min(places.LARGEST_SECOND, seconds))

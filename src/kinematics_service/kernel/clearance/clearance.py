@@ -159,7 +159,7 @@ class Clearance:
         self.directions.decompose()
 
     def _condition(self) -> float:
-        # The search for singular poses uses J_t of the tool's origin, the clearance J_t of
+        # The search for singular poses uses J_t of the tool's origin. The clearance uses J_t of
         # `point`. This change of the point multiplies J_t by the matrix [1, p x / length; 0, 1].
         # Returns the condition number of this matrix. The ratio of the smallest to the largest
         # singular value decreases at most by this factor.

@@ -50,8 +50,8 @@ class Expansion:
         square roots of `share`.
     G : shape (rank, lines, terms)
         The terms of the entry of J_t for each turn and each line (see `Directions`). Each entry is
-        divided by the square roots of the singular values of its turn and its line, except by that
-        of the smallest singular value.
+        divided by the square roots of the singular values of its turn and of its line. The
+        smallest singular value is left out as a divisor.
     """
 
     def __init__(self, chain: Chain, task: TaskRows, moving: Integers, orders: int) -> None:

@@ -62,8 +62,8 @@ def _sincos_reduced(x: float) -> tuple[float, float]:
     half = 0.5 * z
     w = 1.0 - half
     cosine = w + (((1.0 - w) - half) + (z * p - y * tail))
-    # Write the conditions below in a form that compiles to selections, because branches would be
-    # mispredicted.
+    # Write the next conditions so that the compiler makes selections instead of branches. The
+    # processor would predict branches wrongly.
     quarter: Int32 = int(turns)
     if quarter & 1:
         sine, cosine = cosine, sine

@@ -154,8 +154,8 @@ def _write_rate(column: Numbers, before: Numbers, twist: Flat, rate: Numbers) ->
 
 
 def _turn_into_tool_axes(row: Flat, column: Numbers, twist: Flat, rate: Numbers) -> None:
-    # Changes `rate` to the change of the twist in tool axes. The tool axes themselves rotate with
-    # the error.
+    # Converts `rate`, the change of the twist in base axes, to the change in tool axes. The error
+    # rotates the tool axes, too.
     turned = [0.0] * 6
     for part in range(0, 6, 3):
         for i in range(3):
@@ -212,7 +212,7 @@ def _write_noise(errors: PoseErrors, row: Flat, in_tool_axes: bool, moved: Flat)
 
 
 def _write_products(moved: Flat, count: int, covariance: Flat) -> None:
-    # Writes moved' moved to `covariance` (6, 6); `moved` has shape (count, 6).
+    # Writes the matrix product moved' moved to `covariance` (6, 6); `moved` has shape (count, 6).
     sums = [0.0] * 36
     for k in range(count):
         motion = arrays.after(moved, 6 * k)

@@ -14,9 +14,10 @@ import math
 LANES = 16
 
 # Forms of a chain. The kernel has different code for each form. An entry is one joint that moves
-# one element (`ChainTable`). MIXED: any other open chain. PLAIN: entry k belongs to joint k.
-# TWISTED: entry k belongs to joint k, each joint has its own element, and the motion between two
-# elements is Rx(alpha) Tx(a). CLOSED: passive variables of closed loops move some entries.
+# one element (`ChainTable`). MIXED: entry k does not always belong to joint k. PLAIN: entry k
+# belongs to joint k. TWISTED: entry k belongs to joint k, each joint has its own element, and the
+# motion between two elements is Rx(alpha) Tx(a). CLOSED: passive variables of closed loops move
+# some entries.
 MIXED, PLAIN, TWISTED, CLOSED = range(4)
 
 # Limits on the size of closed loops. The kernel stores the numbers of loops in arrays of fixed

@@ -25,7 +25,8 @@ def evaluate_row(chain: Chain, q: Flat, qdot: Flat, depth: int, row: Flat) -> fl
 
 def evaluate_closed(chain: Chain, qdot: Flat, depth: int, row: Flat) -> float:
     """
-    Fill a row of results. The row must already have the joint positions and passive variables.
+    Fill a row of results of an arm with closed loops. The row must already have the joint
+    positions and passive variables.
     """
     n, variables = chain.dof, chain.variables
     x = arrays.after(row, chain.closure_at)

@@ -231,7 +231,7 @@ def write_orthogonal_row(W: Flat, i: int, length: int, width: int) -> None:
     row[axis] = 1.0
     for _ in range(
         2
-    ):  # two passes suffice (Kahan; Parlett, The Symmetric Eigenvalue Problem, 6.9)
+    ):  # two Gram-Schmidt passes suffice (Kahan; Parlett, The Symmetric Eigenvalue Problem, 6.9)
         for j in range(i):
             above = arrays.after(W, j * width)
             along = arrays.dot(row, above, length)
@@ -288,7 +288,8 @@ def _write_determinant(A: Flat, size: int, determinants: Numbers, lanes: int) ->
 
 def least_pivot(A: Flat, count: int, length: int) -> float:
     """
-    Return the ratio of the last to the first pivot of A by elimination with complete pivoting.
+    Return the ratio of the last to the first pivot of a matrix A in elimination with complete
+    pivoting.
 
     A has shape (count, length) and is overwritten.
     """

@@ -21,7 +21,8 @@ from .task_rows import TaskRows
 # Largest norm of a row of J_t, m or rad, for which a pose is measured together with others. If a
 # row is longer, fourth powers of its numbers overflow, so the pose is measured alone.
 LARGEST_NORM = 1e75
-# Bit mask of all LANES lanes. As a result it says that each pose must be measured alone.
+# Bit mask with the bits of all LANES lanes. A function returns it if the pose in each lane must be
+# measured alone.
 ALL_LANE_BITS = 0xFFFF
 
 

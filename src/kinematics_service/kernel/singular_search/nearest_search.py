@@ -24,7 +24,7 @@ from .arm import Arm
 from .projection import Projection
 from .singular_atlas import SingularAtlas
 
-# Number of samples of the atlas (stored singular poses) from which a projection starts.
+# Number of samples of the atlas (stored singular poses) from which projections start.
 SAMPLES = 24
 # Number of atlas samples from which the search starts if the arm has closed loops. The number is
 # small, because a step takes 20 times as long as without loops.

@@ -195,7 +195,7 @@ class RankEquations:
         self.residual = math.sqrt(squares)
 
     def _write_joint_motion(self, b: int) -> None:
-        # Fills joint motion b, a column of X, in rad or m: solves U x = -column by back
+        # Fills joint motion b, which is a column of X, in rad or m. Solves U x = -column by back
         # substitution.
         n, first, M, columns = self.n, self.pivots, self.M, self.columns
         x = arrays.after(self.X, b * n)
@@ -212,8 +212,8 @@ class RankEquations:
             x[j] *= self.task.column_scale[j]
 
     def _write_tool_motion(self, a: int) -> None:
-        # Fills tool motion a, a row of Y, in base axes: solves y' L = -row from the last component
-        # on.
+        # Fills tool motion a, which is a row of Y, in base axes. Solves y' L = -row, beginning
+        # with the last component.
         first, y = self.pivots, self.y
         last = arrays.after(self.M, self.rows[first + a] * self.n)
         tool = arrays.after(self.Y, 6 * a)

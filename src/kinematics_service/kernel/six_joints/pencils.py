@@ -73,8 +73,8 @@ class Pencil:
         """
         Fill the matrices M0, M1 and M2 from the equations in joints 3, 4 and 5.
 
-        If `swapped`, the equations are multiplied by functions of joint 5 instead of joint 4.
-        `slides` says whether the multiplied joint is prismatic.
+        If `swapped` is set, the equations are multiplied by functions of joint 5 instead of joint
+        4. `slides` says whether the multiplied joint is prismatic.
         """
         count = elimination.count
         self.degree, self.count, self.error = 0, 2 * count, elimination.error
@@ -125,7 +125,8 @@ class Pencil:
                         self.M[SQUARE * k + SIZE * i + j] += term
 
     def _balance(self) -> None:
-        # Scales first the columns and then the rows of M0, M1 and M2 together to unit length.
+        # Scales the columns of M0, M1 and M2, and then their rows. After its scaling, a column (or
+        # row) of the three matrices together has length 1.
         M = self.M
         for j in range(SIZE):
             square = 0.0

@@ -42,15 +42,15 @@ START_RADIUS = 0.7
 # the imaginary part of the angle of z, rad. If the noise is 1e-6, a double root is off by
 # sqrt(1e-6) = 1e-3, a fourfold root by 3e-2.
 MAX_REAL_DEVIATION = 0.05
-# If the relative error of a root is below this, one start of Newton's method is enough, because
-# Newton's method converges from it.
+# If the relative error of a root is below this, Newton's method converges from the root, so one
+# start is enough.
 SHARP_ROOT = 1e-6
 # The angle of a root and the angle of its solution may differ by the error of the root, but at
 # least by this tolerance, rad. The tolerance covers the round-off of a solution near a singular
 # pose.
 ANGLE_TOLERANCE = 1e-9
-# A root is taken as spurious if its residual in the original equations is more than this factor
-# times the residual that the error of the root can cause.
+# A root is taken as spurious if its residual in the equations before their combination is more
+# than this factor times the residual that the error of the root can cause.
 RESIDUAL_MARGIN = 1e3
 # The noise times this factor bounds the error of a coefficient. The factor is above 1, because the
 # noise is estimated from only a few harmonics.
