@@ -49,8 +49,8 @@ TOO_FLAT = 'the board is seen too flat, or from too far, to tell which way it is
 
 class BoardPose(NamedTuple):
     """
-    A pose (4, 4) of a board in the frame of the camera, and the sum of its squared corner
-    residuals, px^2.
+    A pose (4, 4) of a board in the frame of the camera, and the sum of the squared residuals
+    (px^2) of the corners at this pose.
     """
 
     pose: Floats
@@ -277,9 +277,9 @@ def board_views(
 def _decided(
     robot: Robot, q: Floats, found: PosesOfImages, sure: Sequence[int], camera: Camera
 ) -> PosesOfImages:
-    # Choose for each image the pose of the board whose rotation is nearest to the rotation that
-    # the arm predicts. The offsets of base and tool are fitted to the images with one possible
-    # pose.
+    # First fit the offsets of base and tool to the images with only one possible pose of the
+    # board. Then choose for each image the pose whose rotation is nearest to the rotation that the
+    # arm predicts.
     def placed(poses: Floats) -> Floats:
         return inverses(poses) if camera == ON_TOOL else poses
 

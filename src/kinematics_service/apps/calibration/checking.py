@@ -42,7 +42,7 @@ MIN_CHANGE = 1e-3
 # Largest median error (m) of the nominal table after base and tool are fitted. If the error is
 # larger, a mistake of the input is assumed.
 MAX_ERROR = 0.02
-# The frame check leaves out rows whose residual is above 5 times the median.
+# The frame check leaves out rows whose residual is above 5 times the median residual.
 OUTLIER_MEDIANS = 5.0
 # If a correction is above 4 prior standard deviations, the result has a remark. If the error of a
 # board's size is above 4 of its standard deviations, the result has a remark, too.
@@ -60,7 +60,8 @@ ROWS_AT_ONCE = 20_000
 NAMES_IN_SENTENCE = 8
 # Poses, screws and relative changes are taken as equal if they differ by less than this (m, rad).
 ROUND_OFF = 1e-9
-# The sentence on poses that are 1000 times too small: a wrong unit divided them by 1000.
+# The sentence that is reported if poses are 1000 times too small, because a wrong unit divided
+# them by 1000.
 IN_METRES = 'the poses are in metres, not millimetres'
 # Maps the sentence on a mistake to the option of the command that corrects the mistake.
 OPTIONS = {
@@ -118,9 +119,9 @@ class Measured(NamedTuple):
         Whether the inverses of `poses` were measured, for example by a camera on the tool that
         sees a fixed board. If so, residuals and noise belong to the inverse poses.
     whitening : shape (N, 3, 3) or (N, 6, 6)
-        The fit multiplies residuals of positions, or of positions and rotations, by this matrix,
-        so that their noise is the same along all axes and in all rows. None: the noise is already
-        the same.
+        Matrices by which the fit multiplies the residuals of positions, or of positions and
+        rotations. The products have equal noise along all axes and in all rows. None: the
+        residuals already have equal noise.
     """
 
     q: Floats
@@ -500,5 +501,5 @@ def in_words(position: float, rotation: float, positions: bool) -> str:
 
 
 def not_nothing(words: str) -> str:
-    """Correct the text of a standard deviation or error: `0 mm` becomes `below 1e-6 mm`."""
+    """Return the text of a standard deviation or error, with `below 1e-6 mm` instead of `0 mm`."""
     return f'below 1e-6 {words[2:]}' if words.startswith('0 ') else words

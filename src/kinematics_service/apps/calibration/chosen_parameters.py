@@ -86,7 +86,9 @@ class PlacedEnds(NamedTuple):
 
 
 class UndoneRows(TypedDict, total=False):
-    """Arguments of `calibrate`: measured rows after a mistake of the input is corrected."""
+    """
+    The arguments of `calibrate` for measured rows in which a mistake of the input is corrected.
+    """
 
     q: Floats
     poses: Floats
@@ -261,7 +263,9 @@ class ChosenParameters:
         return {'q': change.joints(self.given.q), 'poses': poses, 'sets': self.given.sets}
 
     def misfits(self, used: Flags, changes: Sequence[Hypothesis]) -> Floats:
-        """Return the misfit of the rows after each of H mistakes of the input is corrected."""
+        """
+        Return the misfits (H,) of the rows after each of H mistakes of the input is corrected.
+        """
         return misfits_of_poses(self.robot, self.given, used, changes)
 
     def points(self, problem: FitProblem, found: Identified) -> tuple[TouchedPoint, ...]:

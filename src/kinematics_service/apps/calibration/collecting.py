@@ -110,7 +110,7 @@ class PoseCollector:
 
     def note_state(self, stamp: int, q: Floats) -> None:
         """
-        Take joint positions (n,) at a stamp, ns.
+        Store joint positions (n,) with their stamp, ns, and match the poses that waited for them.
 
         If the stamp is not later than the last stamp, the clock was reset. Then earlier joint
         states and waiting poses are dropped.
@@ -123,7 +123,10 @@ class PoseCollector:
             self._match(*self._ahead.popleft())
 
     def note_pose(self, stamp: int, pose: Floats) -> None:
-        """Take a pose (4, 4) at a stamp, ns."""
+        """
+        Match a pose (4, 4) with the joint states around its stamp, ns, or store it until they
+        arrive.
+        """
         if self._states and stamp < self._states[-1][0]:
             self._match(stamp, pose)
         else:

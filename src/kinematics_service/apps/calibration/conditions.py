@@ -36,8 +36,8 @@ COMPLIANCE_PRIOR = {True: 1e-4, False: 1e-5}
 # Prior standard deviations of the drift of the instrument between sessions. They equal the usual
 # errors of a table. The key is True for an angle (rad), False for a length (m).
 PLACEMENT_PRIOR = {True: float(ANGLE), False: LENGTH}
-# Ratio of two standard deviations: the prior one of the drift of a joint zero between sessions,
-# and the usual error of the zero. Temperature causes the drift.
+# Prior standard deviation of the drift of a joint zero between sessions, as a multiple of the
+# usual error of a joint zero. Temperature causes the drift.
 DRIFT_SHARE = 0.5
 STANDARD_GRAVITY = 9.80665  # m/s^2
 # Largest load (kg) of an arm whose tool is 1 m from its base (RMS). For other arms, this number is

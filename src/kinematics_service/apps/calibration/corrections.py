@@ -244,7 +244,8 @@ class _Corrections:
         return [ShapeRow(link.inner, None, IDENTITY), extra]
 
     def _turned(self, given: Expression, turn: float) -> Expression:
-        # Add a rotation of +90 or -90 degrees, written as 90 or pi/2.
+        # Return an expression plus a rotation of +90 or -90 degrees, which is written as 90 or
+        # pi/2.
         text = '90' if self.description.angle_unit == 'deg' else 'pi/2'
         if turn and given.text == '0':
             text = text if turn > 0.0 else f'-{text}'

@@ -36,9 +36,9 @@ from .checking import COMPLIANCE, LAG, NAMES_IN_SENTENCE
 # A combination of parameters is identified if the fit reduces its standard deviation at least by
 # this factor.
 KNOWN_RATIO = 3.0
-# Entries of the null space projector below this value are round-off.
+# Entries of the projector onto the null space are taken as round-off if they are below this value.
 PROJECTOR_TOLERANCE = 1e-6
-# A singular value is round-off if its ratio to the largest singular value is below this.
+# A singular value is taken as round-off if its ratio to the largest singular value is below this.
 SINGULAR_VALUE_RATIO = 1e-9
 # A robot is taken for the calibrated robot if its poses differ by at most this value (m, rad) from
 # the poses of the calibration. Small differences arise, because the robot file rounds numbers.
@@ -279,7 +279,7 @@ def combinations_of(
     J: Floats, parameters: Sequence[ArmParameter]
 ) -> tuple[ParameterCombination, ...]:
     """
-    Return the sets of parameters that poses do not distinguish.
+    Return the sets of parameters whose effects on the poses cannot be distinguished.
 
     Parameters
     ----------

@@ -13,8 +13,8 @@ import numpy as np
 from ...kernel import Floats
 from ..checking.offsets import fit_offsets, nearest_rotation
 
-# Rounds of least trimmed squares (Rousseeuw 1984). Each round fits the rows that had the smallest
-# residuals in the round before.
+# Number of rounds of least trimmed squares (Rousseeuw 1984). Each round fits the rows that had the
+# smallest residuals in the round before.
 TRIM_ROUNDS = 3
 # Each round of least trimmed squares fits this share of the rows.
 TRIMMED_SHARE = 0.7

@@ -89,9 +89,9 @@ def twist_covariance(
     """
     Return the covariance of the tool's twist, shape (..., 6, 6), m/s and rad/s.
 
-    Rows and columns are those of geometry_msgs/TwistWithCovariance: linear x y z, angular x y z.
-    The noise of the velocities is propagated by J, errors of positions and table by the
-    derivatives of J qdot. The covariance is of first order: exact for small errors.
+    Rows and columns are those of geometry_msgs/TwistWithCovariance: linear x y z, angular x y z. J
+    propagates the noise of the velocities. The derivatives of J qdot propagate the errors of
+    positions and table. The covariance is of first order: exact for small errors.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ from .collecting import SECOND
 from .fitting import of_inverses
 from .result import Calibration
 
-# Standard deviation of a measured number (m, rad) if no pose has been measured yet.
+# Noise of a measured number (m, rad) that is assumed if no pose has been measured yet.
 NOISE = 5e-5
 # Margin that candidates keep from each limit of a joint, as a share of the range of the joint.
 LIMIT_MARGIN = 0.02

@@ -21,7 +21,7 @@ from ...robot.robot import Robot
 from .collecting import PoseCollector
 from .second_source import MIN_NEW, Examined, examined, frames_status
 
-# Largest number of kept poses that were matched with joint states.
+# Largest number of stored poses that were matched with joint states.
 MAX_POSES = 256
 # Least time between two stored samples of the joints' path, ns. So the path is stored at 100 Hz at
 # most.
@@ -46,7 +46,7 @@ class SecondSourceWatch:
     Parameters
     ----------
     robot
-        Returns the robot that the node uses at present.
+        A function that returns the robot that the node uses at present.
     topic
         The name of the topic that the poses come from.
 

@@ -42,7 +42,7 @@ FREEZE_RATIO = 0.5
 # The window has this number of poses, or up to one batch more. It has more than 100 poses, because
 # a slip of a joint must be detected within 100 poses of a camera.
 WINDOW = 128
-# The poses of a second source may be wrong for this number of poses without an alarm.
+# Up to this number of wrong poses of a second source raise no alarm.
 MAX_FAILED = 5
 # A jump is proven only if at least this number of poses came after the jump and fit better with
 # the jump.
@@ -359,7 +359,7 @@ class JumpDetector:
 
     def __init__(self, robot: Robot, first: CollectedPoses) -> None:
         self._jump: ZeroJump | None = None
-        self._begun = self._count = 0  # first pose after the jump; number of poses so far
+        self._begun = self._count = 0  # first pose after the jump; count of poses so far
         self._robot, self._table = robot, _table_of(robot)
         self._jumping = LAGS.stop + robot.dof
         causes = self._jumping + np.arange(self._table.factor.shape[1])

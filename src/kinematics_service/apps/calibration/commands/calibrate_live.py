@@ -83,7 +83,7 @@ def calibrate_live(
     try:
         run_calibration(run, robot, (), outputs, calibrated)
     except BaseException:
-        _keep(arm, heard)  # collecting took minutes
+        _keep(arm, heard)  # do not lose poses that took minutes to collect
         raise
 
 

@@ -62,7 +62,7 @@ class OutputOptions(NamedTuple):
 @contextmanager
 def named_errors(files: Sequence[Path]) -> Iterator[None]:
     """
-    Convert errors about unknown parameters to `WrongUsage`; prefix other errors with the files.
+    Convert errors about unknown parameters to `WrongUsage`; put the files before other errors.
     """
     try:
         yield
