@@ -62,7 +62,8 @@ class OutputOptions(NamedTuple):
 @contextmanager
 def named_errors(files: Sequence[Path]) -> Iterator[None]:
     """
-    Convert errors about unknown parameters to `WrongUsage`; put the files before other errors.
+    Convert errors about unknown parameters to `WrongUsage`. Put the names of the files before the
+    text of other errors.
     """
     try:
         yield
