@@ -3,7 +3,7 @@
 """
 The kernel: the computations for each message. The installation of the package compiles them.
 
-If the kernel is not compiled, each name is imported when it is first used, so a process that only
+If the kernel is not compiled, each name is imported when it is first used. So a process that only
 needs the Jacobian does not load inverse kinematics. The compiled kernel imports all modules at
 once.
 """

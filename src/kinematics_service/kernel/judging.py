@@ -56,8 +56,8 @@ def _write_way_out(arm: Arm, determinant: Flat, measures: Flat) -> None:
 
 
 def _judge(arm: Arm, measures: Flat) -> None:
-    # Writes the watched measure, its level (0 for OK, 1 for WARN, 2 for ERROR), and the index of
-    # the singular factor whose zero is nearest.
+    # Writes the watched measure and its level: 0 for OK, 1 for WARN, 2 for ERROR. Writes the index
+    # of the singular factor whose zero is nearest.
     judged = arrays.after(measures, _judged_at(arm))
     distances = arrays.after(judged, places.JUDGED)
     nearest = 0

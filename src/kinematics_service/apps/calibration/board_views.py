@@ -35,8 +35,9 @@ POSE_DEVIATIONS = 5.0
 REFINED = (3, 50, float(np.finfo(np.float64).eps))
 # Largest usual noise of a corner's coordinate, px. A larger noise causes a warning.
 USUAL_PIXELS = 0.3
-# In proposed poses, the distance between board and camera is at most this factor times the largest
-# distance in the images, and at least the smallest distance divided by this factor.
+# Limits the distance between board and camera in proposed poses. The distance is at most this
+# factor times the largest distance in the images. It is at least the smallest distance in the
+# images divided by this factor.
 DISTANCE_RATIO = 1.2
 # Least cosine of the angle between the board's normal and the camera's axis in proposed poses: the
 # angle is at most 60 degrees.

@@ -191,8 +191,8 @@ class _Corrections:
             else:
                 rows = self._elementary_rows(k, link)
             links += rows
-            # Do not count an extra row whose rotation about z the next row reverses, because the
-            # frame between these two rows is turned from the nominal frame.
+            # If the next row reverses the rotation about z of an extra row, do not count the extra
+            # row. The frame between these two rows is turned from the nominal frame.
             ends_at.append(len(links) - (1 if turn else 0))
         if turn and isinstance(link, DhRow):
             links.append(_row(link, {'theta': self._turned(ZERO, turn)}))

@@ -410,9 +410,9 @@ def normal_scores(distances: Floats, freedom: Noise) -> Floats:
 
     A distance d is a length divided by a noise whose estimate has f degrees of freedom, so d has a
     Student distribution. Up to a factor that depends on f, the Student density is a normal density
-    with f log(1 + d^2 / f) instead of d^2 (Wallace, Bounds on normal approximations to Student's
-    distribution, 1959). If the noise is that of the instrument, f is infinite, and d is returned
-    unchanged.
+    with f log(1 + d^2 / f) instead of d^2. See Wallace, Bounds on normal approximations to
+    Student's distribution, 1959. If the noise is that of the instrument, f is infinite, and d is
+    returned unchanged.
     """
     f = min(freedom)
     return np.sqrt(f * np.log1p(distances**2 / f)) if np.isfinite(f) else distances

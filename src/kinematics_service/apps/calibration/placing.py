@@ -20,8 +20,8 @@ TRIM_ROUNDS = 3
 TRIMMED_SHARE = 0.7
 # Number of alternating steps that fit base and tool to positions.
 PLACING_STEPS = 40
-# If a change of a coordinate of the tool's point moves the positions by less than this fraction of
-# the change, the positions do not determine the coordinate. Then the coordinate stays 0.
+# A coordinate of the tool's point stays 0 if the positions do not determine it. This is assumed if
+# a change of the coordinate moves the positions by less than this fraction of the change.
 MIN_RATIO = 1e-6
 
 

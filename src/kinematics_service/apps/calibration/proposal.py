@@ -227,8 +227,8 @@ def _candidates(robot: Robot) -> Floats:
 
 
 def _board(after: Calibration, poses: Floats) -> Floats:
-    # Convert poses of the tool in the base frame to poses of the board in the frame of the camera,
-    # (N, 4, 4), and return them.
+    # Return the poses (N, 4, 4) of the board in the frame of the camera, for given poses of the
+    # tool in the base frame.
     measured = after.base_offsets[0] @ poses @ after.tool_offsets[0]
     return inverses(measured) if after.camera == ON_TOOL else measured
 

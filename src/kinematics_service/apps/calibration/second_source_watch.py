@@ -3,8 +3,8 @@
 """
 Watch a second source of poses in a running node: a frame check, then a test for jumps.
 
-Once the poses fit the robot file, each new pose is tested for a jump of a joint zero, of the base,
-of the tool or of the lag (`zero_jump.py`). While the poses do not fit, the newest poses are
+Once the poses fit the robot file, each new pose is tested for a jump (`zero_jump.py`). A joint
+zero, the base, the tool or the lag may jump. While the poses do not fit, the newest poses are
 diagnosed.
 """
 
@@ -32,7 +32,7 @@ PATH_SAMPLES = 6_000
 # The status is WARN if no pose arrived for this time (s), or if no pose was used for this time.
 PATIENCE = 5.0
 # If the stamps of poses and joint states differ by more than this time (s), the stamps come from
-# two clocks, because no source of poses is so late.
+# two clocks. No source of poses is so late.
 CLOCK_DIFFERENCE = 1.0
 
 

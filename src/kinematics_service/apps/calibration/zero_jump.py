@@ -70,10 +70,10 @@ ROUNDS = 8
 # A joint that moved less than this (rad) is never named as the joint that jumped. Prismatic joints
 # are scaled by a length of the arm.
 MIN_RANGE = 0.02
-# The information on the size of a jump is taken as round-off if it is below this share of the
-# information that a known x would give.
+# Information on the size of a jump is taken as round-off if it is below this share of the
+# information for a known x.
 MIN_RATIO = 1e-9
-# A joint is named only if its gain is smaller than the largest gain by at most this number, which
+# A joint is named only if its gain is at least the largest gain minus this number. The number
 # belongs to a likelihood ratio of 100.
 RIVAL_GAIN = 2.0 * math.log(100)
 # If a jump exceeds the threshold by this number of standard deviations, the test detects it in
@@ -301,8 +301,8 @@ class _LikelihoodRatios:
         return _JumpCandidate(own, first + at, sizes[at], gain, ratio - THRESHOLDS[dof], scale)
 
     def parts(self, jump: _JumpCandidate) -> tuple[Floats, Floats]:
-        # Return the residuals (N, 6) after the effect of a jump is subtracted, and the
-        # contribution of each pose to the gain of the jump, (N,).
+        # Return two arrays: the residuals (N, 6) without the effect of a jump, and the
+        # contributions (N,) of the poses to the gain of the jump.
         jumped = self.A[:, :, jump.own] @ jump.size
         jumped[: jump.begin] = 0.0
         x = jump.size @ self.sums[jump.begin, jump.own, self.A.shape[2] : -1]
@@ -463,8 +463,8 @@ class JumpDetector:
                 if self._jump:
                     break
                 # A few wrong poses may look like this jump. So test again without the poses that
-                # do not fit the jump, and without those that contribute far more to the gain of
-                # the jump than the others.
+                # do not fit the jump. Leave out the poses, too, that contribute far more to the
+                # gain of the jump than the others.
                 (after, shares), begin = ratios.parts(best), best.begin
                 usual = np.median(shares[begin:][self._used[begin:]])
                 gains = np.maximum(np.sum(after**2, axis=1), MEDIAN * shares / max(usual, 1e-9))

@@ -308,8 +308,8 @@ class Clearance:
     def _is_proved(self, r: float) -> bool:
         # Returns whether `self.sum` is proved to be positive for all joint motions |d| <= r. P, B
         # and C are the changes of the invertible block, of the turns and of the lines. B1 and C1
-        # are the first-order parts of B and C. In the moving bases the Schur complement is f - C1
-        # B' - C B1 - C' (1 + P)^-1 B', with B' = B - (1 + P) B1 and C' = C - C1 (1 + P). Singular
+        # are the first-order parts of B and C. Let B' = B - (1 + P) B1 and C' = C - C1 (1 + P). In
+        # the moving bases the Schur complement is f - C1 B' - C B1 - C' (1 + P)^-1 B'. Singular
         # values up to `singular` are taken as zero. So `singular` is added to the change of J_t,
         # and the proof holds for each perturbation of that size.
         square, singular = r * r, self.share * (self.largest + self._changed(r))

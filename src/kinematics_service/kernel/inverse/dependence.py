@@ -5,8 +5,8 @@ Compute the null space of the rows of the Jacobian J that a target uses, and a m
 nearly J has lost rank.
 
 The null space comes from a singular value decomposition (one-sided Jacobi). The measure is the
-ratio of the last to the first pivot of a decomposition with complete pivoting, which takes much
-less time (Golub and Van Loan, Matrix Computations, sections 3.4.8 and 8.6).
+ratio of the last to the first pivot of a decomposition with complete pivoting. This decomposition
+takes much less time (Golub and Van Loan, Matrix Computations, sections 3.4.8 and 8.6).
 """
 
 from ..layout import arrays, places

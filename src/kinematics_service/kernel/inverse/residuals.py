@@ -222,8 +222,8 @@ def linearise(
     residual: Residual, scales: Floats, q: Floats, error: Floats, columns: Floats
 ) -> None:
     """
-    Fill `error` (6,) with the weighted error at q (n,), and `columns` (n, 6) with the columns of
-    the Jacobian of this error, column j multiplied by scales[j].
+    Fill `error` (6,) with the weighted error at q (n,). Fill `columns` (n, 6) with the columns of
+    the Jacobian of this error, where column j is multiplied by scales[j].
 
     All six errors are infinite if a loop does not close.
     """

@@ -18,10 +18,10 @@ from ..layout import places
 from ..layout.arrays import Numbers, Vector
 from ..six_joints import complex_numbers, pairs, polynomials
 
-# If a target is beyond the border of the workspace, a cosine exceeds 1 or a square is negative. If
-# the excess is at most this number (for squares relative to their terms), the target is taken as
-# on the border, because targets are given to six digits. Forward kinematics later rejects
-# solutions of targets beyond the border.
+# If a target is beyond the border of the workspace, a cosine exceeds 1 or a square is negative.
+# Targets are given to six digits. So if the excess is at most this number (for squares relative to
+# their terms), the target is taken as on the border. Forward kinematics later rejects solutions of
+# targets beyond the border.
 BORDER_TOLERANCE = 1e-6
 # If a squared sine, or a square divided by its terms, is below this number, it is round-off and is
 # replaced by this number. So two equal roots are returned as two angles 2e-8 apart. The two angles

@@ -168,9 +168,9 @@ def _third_joint(
     point_error: float,
     thirds: Numbers,
 ) -> int:
-    # Writes to `thirds` up to four positions of joint 3 at which joints 1 and 2 have a solution,
-    # and to thirds[4] the largest error of these positions. Returns their number, or -1 if every
-    # position is a solution.
+    # Writes to `thirds` up to four positions of joint 3 at which joints 1 and 2 have a solution.
+    # Writes to thirds[4] the largest error of these positions. Returns the number of positions, or
+    # -1 if every position is a solution.
     value_error: float
     slides_3 = vectors.slides(screws, 2)
     g, c, z, bounds = [0.0] * 5, [0.0] * 10, [0.0] * 8, [0.0] * 4
@@ -275,9 +275,9 @@ def _second_joint(
     free: float,
     seconds: Numbers,
 ) -> int:
-    # Writes to `seconds` up to two positions of joint 2 that move w onto the circle (or line) from
-    # which joint 1 moves it to the target. Writes the error of these positions to seconds[2], and
-    # returns their number.
+    # Writes to `seconds` up to two positions of joint 2. They move w onto a circle (or line) on
+    # which joint 1 can move w to the target. Writes the error of these positions to seconds[2],
+    # and returns the number of positions.
     error: float
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     if vectors.slides(screws, 1):

@@ -59,9 +59,9 @@ ROW_TAIL = 4
 
 # Indices in a row of measures, counted from the end of the singular values: the watched measure,
 # its level without hysteresis, the index of the factor nearest to zero, and the first-order
-# distance. JUDGED is the number of these four. The next numbers are the distances of the factors,
-# rad, the value and gradient of each factor, and the nearest singular pose (n,), which is NaN if
-# none was found.
+# distance. JUDGED is the number of these four. The next numbers are the distances to the zeros of
+# the factors, rad, then the value and gradient of each factor. Last comes the nearest singular
+# pose (n,), NaN if none was found.
 WATCHED, LEVEL, NEAREST_FACTOR, FIRST_ORDER, JUDGED = range(5)
 
 # Number of latest jumps of a joint whose times are stored.

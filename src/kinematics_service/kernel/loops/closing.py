@@ -259,9 +259,9 @@ def close(closure: Closure, q: Flat, section: Flat) -> int:
     If all these lines fail, the line is bent to both sides, to avoid isolated joint positions with
     determinant 0.
 
-    Returns 0 if all loops close. Otherwise returns the number of groups from the first open one to
-    the last, and the section belongs to the last point of the straight line at which the loops
-    closed.
+    Returns 0 if all loops close. Otherwise returns the number of groups from the first open group
+    to the last group. The section then belongs to the last point of the straight line at which the
+    loops closed.
     """
     ways = _begin(closure, closure.start, q, 0, section)
     failed = _continue(closure, q, section)

@@ -77,8 +77,8 @@ def _add_turned(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> 
 
 
 def _add_carried(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> None:
-    # Adds v x Yv + w x Yw of one entry to `total`, where v and w are the linear and angular parts
-    # of the screw, and Yv and Yw those of Y.
+    # Adds v x Yv + w x Yw of one entry to `total`. The linear and angular parts of the screw are v
+    # and w, those of Y are Yv and Yw.
     w = arrays.after(screw, 3 * step)
     for lane in range(lanes):
         x, y, z = Y[lane], Y[lanes + lane], Y[2 * lanes + lane]

@@ -24,10 +24,10 @@ MAX_STEP = 0.1
 # at a singular pose.
 MIN_STEP = 1e-7
 # A step is accepted if the cosine of the angle between the tangents before and after the step
-# exceeds this, so that the angle is below 0.35 rad.
+# exceeds this. The angle is then below 0.35 rad.
 MIN_COSINE = 0.94
-# The next step is twice as long if the cosine of the angle between the tangents exceeds this, so
-# that the angle is below 0.1 rad.
+# The next step is twice as long if the cosine of the angle between the tangents exceeds this. The
+# angle is then below 0.1 rad.
 DOUBLING_COSINE = 0.995
 # Largest ratio of the motion by Newton's method (the corrector) to the step along the tangent. The
 # ratio is 0.18 on a circle whose tangent turns by 0.35 rad.

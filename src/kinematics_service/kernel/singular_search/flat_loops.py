@@ -34,8 +34,8 @@ DAMPING = 0.5
 # equations are singular is at most this, rad.
 FLAT_TOLERANCE = 1e-4
 # The motion stops at this distance, rad, before joint positions at which the loop equations are
-# singular, because a branch may end at these joint positions. If the loops do not close at this
-# distance, the distance is multiplied by ten.
+# singular. A branch of solutions may end at these joint positions. If the loops do not close at
+# this distance, the distance is multiplied by ten.
 END_BEFORE = 1e-7
 # Largest number of Newton steps. If the determinant is linear in the distance, a step multiplies
 # the remaining distance by at most 0.75.

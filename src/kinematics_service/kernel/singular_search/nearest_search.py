@@ -229,8 +229,9 @@ class NearestSearch:
                 self._take_flat(k)
 
     def _take_flat(self, k: int) -> None:
-        # The stored joint positions of loop group k, at which its equations are singular, become
-        # the nearest singular pose if they are nearer than the pose found so far.
+        # Compares the nearest singular pose with the joint positions stored for loop group k, at
+        # which the equations of the group are singular. Stores these joint positions as the
+        # nearest singular pose if they are nearer.
         if self.flat_lengths[k] < self.distance:
             self.distance = self.flat_lengths[k]
             arrays.copy(self.nearest, self.n, self.projection.d)
@@ -261,8 +262,8 @@ class NearestSearch:
 
     def _is_searched(self) -> bool:
         # Returns whether singular poses are searched. Returns False if a joint position is above
-        # LARGEST_REDUCED, so that it has too few digits after the point, or if the arm has too
-        # many joints for an atlas.
+        # LARGEST_REDUCED, because it has too few digits after the point. Returns False if the arm
+        # has too many joints for an atlas.
         largest = 0.0
         for j in range(self.n):
             largest = max(largest, abs(self.u[j]))
@@ -351,9 +352,9 @@ class NearestSearch:
         return self.atlas.matters(k // 2)
 
     def _remember(self, length: float) -> None:
-        # Stores the singular pose that the projection found. If a stored pose is nearly equal, or
-        # if the memory is full, the pose replaces the nearly equal or the farthest stored pose,
-        # provided that it is nearer.
+        # Stores the singular pose that the projection found. If a stored pose is nearly equal, the
+        # nearer of the two is kept. If the memory is full, the new pose replaces the farthest
+        # stored pose, if the new pose is nearer.
         place, farthest = -1, 0
         for k in range(self.pose_count):
             squares = 0.0

@@ -43,8 +43,8 @@ MAX_RESIDUAL = 0.5
 # two.
 MAX_KANTOROVICH_H = 0.0625
 # If the product of the screws increases round-off by more than this factor, `certify` tries a
-# second proof, in which joints are weighted by the lengths of their twists. The factor is about 10
-# at real positions, and larger only far from real positions.
+# second proof. In the second proof, joints are weighted by the lengths of their twists. The factor
+# is about 10 at real positions, and larger only far from real positions.
 MIN_GROWTH = 1e3
 # Number of columns of the linear system: six of J, one of the residual, and six of the identity.
 WIDTH = 13
@@ -132,9 +132,9 @@ class Motion:
         pairs).
 
         Fills `weights` and `radius`. If the longest prismatic motion exceeds the loop's unit of
-        length, this motion becomes the unit. If h is too large and round-off grows by more than
-        MIN_GROWTH, each joint is weighted by the length of its twist, because twists are long far
-        from real positions.
+        length, this motion becomes the unit. Twists are long far from real positions. So if h is
+        too large and round-off grows by more than MIN_GROWTH, each joint is weighted by the length
+        of its twist.
         """
         if not self.residual(loop, t) < MAX_RESIDUAL:
             return False

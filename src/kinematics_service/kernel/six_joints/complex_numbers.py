@@ -20,7 +20,7 @@ ROUND_OFF = 1e-16
 # digits. The inverse of a larger number is finite.
 TINY = 1e-300
 # Largest absolute imaginary part of an angle, rad. If the imaginary part is larger, a cosine
-# exceeds e^25 / 2 = 4e10, and the difference of two such cosines keeps fewer than six of sixteen
+# exceeds e^25 / 2 = 4e10. The difference of two such cosines keeps fewer than six of sixteen
 # digits.
 MAX_IMAGINARY = 25.0
 

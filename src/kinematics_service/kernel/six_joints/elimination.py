@@ -8,11 +8,11 @@ M. Raghavan and B. Roth, "Inverse kinematics of the general 6R manipulator and r
 J. Mech. Des. 115 (1993) 502. The loop equation e3 e4 e5 (line of axis 6) = e2^-1 e1^-1 goal (line
 of axis 6), with lines as in lines.py, has 14 components.
 
-The parts of a revolute joint are (1, cos t, sin t) of its angle t, those of a prismatic joint (1,
-d, d^2) of its position d. The left sides are linear in 27 products, each of one part of joint 3,
-one of joint 4 and one of joint 5. The right sides are linear in 9 products, each of one part of
-joint 1 and one of joint 2; one of these products is 1. Gaussian elimination of the other eight
-products leaves six equations in joints 3, 4 and 5, and more if axes are special. Modified
+The parts of a revolute joint with angle t are (1, cos t, sin t). The parts of a prismatic joint
+with position d are (1, d, d^2). The left sides are linear in 27 products, each of one part of
+joint 3, one of joint 4 and one of joint 5. The right sides are linear in 9 products, each of one
+part of joint 1 and one of joint 2; one of these products is 1. Gaussian elimination of the other
+eight products leaves six equations in joints 3, 4 and 5, and more if axes are special. Modified
 Gram-Schmidt makes the equations orthonormal.
 """
 

@@ -5,9 +5,9 @@ Represent a line in space by 15 numbers that rigid motions map linearly (Raghava
 
 M. Raghavan and B. Roth, "Inverse kinematics of the general 6R manipulator and related linkages",
 J. Mech. Des. 115 (1993) 502, use 14 numbers of a line through p with the unit direction l. In this
-module a line is V = (1, p, p.p, l, p.l, m, h), with the Pluecker moment m = p x l and h = (p.p) l
-- 2 (p.l) p. A rotation by t maps V to V0 + cos(t) V1 + sin(t) V2, and a translation by d maps V to
-V0 + d V1 + d^2 V2. V0, V1 and V2 are called the parts of the moved line.
+module a line is V = (1, p, p.p, l, p.l, m, h). The Pluecker moment is m = p x l, and h = (p.p) l -
+2 (p.l) p. A rotation by t maps V to V0 + cos(t) V1 + sin(t) V2. A translation by d maps V to V0 +
+d V1 + d^2 V2. V0, V1 and V2 are called the parts of the moved line.
 """
 
 from ..forward import vectors

@@ -18,9 +18,9 @@ from .pairs import Complex
 from .pencils import Pencil
 from .six_screws import SixScrews
 
-# In the equations of joint 2, the columns of the cosine and of the sine are taken as dependent if
-# the sine of the angle between the columns is at most this. The bound is the square root of
-# round-off.
+# The equations of joint 2 have a column for its cosine and a column for its sine. The two columns
+# are taken as dependent if the sine of the angle between them is at most this. The bound is the
+# square root of round-off.
 DEPENDENT_SINE = 1e-8
 
 

@@ -117,8 +117,8 @@ def _improve(a: Numbers, count: int, z: Numbers, k: int) -> bool:
         slope = (count * scaled[0] - bent[0], count * scaled[1] - bent[1])
     step = _step(value, slope, z, k, count)
     pairs.put(z, k, pairs.plus(here, -1.0, step))
-    # The root has converged if the value is within its round-off (four roundings for each term),
-    # or if the step is below ten units in the last place.
+    # The root has converged in two cases: the value is within its round-off (four roundings for
+    # each term), or the step is below ten units in the last place.
     small = complex_numbers.absolute(value) < 4 * complex_numbers.ROUND_OFF * terms
     smallest = 10.0 * complex_numbers.ROUND_OFF * size
     return small or pairs.square_of(step) < smallest * smallest

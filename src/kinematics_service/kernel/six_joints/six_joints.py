@@ -49,8 +49,8 @@ SHARP_ROOT = 1e-6
 # least by this tolerance, rad. The tolerance covers the round-off of a solution near a singular
 # pose.
 ANGLE_TOLERANCE = 1e-9
-# A root is taken as spurious if its residual in the equations before their combination is more
-# than this factor times the residual that the error of the root can cause.
+# The error of a root causes a residual in the equations before their combination. If the residual
+# is larger by more than this factor, the root is taken as spurious.
 RESIDUAL_MARGIN = 1e3
 # The noise times this factor bounds the error of a coefficient. The factor is above 1, because the
 # noise is estimated from only a few harmonics.

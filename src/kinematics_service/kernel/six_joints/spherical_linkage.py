@@ -4,9 +4,9 @@
 Solve the inverse kinematics of six joints, two or three of which are prismatic. The method is a
 resultant in the angle of one joint.
 
-Let y and z be the axes of the last two revolute joints, R the rotation of y by the joints before y
-and z, and G the rotation of the goal. The first equation is R y . G z = y . z, because the joints
-with the axes y and z do not change the angle between y and z.
+Let y and z be the axes of the last two revolute joints, and G the rotation of the goal. Let R be
+the rotation by the joints before y and z. The first equation is R y . G z = y . z, because the
+joints with the axes y and z do not change the angle between y and z.
 
 If three joints are revolute, R is the rotation of the first of them, and the first equation has
 two roots.
@@ -51,8 +51,8 @@ PARALLEL_SINE = 1e-12
 
 
 def _mean(p: int, turn: int) -> float:
-    # Returns the weight with which the sample at `turn` times 120 degrees enters the coefficient
-    # of 1, cos or sin (p = 0, 1 or 2).
+    # Returns the weight of the sample at `turn` times 120 degrees in a coefficient. The
+    # coefficient is that of 1, cos or sin, for p = 0, 1 or 2.
     if p == 0:
         return 1.0 / 3
     if p == 1:
