@@ -25,7 +25,7 @@ from .rank_equations import RankEquations
 # linear equation is nearly exact within the step.
 TRUST_RADIUS = 0.3
 # A projection has converged if its next step onto the set of singular poses is at most this
-# fraction of the whole motion. The whole motion is that from the given joint positions.
+# fraction of the whole motion from the given joint positions.
 STEP_TOLERANCE = 1e-9
 # STEP_TOLERANCE is multiplied by the length of the whole motion, but at least by this length, rad.
 # The least product, 1e-12 rad, is round-off.

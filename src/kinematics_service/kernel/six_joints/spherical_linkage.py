@@ -11,10 +11,10 @@ joints with the axes y and z do not change the angle between y and z.
 If three joints are revolute, R is the rotation of the first of them, and the first equation has
 two roots.
 
-If four joints are revolute, R = A B. The prismatic joints move the tool in a plane with the normal
-n = s x u, where s is the direction of the first prismatic joint, and u that of the second one,
-turned by A and B. The vector from the tool, moved by the revolute joints alone, to the goal lies
-in this plane: the second equation.
+If four joints are revolute, R = A B. Let s be the direction of the first prismatic joint, and u
+that of the second prismatic joint, turned by A and B. The prismatic joints move the tool in a
+plane with the normal n = s x u. Consider the vector from the tool, moved by the revolute joints
+alone, to the goal. The second equation says that this vector lies in the plane.
 
 The last part of this vector is the common perpendicular of y and z along R y x G z, with
 n . (R y x G z) = (s . R y)(G z . u) - (s . G z)(u . R y). The first equation makes
