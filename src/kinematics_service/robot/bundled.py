@@ -13,8 +13,8 @@ from typing import NamedTuple
 from ..errors import RobotNotFoundError
 from .file.translation import translator_of
 
-# Groups of bundled robots, in the order in which the command `robots` lists them. Machines that
-# can be bought are first; robots without a group are listed last.
+# Titles of groups, each with the names of its bundled robots. The command `robots` lists the
+# groups in this order, and after these groups the robots without a group.
 GROUPS: Mapping[str, tuple[str, ...]] = {
     title: tuple(names.split())
     for title, names in {
@@ -39,8 +39,8 @@ def _folder() -> Path:
     try:
         return Path(str(resources.files('kinematics_service.config')))
     except ModuleNotFoundError:
-        # `colcon build --symlink-install` links the folder `src` only. The package then runs from
-        # the checkout, which has `config` beside `src`.
+        # With `colcon build --symlink-install` the package runs from the checkout. In the
+        # checkout, the folder `config` is beside the folder `src`, not in the package.
         return Path(__file__).resolve().parents[3] / 'config'
 
 
@@ -66,13 +66,14 @@ def grouped_robots() -> Mapping[str, Mapping[str, Path]]:
 
 class RobotSource(NamedTuple):
     """
-    The file that describes a robot; for a URDF or a cell, also the two ends of the chain.
+    The file that describes a robot. For a URDF or a cell (a file with several arms), also the two
+    ends of the chain.
 
     Attributes
     ----------
     base, tip
-        In a URDF, the links at which the chain begins and ends. In a cell, arms or points of
-        arms. Each text is empty if the user did not give it.
+        In a URDF, the names of the links at which the chain begins and ends. In a cell, the names
+        of arms or of points of arms. A name is empty if the user did not give it.
     """
 
     file: Path
@@ -94,7 +95,9 @@ def find_robot_file(name: str | os.PathLike[str]) -> Path:
 
 def find_robot(name: str | os.PathLike[str]) -> RobotSource:
     """
-    Return the file and the chain ends of a robot, given a bundled name, a path or FILE:BASE:TIP.
+    Return the file of a robot and the two ends of its chain, given the robot as text.
+
+    The text is a bundled name, a path, or FILE:BASE:TIP.
 
     Raises
     ------
@@ -133,9 +136,10 @@ def find_robot(name: str | os.PathLike[str]) -> RobotSource:
 
 
 def _other_model(text: str, name: str) -> bool:
-    # Return whether two names look like two models of one maker. This is true if the digits differ
-    # (ur5, ur10), or if one name has more letters after its number (ur5, ur5e). Equal digits in
-    # another order are a typing mistake.
+    # Return whether two robot names look like two models of one maker. The result is true if the
+    # digits differ (ur5, ur10), or if one name has more letters after its number (ur5, ur5e). If
+    # both names have equal digits in another order, the user made a typing mistake, and the result
+    # is false.
     (digits, behind), (others, other_behind) = (
         (sorted(re.findall(r'\d', one)), re.sub(r'^.*\d|[\W_]', '', one.lower()))
         for one in (text, name)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Read cells, which place several arms in one frame, and describe relative motions of two arms.
+Read the files of cells (several arms in one frame), and describe relative motions of two arms.
 
 The motion of one arm's tool relative to another arm's tool is described as one arm with the joints
 of both arms. So every function that takes an arm accepts a relative motion.
@@ -30,7 +30,7 @@ from .points import ending_at, moved_base
 from .relative_motion import relative_motion
 
 FLOOR = 'cell'
-MAX_ARMS = 128  # limits the time to read a cell: half a second for 128 arms
+MAX_ARMS = 128  # limits the reading time; 128 arms take half a second
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,8 @@ class Cell:
         The name of the frame in which the bases are given.
     arms
         The description of each arm, by name. The base of each arm is given in the frame of the
-        cell. The joints have their names in JointState messages, with `joint_prefix`.
+        cell. The name of a joint begins with the `joint_prefix` of its arm, as in JointState
+        messages.
     file
         The path as the user gave it.
     sha256
@@ -124,7 +125,7 @@ def _arm_of(name: str, known: Sequence[str], file: str) -> str:
 
 def is_cell(source: RobotSource) -> bool:
     """
-    Return whether the file of a robot source describes a cell, not a single arm.
+    Return whether a robot file describes a cell (several arms in one frame), not a single arm.
 
     Raises
     ------
@@ -137,9 +138,10 @@ def is_cell(source: RobotSource) -> bool:
 
 def cell_of(name: str) -> Cell | None:
     """
-    Return the cell that a file name or bundled name refers to.
+    Return the cell (several arms in one frame) that a robot argument names, or None.
 
-    The result is None if the name refers to a single arm, or if no robot of this name can be read.
+    `name` is a path or a bundled name. The result is None if `name` refers to a single arm, or if
+    no robot of this name can be read.
 
     Raises
     ------
@@ -150,7 +152,8 @@ def cell_of(name: str) -> Cell | None:
         source = find_robot(name)
         whole = is_cell(source) and not (source.base or source.tip)
     except (RobotNotFoundError, RobotFileError):
-        return None  # the caller then reads the name as an arm, which raises the error
+        # The caller then reads the name as a single arm, which raises this error again.
+        return None
     return read_cell(source.file) if whole else None
 
 
@@ -230,7 +233,7 @@ def _read_arm(
         return None
     try:
         source = find_robot(entry.robot)
-        # Paths are relative to the folder of the cell; an absolute path stays as it is.
+        # Join a relative path to the folder of the cell. An absolute path stays unchanged.
         source = source._replace(file=folder / source.file)
         if is_cell(source):
             at['robot'].fault(f'{source.file} is a cell; give one arm', 'unsupported')

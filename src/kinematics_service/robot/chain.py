@@ -3,9 +3,10 @@
 """
 Make the kernel's chain from a DH table: multiply the fixed transforms between two joints together.
 
-The chain is C_0 screw_z(1) C_1 screw_z(2) ... C_K, where screw_z(k) is the screw about the z axis
-of moving row k. The constant motions between two screws (conventions, fixed rows, base,
-tool) are multiplied into one matrix C_k. So the kernel needs neither conventions nor joint types.
+The chain is C_0 screw_z(1) C_1 screw_z(2) ... C_K. Here screw_z(k) is the screw motion about z of
+the k-th table row that a joint moves. The constant motions between two screws (conventions, fixed
+rows, base, tool) are multiplied into one matrix C_k. So the kernel needs neither conventions nor
+joint types.
 """
 
 import itertools
@@ -28,8 +29,8 @@ class FrozenArrays:
     """
     Base class of frozen dataclasses whose arrays are read-only.
 
-    Copying and unpickling call the constructor, because numpy makes copied arrays writable. The
-    constructor makes these arrays read-only.
+    numpy makes copied and unpickled arrays writable. Therefore copying and unpickling an object
+    call its constructor, which makes the arrays read-only again.
     """
 
     READ_ONLY: ClassVar[tuple[str, ...]] = ()
@@ -46,14 +47,16 @@ class FrozenArrays:
             getattr(self, name).setflags(write=False)
 
     def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
-        """Return the constructor and its arguments, from which copies and pickles are rebuilt."""
+        """
+        Return the constructor and its arguments, with which `copy` and `pickle` make the object.
+        """
         values = (getattr(self, field.name) for field in fields(self))  # type: ignore[arg-type]
         return type(self), tuple(values)
 
 
 def _entries(row: Row, variables: Sequence[str]) -> list[tuple[int, float, float]]:
-    # Return the joint index of each variable that moves the row, and the coefficients of the
-    # variable in theta and in d.
+    # Return a tuple for each variable that moves the row: its joint index, and its coefficients in
+    # theta and in d.
     theta, d = dict(row.theta.coefficients), dict(row.d.coefficients)
     entries = ((j, theta.get(v, 0.0), d.get(v, 0.0)) for j, v in enumerate(variables))
     return [entry for entry in entries if entry[1:] != (0.0, 0.0)]
@@ -67,7 +70,7 @@ def fold(
     closure: Closure | None = None,
 ) -> Chain:
     """
-    Return a table as the kernel's chain: constant motions, and screws about z between them.
+    Return the kernel's chain of a table: constant motions, with a screw about z between each two.
 
     Parameters
     ----------
@@ -77,7 +80,7 @@ def fold(
         The joint variables, in the order of the Jacobian's columns; after them the passive
         variables of closed loops.
     base, tool : shape (4, 4)
-        Frame 0 in the base frame; the tool in the frame after the last row.
+        The pose of frame 0 in the base frame, and of the tool in the frame after the last row.
     closure
         The closed loops that move the passive variables; ignored if no passive variable moves a
         row.
@@ -86,7 +89,7 @@ def fold(
     elements: list[Row] = []
     entries: list[list[tuple[int, float, float]]] = []
     frame_parents, frame_offsets = [-1], [base]
-    still = base  # product of the constant motions since the previous screw
+    still = base  # the product of the constant motions after the last screw
     for row in rows:
         if moved := _entries(row, variables):
             constants.append(still @ row.before)
@@ -146,9 +149,10 @@ def _evaluated(chain: Chain, q: Floats, depth: int) -> Floats:
 
 def first_entries(chain: Chain) -> Integers:
     """
-    Return, for each entry of a chain, the index of the first entry of its element (screw).
+    Return, for each entry of a chain, the index of the first entry that moves the same screw.
 
-    An entry is one variable that moves an element; coupled joints give an element several entries.
+    An entry is one joint variable that moves one screw. If several joints move a screw, the screw
+    has several entries.
     """
     first = chain.table.first_entry
     return np.repeat(first[:-1], np.diff(first))

@@ -12,12 +12,12 @@ from .. import kernel
 from ..kernel import Chain, ChainTable, Floats, Integers
 from .task import Task
 
-# Largest number of entries of a chain for which the fourth derivative is bounded; an entry is a
-# joint that moves a screw. The fourth derivative has entries^5 components, so longer chains get
-# only a bound of the second derivative.
+# Largest number of entries of a chain for which the third and fourth derivatives are bounded. An
+# entry is a joint that moves a screw. The fourth derivative has entries^5 components, so for
+# longer chains only the second derivative is bounded.
 MAX_BOUNDED_ENTRIES = 12
-# Two axes count as parallel if the sine of the angle between them is below this. Parallel axes
-# have no unique nearest points.
+# Two axes count as parallel if the sine of the angle between them is below this number. Parallel
+# axes have no unique nearest points.
 PARALLEL_SINE = 1e-6
 # Relative error of a sum of lengths: a few thousand times machine epsilon.
 LENGTH_SUM_ERROR = 1e-12
@@ -25,14 +25,16 @@ LENGTH_SUM_ERROR = 1e-12
 
 class ClearanceBounds(NamedTuple):
     """
-    The arguments of `kernel.Clearance` that depend only on the arm.
+    The arguments of `kernel.Clearance` (the proved radius without singular poses) that depend only
+    on the arm.
 
     Attributes
     ----------
     moving : shape (d,)
         The joints that can change the rank of J_t.
     point : shape (3,), m
-        The reference point of J, in the axes of the tool, from the origin of the tool.
+        The reference point of J: the vector from the origin of the tool to the point, in the axes
+        of the tool.
     bend, twist, fourth
         Upper bounds of the second, third and fourth derivative of J_t; infinite if not computed.
     """
@@ -46,11 +48,11 @@ class ClearanceBounds(NamedTuple):
 
 class _Elements(NamedTuple):
     """
-    The d elements (screws) of a chain and the tool, at one joint configuration, in the base frame.
+    The screws of a chain and the pose of the tool at one joint configuration, in the base frame.
 
-    Each element has a flag whether it turns, `turns` (d,), and an axis with the direction `axis`
-    (d, 3) through the point `point` (d, 3), m. The tool has the position `tool` (3,), m, and the
-    rotation `rotation` (3, 3).
+    Screw k turns if `turns[k]` is true. Its axis has the direction `axis[k]` and passes through
+    the point `point[k]`, m. The tool has the position `tool` (3,), m, and the rotation `rotation`
+    (3, 3).
     """
 
     turns: npt.NDArray[np.bool_]
@@ -70,8 +72,9 @@ def _elements(chain: Chain, q: Floats) -> _Elements:
     turns, axis, point = np.zeros(count, bool), np.zeros((count, 3)), np.zeros((count, 3))
     for k in range(count):
         entries = range(first[k], first[k + 1])
-        # Compute the axis from the screw (v, w) of the entry with the largest rotation. A point on
-        # the axis satisfies v = w x (tool - point).
+        # Several entries (joints) may turn this screw. Compute the axis from the twist (v, w) of
+        # the entry with the largest rotation. A point on the axis satisfies v = w x (tool -
+        # point).
         e = max(entries, key=lambda entry: abs(chain.table.by_theta[entry]))
         if chain.table.by_theta[e] != 0.0:
             v, w = screws[e, :3], screws[e, 3:]
@@ -100,9 +103,10 @@ def _point(elements: _Elements, six_rows: bool, farthest: float) -> Floats:
 
 class _Feet(NamedTuple):
     """
-    Upper bounds of the distances from each element's axis to a given point, m, shape (elements,).
+    Upper bounds of the distance from a given point to the axis of each screw of a chain.
 
-    `first` is the foot of the perpendicular on the first axis that turns, shape (3,), m.
+    `farthest` has the bounds, shape (screws,), m. `first` is the foot of the perpendicular on the
+    first axis that turns, shape (3,), m.
     """
 
     farthest: Floats
@@ -110,9 +114,9 @@ class _Feet(NamedTuple):
 
 
 def _feet(chain: Chain, elements: _Elements, point: Floats, strokes: Floats) -> _Feet:
-    # Drop a perpendicular from the point to the last axis, then from the foot of this
-    # perpendicular to the previous axis, and so on. The perpendiculars have constant lengths. The
-    # sum of their lengths and of the strokes of sliding elements bounds the distance to each axis.
+    # Drop a perpendicular from the point to the last axis, then from its foot to the previous
+    # axis, and so on. The perpendiculars have constant lengths. So the distance to an axis is at
+    # most the sum of these lengths and of the strokes of sliding joints.
     count = len(elements.turns)
     first = chain.table.first_entry
     hops, foot = np.zeros(count), point
@@ -156,11 +160,11 @@ def moving_joints(chain: Chain, task: Task) -> Integers:
     """
     Return the indices of the joints that can change the rank of J_t, shape (d,).
 
-    The first joint moves all columns of J_t as one rigid body. The first joint is left out, unless
-    it turns and J_t has only some of the linear or angular rows. The last joint is left out if J_t
-    has six rows, because the last joint changes no column. The next joints on the axis of a joint
-    that is left out are left out as well. A joint is kept if it moves two rows of the table, or is
-    part of a closed loop.
+    The first joint moves all columns of J_t as one rigid body. The function leaves out the first
+    joint, unless it turns and J_t has only some of the linear or angular rows. It leaves out the
+    last joint if J_t has six rows, because the last joint changes no column. If a joint is left
+    out, the next joints on its axis are also left out. A joint is kept if it moves two rows of the
+    table, or is part of a closed loop.
     """
     six_rows = len(task.rows) == 6
     table = chain.table
@@ -180,8 +184,8 @@ def moving_joints(chain: Chain, task: Task) -> Integers:
 
 
 def _alone_about_one_axis(table: ChainTable, order: range) -> Iterator[int]:
-    # Yield the entries of the first elements in `order` that share one axis. Stop at an element
-    # that several joints move, or whose joint also moves another element.
+    # Yield, in the given order of the screws, the entries (joints) of the first screws that share
+    # one axis. Stop at a screw that several joints move, or whose joint also moves another screw.
     for place, k in enumerate(order):
         entry = table.first_entry[k]
         alone = table.first_entry[k + 1] == entry + 1
@@ -196,10 +200,10 @@ def _alone_about_one_axis(table: ChainTable, order: range) -> Iterator[int]:
 
 def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Floats:
     # Return upper bounds of the norms of the derivatives of each column of J_t by `order` joints,
-    # shape (n, ..., n). The linear part is at most the speed of the entry that is last in the
+    # shape (n, ..., n). The linear part is at most the speed of the last of the entries in the
     # chain, times the angular velocities of the other entries. The angular part is at most the
-    # product of all angular velocities. The angular part is zero unless the column's entry is
-    # behind all other entries in the chain.
+    # product of all angular velocities. The angular part is zero unless the column's entry comes
+    # after all other entries in the chain.
     table, E = chain.table, chain.entries
     element = np.repeat(np.arange(len(table.theta_0)), np.diff(table.first_entry))
     w = np.abs(table.by_theta)
@@ -235,8 +239,8 @@ def strokes_of(chain: Chain, limits: Floats) -> Floats:
 
 def find_bounds(chain: Chain, task: Task, strokes: Floats) -> ClearanceBounds:
     """
-    Return upper bounds of the derivatives of an arm's Jacobian. The bounds hold for joint
-    positions up to `kernel.FARTHEST` beyond the strokes.
+    Return upper bounds of the derivatives of an arm's Jacobian. The bounds hold if no joint
+    exceeds its stroke by more than `kernel.FARTHEST`.
 
     Parameters
     ----------
@@ -258,8 +262,8 @@ def find_bounds(chain: Chain, task: Task, strokes: Floats) -> ClearanceBounds:
     for order in (2, 3, 4) if chain.entries <= MAX_BOUNDED_ENTRIES else (2,):
         parts = _largest_parts(chain, task, farthest, order)
         parts = parts[np.ix_(np.arange(n), *[moving] * order)]
-        # The derivative along a unit vector is at most the 2-norm of any matrix that has the
-        # components of the tensor. Take the smallest of these norms.
+        # Write the components of the derivative as a matrix. The 2-norm of this matrix bounds the
+        # derivative along unit vectors. Take the smallest norm over all such matrices.
         flat = (parts.reshape(n * d**k, -1) for k in range(order))
         flat = (part if len(part) < len(part.T) else part.T for part in flat)
         bounds[order - 2] = min(float(np.linalg.norm(part, 2)) for part in flat)
