@@ -8,10 +8,9 @@ import numpy.typing as npt
 from .. import kernel
 from ..kernel import Chain, Floats
 
-BATCH_SIZE = 20  # joint positions that the kernel tries in one call
-# Stop the sampling if the number of samples exceeds this number times the number of samples that
-# close the loops. A sample that does not close the loops takes much longer than a sample that
-# closes them.
+BATCH_SIZE = 20  # number of joint configurations in one call of the kernel
+# Stop the sampling if less than one in MAX_TRIES_PER_POSE samples closes the loops. Such a
+# sampling is slow, because a sample that does not close the loops takes the most time.
 MAX_TRIES_PER_POSE = 5
 # If fewer samples than this number close the loops, sample again around the position `assembled`
 # of the robot file, within smaller and smaller radii (rad or m).
@@ -23,7 +22,7 @@ SEED = 20240523
 def close_at(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
     """
     Solve the loop equations of a chain at joint positions. Return the kernel's results for the
-    loops, and the group of loops that fails.
+    loops, and the number of the group of loops that cannot be closed.
 
     Parameters
     ----------
@@ -32,11 +31,9 @@ def close_at(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
     q : shape (N, n), rad or m
         Joint positions.
 
-    Returns
-    -------
-    The results that `kernel.Closure` documents, shape (N, width), and for each row of q the failed
-    group, shape (N,). The failed group is 0 if all loops close, else the number of the group,
-    where the last group has the number 1.
+    Returns ------- The results that `kernel.Closure` documents, shape (N, width), and for each row
+    of q the number of the group of loops that cannot be closed, shape (N,). The number is 0 if all
+    loops close. The last group has the number 1.
     """
     sections = np.empty((len(q), chain.closure.width))
     failed = np.empty(len(q))
@@ -46,7 +43,9 @@ def close_at(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
 
 def closes_at(chain: Chain, q: Floats) -> npt.NDArray[np.bool_]:
     """
-    Return whether the loops of a chain close at joint positions (..., n); True without loops.
+    Return whether the loops of a chain close at joint positions (..., n).
+
+    The result is True if the chain has no loops.
     """
     if chain.loops == 0:
         return np.full(q.shape[:-1], True)
@@ -55,9 +54,11 @@ def closes_at(chain: Chain, q: Floats) -> npt.NDArray[np.bool_]:
 
 def tried_poses(chain: Chain, q: Floats) -> tuple[Floats, int]:
     """
-    Return the rows of q (N, n) that close the loops of a chain, and the number of tried rows.
+    Return the configurations in q (N, n) at which the loops of a chain close, and the number of
+    tried configurations.
 
-    The function stops early if fewer than one in MAX_TRIES_PER_POSE rows closes the loops.
+    The function stops early if the loops close at less than one in MAX_TRIES_PER_POSE tried
+    configurations.
     """
     batches: list[Floats] = []
     closed, tried = 0, 0
@@ -70,10 +71,11 @@ def tried_poses(chain: Chain, q: Floats) -> tuple[Floats, int]:
 
 def closed_poses(chain: Chain, q: Floats) -> Floats:
     """
-    Return the rows of q (N, n) that close the loops of a chain; all rows if it has no loops.
+    Return the configurations in q (N, n) at which the loops of a chain close.
 
-    If fewer than MIN_CLOSED_POSES rows close the loops, the function samples more joint positions
-    around the position `assembled` of the robot file. At this position the loops close.
+    If the chain has no loops, the result is q. If the loops close at fewer than MIN_CLOSED_POSES
+    configurations, the function samples more configurations around the position `assembled` of the
+    robot file. At this position the loops close.
     """
     if chain.loops == 0:
         return q

@@ -34,7 +34,7 @@ class Row:
 
 
 def row_of(link: Link, convention: str) -> Row:
-    """Return a table row of a convention as a screw about z between two constant motions."""
+    """Return a table row of any convention as a screw about z between two constant motions."""
     if isinstance(link, DhRow):
         product = CONVENTIONS[convention]
         return Row(
@@ -50,7 +50,7 @@ def row_of(link: Link, convention: str) -> Row:
         argument = link.argument.affine
         theta, d = (argument, ZERO) if link.turns else (ZERO, argument)
         return Row(turn, theta, d, turn.T)
-    # A row of Sheth and Uicker (1971) is T = S_in Phi inverse(S_out), where Phi is the joint.
+    # Sheth and Uicker (1971): a row is T = S_in Phi inverse(S_out), where Phi is the joint motion.
     out = inverse(link.outer.matrix)
     if link.joint is None:
         return Row(link.inner.matrix, ZERO, ZERO, out)
@@ -59,7 +59,8 @@ def row_of(link: Link, convention: str) -> Row:
 
 
 def _constants(motions: Sequence[NamedMotion], link: DhRow) -> Floats:
-    # A rotation about an axis and a translation along the axis commute, so they form one screw.
+    # A rotation about an axis and a translation along the same axis commute. So multiply both into
+    # one screw.
     screws = []
     for axis, together in groupby(motions, key=lambda motion: motion.axis[1]):
         values = [(motion.axis[0], link[motion.quantity].affine.constant) for motion in together]

@@ -23,12 +23,13 @@ from .file.parts.loop_groups import group_name, loop_groups, passive_of
 from .file.text.expression_syntax import ARGUMENTS_OF, evaluated, syntax_tree
 from .task import Task
 
-# Largest variation of log|det| - sum(k log|f|) over the sampled joint positions. If the variation
-# is smaller, the product of the f^k is taken as the determinant up to a constant. The tolerance is
-# above the round-off: away from its zeros, a determinant has a relative error below 1e-12.
+# Largest variation, over sampled joint positions, of log|det J_t| - sum(k log|f|), where k is the
+# power of factor f. If the variation is smaller, the determinant counts as a constant times the
+# product of the f^k. The tolerance is above the round-off, because a determinant that is not near
+# 0 has a relative error below 1e-12.
 LOG_DIFFERENCE_TOLERANCE = 1e-9
-# Compare the product of the factors with the determinant only where |det| is at least this
-# fraction of the median |det|. Near a zero of the determinant, the relative round-off is large.
+# Compare the product of the factors with det J_t only at poses where |det J_t| is at least this
+# fraction of the median. Closer to 0, the relative round-off of the determinant is large.
 MIN_DETERMINANT_RATIO = 1e-3
 # A zero of a factor counts as a singular pose if the smallest singular value of J_t is at most
 # this fraction of the largest singular value.
@@ -38,7 +39,7 @@ SINGULAR_VALUE_RATIO = 1e-6
 APPROXIMATE_SINGULAR_VALUE_RATIO = 0.03
 # Largest distance from a zero of an approximate factor to the nearest singular pose, rad.
 APPROXIMATE_ZERO_DISTANCE = 0.02
-CHECKED_ZEROS = 30  # number of starts, for each factor, of the search for zeros
+CHECKED_ZEROS = 30  # starts of the search for zeros of a factor
 NEWTON_STEPS = 40  # Newton iterations from each start
 
 
@@ -50,11 +51,11 @@ class Factors(FrozenArrays):
     Attributes
     ----------
     names, texts
-        Names and expressions of the factors in the robot file, followed by those of the closed
+        Names and expressions of the factors in the robot file, then of the factors of closed
         loops. The factor of a loop is the determinant of the derivatives of the loop equations by
-        the passive joints. The tape does not contain factors of loops.
+        the passive joints. The tape does not contain the factors of loops.
     approximate
-        For each factor, whether it was derived from the table before its calibration.
+        For each factor, whether it was derived from the table before the table was calibrated.
     complete
         Whether a product of powers of the factors is the determinant of J_t up to a constant. If
         so, every singular pose is a zero of a factor.
@@ -85,9 +86,10 @@ class Factors(FrozenArrays):
         """
         Return whether a message may name factor k as the cause of the nearest singular pose.
 
-        If the factors are not complete, the true cause may not be one of them. So the distance to
-        the zero of factor k must be about the distance to the singular pose. The factor of a loop
-        may be named if its zero is not farther than the singular pose.
+        If the factors are not complete, the cause may be none of the factors. Then a message may
+        name factor k only if the distance to its zero is about the distance to the singular pose.
+        A message may name the factor of a loop only if its zero is not farther than the singular
+        pose.
 
         Parameters
         ----------
@@ -210,8 +212,8 @@ def read_factors(description: RobotDescription, chain: Chain, task: Task, q: Flo
     Raises
     ------
     KinematicsError
-        A zero of a factor is not a singular pose, or not close to one if the factor is
-        approximate. The message names the factor and the pose.
+        A zero of a factor is not a singular pose, or a zero of an approximate factor is not close
+        to a singular pose. The message names the factor and the pose.
     """
     factors = _taped(description)
     if not factors:
@@ -224,7 +226,11 @@ def read_factors(description: RobotDescription, chain: Chain, task: Task, q: Flo
 
 
 def with_loops(factors: Factors, description: RobotDescription, chain: Chain) -> Factors:
-    """Return the factors, followed by the determinant of each group of closed loops."""
+    """
+    Return the factors of an arm with one more factor for each group of closed loops.
+
+    This factor is the determinant of the derivatives of the loop equations by the passive joints.
+    """
     if chain.loops == 0:
         return factors
     groups = loop_groups(description.loops)
@@ -247,7 +253,8 @@ def _product_is_the_determinant(factors: Factors, chain: Chain, task: Task, q: F
         return False
     determinants = np.abs(np.linalg.det(_task_jacobians(chain, task, q)))
     values = np.abs(factors.evaluate(q)[..., 0])
-    # Sort instead of np.median, which imports another package and would delay the start of a node.
+    # Sort the determinants to find the median. np.median would import another package and delay
+    # the start of a node.
     usable = determinants > MIN_DETERMINANT_RATIO * np.sort(determinants)[len(determinants) // 2]
     usable &= np.all(values > 0.0, axis=1)
     if np.sum(usable) <= 2 * len(factors.names):

@@ -17,13 +17,13 @@ from ..text.yaml_document import Yaml
 from .description import Constant
 from .quantities import Units, check_finite
 
-MAX_CONSTANTS = 256  # far above the number in a datasheet, about ten
+MAX_CONSTANTS = 256  # a datasheet has about ten constants
 
 
 class Constants(NamedTuple):
     """
-    The constants of a robot file. `constants` has the constants without faults, `unreadable` the
-    names of constants with faults, `used` all names in expressions of constants.
+    The constants of a robot file. `constants` has the constants without faults, and `unreadable`
+    the names of the constants with faults. `used` has all names in the expressions of constants.
     """
 
     constants: tuple[Constant, ...]
@@ -88,7 +88,8 @@ def read_constants(data: Yaml, units: Units, variables: Iterable[str], at: Place
 
 
 def _stand_in(name: str, units: Units) -> float:
-    # Return a substitute value, between 0.2 and 0.8 m, for a constant without a value. The
-    # substitute is a hash of the name, so that two constants have different values.
+    # Return a substitute value, 0.2 to 0.8 m in the unit of the file, for a constant without a
+    # value. The value is computed from a hash of the name, so that two constants have different
+    # values.
     share = zlib.crc32(name.encode()) / 2**32
     return (0.2 + 0.6 * share) * (1000.0 if units.length == 'mm' else 1.0)

@@ -10,15 +10,16 @@ from typing import Literal, NamedTuple
 Axis = Literal['Rx', 'Ry', 'Rz', 'Tx', 'Ty', 'Tz']
 RowKind = Literal['quantities', 'motion', 'shape']
 
-# The two quantities of a row that may contain joint variables, with their elementary motions. All
-# other quantities are constant.
+# The two quantities of a table row that may contain joint variables, with their elementary
+# motions. All other quantities of a row are constant.
 MOVING = {'theta': 'Rz', 'd': 'Tz'}
 FACTOR = re.compile(r'([RT][xyz])\((\w+)\)')
 
 
 class NamedMotion(NamedTuple):
     """
-    An elementary motion such as Rz(theta) in the transform of a row: its axis and its quantity.
+    An elementary motion in the transform of a row, such as Rz(theta): the axis `Rz` and the
+    quantity `theta`.
     """
 
     axis: Axis
@@ -28,7 +29,7 @@ class NamedMotion(NamedTuple):
 @dataclass(frozen=True)
 class Convention:
     """
-    The form of a row of a table, and the transform T that it describes.
+    A convention of tables: what a row contains, and the transform T that a row describes.
 
     Attributes
     ----------
@@ -46,7 +47,7 @@ class Convention:
     written
         The form of a row for the reference page; empty if `product` shows the form.
     author
-        The author of the convention; empty if the name is not ambiguous.
+        The author of the convention; empty if only one convention has this name.
     also
         Names of the convention in textbooks and other programs. If a file has such a name, the
         error suggests `name`.
@@ -66,7 +67,7 @@ class Convention:
     @property
     def words(self) -> str:
         """
-        Return the name of the convention, followed by the author in brackets if `author` is given.
+        Return the name of the convention, and the author in brackets if `author` is not empty.
         """
         return f'{self.name} ({self.author})' if self.author else self.name
 
@@ -107,7 +108,11 @@ class Convention:
 
     @property
     def others(self) -> 'tuple[Convention, ...]':
-        """Return the conventions whose rows have equal quantities, multiplied in another order."""
+        """
+        Return the other conventions whose rows have the quantities of this convention.
+
+        The transforms of these conventions multiply the motions in another order.
+        """
         return tuple(
             other
             for other in CONVENTIONS.values()

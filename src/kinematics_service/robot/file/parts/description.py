@@ -21,11 +21,11 @@ LengthUnit = Literal['m', 'mm']
 @dataclass(frozen=True)
 class Constant:
     """
-    A named number of the robot file, in the file's units.
+    A named number of the robot file, in the units of the file, not in SI units.
 
-    Other numbers in this module are in SI units. A constant is not converted to SI units, because
-    only its use shows whether it is a length, an angle, or a ratio. If `letter` is true, the file
-    gives no value for the constant, and `value` is an arbitrary substitute number.
+    A constant is not converted to SI units, because only the expressions with the constant show
+    whether it is a length, an angle, or a ratio. If `letter` is true, the file gives no value for
+    the constant, and `value` is an arbitrary substitute number.
     """
 
     name: str
@@ -52,7 +52,7 @@ class JointDescription:
     velocity : rad/s or m/s
         The largest speed; inf if the file does not give a value.
     unused
-        Whether the file declares that the joint moves no row of the table.
+        True if the robot file says `unused: true`: the joint moves no row of the table.
     acceleration : rad/s^2 or m/s^2
         The largest deceleration; inf if the file does not give a value.
     """
@@ -70,7 +70,8 @@ class JointDescription:
 @dataclass(frozen=True)
 class RigidMotion:
     """
-    A constant pose, with its expressions in the file; poses with equal expressions are equal.
+    A constant pose as a matrix, with the expressions in the robot file that give the pose. Two
+    poses with equal expressions are equal.
 
     Parameters
     ----------
@@ -107,7 +108,10 @@ class ElementaryMotion:
 
     @property
     def motions(self) -> 'tuple[ElementaryMotion, ...]':
-        """Return the elementary motions of the row: only this motion."""
+        """
+        Return a tuple with only this motion, because other kinds of table rows have several
+        motions.
+        """
         return (self,)
 
 
@@ -136,7 +140,10 @@ class DhRow:
 
 @dataclass(frozen=True)
 class ShapeRow:
-    """A Sheth-Uicker row, T = inner * joint * inverse(outer); fixed if `joint` is None."""
+    """
+    A table row of Sheth and Uicker, T = inner * joint * inverse(outer). If `joint` is None, the
+    row is constant.
+    """
 
     inner: RigidMotion
     joint: ElementaryMotion | None
@@ -144,7 +151,10 @@ class ShapeRow:
 
     @property
     def motions(self) -> tuple[ElementaryMotion, ...]:
-        """Return the elementary motion of the row's joint in a tuple; empty for a fixed row."""
+        """
+        Return a tuple with the elementary motion of the row's joint; empty if the row has no
+        joint.
+        """
         return () if self.joint is None else (self.joint,)
 
 
@@ -210,7 +220,7 @@ class LoopDescription:
     passive
         The joints that the loop moves.
     start, meets
-        The frames of the table at which the second chain begins and ends.
+        The points (frames of the table) at which the second chain begins and ends.
     there
         The rows of the table from `start` to `meets`.
     links
@@ -219,8 +229,8 @@ class LoopDescription:
         The components of the pose in which the ends of both chains agree, in the axes of `start`,
         in the order x y z rx ry rz.
     q : n values, assembled : one value for each passive joint, rad or m
-        Positions of the joints and of the passive joints at which the loop is approximately
-        closed.
+        Positions of the joints (`q`) and of the passive joints (`assembled`) at which the loop is
+        approximately closed.
     line
         The line of the key `assembled` in the file, for messages.
     """
@@ -239,7 +249,8 @@ class LoopDescription:
 
 class Rounding(NamedTuple):
     """
-    The rounding errors of a known pose's numbers: half of the last digit, or 0 for exact numbers.
+    The largest rounding errors of the numbers of a known pose: half a unit of the last digit, or 0
+    for exact numbers.
 
     Attributes
     ----------
@@ -332,11 +343,12 @@ class Uncertainty:
     parameters
         Standard deviations of the numbers of the table, by group or name.
     factor
-        The alternative to `parameters` for correlated numbers, whose covariance is L L^T. Each
-        name has its row of the lower triangular L, so row k has at most k numbers.
+        The alternative to `parameters` if the errors of the numbers are correlated. The covariance
+        matrix is L L^T with a lower triangular matrix L. The field has a name and a row of L for
+        each parameter; row k has at most k numbers.
     floor_xyz, floor_rpy : m, rad
-        Standard deviations, for each axis, of errors of the tool's position and rotation that have
-        other causes.
+        Standard deviations, for each axis, of errors of the tool's position and rotation that come
+        neither from the joints nor from the table.
     """
 
     noise: tuple[float, ...]
@@ -363,7 +375,7 @@ class Uncertainty:
 
     @property
     def of_pose(self) -> bool:
-        """Return whether a standard deviation that affects the tool's pose is above 0."""
+        """Return whether a standard deviation other than those of joint velocities is above 0."""
         numbers = (
             *self.joint_deviations,
             *(deviation for _, deviation in self.parameters),
@@ -416,7 +428,7 @@ class SpeedLimit:
 
 class MimicFormula(NamedTuple):
     """
-    A joint that mimics a leader: its position is multiplier * (position of the leader) + offset.
+    A mimic joint, whose position is multiplier * (position of its leader) + offset.
 
     Attributes
     ----------

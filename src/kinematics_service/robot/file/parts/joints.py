@@ -14,16 +14,17 @@ from .description import JointDescription, JointType
 from .quantities import DEGREES, INFINITE, KIND_OF, METRES, MILLIMETRES, RADIANS, Quantities, Units
 from .schema import JointEntry
 
-MAX_JOINTS = 128  # limits the size of messages: a Jacobian has a column for each joint
-# Warn of a joint velocity above this (rad/s or m/s), because it is probably in another unit.
+MAX_JOINTS = 128  # limits the size of Jacobian messages, which have a column for each joint
+# Warn of a joint velocity above this limit (rad/s or m/s), because such a number is probably in
+# another unit.
 FASTEST_JOINT = 100.0
 NOUN = 'a list of joints, {name, type, limits}'
 
 
 class JointHead(NamedTuple):
     """
-    The names and the type of a joint. They are read before the numbers of the file, because
-    expressions contain the names.
+    The names and the type of a joint, which the reader needs before it reads expressions.
+    Expressions in the file contain the names of joints.
 
     Attributes
     ----------
@@ -32,7 +33,8 @@ class JointHead(NamedTuple):
     type, variable
         The type, and the name of the joint in expressions; None if the value has a fault.
     hidden
-        Names that expressions may use for the joint, if its entry has faults; else empty.
+        If the joint's entry has faults: all words in the entry that may be the name of the joint
+        in expressions. Otherwise empty.
     """
 
     entry: JointEntry
@@ -75,7 +77,7 @@ def read_joint_heads(data: Yaml, constants: Sequence[str], at: Place) -> list[Jo
 
 
 def _words(given: dict[str, Yaml]) -> frozenset[str]:
-    # Return the values in a joint's entry that may be the name of the joint in expressions. If a
+    # Return the words in a joint's entry that may be the name of the joint in expressions. If a
     # key is misspelled, the value of any key may be the name.
     return frozenset(
         value.text
@@ -174,8 +176,8 @@ def _warn_of_limits(
             at.warn(f'a stroke to {number(largest * 1e3)} mm: {METRES}', 'wrong-unit')
     elif joint_type == 'revolute':
         turns = largest / (2.0 * math.pi)
-        # Accept limits up to 4 turns in rad, because a wrist may have such limits. A limit between
-        # 1 and 4 turns that is an integer, such as 10, is probably in degrees.
+        # Accept limits up to 4 turns in rad, because a wrist may turn several times. Warn of an
+        # integer between 1 and 4 turns, such as 10, because it is probably in degrees.
         if units.angle == 'rad' and (turns > 4.0 or (turns > 1.0 and largest.is_integer())):
             at.warn(f'limits of {number(turns)} turns: {DEGREES}', 'wrong-unit')
         if units.angle == 'deg' and largest <= math.radians(2.0 * math.pi + 0.01):

@@ -19,8 +19,8 @@ DEFAULT_TOLERANCE = 1e-6
 # Joint positions that exceed a limit by less than this (rad or m) count as inside the limits.
 LIMIT_TOLERANCE = 1e-9
 DECIMALS = re.compile(r'[-+]?\d*\.(\d+)')
-# A number such as 0.45 m or 22.5 deg counts as exact, not rounded, if half of its last digit
-# exceeds this, m or rad.
+# Numbers with few decimals, such as 0.45 m or 22.5 deg, count as exact. A number counts as rounded
+# if half a unit of its last digit is at most this limit, m or rad.
 MAX_ROUNDING = 1e-3
 
 
@@ -35,7 +35,8 @@ def read_known_poses(
     data
         The value of the key `known_poses`; None if the file does not have the key.
     joints
-        The joints without faults. If a joint has a fault, q is not compared with the limits.
+        The joints whose entries have no fault. If a joint has a fault, the reader does not compare
+        q with the limits.
     quantities
         The meaning of the names in expressions.
     """
@@ -83,9 +84,9 @@ def _known_pose(
 
 
 def _half_digit(texts: Sequence[str | None], kind: Kind, units: Units) -> float:
-    # Return half of the last digit of some numbers, in m or rad; 0 if the numbers count as exact.
-    # The last digit is that of the number with most decimals, because other numbers may omit zeros
-    # at the end.
+    # Return the largest rounding error of some numbers, m or rad: half a unit of the last digit,
+    # or 0 if the numbers count as exact. The last digit is that of the number with the most
+    # decimals, because a writer may omit zeros at the end of the other numbers.
     decimals = [found for text in texts if (found := DECIMALS.fullmatch(text or ''))]
     most = max((len(found[1]) for found in decimals), default=0)
     if any(unit_doubt(float(found[0]), kind) for found in decimals):

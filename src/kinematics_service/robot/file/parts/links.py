@@ -18,7 +18,8 @@ from .quantities import LARGEST_USUAL_LENGTH, METRES, MILLIMETRES, Kind, Quantit
 from .schema import ShapeRowEntry, dh_row_entry
 
 MAX_ROWS = 512
-MIN_USUAL_LENGTH = 0.01  # m; a table in mm is probably in m if its lengths add up to less
+# If all lengths of a table in mm add up to less (m), they are probably in m.
+MIN_USUAL_LENGTH = 0.01
 ELEMENTARY = re.compile(r'\s*([RT][xyz])\s*\((.*)\)\s*', re.DOTALL)
 AXES: tuple[Axis, ...] = get_args(Axis)
 
@@ -42,8 +43,9 @@ def read_links(
 
 def likely_convention(data: Yaml) -> Convention:
     """
-    Return a convention that fits the form of the first row in a list. A row is a text, a mapping
-    with shape matrices, or a mapping with named quantities.
+    Return a convention whose rows have the form of the first row in `data`.
+
+    A row is a text, a mapping with shape matrices, or a mapping with named quantities.
     """
     first = data[0] if isinstance(data, list) and data else None
     rows: RowKind = 'quantities'
@@ -56,8 +58,9 @@ def likely_convention(data: Yaml) -> Convention:
 
 def moving_parts(row: Link) -> Iterator[tuple[Kind, str, Expression]]:
     """
-    Yield each motion in a row that may contain joint variables, as its kind (angle or length), its
-    quantity or axis, and its expression.
+    Yield the motions of a table row that may contain joint variables.
+
+    Each motion is a tuple: its kind (angle or length), its quantity or axis, and its expression.
     """
     for k, motion in enumerate(row.motions):
         place = row.names[k] if isinstance(row, DhRow) else motion.axis
@@ -80,7 +83,7 @@ def names_in_rows(rows: Iterable[Link]) -> frozenset[str]:
 
 
 def warn_of_size(rows: Sequence[Link], quantities: Quantities) -> None:
-    """Warn if the sum of all lengths in the rows is implausible in the unit of the file."""
+    """Warn if the sum of all lengths in the table is implausible in the unit of the file."""
     lengths = [length for row in rows for length in _lengths(row)]
     total, at, unit = sum(lengths), quantities.top['links'], quantities.units.length
     if unit == 'm' and total > LARGEST_USUAL_LENGTH and max(lengths) <= LARGEST_USUAL_LENGTH:
@@ -101,7 +104,8 @@ def _lengths(row: Link) -> Iterator[float]:
 
 def check_helical(rows: Sequence[Link], quantities: Quantities) -> None:
     """
-    Report helical joints whose variable occurs only in angles, or only in lengths, of the rows.
+    Report a fault for each helical joint that does not move both an angle and a length of the
+    table.
     """
     places: dict[str, dict[Kind, str]] = {}
     for index, row in enumerate(rows):

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Group the closed loops that must be solved together, because each loop moves the other loops."""
+"""
+Group closed loops whose equations must be solved together, because each loop moves the others.
+"""
 
 from collections.abc import Sequence
 
@@ -17,10 +19,11 @@ def names_in_loop(loop: LoopDescription) -> frozenset[str]:
 
 def loop_groups(loops: Sequence[LoopDescription]) -> tuple[tuple[LoopDescription, ...], ...]:
     """
-    Return the closed loops in groups that are solved together; most groups have one loop.
+    Return the closed loops of an arm in groups. The loops of a group are solved together.
 
-    Loop a needs loop b if a passive joint of b moves a chain of a, directly or through other
-    loops. Two loops are in one group if each needs the other. Groups are in the order of the file.
+    Most groups have one loop. Loop a needs loop b if a passive joint of b moves a chain of a,
+    directly or through other loops. Two loops are in one group if each needs the other. Groups are
+    in the order of the file.
     """
     needed = _needed(loops)
     groups: list[list[int]] = []
@@ -34,8 +37,8 @@ def loop_groups(loops: Sequence[LoopDescription]) -> tuple[tuple[LoopDescription
 
 
 def _needed(loops: Sequence[LoopDescription]) -> list[set[int]]:
-    # Return for each loop the indices of the loops whose passive joints move its chains, directly
-    # or through other loops.
+    # Return, for each loop, the indices of the loops that it needs: loops whose passive joints
+    # move one of its two chains, directly or through other loops.
     owner = {joint.name: k for k, loop in enumerate(loops) for joint in loop.passive}
     needed = [
         {owner[name] for name in names_in_loop(loop) if name in owner} - {k}
@@ -58,12 +61,12 @@ def group_name(group: Sequence[LoopDescription]) -> str:
 
 
 def group_key(name: str) -> str:
-    """Return the name of a group of loops in the form of a key, such as `a_b` for `a + b`."""
+    """Return the name of a group of loops as a key of a message: `a_b` for the group `a + b`."""
     return name.replace(BETWEEN, '_')
 
 
 def closed_together(name: str) -> bool:
-    """Return whether the name of a group of loops consists of several loop names."""
+    """Return whether a group of loops, given by its name, has more than one loop."""
     return BETWEEN in name
 
 

@@ -133,7 +133,7 @@ def read_loops(
     if table is None or len(found) < len(loops) or not at.intact:
         return ()
     if len(quantities.joint_types) - len(quantities.types) < sum(map(len, passive)):
-        return ()  # two joints have the same name; this fault is reported elsewhere
+        return ()  # two joints have the same name, which another function reports as a fault
     called = [loop.name for loop in found]
     _check_effect(found, table, at)
     for k, loop in enumerate(found):
@@ -150,9 +150,9 @@ def read_loops(
 
 
 def _check_effect(loops: Sequence[LoopDescription], table: Sequence[Link], at: Place) -> None:
-    # Report a passive joint that moves no row of its loop. Report a loop that a passive joint of a
-    # later loop moves, unless both loops are in one group. Report a group of loops that moves
-    # neither the table nor a later loop.
+    # Report three faults: a passive joint that moves no row of its loop; a loop that a passive
+    # joint of a later loop moves, unless both loops are in one group; and a group of loops that
+    # moves neither the table nor a later loop.
     places = {loop.name: k for k, loop in enumerate(loops)}
     used = names_in_rows(table)
     for group in reversed(loop_groups(loops)):

@@ -11,8 +11,8 @@ from .... import kernel
 @dataclass(frozen=True)
 class Measure:
     """
-    A measure of singularity. The kernel computes the value, and the field of `Singularity` with
-    the name of the measure has it.
+    A measure of singularity. The kernel computes its value. The value is in the field of
+    `Singularity` that has the name of the measure.
 
     Attributes
     ----------
@@ -27,8 +27,8 @@ class Measure:
     warn, stop
         Default thresholds; None if no default suits every arm.
     least, most
-        A threshold is above `least` and at most `most`. If the value is `most`, the true value
-        may be larger.
+        A valid threshold is above `least` and at most `most`. If the computed value is `most`, the
+        true value may be larger.
     of_square
         Whether the measure exists only for a square J_t. Such a measure may be negative; its
         absolute value is compared with the thresholds.
@@ -88,7 +88,8 @@ class Measure:
 
     def ordered(self, warn: float, stop: float) -> bool:
         """
-        Return whether the measure reaches `warn` before `stop` on the way to a singular pose.
+        Return whether two thresholds are in the right order: `warn` is farther from singular than
+        `stop`.
         """
         return stop < warn if self.small_is_bad else warn < stop
 
@@ -102,7 +103,7 @@ MEASURES = {
             '1 rad',
             kernel.DISTANCE,
             unit='rad',
-            warn=0.1,  # 0.1 rad is about 6 degrees, 0.03 rad about 2
+            warn=0.1,  # 0.1 rad is about 6 degrees; `stop`, 0.03 rad, is about 2 degrees
             stop=0.03,
             most=kernel.FARTHEST,
             long='distance to a singular pose',
@@ -138,7 +139,7 @@ MEASURES = {
             'of the scaled J_t: the largest singular value over the smallest',
             kernel.CONDITION_NUMBER,
             small_is_bad=False,
-            # The defaults of MoveIt Servo: lower_singularity_threshold = 17 and
+            # The default thresholds of MoveIt Servo: lower_singularity_threshold = 17 and
             # hard_stop_singularity_threshold = 30.
             warn=17.0,
             stop=30.0,

@@ -14,11 +14,11 @@ from .quantities import Kind, Quantities
 from .schema import PlacementEntry, PoseEntry
 
 ZEROS = ('0', '0', '0')
-# A rotation matrix is used unchanged if no entry of |R^T R - 1| exceeds this. Matrices of exact
-# expressions such as sqrt(2)/2 are accurate enough.
+# Use a rotation matrix R unchanged if no entry of |R^T R - 1| exceeds this. Matrices of exact
+# expressions such as sqrt(2)/2 are within this tolerance.
 EXACT_ROTATION_TOLERANCE = 1e-12
-# If no entry of |R^T R - 1| exceeds this, R may have been printed with six digits, and the nearest
-# rotation replaces R. Otherwise R is refused.
+# If no entry of |R^T R - 1| exceeds this, replace R by the nearest rotation, because R may have
+# been printed with six digits. Otherwise refuse R.
 PRINTED_ROTATION_TOLERANCE = 1e-6
 
 
@@ -97,7 +97,7 @@ def _rigid(matrix: npt.NDArray[np.float64], at: Place) -> npt.NDArray[np.float64
         at[3].fault('the fourth row of a rigid motion is [0, 0, 0, 1]', 'not-a-motion')
         return None
     R = matrix[:3, :3]
-    # Clip the entries, so that R^T R cannot overflow. The entries of a rotation are at most 1.
+    # The entries of a rotation are at most 1. Clip larger entries, so that R^T R cannot overflow.
     capped = np.clip(R, -1e3, 1e3)
     error = float(np.abs(capped.T @ capped - np.eye(3)).max())
     if error > PRINTED_ROTATION_TOLERANCE:

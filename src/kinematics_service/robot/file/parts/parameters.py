@@ -3,9 +3,10 @@
 """
 List the parameters that a calibration can correct: the numbers of table, base and tool.
 
-The numbers of a Denavit-Hartenberg table cannot describe every small error. If two axes are
-nominally parallel, a small turn of one axis out of the common plane needs a d of kilometres. An
-extra angle about y describes this small turn (Hayati 1983).
+The numbers of a Denavit-Hartenberg table cannot describe every small error. Take two axes that are
+nominally parallel. If one axis turns slightly out of the common plane, the table needs a d of
+kilometres. Therefore the parameters include an extra angle about y, which describes this turn
+(Hayati 1983).
 """
 
 from collections.abc import Iterator, Sequence
@@ -19,7 +20,7 @@ from .description import DhRow, ElementaryMotion, JointDescription, Link, ShapeR
 from .tolerances import EXTRA, GEAR
 
 # Usual standard deviations of the differences between a robot and its datasheet. The calibration
-# divides corrections by these deviations.
+# divides the correction of each parameter by its standard deviation.
 LENGTH = 1e-3  # m
 ANGLE = np.radians(0.2)  # rad
 RATIO = 1e-3  # relative error of a gear ratio
@@ -44,10 +45,10 @@ class ArmParameter:
     name
         `theta2`, `d2`, `a2` and `alpha2` are quantities of row 2 of the table, counted from 1.
         `beta2` is an extra rotation about y beside alpha, `b2` an extra length along y beside a.
-        Other conventions have the axis of the motion, such as `Rz3` or `Tx2`. `gear2` is the
-        relative error of the gear ratio of joint 2. Base and tool have `base.x` to `tool.rz`, and
-        `base2.x` for a second base. `lag` is the delay of the joint positions (s), `backlash` the
-        backlash of every joint (rad).
+        In other conventions the name begins with the axis of the motion, such as `Rz3` or `Tx2`.
+        `gear2` is the relative error of the gear ratio of joint 2. The poses of base and tool have
+        the parameters `base.x` to `tool.rz`, and `base2.x` for a second base. `lag` is the delay
+        of the joint positions (s), `backlash` the backlash of every joint (rad).
     group
         `offsets` (of joint positions), `lengths`, `angles`, `gears`, `base`, `tool`, `lag` or
         `backlash`.
@@ -57,7 +58,8 @@ class ArmParameter:
         The row of the table, or the joint of a gear, counted from 0; -1 for base and tool.
     place
         The quantity of the row to which the correction is added: theta, d, a, alpha, or own (the
-        argument of an elementary motion). For an extra motion its axis, such as Ry.
+        argument of an elementary motion). For an extra correction, `place` is the axis of its
+        motion, such as Ry.
     """
 
     name: str
@@ -85,7 +87,7 @@ class PlacedParameter(NamedTuple):
 
 
 def placed_rows(links: Sequence[Link], convention: str) -> Iterator[list[PlacedParameter]]:
-    """Yield, for each row of a table, the list of its parameters."""
+    """Yield, for each row of a DH table, the list of the calibration parameters in the row."""
     for k, link in enumerate(links):
         if isinstance(link, DhRow):
             yield list(_of_dh_row(k, link, convention))
@@ -117,9 +119,9 @@ def _of_dh_row(k: int, link: DhRow, convention: str) -> Iterator[PlacedParameter
 
 
 def _of_joint(k: int, joint: ElementaryMotion) -> Iterator[PlacedParameter]:
-    # Yield the parameters of a joint: two angles and two lengths of its axis, and the offset of
-    # its position. A prismatic joint has no lengths, because only the direction of its axis has an
-    # effect.
+    # Yield the calibration parameters of a joint: two angles and two lengths that move its axis,
+    # and the offset of its position. A prismatic joint has no such lengths, because only the
+    # direction of its axis has an effect.
     for kind in 'RT' if joint.turns else 'R':
         for axis in AXES.replace(joint.axis[1], ''):
             yield _placed(k, kind + axis, kind + axis, kind + axis, extra=True)
@@ -137,7 +139,7 @@ def gear_parameters(joints: Sequence[JointDescription]) -> list[ArmParameter]:
 
 def end_parameters(end: str, number: int) -> list[ArmParameter]:
     """
-    Return the six parameters of a base or tool.
+    Return the six calibration parameters of the pose of a base or tool.
 
     `number` counts bases or tools from 0: names are `base.x`, then `base2.x`.
     """
@@ -151,7 +153,7 @@ def uncertain_parameters(
     joints: Sequence[JointDescription],
     ends: Sequence[str] = ENDS,
 ) -> dict[str, ArmParameter]:
-    """Return by name all parameters for which a robot file may give a standard deviation."""
+    """Return, by name, all parameters of an arm whose standard deviation a robot file may give."""
     table = [one.parameter for row in placed_rows(links, convention) for one in row]
     placed = [one for end in ends for one in end_parameters(end, 0)]
     return {one.name: one for one in (*table, *placed, *gear_parameters(joints))}

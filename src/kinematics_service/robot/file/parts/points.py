@@ -15,7 +15,7 @@ from .quantities import Quantities
 from .schema import PointEntry
 
 MAX_POINTS = 64
-# The name of a point must be valid in a ROS topic, such as `~/elbow/pose`.
+# Matches the names of points. A name must be valid in a ROS topic, such as `~/elbow/pose`.
 POINT_NAME = re.compile(r'[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*')
 MAX_NAME_LENGTH = 60
 RESERVED_NAMES = {

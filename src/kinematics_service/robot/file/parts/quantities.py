@@ -24,14 +24,15 @@ DEGREES = 'are these degrees? (then: units: {angle: deg})'
 RADIANS = 'are these radians? (then: units: {angle: rad})'
 MILLIMETRES = 'are these millimetres? (then: units: {length: mm})'
 METRES = 'are these metres? (then: units: {length: m})'
-LARGEST_USUAL_LENGTH = 20.0  # m; longer links are probably in mm
+LARGEST_USUAL_LENGTH = 20.0  # m; a longer link is probably given in mm
 # Largest plausible angle (rad): a whole turn, plus the round-off of two decimals.
 LARGEST_USUAL_ANGLE = 2.0 * math.pi + 0.02
 QUARTERS = [k * math.pi / 2.0 for k in range(1, 5)]
-# In a file with degrees, a number this close to pi/2, pi, 3 pi/2 or 2 pi is probably in rad, such
-# as 1.57.
+# In a file with degrees, a number such as 1.57 is probably in rad. This is assumed if its
+# difference from pi/2, pi, 3 pi/2 or 2 pi is below this tolerance.
 QUARTER_TOLERANCE = 0.005
-# Numbers with 2 to 9 decimals may be rounded; numbers with more decimals count as exact.
+# Matches numbers with 2 to 9 decimals, which may be rounded. Numbers with more decimals count as
+# exact.
 DECIMALS = re.compile(r'(?<![\w.])(\d\.(\d{2,9}))(?!\w)')
 
 INFINITE = re.compile(r'[-+]?\.?(inf|Inf|INF)')
@@ -97,10 +98,11 @@ class Quantities:
     types
         The type of each entry in the list of joints; None if the type has a fault.
     unreadable
-        Names whose definition has a fault; an expression with such a name has no value.
+        Names of joints and constants whose definition has a fault. An expression with such a name
+        has no value.
     all_names_known
-        Whether the name of every definition can be read. If not, unknown names in expressions are
-        not reported, because a definition with a fault may define these names.
+        False if the name of a joint or constant cannot be read, because of a fault. In this case
+        unknown names in expressions are not reported, because one of them may be the missing name.
     used
         Names in the expressions read so far.
     strange
@@ -223,8 +225,9 @@ class Quantities:
         return plain_expression(text, known, self.units.angle, scope.wanted)
 
     def _judged(self, text: str, scope: Scope) -> bool:
-        # Return whether an expression can be evaluated. If the definition of a name has a fault or
-        # is unknown, check only the syntax of the expression, and return False.
+        # Return whether all names of an expression are defined without faults, so that the
+        # expression can be evaluated. Otherwise check only the syntax of the expression, and
+        # return False.
         names = names_in(text)
         self.used.update(names)
         strange = names.difference(scope.known, scope.refused, self.unreadable, ('pi',))
@@ -234,8 +237,8 @@ class Quantities:
             hidden |= strange
         if not hidden:
             return True
-        # Accept names whose definition has a fault as variables, because the definition may be the
-        # definition of a joint.
+        # Accept the names in `hidden` as joint variables, because their definitions, which have
+        # faults, may define joints.
         varying = tuple(dict.fromkeys((*scope.variables, *sorted(hidden))))
         refused = {name: why for name, why in scope.refused.items() if name not in hidden}
         check_function(text, replace(scope, variables=varying, refused=refused, wanted=None))
@@ -266,8 +269,8 @@ class Quantities:
         for variable, factor in affine.coefficients:
             own = KIND_OF[self.joint_types[variable]]
             if own != kind:
-                # The coefficient of a helical joint has the unit length per angle (or angle per
-                # length).
+                # In a length, the coefficient of a helical joint's angle is a length per angle. In
+                # an angle, the coefficient of a length is an angle per length.
                 factor = self.units.to_si(factor, kind) / self.units.to_si(1.0, own)
             coefficients.append((variable, factor))
         return Affine(self.units.to_si(affine.constant, kind), tuple(coefficients))
