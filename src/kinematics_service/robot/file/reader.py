@@ -47,8 +47,8 @@ from .text.yaml_document import Yaml, texts_in
 from .translation import MAX_BYTES as MAX_TRANSLATED_BYTES
 from .translation import RobotText, translator_of
 
-# Types of paths that the reader refuses: reading a directory fails, and reading a pipe or a device
-# might never end.
+# Types of paths that are not regular files, with their names in messages. The reader refuses these
+# paths, because reading a directory fails, and reading a pipe or a device might never end.
 KINDS = {
     stat.S_IFDIR: 'a directory',
     stat.S_IFIFO: 'a named pipe',
@@ -92,7 +92,7 @@ def read_robot_file(
 
 def robot_file_text(path: str | os.PathLike[str], base: str = '', tip: str = '') -> str:
     """
-    Return the text of a robot file. If the file is a URDF, translate it to a robot file first.
+    Return the text of a robot file. If the file is a URDF, return its translation to a robot file.
     """
     file = os.fspath(path)
     if translate := translator_of(file):
@@ -116,9 +116,11 @@ def text_of(file: str) -> str:
 
 
 def described(translated: RobotText, file: str, content: bytes) -> RobotDescription:
-    """Return the description of a robot whose file was translated, given the translated text."""
-    # Replace the reader's warnings, because they name lines and keys of the translated text. The
-    # user sees only the original file.
+    """
+    Return the description of a robot from the translated text of another format, such as URDF.
+    """
+    # Replace the warnings of `parse_robot` by those of the translator. The warnings of
+    # `parse_robot` name lines and keys of the translated text, which the user does not see.
     return replace(
         parse_robot(translated.text, file),
         warnings=translated.doubts,
@@ -134,8 +136,8 @@ def _content(file: str) -> bytes:
         kind = KINDS.get(stat.S_IFMT(os.stat(file).st_mode))
         if kind is None:
             with open(file, 'rb') as stream:
-                # Read at most one byte more than the largest accepted size, because a file may be
-                # endless. The caller refuses a file that is too long.
+                # A file may be endless, so read at most one byte more than the largest accepted
+                # size. If this byte exists, the caller refuses the file.
                 return stream.read(most + 1)
         reason, code = f'is {kind}; give the robot file itself', 'not-a-file'
     except FileNotFoundError:
@@ -190,7 +192,8 @@ def parse_robot(text: str, file: str) -> RobotDescription:
         for index, head in enumerate(names.heads)
         if (joint := read_joint(head, top['joints', index], quantities))
     ]
-    # If the convention is missing or unknown, check the rows by a convention that fits their form.
+    # If the convention is missing or unknown, read the rows with a convention that fits their
+    # form. So all faults of the rows are reported.
     convention = CONVENTIONS.get(entry.convention or '') or likely_convention(entry.links)
     links = _links(entry, data, convention, names)
     rows = len(entry.links) if isinstance(entry.links, list) else MAX_ROWS
@@ -208,8 +211,8 @@ def parse_robot(text: str, file: str) -> RobotDescription:
 
     top.report.raise_faults()
     if not (entry.robot and entry.convention and links and base and tool and singularity):
-        # This line never runs, because a missing part has a fault, which is raised above. mypy
-        # needs this check.
+        # This line never runs, because a missing part has a fault, and `raise_faults` above has
+        # raised the error. mypy needs the check.
         refuse(file, 'is incomplete', 'missing-key')
     _remark(entry, names, links)
     return RobotDescription(
@@ -258,7 +261,7 @@ def check_name(name: str | None, at: Place) -> None:
 
 class _FileNames(NamedTuple):
     """
-    The names of joints, passive joints and constants, which expressions of the file may use.
+    The joints, passive joints and constants of a robot file, whose names expressions may use.
 
     Attributes
     ----------
@@ -293,7 +296,7 @@ def _names(entry: RobotEntry, data: dict[str, Yaml], units: Units, top: Place) -
     driven = Quantities(
         *(top, units, values, known, [head.type for head in heads]),
         unreadable=hidden - known.keys() - values.keys(),
-        # If the variable of a joint has a fault, any unknown name in an expression may be the
+        # If the variable of a joint has a fault, an unknown name in an expression may be this
         # variable.
         all_names_known=bool(heads)
         and constants.all_names_known
@@ -329,14 +332,14 @@ def _ends(entry: RobotEntry, quantities: Quantities) -> tuple[Placement | None, 
 
 
 def _check_movement(entry: RobotEntry, names: _FileNames, links: Sequence[Link] | None) -> None:
-    # Report joints that move no row but are not marked `unused: true`. Report joints that are
-    # marked `unused: true` but move a row.
+    # Report each joint that moves no row but is not marked `unused: true`, and each joint that
+    # moves a row but is marked `unused: true`.
     quantities = names.quantities
     joints, known = quantities.top['joints'], quantities.joint_types.keys()
     if links is not None:
         rows = [variables_of(row) for row in links]
     elif quantities.strange or not quantities.all_names_known or not isinstance(entry.links, list):
-        return  # an unknown name may belong to any joint, so no joint is certainly unused
+        return  # an unknown name may be the variable of any joint, so no joint is certainly unused
     else:
         rows = [known_names_in(text, known) for text in texts_in(entry.links)]
     moving = frozenset().union(*rows)

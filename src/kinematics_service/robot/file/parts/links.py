@@ -104,8 +104,7 @@ def _lengths(row: Link) -> Iterator[float]:
 
 def check_helical(rows: Sequence[Link], quantities: Quantities) -> None:
     """
-    Report a fault for each helical joint that does not move both an angle and a length of the
-    table.
+    Report a fault for each helical joint that moves only angles, or only lengths, of the table.
     """
     places: dict[str, dict[Kind, str]] = {}
     for index, row in enumerate(rows):

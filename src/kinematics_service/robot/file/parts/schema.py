@@ -29,7 +29,8 @@ from ..text.yaml_document import Yaml
 from .convention_table import CONVENTIONS, QUANTITIES
 from .measure_table import MEASURES
 
-# Words of textbooks, URDF and other programs, each with the accepted word that an error suggests.
+# Maps from wrong words, as in textbooks, URDF and other programs, to the accepted words that an
+# error suggests.
 CONVENTION_WORDS = {
     word: convention.name for convention in CONVENTIONS.values() for word in convention.also
 }
@@ -50,7 +51,10 @@ POSITIONS = 'joints angles positions'
 
 
 class RobotEntry(Entry):
-    """The keys at the top of a robot file; other entries have the keys of its parts."""
+    """
+    The keys at the top level of a robot file. Other entry classes of this module have the keys of
+    the parts.
+    """
 
     noun = 'a robot file'
     required = ('robot', 'convention', 'joints', 'links')
@@ -96,7 +100,7 @@ class CellEntry(Entry):
 
 
 class UnitsEntry(Entry):
-    """The units of every number in the file."""
+    """The units of the angles and lengths in the file."""
 
     noun = 'units'
 
@@ -127,7 +131,8 @@ class JointEntry(Entry):
 
 
 def _entry_of(noun: str, kinds: Mapping[str, Any], also: Mapping[str, str]) -> type[Entry]:
-    # Return an entry class whose keys depend on the file; all keys are required.
+    # Return an entry class with the keys of `kinds`, which depend on the robot file. All keys are
+    # required.
     class FileEntry(Entry):
         __annotations__ = dict(kinds)
         required = tuple(kinds)
@@ -159,7 +164,7 @@ class ShapeRowEntry(Entry):
 
 
 class PoseEntry(Entry):
-    """A pose given by `xyz` and `rpy`, not by a matrix."""
+    """A constant pose that is given by `xyz` and `rpy`, not by a matrix."""
 
     noun = 'a pose'
     also = POSE_KEYS
@@ -180,7 +185,7 @@ class CellArmEntry(PoseEntry):
 
 
 class PlacementEntry(PoseEntry):
-    """The base or the tool."""
+    """The pose of the base or the tool."""
 
     noun = 'a placement'
     also = {**POSE_KEYS, **called(frame='name link')}
@@ -221,7 +226,7 @@ class LoopEntry(Entry):
 
 
 class PassiveEntry(Entry):
-    """A joint that a loop moves."""
+    """A passive joint: a joint without a motor that a closed loop moves."""
 
     noun = 'a passive joint'
     required = ('name',)
@@ -232,7 +237,7 @@ class PassiveEntry(Entry):
 
 
 class LoopEndEntry(PoseEntry):
-    """The frame in which a second chain begins or ends."""
+    """The frame of the table in which the second chain of a closed loop begins or ends."""
 
     noun = 'an end of a loop'
     also = {**POSE_KEYS, **called(row=ROWS)}
@@ -295,7 +300,7 @@ class SingularityEntry(Entry):
 
 
 class UncertaintyEntry(Entry):
-    """The uncertainty of joints and table, as standard deviations and widths."""
+    """The uncertainty of joints and table: standard deviations, encoder steps and backlash."""
 
     noun = 'uncertainty'
     also = called(
@@ -316,7 +321,10 @@ class UncertaintyEntry(Entry):
 
 
 class FloorEntry(ToleranceEntry):
-    """Standard deviations of position and rotation from causes that have no key of their own."""
+    """
+    Standard deviations of the tool's position and rotation from causes other than joints and
+    table.
+    """
 
     noun = 'a floor'
     also = POSE_KEYS

@@ -18,8 +18,8 @@ ROWS = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 
 def read_singularity(data: Yaml, quantities: Quantities) -> SingularityDescription | None:
     """
-    Read the section `singularity`; missing keys get defaults. Report faults; after a fault return
-    None.
+    Read the section `singularity` of a robot file. Missing keys get default values. Report faults;
+    after a fault return None.
     """
     usual = default_measure(len(quantities.joint_types))
     if data is None:
@@ -33,7 +33,7 @@ def read_singularity(data: Yaml, quantities: Quantities) -> SingularityDescripti
     length = quantities.above_zero(entry.length, 'length', at['length'], usual=True)
     factors = () if entry.factors is None else _factors(entry.factors, at['factors'], quantities)
     if not intact:
-        return None  # do not use defaults in place of values with faults
+        return None  # a default value must not replace a value with a fault
     measure = MEASURES[entry.measure or usual.name]
     thresholds = _thresholds(entry, measure, at, quantities)
     if thresholds is None or not at.intact:
@@ -45,7 +45,7 @@ def read_rows(words: Sequence[str | None], noun: str, at: Place) -> tuple[str, .
     """
     Return the names of Jacobian rows in the order x y z rx ry rz, and report faults.
 
-    `noun` is the word for a row in messages.
+    `noun` is the word that messages use for a row of the Jacobian.
     """
     accepted = f'(accepted: {", ".join(ROWS)})'
     if not words:

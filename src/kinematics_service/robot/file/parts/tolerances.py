@@ -13,8 +13,8 @@ from .quantities import Kind, Quantities
 from .schema import TableToleranceEntry
 
 NAME = re.compile(r'([A-Za-z]+)([1-9][0-9]{0,3})')
-# Names of calibration parameters that are not quantities of table rows: extra corrections, with
-# the elementary motion of each, and gear ratios.
+# Names of calibration parameters that are not quantities of table rows. EXTRA maps the names of
+# extra corrections to elementary motions. GEAR is the name of gear ratios.
 EXTRA = {'beta': 'Ry', 'b': 'Ty'}
 GEAR = 'gear'
 AXES = tuple(f'{kind}{axis}' for kind in 'RT' for axis in 'xyz')
@@ -58,15 +58,19 @@ def read_tolerances(
 
 
 def _axes_of(convention: Convention) -> dict[str, str]:
-    # Return the elementary motion of each word in parameter names, such as Rx for the word `alpha`
-    # in `alpha2`.
+    # Return a map from each word in parameter names to its elementary motion. The word `alpha`, as
+    # in `alpha2`, has the elementary motion Rx.
     if convention.product:
         return {**{quantity: axis for axis, quantity in convention.motions}, **EXTRA}
     return {axis: axis for axis in AXES}
 
 
 def kind_of(name: str, convention: Convention) -> Kind:
-    """Return the kind of a parameter such as `alpha2`: angle, length, or (for a gear) number."""
+    """
+    Return the kind of a calibration parameter such as `alpha2`: `angle`, `length`, or `number`.
+
+    Only gear ratios are of the kind `number`.
+    """
     word = name.rstrip('0123456789')
     if word == GEAR:
         return 'number'

@@ -53,7 +53,7 @@ def read_uncertainty(
     at = quantities.top['uncertainty']
     entry = checked(UncertaintyEntry, data, at)
     if links is None or len(joints) < len(quantities.types):
-        return None  # do not check names of joints and rows if some of these have faults
+        return None  # names of parameters cannot be checked if a joint or a row has a fault
     kinds = [KIND_OF[joint.type] for joint in joints]
     noise, resolution, backlash = (
         _of_joints(getattr(entry, key), kinds, at[key], quantities) for key in OF_POSITIONS
@@ -97,8 +97,8 @@ def _deviation(text: str | None, kind: Kind, at: Place, quantities: Quantities) 
 def _of_joints(
     data: Yaml, kinds: Sequence[Kind], at: Place, quantities: Quantities
 ) -> tuple[float, ...]:
-    # Return a standard deviation or width for each joint, at least 0. The file gives one number
-    # for all joints, or a list; a missing key means zeros.
+    # Return one number for each joint: a standard deviation, an encoder step, or a backlash. The
+    # file gives one number for all joints, or a list. If the key is missing, the numbers are 0.
     if data is None:
         return (0.0,) * len(kinds)
     if not isinstance(data, list):

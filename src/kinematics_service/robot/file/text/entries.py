@@ -23,7 +23,7 @@ WHOLE = re.compile(r'[0-9]{1,6}')
 TRUTH = re.compile(r'true|True|TRUE|false|False|FALSE')
 
 
-# The type of a value in an entry, after the check of the value.
+# The type of the value of a key in an entry, after the value was checked.
 Value: TypeAlias = Yaml | str | int | bool | list[str | None]
 Check = Callable[[Yaml], Any]
 
@@ -52,7 +52,7 @@ def _scalar(value: Yaml, wanted: str) -> ScalarNode:
 
 
 MAX_NAME_LENGTH = 256
-MAX_CITATION_LENGTH = 2000  # characters; a source may have several citations
+MAX_CITATION_LENGTH = 2000  # characters; the key `source` may have several citations
 
 
 def _text(value: Yaml, longest: int) -> str:
@@ -109,7 +109,7 @@ def one_of(*accepted: str, also: Mapping[str, str] | None = None) -> Check:
     """
     Return a function that checks a value, and accepts only the given words.
 
-    `also` maps other words to accepted words, which the error suggests.
+    `also` maps wrong words to the accepted words that the error suggests.
     """
 
     def check(value: Yaml) -> str:
@@ -125,8 +125,9 @@ def one_of(*accepted: str, also: Mapping[str, str] | None = None) -> Check:
 
 def called(**words: str) -> dict[str, str]:
     """
-    Return a mapping from words to keys: `called(a='length l')` maps `length` and `l` to the key
-    `a`.
+    Return a mapping from other words to accepted words.
+
+    `called(a='length l')` maps the words `length` and `l` to the accepted word `a`.
     """
     return {
         other: accepted.rstrip('_')
@@ -147,7 +148,7 @@ def meant_by(
     if also and folded in also:
         return also[folded]
     if len(text) < 3:
-        return None  # a text of one or two letters is similar to many words
+        return None  # too many accepted words are similar to a text of one or two letters
     near = difflib.get_close_matches(text[:60], accepted, n=1)
     return near[0] if near else None
 
@@ -162,8 +163,8 @@ def choice(accepted: tuple[str, ...]) -> str:
     return f' (accepted: {", ".join(accepted)})'
 
 
-# Types of values, each annotated with the function that checks it. A list has a second function,
-# which checks each item.
+# Types of the values of keys. Each type is annotated with the function that checks a value. The
+# type of a list has a second function, which checks each item.
 Word = Annotated[str | None, _word]
 Formula = Annotated[str | None, _formula]
 Citation = Annotated[str | None, _citation]
@@ -178,7 +179,7 @@ Words = Annotated[list[str | None] | None, _listed(None, 'a list of words'), _wo
 
 class Entry:
     """
-    A mapping of the robot file as a frozen object; a subclass annotates an attribute for each key.
+    A mapping of the robot file as a frozen object. Subclasses annotate one attribute for each key.
 
     If a key is a Python keyword, the name of its attribute ends with an underscore.
     """
@@ -187,7 +188,7 @@ class Entry:
     required: ClassVar[tuple[str, ...]] = ()
     also: ClassVar[Mapping[str, str]] = {}  # maps wrong keys to keys that the error suggests
 
-    # for each key, the functions that check the value
+    # maps each key to the functions that check the value of the key
     checks: ClassVar[Mapping[str, tuple[Check, ...]]]
 
     def __init_subclass__(cls) -> None:
@@ -208,7 +209,8 @@ class Entry:
 def _taken(
     checks: Sequence[Check], value: Yaml, place: Path
 ) -> tuple[Any, list[tuple[Path, WrongValue]]]:
-    # Return the checked value, and the place and the reason of each fault in the value.
+    # Apply the functions `checks` to a value. Return the checked value, and the place and the
+    # reason of each fault.
     if not checks:
         return value, []
     whole, *each = checks
@@ -223,8 +225,8 @@ def _taken(
 
 
 def _before_colon(key: str, keys: tuple[str, ...]) -> str | None:
-    # Return the key `a` for a text such as `a:0.4`. YAML reads this text as one key without a
-    # value.
+    # Return the word before the colon if this word is a key: `a` for the text `a:0.4`. Without a
+    # space after the colon, YAML reads the text as one key without a value.
     word, colon, _ = key.partition(':')
     return word if colon and word in keys else None
 
@@ -247,7 +249,8 @@ def checked(kind: type[EntryType], data: Yaml, at: Place) -> EntryType:
         message = f'expected {kind.noun} as a mapping {wanted}, not {shown(data)}{advice}'
         at.fault(message, 'wrong-type')
         return kind({})
-    # Search suggestions only for keys that the message lists, because the search takes time.
+    # The search for a similar key takes time, so do it only for the unknown keys that the message
+    # lists.
     unknown = [key for key in data if key not in checks]
     listed = [] if at.report.full else unknown[:MAX_FAULTS]
     renamed = {key: _before_colon(key, keys) or meant_by(key, keys, kind.also) for key in listed}
@@ -281,7 +284,8 @@ def checked(kind: type[EntryType], data: Yaml, at: Place) -> EntryType:
 
 
 def _named(keys: tuple[str, ...], values: list[Yaml]) -> str:
-    # Return advice for a list where a mapping is expected, such as a row copied from a table.
+    # A mapping is expected, but the value is a list, such as a row copied from a table. Return
+    # advice that pairs the keys with the items of the list.
     texts = [value.text for value in values if isinstance(value, ScalarNode)]
     if not len(keys) == len(values) == len(texts):
         return ''
@@ -311,9 +315,10 @@ def checked_list(data: Yaml, at: Place, noun: str, length: int | None = None) ->
 
 def checked_mapping(data: Yaml, at: Place, noun: str) -> dict[str, Yaml]:
     """
-    Return a mapping whose keys are names that the user chooses.
+    Return a mapping from the robot file whose keys the user chooses, such as the names of
+    constants.
 
-    If the mapping is missing, the result is empty. If the value is not a mapping, the function
+    If the value is missing, the result is empty. If the value is not a mapping, the function
     reports a fault, and the result is empty.
     """
     if data is not None and not isinstance(data, dict):

@@ -18,7 +18,7 @@ from ....errors import ExpressionError
 from ....typography import DEGREE, counted, plain_names
 
 ARGUMENTS_OF = {'sqrt': 1, 'sin': 1, 'cos': 1, 'atan2': 2}
-MAX_CHARACTERS = 400  # formulas in datasheets are shorter
+MAX_CHARACTERS = 400  # longer than every formula in a datasheet
 MAX_DEPTH = 32
 
 TOKEN = re.compile(
@@ -36,7 +36,7 @@ UNITS = ('deg', 'degrees', 'rad', 'mm', 'cm', 'm')
 
 
 class NameRefusal(NamedTuple):
-    """The reason why a name is not accepted, as text, and the code of the fault."""
+    """The reason why an expression may not use a name, as text, and the code of the fault."""
 
     message: str
     code: str
@@ -44,8 +44,9 @@ class NameRefusal(NamedTuple):
 
 WhyNot = Callable[[str], NameRefusal | None]
 
-# This lock allows one thread at a time in ast.parse. Up to Python 3.12, threads that parse at the
-# same time share a depth counter, which can raise SystemError (python/cpython issue 106905).
+# Allows only one thread at a time to call ast.parse. Up to Python 3.12, threads that parse at the
+# same time share a depth counter, so ast.parse can raise SystemError (python/cpython issue
+# 106905).
 _ONE_AT_A_TIME = threading.Lock()
 
 
@@ -77,7 +78,8 @@ def why_no_name(name: str) -> NameRefusal | None:
 
 def names_in(text: str) -> frozenset[str]:
     """
-    Return the names in an expression, without names of functions; the syntax may have faults.
+    Return the names in an expression, except names of functions. The expression may have wrong
+    syntax.
     """
     return frozenset(IDENTIFIER.findall(plain_names(text))).difference(ARGUMENTS_OF)
 
@@ -101,8 +103,8 @@ def syntax_tree(text: str, why_not: WhyNot) -> ast.expr:
     tokens = _tokens(text, why_not)
     _check_names(tokens, why_not)
     _check_order(tokens, text)
-    # Rewrite each number as Python prints a float, because Python's parser refuses 017 and very
-    # long integers.
+    # Write each number as Python prints a float, because Python's parser refuses 017 and very long
+    # integers.
     words = (repr(float(t.text)) if t.kind == 'number' else t.text for t in tokens)
     source = ' '.join(words)
     try:
@@ -137,8 +139,9 @@ Worth = TypeVar('Worth')
 
 def postorder(tree: Tree, parts_of: Callable[[Tree], Sequence[Tree]]) -> Iterator[Tree]:
     """
-    Yield every node of a syntax tree, operands before operators. Trees may be deep, so the
-    function does not use recursion.
+    Yield every node of a syntax tree, operands before operators.
+
+    The function does not use recursion, because trees may be deep.
     """
     stack = [(tree, False)]
     while stack:
@@ -246,7 +249,8 @@ def _check_token(token: Token) -> None:
 
 
 def _check_touching(before: Token, token: Token, text: str, why_not: WhyNot) -> None:
-    # Refuse a number directly before a name or number: 2q1, 0x10, 1_0, 1j or 1.2.3.
+    # Refuse a number if a name or another number follows without a space: 2q1, 0x10, 1_0, 1j or
+    # 1.2.3.
     if before.kind != 'number' or token.kind == 'operator':
         return
     _check_unit(before, token, why_not)

@@ -15,8 +15,8 @@ from ....errors import ExpressionError
 from .entries import did_you_mean, meant_by
 from .expression_syntax import ARGUMENTS_OF, NameRefusal, evaluated, names_in, short, syntax_tree
 
-# Patterns for suggestions in messages: usual names of joint variables, the number at the end of a
-# name, and `pi2`, which may mean pi/2.
+# Patterns that find suggestions for unknown names: usual names of joint variables, the number at
+# the end of a name, and names such as `pi2`, which may mean pi/2.
 JOINT = re.compile('(?:theta|th|t|phi|q|d|s|joint|j)_?([0-9]+)', re.IGNORECASE)
 END = re.compile('[0-9]+$')
 PART_OF_PI = re.compile('pi([1-9])')
@@ -47,7 +47,10 @@ class Affine:
 
 @dataclass(frozen=True)
 class Expression:
-    """An expression of the robot file as text, and its value in rad or m."""
+    """
+    An expression of the robot file: its text, and its value as an affine function of q, in rad or
+    m.
+    """
 
     text: str
     affine: Affine
@@ -67,7 +70,7 @@ class Scope:
     variables
         Accepted joint variables, in the order of the joints.
     refused
-        Names that the file defines but the expression may not use, with the reason.
+        Names that the file defines but the expression may not use, each with the reason.
     wanted
         1 for an angle, 0 for a length or a ratio, None if both are accepted.
     """
@@ -85,9 +88,9 @@ class Scope:
         return (*pi, *self.constants, *self.variables)
 
     def why_not(self, name: str) -> NameRefusal | None:
-        """Return why an expression may not use a name; None if the name is allowed."""
+        """Return the reason why an expression may not use a name; None if the name is allowed."""
         if name in self.known or name == 'pi':
-            return None  # in a file with degrees, `parse_affine` refuses pi
+            return None  # here `pi` is allowed; in a file with degrees, `_value` refuses it
         hint = did_you_mean(self._meant(name))
         if not hint and self.variables and JOINT.fullmatch(name):
             hint = '; add a joint of that name to joints, or take a known one'
@@ -99,8 +102,9 @@ class Scope:
         return self.refused.get(name) or NameRefusal(message, 'unknown-name')
 
     def _meant(self, name: str) -> str | None:
-        # Return a suggestion for an unknown name: pi/2 for `pi2`, a function without parentheses,
-        # the right name of a joint, or a known name with other letter case.
+        # Return a suggestion for an unknown name: pi/2 for `pi2`, a known name in the parentheses
+        # of a function for `sinq1`, the right name of a joint, or a known name with other letter
+        # case.
         if (part := PART_OF_PI.fullmatch(name)) and self.angle_unit == 'rad':
             return f'pi/{part[1]}'
         for function in ARGUMENTS_OF:
@@ -134,7 +138,7 @@ def parse_affine(text: str, scope: Scope) -> Affine:
         or is not finite. The message has the reason.
     """
     value = _value(text, scope, must_be_linear=True)
-    assert value is not None  # None would mean a nonlinear expression
+    assert value is not None  # `_value` returns None only for nonlinear expressions
     return value
 
 
@@ -173,8 +177,8 @@ def _value(text: str, scope: Scope, must_be_linear: bool) -> Affine | None:
 
 
 def _advice_on_pi(text: str, scope: Scope) -> str:
-    # Return the end of a message about `pi` in a file with degrees, in which pi as an angle is
-    # 180, but pi as a number is 3.14. If the expression is linear in pi and joints only, pi is an
+    # Return a message about `pi` in a file with degrees. There pi as an angle is 180, but pi as a
+    # number is 3.14. If the expression contains only pi and joints, and both linearly, pi is an
     # angle, and the message has the corrected expression.
     undecided = (
         "'pi' is not accepted in a file with 'angle: deg': an angle of pi is 180 here, the number "
@@ -231,7 +235,8 @@ def _quotient(one: Affine, other: Affine) -> Affine:
     if other.constant == 0.0:
         raise ExpressionError('division by zero', code='division-by-zero')
     divisor = other.constant
-    # Divide each factor by the divisor. A product with the reciprocal would be rounded twice.
+    # Divide each factor by the divisor itself, because a product with its reciprocal would be
+    # rounded twice.
     coefficients = tuple((name, value / divisor) for name, value in one.coefficients)
     return Affine(one.constant / divisor, coefficients)
 
@@ -273,5 +278,5 @@ def _finite(value: Affine, scope: Scope) -> Affine:
         raise ExpressionError('the result is too large: not a finite number', code='not-finite')
     order = {name: index for index, name in enumerate(scope.variables)}
     kept = ((name, c) for name, c in value.coefficients if c != 0.0)
-    # The sum with 0.0 changes -0.0 to 0.0.
+    # Add 0.0 to the constant, so that -0.0 becomes 0.0.
     return Affine(value.constant + 0.0, tuple(sorted(kept, key=lambda pair: order[pair[0]])))

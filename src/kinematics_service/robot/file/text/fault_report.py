@@ -8,11 +8,11 @@ from ....errors import Fault, RobotFileError
 from .expression_syntax import IDENTIFIER
 from .yaml_document import Document, Path, ScalarNode, Yaml
 
-MAX_FAULTS = 100  # limits the reading time and the length of the message for a hostile file
+MAX_FAULTS = 100  # more faults would make the message long and the reading of a hostile file slow
 
 
 def dotted(path: Path) -> str:
-    """Return the path of a value as messages show it: `links[2].alpha`."""
+    """Return the keys and indices of a value in the file as one text, such as `links[2].alpha`."""
     text = ''
     for step in path:
         if isinstance(step, int):
@@ -83,7 +83,8 @@ class Place:
 
     def fault(self, message: str, code: str) -> None:
         """Report a fault at this place."""
-        # Use line 0 if the list of faults is full, because the search for a line takes time.
+        # If the list of faults is full, use line 0, because this fault is only counted and the
+        # search for a line takes time.
         self.report.add(self.path, 0 if self.report.full else self.line, message, code)
 
     def warn(self, message: str, code: str) -> None:

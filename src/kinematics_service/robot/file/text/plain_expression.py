@@ -51,7 +51,10 @@ def plain_expression(
 
 
 def known_names_in(text: str, known: Collection[str]) -> frozenset[str]:
-    """Return the names in an expression, spelled as in `known`."""
+    """
+    Return the names in an expression. A name that differs from a known name only by underscores is
+    spelled like the known name.
+    """
     return names_in(_with_known_names(plain_names(text), known))
 
 
@@ -65,7 +68,7 @@ def _with_known_names(text: str, known: Collection[str]) -> str:
 
 
 def _in_a_function(before: str) -> bool:
-    # Return whether the text ends inside the parentheses of a sine or cosine.
+    # Return whether the text `before` ends inside the parentheses of a sine or cosine.
     closed = 0
     for found in reversed(list(OPENED_OR_CLOSED.finditer(before))):
         if found[0] == ')':
@@ -85,6 +88,6 @@ def _without_sign(found: re.Match[str], angle_unit: str) -> str:
     times = '' if share.numerator == 1 else f'{share.numerator}*'
     if not share:
         return '0'
-    # After `/`, write parentheses around the angle: 1/90° becomes 1/(pi/2).
+    # If the angle comes after `/`, write parentheses around it: 1/90° becomes 1/(pi/2).
     divides = found.string[: found.start()].rstrip('+- \t\n').endswith('/')
     return f'({times}pi{over})' if divides else f'{times}pi{over}'

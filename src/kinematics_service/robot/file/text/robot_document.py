@@ -17,7 +17,7 @@ from .yaml_reader import MappingStart, Scalar, SequenceStart, YamlError, YamlRea
 
 MAX_BYTES = 256 * 1024
 MAX_DEPTH = 16
-MAX_NODES = 20_000  # a file with 128 joints and 512 rows has half as many values
+MAX_NODES = 20_000  # twice the number of values in a file with 128 joints and 512 rows
 
 
 def read_document(text: str, file: str) -> Document:

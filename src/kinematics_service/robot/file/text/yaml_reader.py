@@ -14,23 +14,23 @@ import yaml
 from .fault_report import quoted
 from .yaml_document import ScalarNode
 
-MAX_REASON_LENGTH = 200  # largest number of characters of the reason in a message of the parser
-# If a text with a syntax error has at most this length (characters), it is parsed again for a
-# better message.
+MAX_REASON_LENGTH = 200  # characters; longer reasons of the YAML parser are cut in messages
+# A text with a syntax error is parsed a second time for a better message if it has at most this
+# number of characters.
 MAX_EXPLAINED_LENGTH = 256 * 1024
-# Matches refused characters: those that YAML does not accept, and three characters that end a line
-# only in YAML 1.1. These three would make line numbers ambiguous.
+# Matches the characters that the reader refuses. YAML does not accept most of these characters.
+# Three others end a line only in YAML 1.1, and would make line numbers ambiguous.
 UNACCEPTED = re.compile(
     '[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]'
 )
-# Use libyaml if PyYAML has it: PyYAML's own parser returns equal events, but takes 20 times as
-# long.
+# Use the parser libyaml if PyYAML has it, because PyYAML's own parser takes 20 times as long. Both
+# parsers return equal events.
 LOADER: type[yaml.SafeLoader] = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 Scalar: TypeAlias = yaml.ScalarEvent
 SequenceStart: TypeAlias = yaml.SequenceStartEvent
 MappingStart: TypeAlias = yaml.MappingStartEvent
-Read = TypeVar('Read')  # the type of the values that a reader builds
-# PyYAML raises these errors, not a YAMLError, for some escapes such as \UFFFFFFFF.
+Read = TypeVar('Read')  # the type of the values that a subclass of YamlReader builds
+# For some escapes, such as \UFFFFFFFF, PyYAML raises these errors and not a YAMLError.
 MALFORMED = (ValueError, OverflowError)
 
 
@@ -115,8 +115,8 @@ class YamlReader(Generic[Read]):
 
     def _explained(self, error: yaml.MarkedYAMLError, text: str) -> tuple[int, str]:
         # Return the line and the reason of a syntax error. libyaml names only the expected
-        # element, and at the end of a text may count a line too many. So parse again with PyYAML's
-        # own parser, which also names the element that it found.
+        # element, and at the end of a text its line may be too large by one. So parse the text
+        # again with PyYAML's own parser, which also names the element that it found.
         depth = 0
         try:
             for event in yaml.parse(
@@ -124,7 +124,7 @@ class YamlReader(Generic[Read]):
             ):
                 depth += isinstance(event, yaml.CollectionStartEvent)
                 depth -= isinstance(event, yaml.CollectionEndEvent)
-                # Do not parse a deep text again, because this takes minutes.
+                # Stop at a deeply nested text, because PyYAML's own parser needs minutes for it.
                 if depth > self._deepest:
                     raise self._too_deep(event) from None
         except yaml.MarkedYAMLError as other:
@@ -159,7 +159,8 @@ class YamlReader(Generic[Read]):
             alias = quoted('*' + event.anchor)
             raise _refusal(event, f'aliases are not accepted: {alias}', 'unsupported')
         elif kind is yaml.DocumentStartEvent:
-            line = event.end_mark.line + 1  # the first line after the document's directives
+            # The line after the directives (%YAML, %TAG) of the document.
+            line = event.end_mark.line + 1
             if self._second and self._documents:
                 raise YamlError(line, self._second, 'too-many')
             if event.version or event.tags:

@@ -13,7 +13,7 @@ from ..parts.description import AngleUnit
 from ..parts.quantities import Units
 
 MAX_JOINTS = 12
-CELL_WIDTH = 6  # characters; width of a number in the table
+CELL_WIDTH = 6  # width of a number in the written table, characters
 
 
 class _Link(NamedTuple):
@@ -115,7 +115,8 @@ PI: dict[AngleUnit, str] = {'rad': ', pi', 'deg': ''}
 def _links(dof: int) -> tuple[_Link, ...]:
     if dof in SMALL:
         return SMALL[dof]
-    # For more than six joints, alternate axes along the arm and axes perpendicular to the arm.
+    # The arm has more than six joints: alternate axes along the arm and axes perpendicular to the
+    # arm.
     arm = [_Link(0, 1 if i % 4 else -1, 0.3 if i % 2 == 0 else 0) for i in range(dof - 1)]
     return (*arm, _Link(0, 0, 0.1))
 
@@ -142,8 +143,8 @@ def _angle(quarters: int, units: Units) -> str:
 
 
 def _quantities(links: Sequence[_Link], convention: Convention, units: Units) -> Iterator[str]:
-    # Yield the rows of a table with named quantities. In a convention such as Craig's, a and alpha
-    # come before the joint. So a and alpha of a link are written in the next row.
+    # Yield the rows of a table with named quantities. In Craig's convention, a and alpha come
+    # before the joint, so write a and alpha of a link in the next row.
     late = bool(convention.before_joint)
     before = _Link(0, 0, 0)
     for i, link in enumerate(links, 1):
@@ -197,8 +198,8 @@ WRITERS: dict[RowKind, Callable[[Sequence[_Link], Convention, Units], Iterator[s
 
 
 def _known_pose(links: Sequence[_Link], units: Units) -> str:
-    # Return the known pose for q = 0. At q = 0 each frame is rotated about x by a multiple of 90
-    # degrees.
+    # Return the entry for `known_poses`: the pose of the tool at q = 0. At q = 0 each frame is
+    # rotated about x by a multiple of 90 degrees.
     x = y = z = 0.0
     quarters = 0
     for link in links:

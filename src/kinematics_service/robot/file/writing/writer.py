@@ -29,7 +29,7 @@ def with_factors(text: str, factors: Mapping[str, str]) -> str:
     factors
         Expressions by name, in the file's units.
     """
-    if text.startswith(BOM):  # remove the BOM, because libyaml does not count it as a character
+    if text.startswith(BOM):  # libyaml does not count the BOM as a character
         return BOM + with_factors(text.removeprefix(BOM), factors)
     root = yaml.compose(text, Loader=LOADER)
     assert isinstance(root, MappingNode)  # the root of a valid robot file is a mapping
@@ -55,15 +55,16 @@ def with_factors(text: str, factors: Mapping[str, str]) -> str:
 
 def entry_of(mapping: MappingNode, name: str) -> tuple[Node, Node] | None:
     """
-    Return key and value of the entry `name` of a YAML mapping, or None without such an entry.
+    Return key and value of the entry `name` of a YAML mapping; None if the mapping has no such
+    entry.
     """
     return next((pair for pair in mapping.value if pair[0].value == name), None)
 
 
 def last_line(node: Node) -> int:
     """Return the last line of a YAML node, counted from 0."""
-    # Use the last inner node of a block, because the block's own end mark is behind the comments
-    # and blank lines after the block.
+    # Use the last inner node of a block, because the end mark of the block comes after the
+    # comments and blank lines that follow the block.
     if isinstance(node, MappingNode) and not node.flow_style and node.value:
         return last_line(node.value[-1][1])
     if isinstance(node.value, list) and not node.flow_style and node.value:
@@ -73,8 +74,8 @@ def last_line(node: Node) -> int:
 
 def written_entries(text: str, value: Node, without: Sequence[str]) -> dict[str, str]:
     """
-    Return the text of each entry of a YAML mapping by key, except keys in `without`. The result is
-    empty if the node is not a mapping.
+    Return a dictionary from each key of a YAML mapping to the text of its entry in the file,
+    except the keys in `without`. The result is empty if the node is not a mapping.
     """
     return {
         key.value: text[key.start_mark.index : item.end_mark.index].rstrip()
@@ -84,8 +85,8 @@ def written_entries(text: str, value: Node, without: Sequence[str]) -> dict[str,
 
 
 def _comments(lines: list[str]) -> dict[str, str]:
-    # Return the comments at the ends of lines, by the name of the factor in the line. The comment
-    # in the line of the key `factors` has the name ''.
+    # Return the comments at the ends of lines by the name of the factor in the line. The name is
+    # empty for the line of the key `factors`.
     found = {}
     for line in lines:
         comment = re.search(r'\s+#.*$', line.rstrip('\n'))
