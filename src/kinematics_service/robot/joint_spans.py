@@ -11,15 +11,16 @@ from ..kernel import Chain, Floats
 from .clearance_bounds import moving_joints
 from .task import Task
 
-MAX_TURNS = 4  # largest number of turns that is tried as the period of a joint
+MAX_TURNS = 4  # largest tried period of a joint, in turns
 
 
 def joint_spans(chain: Chain, task: Task, limits: Floats) -> Floats:
     """
-    Return begin, length and period of the range in which each joint is sampled, (n, 3), rad.
+    Return, for each joint, the range in which it is sampled: begin, length and period, (n, 3),
+    rad.
 
-    The range of a joint with a period is one period. The range of a joint without a period goes
-    `kernel.FARTHEST` beyond the joint limits, or is one turn if the joint has no limits; its
+    If a joint has a period, its range is one period. If a joint has no period, its range goes
+    `kernel.FARTHEST` beyond the joint limits, or is one turn if the joint has no limits. Then the
     period is infinite. For an arm with closed loops, the range ends at the limits, because the
     loops may not close beyond the limits. The length is 0 if the joint never changes the rank of
     J_t. Positions of prismatic joints are divided by the characteristic length.
@@ -45,7 +46,7 @@ def joint_spans(chain: Chain, task: Task, limits: Floats) -> Floats:
 
 def _period(chain: Chain, j: int) -> float:
     # Return the period of joint j in rad: the smallest number of whole turns after which all links
-    # have their poses again. Return infinity if MAX_TURNS turns are not enough.
+    # of the arm have their first poses again. Return infinity if the number is above MAX_TURNS.
     moved = chain.table.joint == j
     if np.any(chain.table.by_d[moved] != 0.0):
         return math.inf

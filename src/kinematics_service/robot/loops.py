@@ -31,10 +31,10 @@ from .file.parts.loop_groups import loop_groups, names_in_loop, passive_of
 from .file.parts.singularity import ROWS
 from .file.reader import refuse
 
-# Components of a rotation vector or a translation up to this, rad or m, count as zero.
+# Rotations (rad) and translations (m) up to this number count as zero.
 ROTATION_TOLERANCE = 1e-9
-# Step of a passive joint, rad or m, for the test whether the joint changes a component of the pose
-# (a row) of a loop.
+# Step, rad or m, by which the test in `_idle_rows` moves a passive joint to see which components
+# of the pose change.
 JOINT_STEP = 0.1
 
 
@@ -44,7 +44,10 @@ def passive_names(description: RobotDescription) -> frozenset[str]:
 
 
 def opened(description: RobotDescription) -> RobotDescription:
-    """Return an arm without its closed loops: the passive joints become joints without limits."""
+    """
+    Return an arm without its closed loops. The passive joints become actuated joints without
+    limits.
+    """
     passive = tuple(
         JointDescription(joint.name, joint.name, joint.type, -np.inf, np.inf, np.inf)
         for joint in passive_of(description.loops)
@@ -76,7 +79,7 @@ def moving_variables(description: RobotDescription, links: Sequence[Link]) -> fr
 def chain_of(
     description: RobotDescription, closure: Closure | None, point: PointDescription | None = None
 ) -> Chain:
-    """Return the kernel's chain from the base of an arm to its tool, or to the point `point`."""
+    """Return the kernel's chain of an arm from the base to the tool, or to the point `point`."""
     rows, end = table_rows(description), description.tool.motion
     if point is not None:
         rows, end = rows[: point.row], point.motion
@@ -123,7 +126,8 @@ def _grouped(
     size: float,
     units: Floats,
 ) -> LoopGroup:
-    # Return the first group of loops, which refers to the next group, as the kernel needs it.
+    # Return the closed loops as the kernel needs them: a linked list of groups. Each group refers
+    # to the next group, and the result is the first group.
     before = list(chains)
     first, following = dof + sum(len(passive_of(group)) for group in groups), None
     for group in reversed(groups):
@@ -142,8 +146,8 @@ def _grouped(
 def _chains(
     description: RobotDescription, loop: LoopDescription, variables: Sequence[str]
 ) -> tuple[Chain, Chain]:
-    # Return the two chains of a loop: one with rows of the table, one with the loop's own rows.
-    # Both chains begin in the frame where the loop leaves the table.
+    # Return the two chains of a closed loop: the chain of table rows, and the chain of the rows in
+    # the loop's own list. Both chains begin in the frame where the loop leaves the table.
     convention, here = description.convention, np.eye(4)
     there = [row_of(link, convention) for link in loop.there]
     back = [row_of(link, convention) for link in loop.links]
@@ -178,8 +182,8 @@ def _units(
 def _turns(
     description: RobotDescription, chains: Sequence[tuple[Chain, Chain]]
 ) -> kernel.Integers:
-    # Return for each joint 1 if the joint has no limits and its whole turn leaves every loop
-    # unchanged, else 0.
+    # Return 1 for each joint that has no limits and whose full turn leaves every closed loop
+    # unchanged, and 0 for the other joints.
     turns = np.zeros(len(description.joints), dtype=np.int64)
     tables = [chain.table for pair in chains for chain in pair]
     for j, joint in enumerate(description.joints):
@@ -190,8 +194,8 @@ def _turns(
 
 
 def _gap(pair: tuple[Chain, Chain], x: Floats) -> Floats:
-    # Return the gap between the ends of the two chains, (6,): translation, m, and rotation as axis
-    # times sine. The axes are those of the frame where both chains begin.
+    # Return the difference between the ends of a loop's two chains, (6,): translation, m, and
+    # rotation as axis times sine. The axes are those of the frame in which both chains begin.
     (there,), (back,) = (poses_and_jacobians(chain, x[None])[0] for chain in pair)
     return gap_between(there, back)
 
@@ -258,9 +262,9 @@ def _gap_in_words(loop: LoopDescription, pair: tuple[Chain, Chain], x: Floats) -
 def _idle_rows(
     loop: LoopDescription, pair: tuple[Chain, Chain], passive: kernel.Integers, x: Floats
 ) -> list[str]:
-    # Return the rows (components of the pose, such as x) of the loop that no passive joint moves.
-    # `passive` has the indices of the passive joints in the loop's group. Test at a position away
-    # from x, because at x the loop equations may be singular.
+    # Return the components of the pose (such as x) that the loop must close but no passive joint
+    # moves. `passive` has the indices of the passive joints in the loop's group. Test at a
+    # position away from x, because at x the loop equations may be singular.
     away = np.array(x)
     away[passive] += JOINT_STEP * (1.0 + np.arange(len(passive)))
     moved = np.zeros(len(ROWS))
@@ -274,8 +278,9 @@ def _idle_rows(
 def _check_rest(
     description: RobotDescription, loop: LoopDescription, pair: tuple[Chain, Chain], x: Floats
 ) -> None:
-    # If the loop has one or two of the rows rx, ry, rz, require that the rotations about the other
-    # axes are zero. Otherwise the first-order steps of the solver do not close the loop.
+    # A loop may close only one or two of the rotations rx, ry, rz. In this case require that the
+    # ends of its chains do not differ in the other rotations. Otherwise the first-order steps of
+    # the solver do not close the loop.
     named = [row for row in loop.rows if row in ROWS[3:]]
     if len(named) in (0, 3):
         return

@@ -10,7 +10,7 @@ from .. import kernel
 
 class MeasurePlaces(NamedTuple):
     """
-    The column indices of the quantities that `kernel.measure` writes into one row per pose.
+    The column indices of the quantities that `kernel.measure` writes. Each pose has one row.
 
     Attributes
     ----------
@@ -19,7 +19,8 @@ class MeasurePlaces(NamedTuple):
         motion of this null direction, the joint motion away from the nearest singular pose, and
         the singular values.
     judged
-        The column of kernel.WATCHED, followed by the columns up to kernel.FIRST_ORDER.
+        First column of the kernel.JUDGED numbers, whose order is kernel.WATCHED to
+        kernel.FIRST_ORDER.
     distances, results
         First column of the distances to zeros of the factors, and first column of the values and
         gradients of the factors.
@@ -42,7 +43,7 @@ class MeasurePlaces(NamedTuple):
 
 def measure_places(dof: int, rows: int, factors: int = 0) -> MeasurePlaces:
     """
-    Return the column indices for an arm, given the numbers of its joints, task rows and factors.
+    Return the column indices for an arm with `dof` joints, `rows` task rows and `factors` factors.
     """
     widths = (6, dof, dof, min(dof, rows), kernel.JUDGED, factors, factors * (1 + dof), dof)
     return MeasurePlaces(*accumulate(widths, initial=kernel.LOST_AT))

@@ -8,7 +8,7 @@ from .robot import Robot
 
 def measure_units(robot: Robot) -> dict[str, str]:
     """
-    Return the unit of each measure in plain letters, such as `m^3`; empty for the unit 1.
+    Return the unit of each measure of singularity as text, such as `m^3`; empty for the unit 1.
 
     The determinant and the manipulability have the unit `mixed` if J_t is not square and its
     minors have different units.
@@ -23,8 +23,8 @@ def measure_units(robot: Robot) -> dict[str, str]:
 
 def _volume_power(robot: Robot) -> int | None:
     # Return k if the product of the singular values of the unscaled J_t has the unit m^k. Each
-    # linear row of J_t adds 1 to k, and each column of a sliding joint subtracts 1. Return None if
-    # J_t is not square and its minors have different units.
+    # linear row of J_t adds 1 to k. Each column of a sliding joint subtracts 1. Return None if J_t
+    # is not square and its minors have different units.
     rows, n = robot.singularity.task.rows, robot.dof
     linear = sum(row in ('x', 'y', 'z') for row in rows)
     slides = int(robot.prismatic.sum())

@@ -15,7 +15,9 @@ from .task import Task
 
 
 class Level(enum.IntEnum):
-    """The level of a measured value; the numbers are those of diagnostic_msgs/DiagnosticStatus."""
+    """
+    The level of a measure of singularity, with the numbers of diagnostic_msgs/DiagnosticStatus.
+    """
 
     OK = 0
     WARN = 1
@@ -24,14 +26,15 @@ class Level(enum.IntEnum):
 
 
 # Hysteresis: WARN or ERROR ends only if the measure is better than the threshold by this factor.
-# So noise near the threshold causes one warning, not many.
+# Without hysteresis, noise near the threshold would cause many warnings.
 HYSTERESIS = 1.5
 
 
 @dataclass(frozen=True)
 class Thresholds:
     """
-    The measure that is compared, and its values at which WARN (`warn`) and ERROR (`stop`) begin.
+    The name of the measure that the node watches, and the values of the measure at which WARN
+    (`warn`) and ERROR (`stop`) begin.
     """
 
     measure: str
@@ -40,10 +43,11 @@ class Thresholds:
 
     def bounds_after(self, previous: Level = Level.OK) -> tuple[float, float]:
         """
-        Return the values of the measure at which WARN and ERROR begin, given the previous level.
+        Return the values of the measure at which WARN and ERROR begin after the level `previous`.
 
-        Both values are less than the largest value of the measure (1 rad for `distance`), so that
-        the largest value is always OK.
+        After WARN or ERROR, the thresholds include the hysteresis. Both values are less than the
+        largest value of the measure (1 rad for `distance`), so that the largest value is always
+        OK.
         """
         measure = MEASURES[self.measure]
         factor = HYSTERESIS if measure.small_is_bad else 1.0 / HYSTERESIS
@@ -58,8 +62,8 @@ class Thresholds:
         """
         Return the level of a value of the measure (|det| for the determinant).
 
-        After a `previous` WARN or ERROR, the thresholds are stricter by the factor HYSTERESIS. NaN
-        is ERROR.
+        If the level `previous` is WARN or ERROR, the thresholds are stricter by the factor
+        HYSTERESIS. The level of NaN is ERROR.
         """
         small_is_bad = MEASURES[self.measure].small_is_bad
         warn, stop = self.bounds_after(previous)
@@ -74,7 +78,7 @@ def thresholds_for(
     task: Task, measure: str = '', warn: float | None = None, stop: float | None = None
 ) -> Thresholds:
     """
-    Return the thresholds for an arm's task, and check them; omitted arguments get default values.
+    Return the thresholds of a measure for an arm's task. Omitted arguments get default values.
 
     Raises
     ------
@@ -123,7 +127,8 @@ def thresholds_for(
 
 def why_unsearched(joints: int, farthest: float = 0.0) -> str:
     """
-    Return why the kernel cannot compute the distance to a singular pose of an arm, or ''.
+    Return the reason, as text, why the kernel cannot search for singular poses of an arm; '' if
+    the kernel can.
 
     Parameters
     ----------

@@ -54,7 +54,10 @@ class Point:
 
     @cached_property
     def first_entries(self) -> Integers:
-        """Return, for each entry (variable) of the chain, the first entry of the same screw."""
+        """
+        Return, for each entry of the chain, the index of the first entry that moves the same
+        screw.
+        """
         return first_entries(self.chain)
 
 
@@ -112,7 +115,8 @@ def with_tool(
     description: RobotDescription, xyz: Sequence[float] | None, rpy: Sequence[float] | None
 ) -> RobotDescription:
     """
-    Return an arm with another tool; the known poses, which belong to the old tool, are left out.
+    Return an arm with another tool. The result has no known poses, because those are poses of the
+    old tool.
 
     Parameters
     ----------
@@ -124,7 +128,7 @@ def with_tool(
     """
     tool = description.tool
     matrix, texts = tool.motion.matrix.copy(), tool.motion.texts
-    written = len(texts) == 6  # the file gives xyz and rpy, not a matrix
+    written = len(texts) == 6  # true if the file gives xyz and rpy, not a matrix
     if xyz is not None:
         matrix[:3, 3] = xyz
     if rpy is not None:
@@ -140,7 +144,10 @@ def with_tool(
 
 
 def moved_base(description: RobotDescription, motion: Floats, frame: str) -> RobotDescription:
-    """Return an arm whose base frame is at the pose `motion`, (4, 4), m, in the frame `frame`."""
+    """
+    Return an arm whose base is given in another frame, named `frame`. `motion`, (4, 4), m, is the
+    pose of the old base frame in this frame.
+    """
     matrix = motion @ description.base.motion.matrix
     place, turn = _texts(matrix[:3, 3], description.metres), exact_rpy(matrix[:3, :3])
     texts = (*place, *_texts(turn, description.radians))
@@ -154,8 +161,8 @@ def _texts(numbers: npt.ArrayLike, unit: float) -> tuple[str, ...]:
 
 
 def _moved(motion: RigidMotion, place: Floats, unit: float) -> RigidMotion:
-    # Move the origin of a frame to `place`, (3,), m, in the frame's own axes. In the texts of the
-    # motion, xyz change and rpy stay.
+    # Move the origin of a frame to `place`, (3,), m, in the frame's own axes. The new motion has
+    # new texts for xyz; its texts for rpy stay.
     matrix = motion.matrix.copy()
     matrix[:3, 3] += matrix[:3, :3] @ place
     return RigidMotion(matrix, (*_texts(matrix[:3, 3], unit), *motion.texts[3:]))
@@ -165,7 +172,7 @@ def ending_at(
     description: RobotDescription, of: str | int, at: npt.ArrayLike | None = None
 ) -> RobotDescription:
     """
-    Return an arm that ends at a point: the point is its tool.
+    Return an arm that ends at a point of the given arm: this point is the tool of the result.
 
     `at`, shape (3,), m, moves the origin of the tool in the frame of the point. The name of the
     result consists of the names of arm and point, such as `puma560_elbow`. The sections

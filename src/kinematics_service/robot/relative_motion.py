@@ -33,19 +33,18 @@ from .file.parts.links import names_in_rows
 from .file.reader import refuse
 from .file.text.expressions import Affine, Expression
 
-# Two axes count as one axis up to this distance, relative to the sum of the chain's lengths. The
-# tolerance is above 0, because a joint that both arms have is in the chain twice, with different
-# round-off.
+# Two axes count as one axis if their distance, relative to the sum of the chain's lengths, is at
+# most this tolerance. A joint that both arms have is in the chain twice, with different round-off,
+# so the tolerance is above 0.
 AXIS_TOLERANCE = 1e-12
-# Entries of a matrix below this (rotation, or m) are round-off and are set to zero.
+# Set entries of a matrix (rotation, or m) below this to zero, because they are round-off.
 ZERO_TOLERANCE = 1e-15
 SCREW_AXES: tuple[Axis, Axis] = ('Rz', 'Tz')
 
 
 class _JointChain(NamedTuple):
-    # A chain as the product of constant motions, (4, 4) each, with one screw about z after each
-    # motion but the last. A screw has an angle and a length, which are linear in the variables
-    # without a constant.
+    # A kinematic chain: constant motions, (4, 4) each, with a screw about z between each two. The
+    # angle and the length of a screw are linear in the joint variables, without a constant.
     motions: Sequence[Floats]
     screws: 'Sequence[tuple[Affine, Affine]]'
 
@@ -83,7 +82,7 @@ def relative_motion(
     first: RobotDescription, second: RobotDescription, names: tuple[str, str]
 ) -> RobotDescription:
     """
-    Return an arm from the tool of the first arm (its base) to the tool of the second arm.
+    Return an arm whose base is the tool of the first arm and whose tool is the tool of the second.
 
     The result has the joints that change the relative motion: first those of the first arm, then
     those of the second arm. The Jacobian of the result is in the axes of the first tool.
@@ -100,7 +99,7 @@ def relative_motion(
     RobotFileError
         No joint changes the motion, or an arm has closed loops.
     """
-    variables: dict[str, str] = {}  # maps the name of a joint to its variable in the new table
+    variables: dict[str, str] = {}  # maps the name of each joint to its variable in the new table
     chains = []
     for name, arm in zip(names, (first, second)):
         if arm.loops:
@@ -157,16 +156,16 @@ def relative_motion(
 
 def _joined(first: _JointChain, second: _JointChain) -> _JointChain:
     # Join two chains. A joint that carries both arms is the last joint of the first chain and the
-    # first joint of the second chain, with opposite directions. Leave out such a joint, because it
-    # does not change the relative motion.
+    # first joint of the second chain, with opposite signs. Leave out such a joint, because it does
+    # not change the relative motion.
     motions = [*first.motions[:-1], first.motions[-1] @ second.motions[0], *second.motions[1:]]
     screws = [*first.screws, *second.screws]
     size = sum(float(np.linalg.norm(motion[:3, 3])) for motion in motions)
     k = len(first.screws)
     while 0 < k < len(screws):
         here, there, between = screws[k - 1], screws[k], motions[k]
-        # If the constant motion between two screws about z maps the z axis onto itself (or
-        # reverses it), this motion commutes with each screw. Then two opposite screws cancel.
+        # The constant motion between two screws about z may map the z axis onto itself, or reverse
+        # it. Then the motion commutes with the screws, and two opposite screws cancel.
         round_z = between[2, 2] < 0.0
         undone = there == (here if round_z else tuple(map(_negative, here)))
         parallel = np.abs(between[:2, 2]).max() <= AXIS_TOLERANCE
@@ -180,8 +179,8 @@ def _joined(first: _JointChain, second: _JointChain) -> _JointChain:
 
 
 def _links(chain: _JointChain) -> 'Sequence[Link]':
-    # Return table rows in the convention of Sheth and Uicker, T = in * joint * inverse(out), in
-    # which `in` and `out` can be any constant motions.
+    # Return the chain as table rows of Sheth and Uicker, T = in * joint * inverse(out), because
+    # `in` and `out` can be any constant motions.
     links: list[Link] = []
     for k, screw in enumerate(chain.screws):
         moves = [
@@ -202,6 +201,6 @@ def _text(affine: Affine) -> str:
 
 
 def _as_matrix(motion: Floats) -> RigidMotion:
-    # Round entries to 15 digits, because right angles must be exact in the new table.
+    # Round the entries to 15 digits, so that right angles are exact in the new table.
     numbers = [0.0 if abs(x) < ZERO_TOLERANCE else float(f'{x:.15g}') for x in motion.ravel()]
     return RigidMotion(np.reshape(numbers, (4, 4)), tuple(map(repr, numbers)))

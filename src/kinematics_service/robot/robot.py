@@ -37,7 +37,7 @@ class Robot(FrozenArrays):
     Attributes
     ----------
     name, source, convention
-        The values of these keys in the robot file.
+        The values of the keys `robot`, `source` and `convention` in the robot file.
     joint_names, variables
         Names of the n joints in JointState messages, and in the expressions of the robot file.
     joint_types
@@ -75,7 +75,7 @@ class Robot(FrozenArrays):
     description: RobotDescription
 
     def __post_init__(self) -> None:
-        """Check that the singularity model has the same chain object as this robot."""
+        """Check that `singularity.chain` is the object `chain`, not a copy of it."""
         super().__post_init__()
         if self.singularity.chain is not self.chain:
             raise TypeError('the chain of a robot is not that of its singularity model')
@@ -147,7 +147,8 @@ class Robot(FrozenArrays):
         PointError
             The arm has no such point or row.
         """
-        # Look up stored points only for a str or an int: the keys True and 1.0 would find point 1.
+        # Look up stored points only if `of` is a str or an int. As keys, True and 1.0 would find
+        # row 1.
         if type(of) is str or type(of) is int:
             found = self._found_points.get(of)
             if found is not None:
@@ -160,7 +161,7 @@ class Robot(FrozenArrays):
 
     def ending_at(self, of: str | int, at: npt.ArrayLike | None = None) -> 'Robot':
         """
-        Return an arm that ends at a point: the point is its tool, for measures, plots and audits.
+        Return an arm that ends at a point of this arm: the point is the tool of the result.
 
         The name of the result consists of the names of arm and point, such as `puma560_elbow`. The
         task is chosen from the joints that move the point, and the thresholds are the defaults.
@@ -208,7 +209,8 @@ def build_robot(description: RobotDescription, in_letters: bool = False) -> Robo
     Parameters
     ----------
     in_letters
-        Whether to accept constants without a value, for results that hold for every value.
+        True to accept constants without a value. Then only results that hold for every value of
+        these constants are valid.
 
     Raises
     ------
@@ -251,8 +253,8 @@ def build_robot(description: RobotDescription, in_letters: bool = False) -> Robo
 
 
 def _build_for_its_joints(description: RobotDescription) -> Robot:
-    # Build a robot whose task is chosen as if its unused joints did not exist. For an arm with
-    # closed loops, the task is chosen from all joints.
+    # Build a robot, and choose its task without the columns of its unused joints. If the arm has
+    # closed loops, choose the task from all joints.
     if description.loops:
         return build_robot(description)
     joints = [joint for joint in description.joints if not joint.unused]
@@ -266,14 +268,14 @@ def _build_for_its_joints(description: RobotDescription) -> Robot:
 
 
 def with_chain(robot: Robot, chain: Chain) -> Robot:
-    """Return a robot with the chain `chain`, and the task and thresholds of the robot `robot`."""
+    """Return a copy of a robot with another kernel chain. The task and the thresholds stay."""
     return replace(robot, chain=chain, singularity=replace(robot.singularity, chain=chain))
 
 
 def with_singularity(
     robot: Robot, length: float | None = None, thresholds: Thresholds | None = None
 ) -> Robot:
-    """Return a robot with another characteristic length (m) or other thresholds."""
+    """Return a copy of a robot with another characteristic length (m) or other thresholds."""
     task = robot.singularity.task
     if length is not None and length != task.length:
         q = generic_poses(robot.chain, robot.limits, robot.prismatic)
@@ -327,7 +329,8 @@ def _with_factors(description: RobotDescription, factors: tuple[Factor, ...]) ->
 
 
 def _is_accepted(description: RobotDescription, factor: Factor) -> bool:
-    # Return whether the checked zeros of a factor are singular poses of the arm.
+    # Return whether a robot with this factor can be built: the checked zeros of the factor are
+    # singular poses of the arm.
     with suppress(RobotFileError):
         return build_robot(_with_factors(description, (factor,))) is not None
     return False
@@ -389,18 +392,24 @@ def as_robot(robot: AnyRobot) -> Robot:
         parts = _robot_of(source, *state).description.parts
         return _robot_of(source, *state, *(k for part in parts for k in file_state(part)))
     except OSError:
-        return load_robot(robot)  # `load_robot` raises an error with the reason
+        # This call raises an error with the reason, because the file cannot be read.
+        return load_robot(robot)
 
 
 def robot_in_letters(robot: AnyRobot) -> Robot:
-    """Return the robot as `as_robot` does, but accept constants without a value in its file."""
+    """
+    Return the robot that the argument names, as `as_robot` does. Constants in its file may be
+    without a value.
+    """
     if not isinstance(robot, str | os.PathLike) or os.fspath(robot) in bundled_robots():
         return as_robot(robot)
     return build_robot(read_robot(find_robot(robot)), in_letters=True)
 
 
 def file_state(file: str | os.PathLike[str]) -> tuple[int, int, int]:
-    """Return the modification time (ns), the size (bytes) and the inode of a file."""
+    """
+    Return three numbers that change if a file changes: modification time (ns), size and inode.
+    """
     state = os.stat(file)
     return state.st_mtime_ns, state.st_size, state.st_ino
 

@@ -60,13 +60,16 @@ class SingularityModel(FrozenArrays):
             self.factors.tape,
             self.factors.complete,
             MEASURES[self.thresholds.measure].column,
-            *self.thresholds.bounds_after(),  # thresholds without hysteresis
+            # The values at which WARN and ERROR begin, without hysteresis.
+            *self.thresholds.bounds_after(),
             joint_spans(self.chain, self.task, self.limits),
         )
 
     @cached_property
     def measure_places(self) -> MeasurePlaces:
-        """Return the columns in which `kernel.measure` writes each quantity."""
+        """
+        Return the column indices of the quantities that `kernel.measure` writes for this arm.
+        """
         rows, factors = len(self.task.rows), len(self.factors.names)
         return measure_places(self.chain.dof, rows, factors)
 

@@ -22,30 +22,34 @@ TWIST_ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
 SEEDED_POSES = 1000
 SEED = 20240523
 
-# A joint moves a row of J if an entry of the row exceeds this fraction of the largest entry of all
-# rows of its kind (linear or angular). An entry of a linear row must also exceed `least_motion`.
+# A joint moves a row of J if the row has an entry above this fraction of the largest entry. The
+# largest entry is that of the three linear rows, or of the three angular rows. An entry of a
+# linear row must also exceed `least_motion`.
 MOVED_ROW_RATIO = 1e-9
-# Round-off of the tool's position, divided by the sum of the constant lengths before the first
+# Round-off of the tool's position, relative to the sum of the constant lengths before the first
 # joint.
 ROUND_OFF_RATIO = 1e-14
 
-# Rows whose entries are all below this fraction of the largest entry probably move only because
-# axes are not exactly parallel. The value is an angle between axes of 0.57 deg, in rad.
+# If all entries of a row of J are below this fraction of the largest entry, the row probably moves
+# only because axes are not exactly parallel. The value is an angle between axes: 0.01 rad, or 0.57
+# deg.
 TILT_RATIO = 0.01
 
-# Number of joint positions at which the rank of J is computed first. Nearly all arms have full
-# rank at one of these positions, so the rank is not computed at the others.
+# Number of joint configurations at which the rank of J is computed first. Nearly all arms have
+# full rank at one of these configurations. Then the rank at the other configurations is not
+# needed.
 FIRST_POSES = 20
 
-# Number of joint positions whose null spaces determine `dependent_joints`, if the null space of
-# J_t depends on q.
+# Number of joint configurations whose null spaces determine `dependent_joints`, if the null space
+# of J_t depends on q.
 CLEAREST_POSES = 20
 
 
 @dataclass(frozen=True, eq=False)
 class Task(FrozenArrays):
     """
-    The m rows J_t of the Jacobian whose rank is tested, and their properties at generic q.
+    The m rows of the Jacobian whose rank decides about singularity (J_t), and properties of J_t at
+    generic q.
 
     Attributes
     ----------
@@ -56,9 +60,9 @@ class Task(FrozenArrays):
     generic_rank
         Rank of J_t at random joint positions.
     dependent_joints
-        Names of joints whose motions can cancel at every configuration. The cancelling motion is
-        constant (joints that share an axis), or depends on q if J_t never has full rank (four
-        parallel axes). Empty for most arms.
+        Names of joints whose motions can cancel at every configuration; empty for most arms. Two
+        joints that share an axis cancel with constant velocities. If J_t never has full rank (four
+        parallel axes), the velocities depend on q.
     reach
         Largest distance from frame 0 to the tool over random joint positions, in m.
     axes : shape (m,)
@@ -70,7 +74,7 @@ class Task(FrozenArrays):
         joints, 1 for the others.
     plain_rows
         `rows` without the rows that move only because axes are not exactly parallel. For most
-        arms, both are equal.
+        arms, `plain_rows` is equal to `rows`.
     """
 
     rows: tuple[str, ...]
@@ -99,8 +103,8 @@ class Task(FrozenArrays):
     @property
     def barely_moved(self) -> str:
         """
-        Return a warning if a row of the task Jacobian is not zero only because axes are not
-        exactly parallel, else ''.
+        Return a warning if axes that are not exactly parallel are the only cause of nonzero
+        entries in a row of J_t, else ''.
         """
         if self.plain_rows == self.rows:
             return ''
@@ -151,8 +155,8 @@ def generic_poses(chain: Chain, limits: Floats, prismatic: Iterable[bool]) -> Fl
 
 
 def _rank(J: Floats) -> int:
-    # Return the largest rank of J, shape (N, m, n), over N joint positions. Stop after FIRST_POSES
-    # positions if the rank is full at one of them.
+    # Return the largest rank of J, shape (N, m, n), over N joint configurations. If J has full
+    # rank at one of the first FIRST_POSES configurations, do not compute the others.
     rank = 0
     for batch in (J[:FIRST_POSES], J[FIRST_POSES:]):
         sigma = np.linalg.svd(batch, compute_uv=False)
@@ -165,8 +169,8 @@ def _rank(J: Floats) -> int:
 
 def least_motion(chain: Chain) -> float:
     """Return the length, m, below which a linear entry of J counts as zero."""
-    # The limit has two parts: a fraction of the lengths after the first joint, and the round-off
-    # of the constant lengths before the first joint.
+    # The result is the larger of two lengths: a fraction of the lengths after the first joint, and
+    # the round-off of the constant lengths before the first joint.
     table = chain.table
     steps = np.linalg.norm(table.before[:, :, 3], axis=1)
     moved = float(np.sum(steps[1:]) + np.sum(np.abs(table.d_0[1:])))
@@ -175,8 +179,8 @@ def least_motion(chain: Chain) -> float:
 
 
 def _moved(J: Floats, least: float, share: float = MOVED_ROW_RATIO) -> list[bool]:
-    # Return for each of the six rows of J, (N, 6, n), whether a joint moves the row. An entry of a
-    # linear row must also exceed `least`, m.
+    # Return, for each of the six rows of J, (N, 6, n), whether a joint moves the row. An entry of
+    # a linear row must also exceed `least`, m.
     largest = np.max(np.abs(J), axis=(0, 2))
     linear, angular = np.max(largest[:3]), np.max(largest[3:])
     limits = [max(share * linear, least)] * 3 + [share * angular] * 3
@@ -265,14 +269,14 @@ def find_task(
 
 
 def _dependent_joints(J_t: Floats, joint_names: Sequence[str], rank: int) -> tuple[str, ...]:
-    # Stack the matrices J_t of all joint positions into one matrix. The null space of this matrix
-    # has the joint motions that never move the tool.
+    # Stack the matrices J_t of all joint configurations into one matrix. Its null space has the
+    # joint velocities that never move the tool.
     m, n = J_t.shape[1:]
     _, sigma, right = np.linalg.svd(J_t.reshape(-1, n), full_matrices=False)
     idle = right[sigma <= kernel.RANK_TOLERANCE * sigma[0]]
     if len(idle) < n - rank and n <= m:
-        # The remaining null directions of J_t depend on q. Compute these directions at the joint
-        # positions with the largest singular value number `rank`, where they are most accurate.
+        # The other null directions of J_t depend on q. Compute them at the configurations with the
+        # largest singular value number `rank`, because there they are most accurate.
         _, sigma, right = np.linalg.svd(J_t)
         clearest = np.argsort(sigma[:, rank - 1])[-CLEAREST_POSES:]
         idle = right[clearest, rank:].reshape(-1, n)
