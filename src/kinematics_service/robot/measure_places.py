@@ -19,8 +19,9 @@ class MeasurePlaces(NamedTuple):
         motion of this null direction, the joint motion away from the nearest singular pose, and
         the singular values.
     judged
-        First column of the kernel.JUDGED numbers, whose order is kernel.WATCHED to
-        kernel.FIRST_ORDER.
+        First column of four numbers in the order of kernel.WATCHED to kernel.FIRST_ORDER: the
+        watched measure, its level, the index of the factor that is nearest to zero, and the
+        first-order distance to a singular pose.
     distances, results
         First column of the distances to zeros of the factors, and first column of the values and
         gradients of the factors.

@@ -45,9 +45,9 @@ class Thresholds:
         """
         Return the values of the measure at which WARN and ERROR begin after the level `previous`.
 
-        After WARN or ERROR, the thresholds include the hysteresis. Both values are less than the
-        largest value of the measure (1 rad for `distance`), so that the largest value is always
-        OK.
+        A threshold that the level `previous` has reached includes the hysteresis. Both values are
+        less than the largest value of the measure (1 rad for `distance`), so that the largest
+        value is always OK.
         """
         measure = MEASURES[self.measure]
         factor = HYSTERESIS if measure.small_is_bad else 1.0 / HYSTERESIS
@@ -62,8 +62,8 @@ class Thresholds:
         """
         Return the level of a value of the measure (|det| for the determinant).
 
-        If the level `previous` is WARN or ERROR, the thresholds are stricter by the factor
-        HYSTERESIS. The level of NaN is ERROR.
+        A threshold that the level `previous` has reached is stricter by the factor HYSTERESIS. The
+        level of NaN is ERROR.
         """
         small_is_bad = MEASURES[self.measure].small_is_bad
         warn, stop = self.bounds_after(previous)

@@ -60,9 +60,9 @@ class Task(FrozenArrays):
     generic_rank
         Rank of J_t at random joint positions.
     dependent_joints
-        Names of joints whose motions can cancel at every configuration; empty for most arms. Two
-        joints that share an axis cancel with constant velocities. If J_t never has full rank (four
-        parallel axes), the velocities depend on q.
+        Names of joints whose motions can cancel at every configuration; empty for most arms. If
+        joints share an axis, the cancelling motion is constant. If J_t never has full rank (four
+        parallel axes), the cancelling motion depends on q.
     reach
         Largest distance from frame 0 to the tool over random joint positions, in m.
     axes : shape (m,)

@@ -10,8 +10,8 @@ from ..file.parts.quantities import QUARTERS
 from ..file.text.expression_syntax import ARGUMENTS_OF
 from ..urdf.quantity import as_rounded_part_of_pi
 
-# Replacements in a cell, applied in this order. Marks of LaTeX, Markdown and programming languages
-# become plain signs.
+# Regular expressions and their replacements, applied to a cell in this order. The replacements
+# turn marks of LaTeX, Markdown and programming languages into plain signs.
 PLAIN = tuple(
     (re.compile(pattern), plain)
     for pattern, plain in (
@@ -20,7 +20,7 @@ PLAIN = tuple(
         (r'\\[dt]?frac\{(\\?\w+)\}\{(\w+)\}', r'\1/\2'),
         (r'\\[dt]?frac\{([^{}]*)\}\{([^{}]*)\}', r'(\1)/(\2)'),
         (r'\^\s*\{?\s*\\circ\s*\}?|\\(?:text)?degree|\\deg\b', DEGREE),
-        # Matches the star that marks a joint variable.
+        # Matches a raised star, which marks a joint variable, as in theta_3^*.
         (r'\^\s*\{?\s*(?:\*|\\ast|\\star)\s*\}?', '*'),
         (r'\\(?:text|math)\w*\{([^{}]*)\}', r'\1'),
         (r'\\(?:cdot|times)\b', '*'),
@@ -43,7 +43,7 @@ INDEX = re.compile(r'\b([A-Za-z_]\w*)[\[(](\d+)[\])]')
 
 
 class PastedRow(NamedTuple):
-    """The cells of a table row, and the line of the row in the text."""
+    """The cells of a table row, and the line of the row in the pasted text."""
 
     line: int
     cells: tuple[str, ...]

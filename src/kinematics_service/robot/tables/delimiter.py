@@ -7,11 +7,11 @@ from collections.abc import Sequence
 
 def delimiter_of(lines: Sequence[str]) -> str:
     """
-    Return the sign that is in more than half of the lines, `|`, tab, `;` or `,`, else a space. The
-    space means any white space.
+    Return the sign that separates cells: `|`, tab, `;` or `,`, whichever is in more than half of
+    the lines. Otherwise return a space, which means any white space.
     """
-    # The semicolon comes before the comma, so that the semicolon is chosen if both signs are in
-    # equally many lines. In this case the commas are decimal commas.
+    # Count the semicolon before the comma. If both are in equally many lines, the semicolon is
+    # chosen, because the commas are decimal commas.
     counts = {sign: sum(sign in line for line in lines) for sign in '|\t;,'}
     likely = max(counts, key=lambda sign: counts[sign])
     return likely if counts[likely] > len(lines) / 2 else ' '

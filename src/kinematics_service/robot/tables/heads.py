@@ -11,7 +11,7 @@ from .report import TableReport
 
 WORDS = {
     'a': 'a linklength length',
-    'r': 'r',  # `r` means a (along x) or d (along z), depending on the book
+    'r': 'r',  # depending on the book, `r` is a (along x) or d (along z)
     'alpha': 'alpha alph twist linktwist twistangle',
     'd': 'd linkoffset',
     'theta': 'theta th thet q jointangle',
@@ -49,10 +49,10 @@ class Head(NamedTuple):
     unit
         'rad', 'deg', 'm', 'mm', another word for a unit, or '' if the head has no unit.
     before
-        Whether the index of the quantity is i-1, such as in a_{i-1} of Craig's table.
+        Whether the head has the index i-1, such as a_{i-1} in Craig's table.
     after
-        Whether the index of the quantity is i+1. If d or theta has this index, a and alpha belong
-        to the previous link, as in Craig's table.
+        Whether the head has the index i+1. If d or theta has this index, a and alpha belong to the
+        previous link, as in Craig's table.
     """
 
     meaning: str
@@ -101,7 +101,9 @@ def _meaning(phrase: str) -> Head:
 
 def find_heads(rows: Sequence[PastedRow]) -> int | None:
     """
-    Return the index of the first row that has heads for alpha and for another quantity, or None.
+    Return the index of the row with the column heads; None if no row has heads.
+
+    This row is the first row with a head for alpha and for another quantity of a DH table.
     """
     for index, row in enumerate(rows):
         meanings = {head_of(cell).meaning for cell in row.cells}
@@ -112,7 +114,7 @@ def find_heads(rows: Sequence[PastedRow]) -> int | None:
 
 def with_unit_row(heads: Sequence[Head], row: PastedRow) -> Sequence[Head] | None:
     """
-    Return heads with units from `row`, the row below the heads; None if its cells are not units.
+    Return the heads with the units in `row`, the row below them; None if its cells are not units.
     """
     units = [UNIT_ALONE.fullmatch(cell.lower()) for cell in row.cells]
     if len(units) != len(heads) or any(cell and not unit for cell, unit in zip(row.cells, units)):
@@ -124,8 +126,8 @@ def with_unit_row(heads: Sequence[Head], row: PastedRow) -> Sequence[Head] | Non
 
 def with_r(heads: Sequence[Head], report: TableReport) -> tuple[Sequence[Head], str]:
     """
-    Replace the head `r` by a or d. Return the heads, and the convention of the table ('' if
-    unknown).
+    Replace the head `r`, which means a or d depending on the book. Return the heads, and the
+    convention of the table ('' if unknown).
 
     In tables of Khalil and Dombre, d is along x and r along z; in other books r means a.
     """

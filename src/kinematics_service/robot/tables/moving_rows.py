@@ -11,20 +11,23 @@ from .cells import is_quarter
 from .report import TableReport
 
 ORDER = 'is the order of the heads another one? (--columns)'
-MARK = '@'  # replaces the variable of a row until the variable has a name
-# Names without a number, such as `theta` or `q_i`, that mean the variable of their own row.
+MARK = '@'  # stands for the variable of a row that has no name yet
+# Match names without a number, such as `theta` or `q_i`. In a row, such a name means the joint
+# variable of this row.
 OWN = {
     'theta': re.compile(r'\b(?:theta|th|q|var|variable)(?:_?[ijn])?\b'),
     'd': re.compile(r'\b(?:d|q|s|var|variable)(?:_?[ijn])?\b'),
 }
 ANGLE = re.compile(r'(?:theta|th|t|phi|psi|q|joint|j)_?\d+', re.IGNORECASE)
-# Matches a variable in column d; other names in this column are lengths.
+# Matches the names in column d that are joint variables. Other names in this column are constant
+# lengths.
 SLIDING = re.compile(r'[dqs]\w*', re.IGNORECASE)
-AN_ANGLE = re.compile(r'(?:\d+\*)?pi(?:/\d+)?|\d\.\d{4,}')  # matches pi/2 and 1.5708, not 1.57
+# An angle in column a or d is a mistake; matches pi/2 and 1.5708, not 1.57.
+AN_ANGLE = re.compile(r'(?:\d+\*)?pi(?:/\d+)?|\d\.\d{4,}')
 # Matches numbers that are probably lengths in m, not angles.
 IN_METRES = re.compile(r'-?[01]?\.\d{1,2}')
 LENGTH = re.compile(r'[adlhb]_?\d+', re.IGNORECASE)
-# A star marks the variable of a joint: `theta3* - 90` means theta3 - 90.
+# Matches a name with a star, which marks a joint variable: `theta3* - 90` means theta3 - 90.
 STARRED = re.compile(r'\b(?!pi\b)([A-Za-z]\w*)\s*\*+\s*(?=(?P<sign>-)|[+]|$)')
 TYPES = {
     **dict.fromkeys(('r', 'rot', 'rotary', 'revolute', 'rotational', '0'), 'theta'),
@@ -39,7 +42,7 @@ ZERO = ('', '0', '0.', '0.0', '0.00', '0.000', '0.0000', '0.000000', '-0.0')
 
 
 class NumberedRow(NamedTuple):
-    """A table row: line in the text, number of the row (from 1 on), and cells by quantity."""
+    """A table row: its line in the text, its number from 1 on, and its cells by quantity."""
 
     line: int
     number: int
@@ -52,9 +55,10 @@ class NumberedRow(NamedTuple):
 
 class MovingRow(NamedTuple):
     """
-    A row, its expressions d and theta, and the variable that first occurs in the row, or ''.
+    A table row with the expressions d and theta, and the joint variable of the row.
 
-    `place` is the quantity that moves, 'd' or 'theta', or '' for a fixed row.
+    `variable` is empty if the row has no new variable. `place` is the quantity that moves, 'd' or
+    'theta', or '' for a fixed row.
     """
 
     row: NumberedRow
@@ -67,7 +71,9 @@ class MovingRow(NamedTuple):
 def without_stars(
     rows: Sequence[NumberedRow], constants: Collection[str], report: TableReport
 ) -> set[str]:
-    """Remove the stars that mark variables in the cells d and theta; return the marked names."""
+    """
+    Remove the stars after joint variables in the cells d and theta; return the names with stars.
+    """
     found = [
         (row, place, star)
         for row in rows
@@ -75,7 +81,7 @@ def without_stars(
         for star in STARRED.finditer(row.cells.setdefault(place, ''))
         if star[1] not in constants
     ]
-    # Report a fault if every star is before a minus sign, because `q2*-1` may be a product.
+    # If every star is before a minus sign, report a fault, because `q2*-1` may be a product.
     if found and all(star[0].endswith('*') and star['sign'] for _, _, star in found):
         row, place, _ = found[0]
         message = f'{row.cells[place]}: a product, or a variable with its star? Write it without *'
@@ -90,7 +96,10 @@ def without_stars(
 def moving_rows(
     rows: Sequence[NumberedRow], constants: Collection[str], report: TableReport
 ) -> list[MovingRow]:
-    """Return each row with its joint variable; report faults and assumptions of the search."""
+    """
+    Return each table row with the joint variable that moves the row. Report faults and
+    assumptions.
+    """
     starred = without_stars(rows, constants, report)
     constants = {*constants, *_lengths(rows, constants, starred, report)}
     joints = [row for row in rows if not NOT_A_JOINT.fullmatch(row.cells.get('joint', ''))]
@@ -113,7 +122,8 @@ def moving_rows(
         own = _moving(row, place, constants) if place else frozenset()
         new = sorted(name for name in own - {MARK} if bare(name) not in map(bare, known))
         if len(new) > 1 and len(angles := list(filter(ANGLE.fullmatch, new))) == 1:
-            new = angles  # names that do not look like an angle are constants without a value
+            # The other names do not look like angles, so they are constants without a value.
+            new = angles
         free = f'joint_{free}' if free in taken else free
         variable = free if place and (MARK in own or not own) else new[0] if new else ''
         moved = _moved(row, place, variable, constants)
@@ -138,8 +148,8 @@ def _lengths(
     rows: Sequence[NumberedRow], known: Collection[str], starred: set[str], report: TableReport
 ) -> set[str]:
     # Return the names in column d that are constant lengths, not variables. A name is a length if
-    # the joint of its row turns, or if the joint with the number in the name turns. In a table
-    # with stars, names without a star are lengths.
+    # its row turns, or if a row turns by a variable with the same number (d2 and theta2). In a
+    # table with stars, names without a star are lengths.
     turning = {name for row in rows for name in _moving(row, 'theta', known)}
     numbers = {_number(name) for name in turning}
     found = set[str]()
@@ -168,7 +178,8 @@ def _marked(row: NumberedRow, place: str, constants: Collection[str]) -> str:
 
 
 def _moving(row: NumberedRow, place: str, constants: Collection[str]) -> frozenset[str]:
-    # Return the names of variables in a cell; MARK means the variable of the row itself.
+    # Return the names of joint variables in a cell; MARK stands for the variable of the row
+    # itself.
     text = _marked(row, place, constants)
     names = names_in(text).difference(constants, ('pi',))
     slides = TYPES.get(row.cells.get('type', '').lower()) == 'd'
@@ -182,7 +193,7 @@ def bare(name: str) -> str:
 
 
 def _place(row: NumberedRow, known: Collection[str], usual: str | None, named: bool) -> str | None:
-    # Return the quantity that contains the row's variable: 'd', 'theta', or '' for a fixed row.
+    # Return the quantity in which the row's variable is: 'd', 'theta', or '' for a fixed row.
     # Return None if the row's cell in the column `type` has an unknown word.
     if 'type' in row.cells:
         return TYPES.get(row.cells['type'].lower())
@@ -190,8 +201,8 @@ def _place(row: NumberedRow, known: Collection[str], usual: str | None, named: b
         return usual
     if _moving(row, 'theta', known):
         return 'theta'
-    # An empty cell in column d is the variable of a sliding joint. But if the table names its
-    # variables, the empty cell is a missing number.
+    # An empty cell in column d means that the joint slides. But if the table names its variables,
+    # an empty cell is a missing number.
     if _moving(row, 'd', known) or not (row.cells['d'] or named):
         return 'd'
     return '' if row.cells['theta'] else 'theta'
@@ -240,8 +251,8 @@ def _faults(
 def _judge_fixed(
     arm: Sequence[MovingRow], joints: Sequence[NumberedRow], report: TableReport
 ) -> None:
-    # Classify each row without a new variable: the row is fixed, or an earlier joint moves it, or
-    # its variable is missing, which is a fault.
+    # A row without a new variable is fixed, or an earlier joint moves it, or its variable is
+    # missing. Add a note about fixed and moved rows, and report a missing variable as a fault.
     rows = [one.row for one in arm if not one.place and 'type' not in one.row.cells]
     fixed = [row for row in rows if row in joints]
     moving = [one.variable for one in arm if one.variable]

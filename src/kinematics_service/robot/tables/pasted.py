@@ -15,9 +15,9 @@ from .heads import MEANINGS, find_heads
 from .report import TableReport
 
 BARS = str.maketrans(dict.fromkeys('│┃║┆┊╎', '|'))
-# Matches a line between two rows that is drawn with signs.
+# Matches a line of signs between two rows, such as `-----` or `+---+`.
 RULE = re.compile(r'[-+=:|_\s\u2500-\u257f]*')
-# Matches the lines of base and tool in a table that Corke's toolbox has printed.
+# Matches the lines for base and tool in the printed table of a robot of Corke's toolbox.
 ENDS = re.compile(r'(?m)^\W*(?:base|tool)\s*\|(?:\s*t\s*=[^|\n]*)?\s*\|?\s*$')
 LATEX_ONLY = re.compile(
     r'(?<!\\)%.*|\\(?:begin|end)\{\w+\*?\}(?:\[\w\])?(?:\{(?:[^{}]|\{[^{}]*\})*\})*'
@@ -28,7 +28,7 @@ COMMENT = re.compile(r'(?m)(^|\s|(?<=[;,\])]))(?:#+|%+|//+)(?=\s*[\w(\[]).*$')
 # Matches a line that has only a comment.
 REMARK = re.compile(r'(?m)^\s*(?:#+|%+|//+)\s*(?=[\w\\(]).*$')
 OPENED = '([{'
-# Matches the space between a head and its unit, as in `a [m] d [m]`.
+# Matches the white space between a head and its unit, as in `a [m] d [m]`.
 UNIT_BEHIND = re.compile(r'(?<=\w)[ \t]+(?=[\[(](?:mm|cm|m|rad|deg|°)[\])])')
 ROW_END = re.compile(r'(;\s*|(?<![,;\s])[ \t]*\n\s*)')
 SEVERAL = 'the text has several tables; leave one in it'
@@ -44,7 +44,7 @@ class ScriptMatrix(NamedTuple):
 
 def plain_text(text: str) -> str:
     """
-    Return a pasted text with plain signs and names, and with bars between cells of HTML tables.
+    Return a pasted text with plain signs and names. In an HTML table, bars separate the cells.
     """
     text = html.unescape(text.replace('\r\n', '\n').replace('\r', '\n')).translate(BARS)
     text = re.sub(r'(?i)\s*</?t[dh][^>]*>\s*(?:<t[dh][^>]*>)?', '|', text)
@@ -57,8 +57,8 @@ def without_comments(text: str) -> str:
 
 
 def rows_of(text: str, report: TableReport) -> list[PastedRow]:
-    """Return the rows of a pasted table, without empty rows and drawn lines."""
-    # If a box is drawn around the table, the text after its lower left corner is not read.
+    """Return the rows of a pasted table, without empty rows and lines of signs."""
+    # Do not read the text after the lower left corner of a box that is drawn around the table.
     text = ENDS.sub('', re.split('[└┗╚╰]', text, maxsplit=1)[0])
     if '&' in text and '\\\\' in text:
         return _plain(_latex(text))
@@ -132,8 +132,8 @@ def cells_of(text: str) -> list[str]:
 
 
 def _groups(text: str) -> Iterator[tuple[int, int, int]]:
-    # Yield three indices for each pair of brackets that is not a function call: its begin, its
-    # end, and the begin of the surrounding pair, or -1. Inner pairs come first.
+    # Yield three indices for each pair of brackets: its begin, its end, and the begin of the
+    # surrounding pair, or -1. Brackets of function calls are left out. Inner pairs come first.
     opened: list[tuple[int, bool]] = []
     for k, sign in enumerate(text):
         if sign in OPENED:
@@ -160,7 +160,7 @@ def _latex(text: str) -> Iterator[PastedRow]:
 
 
 def _read_lines(text: str, report: TableReport) -> list[PastedRow]:
-    # Remove all comments, except a comment that contains the column heads of the table.
+    # Remove all comments, except a comment with the column heads of the table.
     kept = []
     for line in text.split('\n'):
         bare = re.sub(r'^\s*(?:#+|%+|//+)\s*(?=[\w\\(])', '', line)
@@ -186,8 +186,8 @@ def _lines(text: str, delimiter: str) -> Iterator[PastedRow]:
         yield from (PastedRow(numbers[reader.line_num - 1], tuple(cells)) for cells in reader)
         return
     # Cells such as `q1 + 90` contain spaces. Cut the lines in three ways: at every space, at two
-    # or more spaces, or at spaces that are not around an operator. Use the way in which the rows
-    # have the fewest different numbers of cells.
+    # or more spaces, or at spaces that are not around an operator. Use the way whose rows have the
+    # fewest different numbers of cells.
     lines = {n: UNIT_BEHIND.sub('', re.sub(r',\s+', ',', line)) for n, line in lines.items()}
     packed = {n: re.sub(r'(?<=\w)\s+([-+*/])\s+(?=\w)', r'\1', line) for n, line in lines.items()}
     ways = [

@@ -19,8 +19,8 @@ PAIR = re.compile(
 )
 ITEM = re.compile(r'(?m)^[ \t]*- ')
 BLOCK_LIST = re.compile(r'(?m)^([ \t]*)(\w+):[ \t]*\n((?:[ \t]*- [^\n:]*(?:\n|\Z))+)')
-# Matches signs that separate rows. At least one of these signs is between the numbers of two
-# different rows.
+# Matches signs between the records of two rows. At least one of these signs is between the numbers
+# of two different rows.
 BETWEEN_ROWS = re.compile(r'[{}()]|\[\[|(?m:^[ \t]*-[ \t])|(?m:^[ \t]*[\w"\']+:[ \t]*$)|(?m:^\[)')
 OTHER_LIST = re.compile(r'\][^\[]*:\s*\[|(?m:^[ \t]*\w+:[ \t]*\n[ \t]*-[ \t])')
 TOML_LISTS = re.compile(r'(?m)^\[\[([\w.]+)\]\]')
@@ -36,7 +36,7 @@ class _Pair(NamedTuple):
 
 
 def rows_of_records(text: str, report: TableReport) -> list[PastedRow]:
-    """Return heads and rows of a table whose numbers have names; [] for any other text."""
+    """Return heads and rows of a table in which each number has a name; [] for any other text."""
     text = _with_lists(text)
     pairs = _pairs(text)
     keys = [head_of(pair.key).meaning for pair in pairs]
@@ -64,7 +64,7 @@ def rows_of_substitutions(text: str, report: TableReport) -> list[PastedRow]:
 
 
 def _with_lists(text: str) -> str:
-    # Return the text with brackets around the items of YAML lists that have one item in each line.
+    # A YAML list may have one item in each line. Return the text with such lists in brackets.
     return BLOCK_LIST.sub(
         lambda found: f'{found[1]}{found[2]}: [{", ".join(ITEM.sub("", found[3]).split())}]\n',
         without_comments(text),
@@ -117,9 +117,9 @@ def _sequence(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[Pa
 
 
 def _numbered(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[PastedRow]:
-    # If alpha begins at index 0, and d and theta at 1, the table has Craig's indices: row i has
-    # alpha(i-1), a(i-1), d(i) and theta(i). A number that the text omits becomes a name such as
-    # `d2`.
+    # If alpha begins at index 0, and d and theta begin at 1, the table has Craig's indices: row i
+    # has alpha(i-1), a(i-1), d(i) and theta(i). If the text omits a number, the cell gets its
+    # name, such as `d2`.
     parts = (NUMBERED.sub(r'\1 \2', pair.key).split() for pair in pairs)
     found = {(name, int(index)): pair for (name, index), pair in zip(parts, pairs)}
     if len({(pair.key, pair.value) for pair in pairs}) > len(found):

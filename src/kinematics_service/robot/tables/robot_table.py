@@ -28,7 +28,7 @@ HOW = (
     'such as --columns a,alpha,d,theta (known are also offset, type, joint, limits, min, max; '
     '- for a column that is left out)'
 )
-MAX_CHARACTERS = 50_000  # ten times the length of a 128-joint table
+MAX_CHARACTERS = 50_000  # ten times the length of a table for 128 joints
 DECIMAL_COMMA = re.compile(r'(?<=\d),(?=\d)')
 IN_THOUSANDS = re.compile(r'-?[1-9]\d{0,2},\d{3}')
 BETWEEN = re.compile(r'\s*(?:,|;|\.\.\.?|…|\bto\b|~)\s*|\s+')
@@ -160,15 +160,15 @@ def _headed(
     # Return the heads of the columns, and the table rows below the heads.
     at = find_heads(rows)
     if at is None and columns and rows and not re.search(r'\d', ''.join(rows[0].cells)):
-        at = 0  # a first row without digits contains heads, which `columns` replaces
+        at = 0  # a first row without digits has heads, which the argument `columns` replaces
     if at is None and columns is None:
         report.refuse(f'no row has the names of the columns; give them, {HOW}', 'missing-heads')
     words: Sequence[str] = rows[at].cells if at is not None else ()
     heads: Sequence[Head] = [head_of(word) for word in words]
     body = rows if at is None else rows[at + 1 :]
     if len(heads) > 3 and all(len(row.cells) == len(heads) + 1 for row in body):
-        # In a printed data frame, the first column has the names of the rows, but no head. Add a
-        # head for this column.
+        # In a printed data frame, the first column has the names of the rows but no head.
+        # Therefore insert a head for this column.
         heads, words = [Head('joint'), *heads], ['', *words]
     if any(find_heads([row]) is not None for row in body):
         report.refuse(SEVERAL, 'several-tables')
@@ -177,7 +177,8 @@ def _headed(
     if columns is not None:
         words = plain_names(columns).split(',')
         given = [head_of(word) for word in words]
-        # Keep the units and indices of the table's own heads, unless `columns` gives others.
+        # Take the quantities from `columns`. Keep the units and indices of the table's own heads,
+        # unless `columns` gives others.
         own = [*heads, *[Head('')] * len(given)]
         heads = [
             old._replace(meaning=one.meaning, unit=one.unit or old.unit) if not one.before else one
@@ -203,7 +204,8 @@ def _refuse_unheaded(
             count = 'no column is' if missing else 'several columns are'
             message = f'{count} {meaning}; give the names of the columns, {HOW}'
             report.refuse(message, 'missing-heads' if missing else 'ambiguous')
-    # Refuse tables of Khalil whose columns `before`, gamma or b describe branches.
+    # In tables of Khalil, the columns `before`, gamma and b can describe branches. Refuse a table
+    # with branches.
     columns = list(zip(*(row.cells for row in body)))
     for head, cells in zip(heads, columns):
         counted = [str(k) for k in range(len(cells))]
@@ -270,8 +272,8 @@ def _numbered(
 def _constants(
     constants: Mapping[str, str], arm: Sequence[MovingRow], ends: str, report: TableReport
 ) -> Iterator[str]:
-    # Yield the lines of the section `constants`: the constants that expressions or other constants
-    # use, and names without a value.
+    # Yield the lines of the section `constants` of the robot file. The section has the constants
+    # that expressions use, and names without a value.
     texts = [ends, *chain.from_iterable(_texts(row) for row in arm)]
     used = [name for text in texts for name in sorted(names_in(text) - KEPT)]
     kept: list[str] = []
@@ -290,7 +292,8 @@ def _constants(
 
 def _joint(moved: MovingRow, angle: str, report: TableReport) -> str:
     row, label = moved.row, re.sub(r'\s+', '_', moved.row.cells.get('joint', ''))
-    named = re.search('[A-Za-z]', label)  # a label such as `0->1` is not the name of a joint
+    # A label without letters, such as `0->1`, is not the name of a joint.
+    named = re.search('[A-Za-z]', label)
     entry = [f'name: {scalar(label)}'] if named else [f'name: {moved.variable}']
     entry += [f'variable: {moved.variable}'] if named else []
     entry.append(f'type: {"revolute" if moved.place == "theta" else "prismatic"}')
@@ -329,8 +332,8 @@ def _link(moved: MovingRow, angle: str) -> str:
 
 
 def _in_the_table(fault: Fault, arm: Sequence[MovingRow]) -> Fault:
-    # Return a fault of the generated robot file as a fault of the pasted table, with its row and
-    # column.
+    # A fault is at a place of the generated robot file. Return this fault with the row and column
+    # of the pasted table.
     where, line = fault.where, 0
     if found := PLACE.fullmatch(where):
         rows = arm if found[1] == 'links' else [row for row in arm if row.variable]

@@ -17,7 +17,8 @@ CONSTANT = re.compile(
     re.M,
 )
 VECTOR = re.compile(r'(?:^|;)[ \t]*([A-Za-z]\w*)[ \t]*=\s*\[([^\[\];\n]*)\]', re.M)
-# Matches a setting of a robot: `R.base = ...`, `'offset', ...` or `tool=...`.
+# Matches text that sets the base, tool, offset or limits of a robot: `R.base = ...`, `'offset',
+# ...` or `tool=...`.
 SETTING = re.compile(
     r"(?:[.'(]|,\s*)(base|tool|offset|qlim)'?\s*(?:=|,)\s*"
     r'((?:[^,;\n()\[\]]|\((?:[^()]|\([^()]*\))*\)|\[[^\]]*\])+)'
@@ -32,7 +33,8 @@ TURN = re.compile(
 
 def constants_of(text: str, report: TableReport) -> dict[str, str]:
     """
-    Return, by name, the expressions that a script assigns to names other than those of joints.
+    Return the constants of a script: a dictionary from names, except names of joints, to the
+    assigned expressions.
     """
     found: dict[str, str] = {}
     for names, value in CONSTANT.findall(text):
@@ -47,7 +49,10 @@ def constants_of(text: str, report: TableReport) -> dict[str, str]:
 
 
 def settings_of(text: str, report: TableReport) -> dict[str, str]:
-    """Return the expressions in a script for `offset`, `base` and `tool` of the robot, by key."""
+    """
+    Return a dictionary from `offset`, `base` and `tool` to the expressions that a script gives for
+    them.
+    """
     found = {key: value.strip() for key, value in SETTING.findall(text)}
     if found.pop('qlim', ''):
         message = 'qlim of the robot is not read; write limits into the robot file'
@@ -56,7 +61,9 @@ def settings_of(text: str, report: TableReport) -> dict[str, str]:
 
 
 def end_lines(text: str, settings: Mapping[str, str], report: TableReport) -> Iterator[str]:
-    """Yield lines of a robot file for the base and tool in a script or in the print of a robot."""
+    """
+    Yield the lines of a robot file for base and tool, read from a script or from a printed robot.
+    """
     for end in ('base', 'tool'):
         if end in settings:
             found = _placement(settings[end])
@@ -67,8 +74,8 @@ def end_lines(text: str, settings: Mapping[str, str], report: TableReport) -> It
                 report.refuse(f'{fault}, or write {end} into the robot file', 'syntax')
             yield _line(end, *found)
     for end, xyz, order, angles in BOXED.findall(text):
-        # In the toolbox, the order xyz means R = Rx(yaw) Ry(pitch) Rz(roll), so reverse the order
-        # of the three angles.
+        # In the toolbox, the order xyz means R = Rx(yaw) Ry(pitch) Rz(roll). So the three angles
+        # are printed in the reverse order of a robot file.
         rpy = angles.replace(' ', '').split(',')[:: -1 if order == 'xyz' else 1]
         if order == 'xyz' and sum(re.search('[1-9a-z]', angle) is not None for angle in rpy) > 1:
             message = f'{end}: rpy/xyz has several angles; write {end} into the robot file'
@@ -78,8 +85,8 @@ def end_lines(text: str, settings: Mapping[str, str], report: TableReport) -> It
 
 
 def _placement(text: str) -> tuple[list[str], list[str]] | None:
-    # Return xyz and rpy of a product of translations, followed by at most one rotation; None for
-    # another product.
+    # Return xyz and rpy of an expression that multiplies translations and at most one rotation at
+    # the end. Return None for another expression.
     xyz, rpy = ['0'] * 3, ['0'] * 3
     for factor in re.split(r'\s*[*@]\s*(?=[A-Za-z])', text.strip()):
         shift, along, turn = (form.fullmatch(factor) for form in (SHIFT, ALONG, TURN))

@@ -11,8 +11,8 @@ from .pasted import blocks_of, cells_of, without_comments
 from .report import TableReport
 from .script import settings_of
 
-# Matches calls that construct a link. `Link(i)` is excluded, because this text is a column head of
-# a table.
+# Matches the beginning of a call that constructs a link. The text `Link(i)` is not matched,
+# because it is a column head of a table.
 LINKS = r'\b(DHLink|Link|(?:Revolute|Prismatic)(?:M?DH)?)\s*\((?!\s*[ijkn]\b)'
 CALL = re.compile(LINKS)
 LINK = re.compile(
@@ -24,24 +24,26 @@ NAME = re.compile(r'\w+(?:[\[(]\w+[\])])?')
 REPEATED = re.compile(r'\)\s*for\b|[\[(][A-Za-z]\w*[\])]\s*=\s*\w*Link\(|append\(')
 OPTION = re.compile(r"'(modified|standard|revolute|prismatic|[rp])'\s*,?")
 VALUE = re.compile(r"(?:'(\w+)'\s*,|(\w+)\s*=)\s*((?:[^,\[(]|\[[^\]]*\]|\([^()]*\))+)")
-# Elements of the vector in MATLAB's Link([...]).
+# Elements of the vector in a call Link([...]) of MATLAB, in their order.
 VECTOR = ('theta', 'd', 'a', 'alpha', 'sigma', 'offset')
 LATER = re.compile(
     r'(\w+(?:[\[(]\w+[\])])?)\.(theta|d|a|alpha|offset|sigma|mdh|flip|qlim)\s*=\s*([^;\n]+)'
 )
-# Matches the name of the matrix in `SerialLink(dh)`.
+# Matches the name of the DH matrix in a call such as `SerialLink(dh)`.
 OF_MATRIX = re.compile(r'\bSerialLink\s*\(\s*(\w+|(?=\[))\s*[,)\[]')
 LATER_OF_LINKS = re.compile(r'\w+[\[(]\w+[\])]\.\w+\s*=\s*[^;\n]+')
-# Known arguments of a link. The reader ignores those for dynamics and drawing.
+# Known arguments of a link. The reader ignores the arguments for dynamics and drawing.
 KNOWN = {*VECTOR, 'mdh', 'flip', 'qlim', 'name', 'mesh', 'm', 'r', 'I', 'Jm', 'G', 'B', 'Tc'}
-UNREAD = re.compile(r"\([^()]*\balpha\b'?\s*[=,]")  # a link that LINK did not match
+# Matches the arguments of a link that LINK does not match.
+UNREAD = re.compile(r"\([^()]*\balpha\b'?\s*[=,]")
 HEADS = ('a', 'alpha', 'd', 'theta', 'offset', 'type', 'limits')
 FALSE = (None, '', '0', '0.0', 'False', 'false')
 
 
 class ToolboxLinks(NamedTuple):
     """
-    The links of a script as heads and rows, their convention, and the robot's settings as text.
+    The links in a script as rows of cells (the first row has the heads), the convention of the
+    links, and the settings of the robot as text.
     """
 
     rows: list[PastedRow]
@@ -51,7 +53,7 @@ class ToolboxLinks(NamedTuple):
 
 class _LinkCall(NamedTuple):
     line: int
-    target: str  # the variable to which the script assigns the link, or ''
+    target: str  # name of the variable to which the script assigns the link, or ''
     function: str
     values: dict[str, str]
 
@@ -97,7 +99,8 @@ def toolbox_links(text: str, report: TableReport) -> ToolboxLinks | None:
 
 
 def _matrix_links(text: str) -> list[_LinkCall]:
-    # Return a link for each row of `dh` in SerialLink(dh): theta, d, a, alpha, sigma, offset.
+    # Return one link for each row of the matrix `dh` in SerialLink(dh). A row has theta, d, a,
+    # alpha, sigma, offset.
     found = OF_MATRIX.search(text)
     blocks = blocks_of(text) if found else []
     named = [block for block in blocks if found and block.name == found[1]]
@@ -146,8 +149,8 @@ def _call(text: str, found: re.Match[str], report: TableReport) -> _LinkCall:
 
 def _row(link: _LinkCall, report: TableReport) -> PastedRow:
     values = link.values
-    # MATLAB's Link(...) has theta or d as an argument. The argument is constant, and the other
-    # quantity moves.
+    # In MATLAB, a call Link(...) has theta or d as an argument. This quantity is constant, and the
+    # other quantity moves.
     names_theta = link.function == 'Link' and 'theta' in values and 'd' not in values
     slides = link.has('sigma', 'prismatic', 'p') or link.function.startswith('Prismatic')
     moving = 'd' if slides or names_theta else 'theta'

@@ -23,8 +23,8 @@ WORDS = {
     'mm': re.compile(r'\bmm\b|\bmillimet(?:er|re)s?\b', re.IGNORECASE),
     'm': re.compile(r'\bmet(?:er|re)s?\b', re.IGNORECASE),
 }
-# For angles and for lengths: the columns, the two units, and the largest plausible number in the
-# first unit (rad or m).
+# For each kind of numbers: the columns with such numbers, the two accepted units, and the largest
+# plausible number in the first unit.
 KINDS = {
     'angles': (('alpha', 'theta', 'offset'), ('rad', 'deg'), LARGEST_USUAL_ANGLE),
     'lengths': (('a', 'd'), ('m', 'mm'), LARGEST_USUAL_LENGTH),
@@ -32,10 +32,10 @@ KINDS = {
 IN_MM = {'mm': Decimal(1), 'cm': Decimal(10), 'm': Decimal(1000), 'in': Decimal('25.4')}
 NUMBER = re.compile(r'(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?')
 MARKED = re.compile(rf'({NUMBER.pattern})\s*\*?\s*(mm|cm|m|inch|in|rad(?:ians?)?)\b')
-# Matches a number without a unit that is a term of a sum, not a factor.
+# Matches a number without a unit. The number is a term of a sum, not a factor.
 TERM = re.compile(rf'(?<![*/])(?<![*/]\s){NUMBER.pattern}(?!\s*(?:[*/{DEGREE}\w(.]))')
-DEGREE_DECIMALS = 9  # removes round-off: 29.999999999999996 deg becomes 30
-# Matches limits from 30 on, which are in degrees.
+DEGREE_DECIMALS = 9  # degrees are rounded to these decimals: 29.999999999999996 becomes 30
+# Matches a joint limit of 30 or more, which is in degrees.
 LIMITS_TURNS = re.compile(r'-?(?:[3-9]\d|\d{3,})(?:\.\d*)?')
 
 
@@ -49,7 +49,8 @@ def in_one_unit(
     report: TableReport,
 ) -> str:
     """
-    Choose a unit for all angles or all lengths of a table, convert the cells, and return the unit.
+    Choose one unit for all angles, or all lengths, of a table. Convert the cells to this unit, and
+    return the unit.
     """
     meanings, accepted, _ = KINDS[kind]
     in_heads = {one.meaning: one.unit for one in heads if one.meaning in meanings and one.unit}
@@ -82,8 +83,8 @@ def in_one_unit(
 
 
 def _likely_unit(kind: str, texts: Sequence[str], whole: str, report: TableReport) -> str:
-    # Choose the unit by marks in the cells (degree signs, parts of pi, unit words), else by the
-    # size of the numbers.
+    # Choose the unit by marks in the cells: degree signs, parts of pi, or unit words. If the cells
+    # have no marks, choose the unit by the size of the numbers.
     _, (small, large), most = KINDS[kind]
     words = {unit: said[0] for unit, one in WORDS.items() if (said := one.search(whole))}
     marks = words if len(words.keys() & {small, large}) == 1 else dict[str, str]()
@@ -93,7 +94,7 @@ def _likely_unit(kind: str, texts: Sequence[str], whole: str, report: TableRepor
         if kind == 'angles':
             found = ['deg'] * (DEGREE in text) + ['rad'] * ('pi' in names_in(text))
         marks |= dict.fromkeys(found, text.strip())
-        # Compare the sizes of terms only, not of factors: in 26.45*0.0254, the factor 26.45 is
+        # Compare only terms of sums, not factors, because in 26.45*0.0254 the factor 26.45 is
         # larger than the product.
         if 'rad' not in found:
             plain += [number for number in TERM.findall(text) if float(number)]
@@ -119,7 +120,10 @@ def _likely_unit(kind: str, texts: Sequence[str], whole: str, report: TableRepor
 
 
 def in_unit(cell: str, unit: str) -> str:
-    """Return a cell after the conversion of numbers such as `350 mm` or `pi/2` to a unit."""
+    """
+    Return a cell in which numbers with a unit, such as `350 mm` or `pi/2`, are converted to
+    `unit`.
+    """
     if unit == 'deg':
         cell = re.sub(r'\bpi\b', '180', cell.replace(DEGREE, ''))
     cell = re.sub(r'(\bpi\b[^*/]*?)\s*\b(?:rad|radians?)\b', r'\1', cell)
@@ -136,7 +140,7 @@ def in_unit(cell: str, unit: str) -> str:
 
 def rounded(cell: str, unit: str) -> str:
     """
-    Return an angle as text in which parts of pi replace their rounded values, such as 1.5708.
+    Return the text of an angle in which each rounded part of pi, such as 1.5708, becomes exact.
     """
 
     def part(found: re.Match[str]) -> str:
