@@ -15,10 +15,10 @@ from .chain import UrdfChain
 
 CONFIGURATIONS = 1000
 SEED = 20240611
-UNLIMITED_STROKE = 1.0  # m, the sampled range of a prismatic joint without limits
+UNLIMITED_STROKE = 1.0  # m; range in which a prismatic joint without limits is sampled
 FULL_TURN = 2.0 * math.pi
-# Largest sampled joint position, rad or m. At larger positions the test would be weaker, because
-# round-off grows with the position.
+# Largest sampled joint position, rad or m. Round-off grows with the position, so larger positions
+# would hide small errors.
 MAX_POSITION = 10.0 * FULL_TURN
 
 
@@ -30,7 +30,7 @@ class Certificate:
     Parameters
     ----------
     configurations
-        The number of random configurations inside the limits.
+        The number of random configurations inside the limits that were compared.
     position_error, rotation_error : m, rad
         The largest errors, which may be at different configurations.
     """
@@ -49,10 +49,11 @@ class Certificate:
 
 def configurations(chain: UrdfChain, count: int = CONFIGURATIONS) -> Floats:
     """
-    Return random joint positions inside the limits, shape (count, n), rad or m.
+    Return random configurations of a URDF chain inside its limits, shape (count, n), rad or m.
 
     Every call returns equal positions. The range of a joint without limits is a full turn, or one
-    metre if it is prismatic. Wide limits are cut to the part that is nearest to zero.
+    metre if the joint is prismatic. If limits are wider than MAX_POSITION, positions are inside
+    the part that is nearest to zero.
     """
     low, high = [], []
     for joint in chain.variables:

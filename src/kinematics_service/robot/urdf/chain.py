@@ -4,7 +4,7 @@
 Read a chain of a URDF, and compute its pose as the plain product of its joints.
 
 This computation shares no code with the kernel, or with the conversion of the chain to a table.
-Therefore it can check the kernel and the conversion.
+Therefore it can check both.
 """
 
 from collections.abc import Sequence
@@ -51,13 +51,14 @@ class MovingJoint:
     turns
         True for a joint that turns, False for a joint that slides.
     before : shape (4, 4)
-        The constant motion after the previous moving joint, including the origin of this joint.
+        The constant motion between the previous moving joint and this joint, including the origin
+        of this joint.
     axis : shape (3,)
         The axis as a unit vector, in the frame after `before`.
     variable, factor, offset
         The position of the joint, rad or m, is factor * q[variable] + offset.
     follows
-        Whether the joint mimics another joint.
+        Whether this joint mimics another joint.
     """
 
     turns: bool
@@ -87,7 +88,8 @@ class UrdfChain:
     mimics
         The joints of the chain that mimic other joints.
     joints
-        All joints of the chain, with fixed joints, and the joints that chain joints mimic.
+        All joints of the chain, including fixed joints, and the joints that joints of the chain
+        mimic.
     """
 
     robot: str
@@ -144,8 +146,8 @@ def read_chain(tree: UrdfTree, base: str, tip: str, rounds: bool = False) -> Urd
         names.sort(key=order.index)
     motions, still = [], np.eye(4)
     for k, joint in enumerate(way):
-        # Where the path goes up from the base, it enters a joint at the child link, so the motion
-        # of the joint is inverted.
+        # On the part of the path that goes up from the base, the path enters a joint at its child
+        # link. There the motion of the joint is inverted.
         before, after, sign = (
             (np.eye(4), inverse(joint.origin), -1.0) if k < up else (joint.origin, np.eye(4), 1.0)
         )
@@ -153,7 +155,7 @@ def read_chain(tree: UrdfTree, base: str, tip: str, rounds: bool = False) -> Urd
         if joint.name in leaders:
             leader, turns = leaders[joint.name], joint.type != 'prismatic'
             factor, offset = sign * leader.multiplier, sign * leader.offset
-            if factor == 0.0:  # the multiplier is 0, so the joint stays at its offset
+            if factor == 0.0:  # with multiplier 0, the joint stays at its offset
                 still = still @ moved(turns, joint.axis, np.array([offset]))[0]
             else:
                 variable, follows = names.index(leader.mimics), bool(joint.mimics)
@@ -195,8 +197,8 @@ def _refuse(joint: XmlElement, message: str, code: str) -> NoReturn:
 
 
 def _followed(tree: UrdfTree, joint: UrdfJoint) -> UrdfJoint:
-    # Return the joint as a mimic of an actuated joint, with multiplier and offset. If a joint
-    # mimics a mimic, combine both formulas. An actuated joint mimics itself.
+    # Return the joint as a mimic of an actuated joint, with multiplier and offset. If its leader
+    # is itself a mimic, combine both formulas. An actuated joint is returned as a mimic of itself.
     factor, offset, leader = 1.0, 0.0, joint
     passed = set()
     while leader.mimics:

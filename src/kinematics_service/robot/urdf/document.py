@@ -25,9 +25,9 @@ MAX_LISTED_NAMES = 30  # largest number of names in a message
 MISPLACED = expat.errors.codes[expat.errors.XML_ERROR_MISPLACED_XML_PI]
 BLANK_BEGINNING = re.compile(rb'\A(\s+)(<\?xml\b[^>]*\?>)')
 DECLARED = re.compile(rb'\A<\?xml\b[^>]*?\bencoding\s*=\s*["\']([\w.-]+)["\']')
-# Python codecs for encodings with several bytes for a character, which expat cannot read. Some
-# codecs have a larger character set than the encoding, because files with the encoding's name use
-# the larger set.
+# Python codecs for encodings with several bytes for each character, which expat cannot read. Files
+# often have more characters than the named encoding. So some names map to a codec with a larger
+# character set.
 CODECS = dict.fromkeys(('gb2312', 'gbk', 'gb18030'), 'gb18030')
 CODECS |= dict.fromkeys(('shift_jis', 'x_sjis', 'windows_31j', 'cp932'), 'cp932')
 CODECS |= {name: name for name in ('utf_8', 'big5', 'euc_kr', 'euc_jp')}
@@ -36,7 +36,7 @@ CODECS |= {name: name for name in ('utf_8', 'big5', 'euc_kr', 'euc_jp')}
 @dataclass(frozen=True)
 class XmlElement:
     """
-    An XML element of a URDF file, with its place in the file.
+    An XML element of a URDF file, with the file and line of the element.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class XmlElement:
     file, line
         File and line where the element begins; lines are counted from 1.
     inside
-        The name of the parent element in messages; empty if the parent is the root.
+        The name of the parent element, for messages; empty if the parent is the root element.
     """
 
     tag: str
@@ -88,7 +88,7 @@ def refuse(file: str, message: str, code: str, line: int = 0) -> NoReturn:
 
 
 def _title(tag: str, attributes: Mapping[str, str]) -> str:
-    # Return the name of an element in messages: `<joint name='elbow'>`.
+    # Return the text that names an element in messages, such as `<joint name='elbow'>`.
     name = attributes.get('name')
     return f'<{tag}>' if name is None else f'<{tag} name={quoted(name)}>'
 
@@ -100,7 +100,7 @@ def listed_names(names: Iterable[str]) -> str:
 
 def read_urdf(path: Path) -> XmlElement:
     """
-    Return the root of a URDF file.
+    Read a URDF file, and return the root element.
 
     Raises
     ------
@@ -119,7 +119,7 @@ def read_urdf(path: Path) -> XmlElement:
 
 def parse_urdf(content: bytes, file: str) -> XmlElement:
     """
-    Return the root element of the bytes of a URDF.
+    Parse the bytes of a URDF, and return the root element.
 
     Raises
     ------
@@ -138,8 +138,8 @@ def parse_urdf(content: bytes, file: str) -> XmlElement:
 
 
 class _XmlReader:
-    # A builder of XmlElement trees. `open` has the elements that are not closed yet, innermost
-    # last, with the children read so far.
+    # Builds a tree of XmlElement objects from XML. `open` has the elements that are not closed
+    # yet, innermost last, with the children read so far.
     def __init__(self, file: str) -> None:
         self.file = file
         self.open: list[tuple[str, dict[str, str], int, list[XmlElement]]] = []
@@ -147,8 +147,8 @@ class _XmlReader:
         self.elements = 0
 
     def read(self, content: bytes) -> XmlElement:
-        # Move blank lines before the XML declaration behind it. The parsers of ROS accept blank
-        # lines before the declaration, but expat refuses them.
+        # The file may begin with blank lines before the XML declaration. Move these lines behind
+        # it, because expat refuses such a file, but the parsers of ROS accept it.
         content, encoding = self._in_utf_8(BLANK_BEGINNING.sub(rb'\2\1', content))
         self.parser = expat.ParserCreate(encoding)
         self.parser.StartDoctypeDeclHandler = self._doctype
@@ -162,17 +162,17 @@ class _XmlReader:
                 reason += '; delete the text before <?xml, or delete <?xml ...?>'
             refuse(self.file, f'not valid XML: {reason}', 'syntax', error.lineno)
         except UrdfError:
-            raise  # a handler refused the file (UrdfError is a ValueError)
+            raise  # a handler of the parser refused the file; UrdfError is also a ValueError
         except (ValueError, LookupError) as error:
-            # expat raises these errors if it does not know the encoding.
+            # The encoding is unknown to expat.
             refuse(self.file, f'not valid XML: {error}', 'syntax')
-        assert self.root is not None  # expat refuses a document without a root
+        assert self.root is not None  # without a root element, expat has raised an error
         return self.root
 
     def _in_utf_8(self, content: bytes) -> tuple[bytes, str | None]:
-        # Return the bytes and their encoding; the encoding is None if expat detects it. Valid
-        # UTF-8 counts as UTF-8 even if the file declares another encoding, because a text from a
-        # ROS message has been decoded.
+        # Return the bytes of the file and their encoding; the encoding is None if expat detects
+        # it. Valid UTF-8 counts as UTF-8 even if the file declares another encoding. A text from a
+        # ROS message is UTF-8, but may still declare the encoding of its file.
         found = DECLARED.match(content)
         declared = found[1].decode('ascii') if found else 'UTF-8'
         codec = CODECS.get(declared.lower().replace('-', '_'))

@@ -20,10 +20,10 @@ from .joints import ATTRIBUTES, SINCE
 from .quantity import ROUND_OFF
 from .tree import UrdfTree
 
-# Warnings about these places in the generated robot file also apply to the URDF: the joints, and
-# the sum of the lengths.
+# Matches the places in the generated robot file whose warnings also apply to the URDF: the joints,
+# and the table (for the sum of the lengths).
 MAPPED_PLACES = re.compile(r'joints\[(\d+)\]|links$')
-# Least similarity (difflib) of an unknown element to the element that a warning suggests. The
+# Least similarity (difflib) of an unknown element to a known element that a warning suggests. The
 # value is the similarity of `axes` to `axis`.
 SIMILARITY = 0.75
 # The attributes of an `<origin>`, with the kind of their numbers.
@@ -34,7 +34,7 @@ def chain_doubts(
     tree: UrdfTree, chain: UrdfChain, of_the_table: Sequence[Fault]
 ) -> tuple[Fault, ...]:
     """
-    Return the warnings about a chain; equal warnings about several joints become one warning.
+    Return the warnings about a URDF chain. Equal warnings about several joints become one warning.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def chain_doubts(
 
 def chain_remarks(tree: UrdfTree, chain: UrdfChain, rounded: UrdfChain) -> tuple[str, ...]:
     """
-    Return sentences about joint limits that a robot file cannot have, and about `--round-angles`.
+    Return sentences about joint limits that a robot file cannot have, and about rounded angles.
 
     Parameters
     ----------

@@ -7,21 +7,21 @@ from dataclasses import dataclass
 from ...kernel import Floats
 from ..file.parts.quantities import LARGEST
 
-# The number that means no limit where URDF requires a number: the largest number that a robot file
-# accepts.
+# This number, the largest that a robot file accepts, means no limit where URDF requires a number.
 UNLIMITED = LARGEST
 # The versions of URDF that urdfdom 6.0 reads. A file without a version counts as version 1.0.
 VERSIONS = ('1.0', '1.1', '1.2')
-# Name of the element that has the attribute `joint_order`. The program writes this element if the
-# robot file has the joints in another order than the chain. Other readers skip unknown elements.
+# Name of the element with the attribute `joint_order`. The program writes this element if the
+# joints in the robot file have another order than in the chain. Other readers of URDF skip unknown
+# elements.
 EXTENSION = 'kinematics_service'
 
 
 @dataclass(frozen=True)
 class Limit:
     """
-    The limits of a joint, which URDF requires unless the joint is continuous; UNLIMITED means no
-    limit.
+    The element `<limit>` of a joint. URDF requires this element unless the joint is continuous.
+    The number UNLIMITED means no limit.
 
     Parameters
     ----------
@@ -37,7 +37,10 @@ class Limit:
 
 @dataclass(frozen=True)
 class Mimic:
-    """The element `<mimic>`: a joint has `multiplier` times the position of the joint `joint`."""
+    """
+    The element `<mimic>` of a joint, whose position is `multiplier` times the position of the
+    joint `joint`.
+    """
 
     joint: str
     multiplier: float
@@ -46,7 +49,7 @@ class Mimic:
 @dataclass(frozen=True, eq=False)
 class PlannedJoint:
     """
-    One element `<joint>` that will be written.
+    One element `<joint>` of a URDF that the program will write.
 
     Parameters
     ----------
@@ -78,7 +81,7 @@ class PlannedJoint:
 @dataclass(frozen=True)
 class UrdfPlan:
     """
-    The content of a URDF that will be written: its links and joints, root first.
+    The content of a URDF that the program will write: its links and joints, root first.
 
     Parameters
     ----------

@@ -16,10 +16,10 @@ from .tree import UrdfTree, end_of
 
 # Largest number of other possible tips, or of joints, that a message lists.
 MAX_NAMED_TIPS = 8
-# Words in names that show whether a joint belongs to a hand. FINGER and GRIPPER match a joint of a
-# hand, or the link that it moves; GRIPPER is used only for the last joints. ARM matches joints
-# that move the whole hand, and STILL matches links that are fixed in the hand. Joints that match
-# ARM or STILL are not part of the hand.
+# Words in the names of joints and links that show whether a joint belongs to a hand. FINGER and
+# GRIPPER match joints of a hand, or the links that such joints move. GRIPPER is used only for the
+# last joints of a chain. ARM matches joints that move the whole hand, and STILL matches links that
+# are fixed in the hand. A joint that matches ARM or STILL does not belong to the hand.
 FINGER = re.compile(r'finger|thumb|jaw|claw|knuckle', re.IGNORECASE)
 GRIPPER = re.compile(r'gripper', re.IGNORECASE)
 ARM = re.compile(
@@ -28,8 +28,8 @@ ARM = re.compile(
 STILL = re.compile(r'fixed|static|(base|palm)$', re.IGNORECASE)
 # Words in the names of links that are probably the tool.
 TOOL = re.compile(r'tool|tcp|effector|flange|grasp|(?<![a-z])eef?(?![a-z])|gripper_?frame', re.I)
-# Two equal branches with at most this many moving joints each are fingers. Branches with more
-# joints may be arms, which need three joints to reach a point.
+# Two equal branches count as fingers if each has at most this many moving joints. Branches with
+# more joints may be arms, because an arm needs three joints to reach a point.
 MAX_FINGER_JOINTS = 2
 
 
@@ -86,7 +86,7 @@ def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
         way = _way(tree, tip, base)
         return ChainEnds(base or way.base, tip, () if base else tuple(_cuts(tree, [way])))
     if base:
-        tree.way(base, base)  # raises an error if the link does not exist
+        tree.way(base, base)  # raises an error if the tree has no link `base`
         base = base.removeprefix('/')
     joints = [one for one in tree.joints.values() if one.attributes.get('type') not in WHY_NOT]
     parents = {end_of(joint, 'parent') for joint in joints}
@@ -116,7 +116,8 @@ def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
 
 
 def _cuts(tree: UrdfTree, ways: Sequence[_LinkWay]) -> Iterator[Fault]:
-    # Yield a fault for each floating or planar joint with moving joints on both sides.
+    # Yield a fault for each floating or planar joint that has moving joints both above and below
+    # it in the tree.
     for base in dict.fromkeys(way.base for way in ways):
         for joint in tree.above.get(base, ())[:1]:
             if above := _way(tree, end_of(joint, 'parent')).moving:
@@ -140,13 +141,14 @@ def _way(tree: UrdfTree, link: str, base: str = '') -> _LinkWay:
 
 
 def _count(tree: UrdfTree, joints: Sequence[str]) -> int:
-    # Return the number of joints; several joints that mimic one joint count as one.
+    # Return the number of independent joints: several joints that mimic one joint count as one.
     mimics = [(name, tree.joints[name].first('mimic')) for name in joints]
     return len({name if one is None else one.attributes.get('joint') for name, one in mimics})
 
 
 def _tip(tree: UrdfTree, ways: Mapping[str, _LinkWay]) -> tuple[str, str]:
-    # Return the link that is the tip, and the first joint of the hand after the tip, or ''.
+    # Return the tip link of the arm, and the name of the first joint of the hand after the tip, or
+    # ''.
     arms = {link: way.moving[: _before_hand(tree, way.moving)] for link, way in ways.items()}
     leaf = max(arms, key=lambda one: (_count(tree, arms[one]), _count(tree, ways[one].moving)))
     count = _before_branches(tree, ways, leaf, arms[leaf])
@@ -164,8 +166,8 @@ def _tip(tree: UrdfTree, ways: Mapping[str, _LinkWay]) -> tuple[str, str]:
 
 
 def _before_hand(tree: UrdfTree, path: Sequence[str]) -> int:
-    # Return the number of joints before the first joint that is named after a hand. If all joints
-    # are named after a hand, return the number of all joints.
+    # Return the number of joints in a path before the first joint whose name is that of a hand's
+    # joint. If all joints have such names, return the number of all joints.
     count = len(path)
     while count and _of_hand(tree.joints[path[count - 1]], GRIPPER):
         count -= 1
@@ -184,8 +186,8 @@ def _of_hand(joint: XmlElement, word: re.Pattern[str]) -> bool:
 def _before_branches(
     tree: UrdfTree, ways: Mapping[str, _LinkWay], leaf: str, arm: tuple[str, ...]
 ) -> int:
-    # Return the number of joints before a hand that is found by its branches or by a tool link,
-    # not by a name. If no hand is found, return the number of all joints.
+    # Return the number of joints in the arm before a hand. The hand is found by its branches or by
+    # a tool link, not by names of joints. If no hand is found, return the number of all joints.
     of_fingers = arm and _of_hand(tree.joints[arm[0]], GRIPPER)
     for k in range(1, 0 if of_fingers else min(len(arm), MAX_JOINTS)):
         paths = {link: way.moving for link, way in ways.items() if way.moving[:k] == arm[:k]}
@@ -198,7 +200,7 @@ def _before_branches(
         if any(_of_hand(tree.joints[one], FINGER) for one in fingers):
             return k
         if most > shared or arm[: k + 1] in tools:
-            continue  # no hand begins here: joint k carries limbs, or the tool comes later
+            continue  # the hand begins later: joint k carries limbs, or a tool link comes later
         similar = len(fingers) > 1 and fewest >= most - 1
         short = fewest == most <= MAX_FINGER_JOINTS
         if arm[:k] in tools or (similar and (len(fingers) > 2 or short)):

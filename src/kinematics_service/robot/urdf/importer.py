@@ -28,11 +28,11 @@ from .robot_text import printable_source, robot_file_text
 from .table import modified, table_of
 from .tree import UrdfTree, read_tree
 
-# Largest accepted error of a robot file's poses, relative to the arm's size. The value is a
-# hundred times the largest error over thousands of random chains.
+# Largest accepted error of a robot file's poses, relative to the arm's size. The value is 100
+# times the largest error that was seen in thousands of random chains.
 MAX_RELATIVE_ERROR = 1e-10
-MAX_NAME_LENGTH = 256  # characters; a robot file accepts no longer name
-REFUSED_IN_JOINTS = ','  # the comma separates joint names in the label of a Jacobian message
+MAX_NAME_LENGTH = 256  # characters; a robot file accepts no longer names
+REFUSED_IN_JOINTS = ','  # a comma separates joint names in the label of a Jacobian message
 REFUSED_IN_FRAMES = r'\s'
 
 
@@ -50,8 +50,8 @@ class UrdfImport:
     certificate
         The largest differences between the tool poses of the robot and of the URDF.
     doubts
-        Warnings about parts that are not read, numbers that are probably not in m or rad, and
-        other possible tips.
+        Warnings about three things: parts of the URDF that are not read, numbers that are probably
+        not in m or rad, and other possible tips.
     mimics
         Joints of the chain that mimic other joints.
     remarks
@@ -78,7 +78,8 @@ def import_urdf(
     round_angles: bool = False,
 ) -> UrdfImport:
     """
-    Return the robot file of a chain of a URDF.
+    Convert a chain of a URDF to a robot file. Return the text of the robot file, the robot, and
+    warnings.
 
     Parameters
     ----------
@@ -94,8 +95,8 @@ def import_urdf(
         Convention of the table.
     round_angles
         Replace an angle by the part of pi that it rounds (`1.5708` by pi/2), and remove the noise
-        of a CAD program from an axis (`2e-08 0 -1` becomes `0 0 -1`). The certificate compares
-        with the file as it is written, and therefore shows the effect.
+        of a CAD program from an axis (`2e-08 0 -1` becomes `0 0 -1`). The certificate compares the
+        robot with the unchanged URDF, and therefore shows the effect.
 
     Raises
     ------
@@ -115,7 +116,7 @@ def import_urdf(
 
 def urdf_as_robot_file(content: bytes, file: str, base: str, tip: str) -> RobotText:
     """
-    Return the robot file of a chain of a URDF, from the bytes of the URDF.
+    Return the text of a robot file for a chain of a URDF, given the bytes of the URDF.
 
     Parameters
     ----------
@@ -191,7 +192,8 @@ def _imported(
     written = text(str(certificate))
     _refuse_large(root, written)
     doubts = chain_doubts(tree, chain, robot.description.warnings)
-    # Apart from the certificate, the new text is equal to the text that was measured.
+    # Use the robot that was measured. Its text differs from the written text only in the
+    # certificate, which is in the source of the robot.
     certified = printable_source(source(str(certificate)))
     description = replace(robot.description, source=certified)
     robot = replace(robot, source=certified, description=description)

@@ -20,18 +20,18 @@ from .quantity import CAD_NOISE, ROUNDED, as_rounded_part_of_pi, part_of_pi
 NUMBER = re.compile(r'[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?')
 INFINITE = re.compile(r'[-+]?inf(?:inity)?', re.IGNORECASE)
 MOVING = ('revolute', 'continuous', 'prismatic')
-# Joint types that a robot file cannot express, each with the reason for the message.
+# Joint types that a robot file cannot express. Each type has the reason that a message gives.
 WHY_NOT = {
     'floating': 'a floating joint moves in six ways at once; begin the chain below it',
     'planar': 'a planar joint moves in three ways at once; begin the chain below it',
 }
-# An axis vector shorter than this is refused, because its direction is round-off.
+# Refuse an axis vector shorter than this, because its direction is only round-off.
 MIN_AXIS_LENGTH = 1e-6
-# A limit whose absolute value is above this, rad or m, means no limit.
+# A limit counts as no limit if its absolute value is above this, rad or m.
 MAX_LIMIT = 1e4
 RATES = ('velocity', 'acceleration', 'deceleration')
-# Attributes that the import reads, for each element of a joint. SINCE has the version of URDF that
-# introduced an attribute, if that is not the first version (README of urdfdom).
+# For each element of a joint, the attributes that the import reads. SINCE has the version of URDF
+# that introduced an attribute; other attributes are in all versions (README of urdfdom).
 ATTRIBUTES = {
     'origin': ('xyz', 'rpy', 'quat_xyzw'),
     'axis': ('xyz',),
@@ -75,8 +75,8 @@ class UrdfJoint:
     axis : shape (3,)
         The axis as a unit vector in the child's frame.
     mimics
-        The name of the joint that this joint mimics, or ''. The position is
-        multiplier * (position of that joint) + offset.
+        The name of the joint that this joint mimics, or ''. The position of a mimic joint is
+        multiplier * (position of the joint `mimics`) + offset.
     """
 
     element: XmlElement
@@ -101,7 +101,7 @@ def read_joint(element: XmlElement, version: str, rounds: bool = False) -> UrdfJ
     version
         The version of URDF that the file has.
     rounds
-        Whether exact angles and axes replace those that look rounded.
+        Whether exact angles and axes replace angles and axes that look rounded.
 
     Raises
     ------
@@ -171,7 +171,7 @@ def _axis(element: XmlElement, rounds: bool) -> Floats:
         if length < MIN_AXIS_LENGTH:
             xyz = quoted(axis.attributes.get('xyz', ''))
             axis.refuse(f'xyz={xyz} has no direction; write a unit vector', 'zero-axis')
-        # Do not divide a vector that is a unit vector up to round-off.
+        # Leave a vector unchanged if it is a unit vector up to round-off.
         if abs(length - 1.0) > 1e-15:
             direction = direction / length
     return direction
@@ -180,7 +180,8 @@ def _axis(element: XmlElement, rounds: bool) -> Floats:
 def _limits(element: XmlElement, kind: str, version: str) -> JointLimits:
     limit = element.first('limit')
     velocity, *both = (
-        # A rate of 0 means no limit: many files write 0 if the rate is unknown.
+        # A velocity or acceleration limit of 0 means no limit, because many files write 0 for an
+        # unknown limit.
         rate if 0.0 < (rate := _number(limit, name, 0.0)) < UNLIMITED else math.inf
         for name in RATES
         if SINCE.get(name, version) <= version

@@ -29,9 +29,9 @@ IDENTITY = np.eye(4)
 
 @dataclass(frozen=True)
 class _JointTerm:
-    # One term of theta or d: a factor times a variable, which is given by its index. `leads` is
-    # true for the one term of each variable that becomes the variable's joint. Other terms become
-    # joints that mimic this joint.
+    # One term of theta or d in a table row: a factor times the variable with the index `joint`. If
+    # `leads` is true, the term becomes the joint of its variable. Each variable has one such term.
+    # Other terms become joints that mimic this joint.
     joint: int
     turns: bool
     factor: float
@@ -39,7 +39,8 @@ class _JointTerm:
 
 
 def _unique(name: str, taken: set[str]) -> str:
-    # Return a name that is not in `taken`, and add it: underscores are appended to a used name.
+    # Append underscores to a name until it is not in `taken`. Add the result to `taken`, and
+    # return it.
     while name in taken:
         name += '_'
     taken.add(name)
@@ -52,9 +53,9 @@ def _motions(row: Row, index_of: Mapping[str, int]) -> list[_JointTerm]:
 
 
 def _with_leaders(robot: Robot, rows: list[list[_JointTerm]]) -> list[list[_JointTerm]]:
-    # Mark the first term of each variable as the variable's joint, whose factor is +-1. If the
-    # term has another factor, add a term for the difference, which mimics the joint. In each row
-    # put joints before mimics, because Pinocchio needs this order.
+    # Mark the first term of each variable as the variable's joint, with the factor 1 or -1. If the
+    # term has another factor, add a second term with the difference, which becomes a mimic joint.
+    # In each row, put joints before mimic joints, because Pinocchio needs this order.
     led: set[int] = set()
     result = []
     for row in rows:
@@ -103,8 +104,8 @@ class _Planner:
         joints.append(self._fixed(frames[-1], self.tool, robot.description.tool.motion.matrix))
         found = [joint.name for joint in joints if joint.type != 'fixed' and not joint.mimic]
         order = tuple(name for name in self.joint_names if name in found)
-        # Readers of URDF use the order of the chain, so write the order of the joints only if it
-        # is different.
+        # Readers of URDF order joints as in the chain. So write the order of the joints only if it
+        # differs from the order in the chain.
         order = () if list(order) == found else order
         moved = {motion.joint for motion in itertools.chain(*motions)}
         joints += [self._idle(j) for j in range(robot.dof) if j not in moved]
@@ -133,8 +134,8 @@ class _Planner:
         return PlannedJoint(name, 'fixed', parent, child, origin)
 
     def _idle(self, j: int) -> PlannedJoint:
-        # No row of the table contains variable j. Return a joint at the base, beside the chain, so
-        # that the URDF has all joints of the robot.
+        # No row of the table contains variable j. Return a joint at the base that is not part of
+        # the chain, so that the URDF has all joints of the robot.
         end = _unique(f'{self._stem}_idle_{self.robot.variables[j]}', self._links)
         term = _JointTerm(j, not self.robot.prismatic[j], 1.0, True)
         return self._moving(0, term, self.base, end, IDENTITY, False)
@@ -144,9 +145,9 @@ class _Planner:
     ) -> PlannedJoint:
         j, factor, name = term.joint, term.factor, self.joint_names[term.joint]
         limits, velocity = self.robot.limits[j], float(self.robot.velocity_limits[j])
-        # A helical joint has the type `revolute` even without limits: Pinocchio represents a
-        # continuous joint by (cos, sin), which a sliding joint cannot mimic. A turning joint that
-        # mimics another has the type of the other joint, because Pinocchio requires this.
+        # Give a helical joint the type `revolute` even if it has no limits. Pinocchio represents a
+        # continuous joint by (cos, sin), which a sliding joint cannot mimic. Give a turning mimic
+        # joint the type of its leader, because Pinocchio requires this.
         helical = self.robot.joint_types[j] == 'helical'
         kind = 'revolute' if helical or np.isfinite(limits).any() else 'continuous'
         kind = kind if term.turns else 'prismatic'

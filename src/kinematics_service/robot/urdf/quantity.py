@@ -10,10 +10,10 @@ from ...typography import number_text
 
 # Round-off of products of a few dozen rotations and lengths near 1: about 10 machine epsilons.
 ROUND_OFF = 2e-15
-DECIMALS = 12  # a value is rounded to 12 decimals if this changes it by at most ROUND_OFF
-PARTS = 12  # multiples of pi/12 (15 degrees) are written as fractions of pi
-LAST_DIGITS = 2.5  # largest error of a rounded part of pi, in units of the last digit
-ROUNDED = 1e-3  # largest error of a rounded part of pi, rad
+DECIMALS = 12  # round a value to 12 decimals if the change is at most ROUND_OFF
+PARTS = 12  # write multiples of pi/12 (15 degrees) as fractions of pi
+LAST_DIGITS = 2.5  # a rounded part of pi differs by at most this, in units of the last digit
+ROUNDED = 1e-3  # a rounded part of pi differs by at most this, rad
 # Largest error of a right angle from a CAD program, rad. The value is the round-off of 32 bit
 # numbers (6e-8) after a few products.
 CAD_NOISE = 1e-6
@@ -21,7 +21,7 @@ CAD_NOISE = 1e-6
 
 @dataclass(frozen=True)
 class WrittenNumber:
-    """A number in rad or m, and the text that a robot file has for the number."""
+    """A number in rad or m, and the text of the number in a robot file."""
 
     text: str
     value: float
@@ -49,7 +49,8 @@ def angle_of(value: float) -> WrittenNumber:
 
 def as_rounded_part_of_pi(text: str) -> float:
     """
-    Return the part of pi (rad) of which a number is a rounded value, or else the number itself.
+    Return the multiple of pi/12 (rad) that a number rounds, or the number if it rounds no
+    multiple.
 
     For `1.57`, `1.5707` (cut off) and `1.570796325` (half of a rounded pi), the result is pi/2. An
     angle that differs before its last digits, such as a calibrated angle, is not changed. The

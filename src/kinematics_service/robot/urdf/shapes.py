@@ -3,8 +3,8 @@
 """
 Make simple shapes of an arm for viewers: rods between frames, and hubs on joint axes.
 
-A robot file has no shapes of links. These shapes are symbols, not the arm's outline: do not use
-these shapes for collision checks.
+A robot file has no shapes of links. These shapes are symbols, not the outline of the arm. Do not
+use them for collision checks.
 """
 
 from collections.abc import Iterator
@@ -82,21 +82,21 @@ def _hub(joint: PlannedJoint, length: float) -> Iterator[Shape]:
         return
     side = _sized(2.0 * HUB_RADIUS * length)
     yield Shape('box', (side, side, side), np.eye(4), 'sliding')
-    assert joint.limit is not None  # the plan gives a limit to every prismatic joint
+    assert joint.limit is not None  # `plan_of` gives a limit to every prismatic joint
     ends = (joint.limit.lower or 0.0, joint.limit.upper or 0.0)
     strokes = [abs(end) for end in ends if abs(end) < UNLIMITED]
     stroke = max(strokes, default=0.0)
     if len(strokes) < 2 or stroke == 0.0:
         stroke = UNLIMITED_STROKE * length
-    # Yield a rod with the length of the stroke. The rod slides out of the previous link.
+    # Yield a rod as long as the stroke of the joint. The rod slides out of the previous link.
     pose = np.eye(4)
     pose[2, 3] = -joint.sign * stroke / 2.0
     yield Shape('cylinder', (_sized(ROD_RADIUS * length), _sized(stroke)), pose, 'sliding')
 
 
 def _pointing(direction: Floats) -> Floats:
-    # Return a pose whose z axis is `direction`. The x axis is arbitrary, because a cylinder looks
-    # equal from all sides.
+    # Return a pose with the z axis `direction`. The x axis is arbitrary, because a cylinder has no
+    # preferred direction around its axis.
     T = np.eye(4)
     T[:3, :3] = np.column_stack([*across(direction), direction])
     return T

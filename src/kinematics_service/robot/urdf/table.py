@@ -17,18 +17,18 @@ from ...rigid_motion import exact_rpy, inverse, pose_of, screw_x, screw_z
 from .chain import UrdfChain, moved
 from .quantity import ROUND_OFF, WrittenNumber, angle_of, length_of
 
-# Axes count as parallel if the angle between them is less than this, rad. A smaller angle is
-# round-off, and would put the common normal of the axes at an arbitrary position.
+# Axes count as parallel if the angle between them is less than this, rad. Such a small angle is
+# round-off. It would put the common normal of the axes at an arbitrary position.
 PARALLEL_TOLERANCE = 1e-13
-# Largest distance to a common normal, relative to the length of the chain. Nearly parallel axes (a
-# URDF with rpy="1.5708") meet kilometres away, and rows with such lengths lose digits of the pose.
-# If the distance is larger, use two rows and an additional line, which crosses the next axis at a
-# right angle.
+# Largest distance from a joint to a common normal, relative to the length of the chain. Nearly
+# parallel axes (a URDF with rpy="1.5708") have their common normal kilometres away, and rows with
+# such lengths lose digits of the pose. If the distance is larger, use two rows with an additional
+# line, which crosses the next axis at a right angle.
 MAX_NORMAL_DISTANCE = 2.0
-# Limit, rad, of the angle from the last joint's axis to the tip's z axis. A smaller angle becomes
-# part of the tool pose, a larger angle becomes alpha of the last row.
+# Limit, rad, of the angle from the last joint's axis to the tip's z axis. An angle below the limit
+# becomes part of the tool pose. A larger angle becomes alpha of the last row.
 TOOL_AXIS_TOLERANCE = 1e-3
-# A right angle plus a tolerance, so that round-off does not add pi to the theta of a row.
+# A right angle plus a tolerance. Without the tolerance, round-off could add pi to theta of a row.
 RIGHT_ANGLE = math.pi / 2.0 + 1e-9
 
 
@@ -64,7 +64,7 @@ class UrdfRow:
 
 @dataclass(frozen=True)
 class ConstantPose:
-    """A constant pose with the numbers of the robot file, R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    """A constant pose with the numbers that the robot file has, R = Rz(yaw) Ry(pitch) Rx(roll)."""
 
     xyz: tuple[WrittenNumber, ...]
     rpy: tuple[WrittenNumber, ...]
@@ -112,13 +112,13 @@ def table_of(chain: UrdfChain) -> UrdfTable:
     for here, there, line in zip(chain.motions, [*chain.motions[1:], None], lines[1:]):
         line = line.seen_from(T)
         if there is not None and not there.turns:
-            # Only the direction of a prismatic joint has an effect. Let the axis pass through the
+            # Only the direction of a prismatic joint has an effect. So use an axis through the
             # origin of the last frame.
             line = _Line(np.zeros(3), line.direction)
         next_sign = 1.0
         if there is not None and (here.follows or there.follows) and _coincide(line):
-            # The present and the next joint have one axis and will be in one row, about z. If the
-            # next joint is about -z, its term gets a minus sign.
+            # The joints `here` and `there` have one axis and will be in one row, about z. If the
+            # joint `there` is about -z, its term gets a minus sign.
             next_sign = math.copysign(1.0, line.direction[2])
         line = _Line(line.point, next_sign * line.direction)
         steps = _last_steps(line, size) if there is None else _steps(line, size)
@@ -132,7 +132,7 @@ def table_of(chain: UrdfChain) -> UrdfTable:
 
 def modified(table: UrdfTable) -> UrdfTable:
     """
-    Return a standard table in Craig's convention: a and alpha of each row go to the next row.
+    Convert a standard table to Craig's convention: move a and alpha of each row to the next row.
 
     The a and alpha of the last row become part of the tool.
     """
@@ -148,8 +148,8 @@ def modified(table: UrdfTable) -> UrdfTable:
 
 
 def _lines(chain: UrdfChain) -> tuple[list[_Line], Floats]:
-    # Return the joint axes with all variables at 0, followed by the z axis of the tip; and the
-    # pose of the tip.
+    # Return the joint axes at q = 0, followed by the z axis of the tip. Return also the pose of
+    # the tip.
     T = np.eye(4)
     lines = []
     for motion in chain.motions:
@@ -161,8 +161,8 @@ def _lines(chain: UrdfChain) -> tuple[list[_Line], Floats]:
 
 
 def _base(line: _Line) -> ConstantPose:
-    # Return the pose of frame 0 in the base link. The z axis of frame 0 is the first joint axis.
-    # Its origin is the point of this axis that is nearest to the origin of the base link.
+    # Return the pose of frame 0 in the base link. Its z axis is the first joint axis. Its origin
+    # is the point of this axis that is nearest to the origin of the base link.
     theta, alpha = _turns(line.direction)
     nearest = line.point - (line.point @ line.direction) * line.direction
     zero = length_of(0.0)
@@ -211,8 +211,8 @@ def _step(line: _Line) -> tuple[UrdfRow, float]:
     x, y, z = line.point
     theta, alpha = _turns(line.direction)
     if _parallel(line.direction):
-        # Parallel axes have many common normals. Use the common normal through the origin, so that
-        # d is 0.
+        # Parallel axes have many common normals. Use the common normal through the origin of the
+        # present frame, so that d is 0.
         a = math.hypot(x, y)
         theta = math.atan2(y, x) if a > ROUND_OFF else 0.0
         if abs(theta) > RIGHT_ANGLE:
@@ -227,7 +227,7 @@ def _steps(line: _Line, size: float) -> list[UrdfRow]:
     row, away = _step(line)
     if _parallel(line.direction) or away <= MAX_NORMAL_DISTANCE * size:
         return [row]
-    # The axes are nearly parallel: return two rows with an additional line between the axes. The
+    # The axes are nearly parallel. Return two rows with an additional line between the axes. This
     # line crosses the next axis at a right angle and is tangential to a circle around z.
     W = line.direction
     point = line.point - line.point[2] / W[2] * W
@@ -241,8 +241,8 @@ def _steps(line: _Line, size: float) -> list[UrdfRow]:
 
 
 def _last_steps(line: _Line, size: float) -> list[UrdfRow]:
-    # Return the last row, which leads to the z axis of the tip. The motion about and along this z
-    # axis is left to the pose of the tool.
+    # Return the last row, which puts the next z axis on the z axis of the tip. The motion about
+    # and along the z axis of the tip becomes part of the tool pose.
     z = line.direction[2]
     if math.hypot(*line.direction[:2]) < TOOL_AXIS_TOLERANCE:
         row, _ = _step(_Line(line.point, np.array([0.0, 0.0, math.copysign(1.0, z)])))
@@ -252,8 +252,8 @@ def _last_steps(line: _Line, size: float) -> list[UrdfRow]:
 
 
 def _merged(rows: list[UrdfRow]) -> list[UrdfRow]:
-    # Merge the rows of joints on one axis into one row, such as `theta: q3 - q2`, if one of the
-    # joints is a mimic.
+    # If one of several joints on one axis is a mimic joint, merge their rows into one row, such as
+    # `theta: q3 - q2`.
     result = rows[:1]
     for row in rows[1:]:
         last = result[-1]

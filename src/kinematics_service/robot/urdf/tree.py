@@ -15,8 +15,8 @@ from .elements import VERSIONS
 
 class UrdfWay(NamedTuple):
     """
-    The joints on the path between two links: `up` from the first link to a link above both, then
-    `down` to the second link.
+    The joints on the path between two links of the tree. `up` goes from the first link up to a
+    link above both, and `down` goes from there down to the second link.
     """
 
     up: tuple[XmlElement, ...]
@@ -26,7 +26,9 @@ class UrdfWay(NamedTuple):
 @dataclass(frozen=True)
 class UrdfTree:
     """
-    The links of a URDF and the joints between them, without a check of the other elements.
+    The tree of the links of a URDF and the joints between them.
+
+    The attributes and other elements of links and joints are not checked here.
 
     Parameters
     ----------
@@ -36,7 +38,8 @@ class UrdfTree:
         Elements by name, in the order of the file. A leading slash is removed from names of links,
         as robot_state_publisher does, because tf2 refuses the slash.
     above
-        For each link, the joints whose child is the link; a valid tree has at most one.
+        For each link, the joints whose child is this link. In a valid tree, each link has at most
+        one such joint.
     """
 
     root: XmlElement
@@ -55,7 +58,7 @@ class UrdfTree:
 
     def way(self, base: str, tip: str) -> UrdfWay:
         """
-        Return the joints from the base link to the tip link.
+        Return the joints on the path from the base link to the tip link.
 
         Raises
         ------
@@ -82,7 +85,8 @@ class UrdfTree:
         return UrdfWay(up, tuple(reversed(joints[: links.index(meets)])))
 
     def _joints_above(self, link: str, *ends: str) -> tuple[XmlElement, ...]:
-        # Return the joints from a link upwards, until one of the links `ends` or the root.
+        # Return the joints on the path from a link upwards. The path ends at the root, or before
+        # it at one of the links `ends`.
         joints: list[XmlElement] = []
         while link not in ends and (above := self.above.get(link, ())):
             if len(above) > 1:
@@ -115,7 +119,7 @@ def end_of(joint: XmlElement, end: str) -> str:
 
 def read_tree(root: XmlElement) -> UrdfTree:
     """
-    Read the links and joints of a URDF, and check that no link is above itself.
+    Read the tree of links and joints of a URDF, and check that the tree has no cycle.
 
     Raises
     ------
@@ -146,7 +150,8 @@ def _refuse_circle(tree: UrdfTree) -> None:
     try:
         TopologicalSorter(parents).prepare()
     except CycleError as error:
-        upwards = error.args[1][:0:-1]  # the links of the cycle, each followed by its parent
+        # The names of the links in the cycle; after each link comes its parent.
+        upwards = error.args[1][:0:-1]
         first = upwards.index(next(link for link in tree.links if link in upwards))
         circle = [*upwards[first:], *upwards[: first + 1]]
         joint = next(

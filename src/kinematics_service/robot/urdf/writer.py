@@ -71,7 +71,9 @@ def export_urdf(robot: AnyRobot, names: FrameNames = AS_IN_THE_FILE) -> str:
 
 
 def without_loops(robot: Robot) -> str:
-    """Return a sentence about the closed loops of an arm, which its URDF does not contain."""
+    """
+    Return a sentence that names the closed loops of an arm, which the URDF of the arm leaves out.
+    """
     loops = ', '.join(repr(loop.name) for loop in robot.description.loops)
     passive = ', '.join(robot.passive_joint_names)
     return (
@@ -105,8 +107,8 @@ def _about(robot: Robot, plan: UrdfPlan) -> Iterable[str]:
 
 
 def _comment(sentence: str) -> str:
-    # Put a space between two hyphens and at the end. An XML comment may not contain `--` or end
-    # with a hyphen.
+    # An XML comment may not contain `--` or end with a hyphen. So put a space between two hyphens,
+    # and a space at the end.
     return f' {sentence.replace("--", "- -").replace("--", "- -")} '
 
 
