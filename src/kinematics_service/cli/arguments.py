@@ -30,8 +30,9 @@ class WrongArguments(Exception):
 
 def split_ros_arguments(argv: Sequence[str]) -> Arguments:
     """
-    Split arguments into those for typer, and those for rclpy (from `--ros-args` to `--` or the
-    end).
+    Split a command line into the arguments for typer and the arguments for rclpy.
+
+    The arguments for rclpy go from `--ros-args` to `--` or to the end.
     """
     ours: list[str] = []
     ros: list[str] = []
@@ -69,7 +70,9 @@ def join_numbers(argv: Sequence[str]) -> list[str]:
 
 def name_robots(argv: Sequence[str]) -> list[str]:
     """
-    Join the topic or the links of a robot to the value of `--robot`, and return all arguments.
+    Move the topic, or the base and tip link, of a robot into the value of `--robot`.
+
+    The result has all arguments.
 
     `--robot-description` becomes `--robot topic:/robot_description`, and with `--base a --tip b`
     the URDF or topic among the arguments becomes `arm.urdf:a:b`.

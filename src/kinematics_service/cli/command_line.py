@@ -25,13 +25,14 @@ from .node import plain_options, start_node
 from .ros_variables import RosVariableError
 from .standard_output import checked_output
 
-# Exit code if the process that reads the output through a pipe has ended: 128 + SIGPIPE, as in a
-# shell.
+# Exit code if the process that reads the output through a pipe has ended. The number is 128 +
+# SIGPIPE, as in a shell.
 READER_GONE = 141
-# Code of errors in the use of the command line, in JSON.
+# Value of the key `code` in the JSON object for an error in the use of the command line.
 WRONG_USAGE = 'wrong-usage'
-# Name of the installed program. A shell sets COMPLETION_VARIABLE to request completions.
-# COMPLETION_OPTIONS install or print the completion script of a shell.
+# Name of the installed program. A shell sets the environment variable COMPLETION_VARIABLE to
+# request completions. The options COMPLETION_OPTIONS install or print the completion script of a
+# shell.
 PROGRAM = 'kinematics_service'
 COMPLETION_OPTIONS = ('--install-completion', '--show-completion')
 COMPLETION_VARIABLE = f'_{PROGRAM.upper()}_COMPLETE'
@@ -49,7 +50,7 @@ def run(argv: Sequence[str] | None = None) -> int:
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            # Print '?' for a character that the encoding of the stream does not have.
+            # Print '?' for each character that the encoding of the stream lacks.
             stream.reconfigure(errors='replace')
     if argv is not None:
         return _code_of(argv)
@@ -76,20 +77,21 @@ def _code_of(argv: Sequence[str] | None) -> int:
         )
         options = None if completion else plain_options(ours)
         if options is not None:
-            # Not in `interruptible`, because the node handles signals itself.
+            # Do not use `interruptible` for the node, because the node handles signals itself.
             return start_node(options, ros)
-        # Import the commands only now, because the node does not need typer. During the import,
-        # Ctrl-C has its default action.
+        # Import the commands only here, because the node does not need typer and starts faster
+        # without it. During the import, Ctrl-C has its default action.
         from .commands import command_group
 
         with nullcontext() if argv is not None else interruptible():
             command_group()(join_numbers(ours), obj=ros, prog_name=PROGRAM if completion else None)
         return 0
     except SystemExit as end:
-        # click turns a BrokenPipeError into exit code 1, so look for the error in the context.
+        # click turns a BrokenPipeError into SystemExit with code 1. The BrokenPipeError is in the
+        # context of the exception.
         if isinstance(end.__context__, BrokenPipeError):
             return READER_GONE
-        # Typer has printed the message on standard error.
+        # typer has printed the message on standard error. Print the message also as JSON.
         if (message := getattr(end.__context__, 'format_message', None)) and _wants_json(ours):
             _print_error(WRONG_USAGE, message())
         return end.code if isinstance(end.code, int) else 0
@@ -126,8 +128,8 @@ def _print_error(code: str, message: str, faults: Sequence[Fault] = ()) -> None:
 
 
 def _wants_json(ours: Sequence[str]) -> bool:
-    # Return whether a command with a flag --json has it. In other commands the option --json takes
-    # the name of a file.
+    # Return whether the user gave the flag --json to a command that has this flag. In other
+    # commands, the option --json takes the name of a file.
     if '--json' not in ours:
         return False
     from .commands import command_group

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Define all commands, each loaded at its use, and the options of the node."""
+"""Define all commands, and the options of the node. The file of a command is loaded at its use."""
 
 import difflib
 import os
@@ -20,9 +20,9 @@ from ..version import __version__
 from .node import MANAGED, MIXED_ROS, ROBOT, UNSECURED, NodeOptions, start_node
 from .options import WrongUsage, flag, named, option
 
-# The commands in groups, in the order of the help. Each command has a file in this folder or in
-# the folder `commands` of an app. The file has a function with the command's name (_ for -). The
-# parameters of the function are the arguments and options of the command; the docstring of the
+# The commands in groups, in the order of the help. The file of a command is in this folder or in
+# the folder `commands` of an app. The file has a function with the name of the command (_ for -).
+# The parameters of the function are the arguments and options of the command. The docstring of the
 # function is the help.
 GROUPS = {
     'Start': {
@@ -62,7 +62,8 @@ GROUPS = {
     },
 }
 COMMANDS = {name: words for group in GROUPS.values() for name, words in group.items()}
-# Width of the longest name of a command, so that all groups are aligned.
+# Width of the longest command name. Names are padded to this width, so that all groups are
+# aligned.
 NAME_WIDTH = max(map(len, COMMANDS))
 # Options that --help hides and --help-all shows.
 RARE_OPTIONS = {
@@ -73,8 +74,7 @@ RARE_OPTIONS = {
     '--show-completion', '--speed-of', '--stop', '--tolerance', '--velocity-source',
     '--verbose', '--warn', '--workers',
 }  # fmt: skip
-# For each command that belongs to an app, the folder of the app in `apps`. Commands that are not
-# listed here belong to the core.
+# For each command of an app, the folder of the app in `apps`. Other commands belong to the core.
 APPS = {
     'check': 'checking',
     'compare': 'formulas',
@@ -91,19 +91,20 @@ for _command, _app in APPS.items():
         del COMMANDS[_command]
 # Largest width of a help text, in columns.
 WIDE = {'max_content_width': 100}
-# Names of the functions for two commands whose own names Python uses: `import` is a keyword, `set`
-# a type.
+# Names of the functions of two commands. Their own names cannot name functions: `import` is a
+# keyword of Python, and `set` is a built-in type.
 RENAMED = {'import': 'import_urdf', 'set': 'set_parameter'}
 # Commands that take ROS arguments.
 WITH_ROS = ('calibrate-live', 'demo', 'echo', 'reload', 'set', 'view')
 # Commands whose first argument is a robot; they accept the robot by --robot as well.
 ROBOT_FIRST = ('check', 'compare', 'derive', 'export', 'plot')
-# For each command, the option that the first argument belongs to if the user omits the option.
+# For each command, the option that gets the first argument if the user writes the argument without
+# an option.
 FIRST_OPTION = {
     **dict.fromkeys(('demo', 'fk', 'ik', 'jacobian', 'view'), ROBOT),
     'import': '--urdf',
 }
-# Texts of typer's messages about wrong values, and the texts that replace them.
+# Texts in typer's messages about wrong values, each with the text that replaces it.
 TYPER_WORDS = {
     'Value error, ': '',
     'Input should be a valid integer, unable to parse string as an integer': 'not a whole number',
@@ -111,13 +112,16 @@ TYPER_WORDS = {
     'Input should be ': 'not ',
 }
 
-# Print help and errors without boxes. typer before 0.12 has no setting for this.
+# Print help and errors without boxes. This assignment is needed because typer before 0.12 has no
+# setting for it.
 typer.core.rich = None  # type: ignore[attr-defined]
 
 
 def short_help(words: str) -> str:
     """
-    Return the help of a command up to its first paragraph of examples, or else the whole help.
+    Return the help of a command up to and including its first paragraph of examples.
+
+    If the help has no examples, return the whole help.
     """
     parts = words.split('\n\n')
     examples = (k for k, part in enumerate(parts) if part.lstrip('\b\n').startswith('Example'))
@@ -152,9 +156,7 @@ def _with_help_all(
         ),
     ] = False,
 ) -> None:
-    """
-    Hold the option `--help-all` as a parameter, because typer makes options only of parameters.
-    """
+    """Do nothing. From the parameter of this function, typer makes the option `--help-all`."""
 
 
 def with_short_help(command: Any) -> Any:
@@ -169,11 +171,11 @@ def with_short_help(command: Any) -> Any:
     return command
 
 
-# Annotate click's classes as Any, because some versions of typer have their own copies of these
+# Arguments have the type Any, because some versions of typer have their own copies of click's
 # classes.
 class CommandGroup(typer.core.TyperGroup):
     """
-    The group of all commands, which behaves equally in every version of typer.
+    The group of all commands, with equal behaviour in every version of typer.
 
     Ctrl-C ends each command with the exit code of the signal. The error for an unknown command
     lists all commands.
@@ -192,7 +194,7 @@ class CommandGroup(typer.core.TyperGroup):
         alone = typer.Typer(add_completion=False, rich_markup_mode=None)
         command = getattr(module, name)
         words = f'{cleandoc(command.__doc__ or "")}\n{getattr(module, "HELP_ENDS", "")}'
-        # `set` takes values like -1, which look like options.
+        # The command `set` takes values such as -1, which look like options.
         settings = {**WIDE, 'ignore_unknown_options': cmd_name == 'set'}
         alone.command(cmd_name, help=words, context_settings=settings)(command)
         return with_short_help(typer.main.get_command(alone))
@@ -234,8 +236,8 @@ class CommandGroup(typer.core.TyperGroup):
         except typer.BadParameter as error:
             for typers, plain in TYPER_WORDS.items():
                 error.message = error.message.replace(typers, plain)
-            # For a missing argument typer's error has no message, so use the help text of the
-            # argument.
+            # If an argument is missing, typer's error has no message. Then the message is the help
+            # text of the argument.
             error.message = error.message or getattr(error.param, 'help', None) or ''
             raise
 
@@ -331,12 +333,14 @@ def _node(
         raise WrongUsage(message)
     if context.obj and command not in WITH_ROS:
         raise WrongUsage(f'{command} takes no --ros-args: it needs no ROS')
-    # Print a notice if the kernel is not compiled, unless the user has set the variable that
-    # chooses this. The node logs the notice itself.
+    # Print a notice if the kernel is not compiled. If the environment variable VARIABLE is set,
+    # the user chose this, so print nothing. The node logs the notice itself.
     if VARIABLE not in os.environ and (notice := kernel.notice()):
         print(f'kinematics_service: {notice}', file=sys.stderr)
 
 
 def command_group() -> Any:
-    """Return the commands and the node as one click command, whose help is short."""
+    """
+    Return one click command that contains all commands and the node. Its help is the short help.
+    """
     return with_short_help(typer.main.get_command(app))

@@ -34,7 +34,7 @@ from .options import (
 )
 from .singularity_report import DEGREES, arm_json
 
-# Texts of the output for the methods of the inverse kinematics.
+# For each method of inverse kinematics, the text that the output has for it.
 HOW = {'closed form': 'in closed form', 'algebraic': 'by elimination', 'search': 'by search'}
 
 RpyOption = Annotated[

@@ -98,7 +98,7 @@ def _import_ur_calibration(file: Path, robot: str, out: str) -> None:
 
 def _write(out: str, text: str, message: str) -> None:
     write_document(out, text)
-    # Print the message to standard error if the robot file goes to standard output.
+    # If the robot file goes to standard output, print the message to standard error.
     if out == '-':
         print(message, file=sys.stderr)
     else:

@@ -38,7 +38,8 @@ from .singularity_report import (
     state_json,
 )
 
-# Width (characters) of a column of the printed matrix. Longer joint names are broken into lines.
+# Width, in characters, of a column of the printed matrix. If a joint name is longer, break it into
+# lines.
 CELL = 9
 
 # Text at the end of the help: the keys of the JSON object `singularity`.
@@ -131,8 +132,8 @@ def _place(robot: Robot, at: str | None) -> str:
 def _print_jacobian(out: Output, robot: Robot, at: str | None, axes: str, J: Floats) -> None:
     out.print(heading(f'{robot.name}: Jacobian of {_place(robot, at)}, axes of {axes}'))
     names = [plain(name) for name in robot.joint_names]
-    # If the table is too wide for a line, break joint names into lines. If the table is still too
-    # wide, print the remaining columns below.
+    # If the table is too wide for a line, break joint names into lines. If it is still too wide,
+    # print the last columns below the first columns.
     room = out.width - len('  vx  ')
     longest = max(CELL, *map(len, names))
     cell = longest if robot.dof * (longest + 2) <= room else CELL

@@ -22,17 +22,17 @@ class RosMissingError(Exception):
 
 def is_ours(error: ImportError) -> bool:
     """
-    Return whether the module that could not be imported belongs to this package.
+    Return whether a module that could not be imported belongs to this package.
 
-    If so, the error is a mistake in the package and does not mean that ROS is missing, so it must
-    not be hidden.
+    An import error of such a module is a mistake in the package. The error must not be reported as
+    a missing ROS.
     """
     return (error.name or '').startswith(__package__.partition('.')[0])
 
 
 def ros_module(name: str) -> ModuleType:
     """
-    Return a module of this package that needs ROS, given its name in the package.
+    Import a module of this package that needs ROS, given its name, and return the module.
 
     Raises
     ------

@@ -26,7 +26,8 @@ DEFAULT_CONVENTION = 'standard'
 ROBOT_LINE = re.compile(r'^robot:.*$', re.MULTILINE)
 
 
-# Make an enumeration, because typer reads the choices of an option from an enumeration.
+# The accepted conventions are an enumeration, because typer reads the choices of an option from an
+# enumeration.
 NewConvention = Enum(  # type: ignore[misc]
     'NewConvention', {name: name for name in NEW_CONVENTIONS}, type=str
 )

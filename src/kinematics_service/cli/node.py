@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Start the node, as the program does if the command line names no command.
+Start the node. The program does this if the command line names no command.
 
-typer with all commands takes longer to load than the rest of the node. So this module reads the
-arguments of a plain start of the node without typer.
+Loading typer with all commands takes longer than loading the rest of the node. So this module
+reads a command line that only starts the node itself, without typer.
 """
 
 import gc
@@ -16,9 +16,9 @@ from .missing_ros import ros_module
 
 ROBOT, MANAGED = '--robot', '--managed'
 UNSECURED, MIXED_ROS = '--allow-unsecured', '--allow-mixed-ros'
-# Environment variable that limits OpenBLAS, numpy's matrix library, to one thread. Further threads
-# wait actively after each call, which takes 50 ms of processor time at a start. The matrices of an
-# arm are too small for several threads.
+# Environment variable, and its value, that limits OpenBLAS, the matrix library of numpy, to one
+# thread. More threads wait actively after each call, which takes 50 ms of processor time at a
+# start. The matrices of an arm are too small for several threads.
 ONE_THREAD = ('OPENBLAS_NUM_THREADS', '1')
 
 
@@ -33,9 +33,10 @@ class NodeOptions(NamedTuple):
 
 def plain_options(arguments: Sequence[str]) -> NodeOptions | None:
     """
-    Return the node's options if the command line is a plain start of the node, else None.
+    Return the options of the node if the command line has no other arguments, else None.
 
-    typer reads all other command lines: commands, help, the version, and wrong arguments.
+    If the result is None, typer reads the command line. It may have a command, wrong arguments, or
+    an option for the help or the version.
     """
     robots = []
     flags = set()

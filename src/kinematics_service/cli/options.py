@@ -29,22 +29,28 @@ from ..typography import counted, plain_names
 WITH_PI = re.compile(r'[-+*/0-9.]*(pi|°)[-+*/0-9.pi]*')
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
 
-MAX_BYTES = 256 * 1024  # bytes; largest size of a text file, or of standard input
-UTF_16 = (b'\xff\xfe', b'\xfe\xff')  # first bytes of UTF-16 text, which spreadsheets write
+MAX_BYTES = 256 * 1024  # largest size of a text file or of standard input, bytes
+# The first bytes of UTF-16 text, as some spreadsheets write it.
+UTF_16 = (b'\xff\xfe', b'\xfe\xff')
 ROBOT = 'FILE|NAME'
-NODE = '/kinematics'  # default full name of the node
+NODE = '/kinematics'  # the default name of the node, with its namespace
 ROBOT_WORDS = 'A robot file, a URDF (with --base and --tip LINK), or a bundled robot.'
 
 
 def robots_like(incomplete: str) -> list[str]:
-    """Return the names of bundled robots that begin with a text, for the completion of a shell."""
+    """
+    Return the names of the bundled robots that begin with `incomplete`.
+
+    A shell completes a command line with these names.
+    """
     return [name for name in bundled_robots() if name.startswith(incomplete)]
 
 
 def named(name: str, words: str, metavar: str | None = None, **others: Any) -> Any:
     """
-    Return an option for the annotation of a parameter; the option has the default of the
-    parameter.
+    Return a typer option for the annotation of a function's parameter.
+
+    The default value of the option is that of the parameter.
     """
     return typer.Option(name, help=words, metavar=metavar, **others)
 
@@ -87,7 +93,7 @@ def option(
     most: float | None = None,
 ) -> Any:
     """
-    Return an option of a command that takes a value, as typer's object.
+    Return a typer option that takes a value.
 
     Parameters
     ----------
@@ -116,7 +122,7 @@ def option(
 
 
 def flag(name: str, words: str) -> Any:
-    """Return an option of a command without a value (a flag), which is off by default."""
+    """Return a typer option without a value (a flag), which is off by default."""
     return typer.Option(False, name, help=words)
 
 
@@ -126,12 +132,14 @@ class WrongUsage(typer.BadParameter):
     """
 
     def format_message(self) -> str:
-        """Return the message alone, because typer would write a preface before the message."""
+        """Return only the message, because typer would put other words before it."""
         return self.message
 
 
 def refuse_unwritable(option: str, file: Path) -> None:
-    """Raise WrongUsage for an unwritable output file, before its content is computed."""
+    """
+    Raise WrongUsage if an output file cannot be written. Call this before you compute its content.
+    """
     folder = file.parent
     if file.is_dir():
         raise WrongUsage(f'{option}: {file} is a folder: give the file itself')
@@ -185,15 +193,17 @@ def doubt_text(doubt: Fault) -> str:
 
 def given_point(text: str) -> str | int:
     """
-    Return the value of `--of` or `--axes`: the number of a table row as int, or a point's name.
+    Return the value of the option `--of` or `--axes`: the number of a table row, or a point's
+    name.
     """
     return int(text) if re.fullmatch('[0-9]{1,6}', text) else text
 
 
 def ending_at(robot: Robot, of: str | None, at: str | None = None) -> Robot:
     """
-    Return the robot with the point of `--of` and `--at` as its tool; without these options, return
-    the robot unchanged.
+    Return a robot whose tool is the point that the options `--of` and `--at` give.
+
+    Without both options, return the robot unchanged.
     """
     if of is None and at is None:
         return robot
@@ -228,7 +238,9 @@ def given_numbers(
     option: str, text: str, count: int, angles: bool = False, degrees: bool = False
 ) -> Floats:
     """
-    Return the `count` numbers of an option, shape (count,); if `degrees`, convert angles to rad.
+    Return the numbers in the text of an option, shape (count,), in SI units.
+
+    If `degrees` is true, angles in the text are in degrees.
     """
     words = _words(text)
     values = [_value(option, word, angles, degrees) for word in words]
@@ -244,7 +256,8 @@ def _words(text: str) -> list[str]:
 
 
 def _value(option: str, word: str, angle: bool, degrees: bool) -> float | None:
-    # Return the number in a word, such as 90° or pi/2, in SI units. Return None for other words.
+    # Return the number that a word such as 90° or pi/2 means, in SI units. Return None if the word
+    # is not a number.
     if NUMBER.fullmatch(word):
         return math.radians(float(word)) if angle and degrees else float(word)
     if not WITH_PI.fullmatch(word):
@@ -270,8 +283,9 @@ def given_positions(robot: Robot, text: str, degrees: bool) -> Floats:
 
 
 def _look_like_degrees(robot: Robot, q: Floats) -> bool:
-    # Return whether the angles are probably in degrees: in radians, one angle is more than a turn
-    # and beyond its limits; in degrees, all angles are inside their limits.
+    # Return whether the angles are probably in degrees. This is so if two conditions hold. Read in
+    # radians, at least one angle is more than a turn and outside its limits. Read in degrees, all
+    # angles are inside their limits.
     turning = ~robot.prismatic
     low, high = robot.limits.T
     bounded = np.isfinite(high - low)
@@ -288,7 +302,8 @@ def joint_values(robot: Robot, text: str, option: str, degrees: bool) -> Floats:
     Commas or spaces separate the numbers; brackets around all numbers are allowed.
     """
     words = _words(text)
-    turning = [*~robot.prismatic, *(True for _ in words)]  # convert surplus numbers as angles
+    # Treat numbers beyond the number of joints as angles; they are refused below.
+    turning = [*~robot.prismatic, *(True for _ in words)]
     values = []
     for word, turns in zip(words, turning):
         value = _value(option, word, turns, degrees)
@@ -299,8 +314,8 @@ def joint_values(robot: Robot, text: str, option: str, degrees: bool) -> Floats:
             )
         values.append(value)
     if len(words) != robot.dof:
-        # Suggest decimal points if the user has probably typed decimal commas: 0,1,0,2 for two
-        # joints is most likely 0.1,0.2.
+        # If the user has probably typed decimal commas, suggest decimal points. For two joints,
+        # 0,1,0,2 most likely means 0.1,0.2.
         halves = len(words) == 2 * robot.dof and '.' not in text
         points = ','.join(map('.'.join, zip(words[::2], words[1::2])))
         raise WrongUsage(

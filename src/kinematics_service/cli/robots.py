@@ -69,16 +69,16 @@ def _entry(title: str, name: str, file: Path, about: RobotDescription) -> dict[s
 
 
 def _row(name: str, about: RobotDescription) -> tuple[str, ...]:
-    # Show only the first part of the key `source`, which names the origin of the numbers. Other
-    # parts describe later changes.
+    # Show only the first part of the key `source`, which names the origin of the numbers, because
+    # other parts describe later changes.
     letters = joint_letters(about.joints)
     return name, str(len(about.joints)), letters, about.convention, about.source.partition(';')[0]
 
 
 def _line(row: tuple[str, ...], widths: list[int], width: int) -> str:
     *cells, source = row
-    # Cut a source that is too long for the column at the last possible comma, or else at the width
-    # of the column.
+    # If a source is too long for the column, cut it at the last comma that fits, or else at the
+    # width of the column.
     room = max(width - sum(widths[:-1]) - 2 * len(cells), len(HEADER[-1]))
     line = ''.join(plain(cell).ljust(wide + 2) for cell, wide in zip(cells, widths))
     if len(source) > room:

@@ -11,11 +11,11 @@ import os
 import re
 from pathlib import Path
 
-# Largest ROS_DOMAIN_ID: DDS uses ports from 7400 + 250 * domain on, which must be below 65536.
+# Largest ROS_DOMAIN_ID. DDS uses ports from 7400 + 250 * domain on, and ports must be below 65536.
 MAX_DOMAIN = 232
 DOMAIN = re.compile(r'0|[1-9][0-9]{0,2}')
-# Folder in which a ROS installation lists its middlewares. The folder also has an entry CHOOSER,
-# which is not a middleware but the layer that loads a middleware.
+# Folder in which a ROS installation lists its middlewares (implementations of ROS communication).
+# Its entry CHOOSER is not a middleware but the layer that loads a middleware.
 INDEX = Path('share/ament_index/resource_index/rmw_typesupport')
 CHOOSER = 'rmw_implementation'
 
@@ -39,7 +39,8 @@ def refuse_ros_variables() -> None:
 
 
 def _wrong_domain() -> str | None:
-    # Check the value here, because ROS itself reads 5x as 5, -1 as 0 and 010 as 8.
+    # Check the value here, because ROS would accept wrong values: it reads 5x as 5, -1 as 0 and
+    # 010 as 8.
     value = os.environ.get('ROS_DOMAIN_ID', '')
     number = value.strip()
     if not value or (DOMAIN.fullmatch(number) and int(number) <= MAX_DOMAIN):
@@ -61,8 +62,8 @@ def _wrong_middleware() -> str | None:
 
 
 def _middlewares() -> list[str]:
-    # Return the middlewares of the ROS installation that contains rclpy; empty if the installation
-    # has no list.
+    # Return the names of the middlewares of the ROS installation that contains rclpy. The result
+    # is empty if the installation has no list.
     spec = importlib.util.find_spec('rclpy')
     if spec is None or spec.origin is None:
         return []

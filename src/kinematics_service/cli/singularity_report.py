@@ -25,7 +25,7 @@ from ..robot.robot import Robot
 
 LEVEL_STYLES = {Level.OK: 'bold green', Level.WARN: 'bold yellow', Level.ERROR: 'bold red'}
 DEGREES = 180.0 / math.pi
-# Rates of a measure below this, 1/s, are printed as 0, because such rates are round-off.
+# Print rates of a measure below this, 1/s, as 0, because such rates are round-off.
 RATE_TOLERANCE = 1e-8
 # If the time to the WARN threshold is longer than this, s, the motion counts as not approaching
 # the threshold.
@@ -52,7 +52,7 @@ def in_degrees(angle: float) -> str:
 
 
 def threshold_words(thresholds: Thresholds) -> str:
-    """Return the thresholds as text, `distance: WARN below 0.1 rad (5.73 deg), ...`."""
+    """Return the thresholds as text, such as `distance: WARN below 0.1 rad (5.73 deg), ...`."""
     measure = MEASURES[thresholds.measure]
     side = 'below' if measure.small_is_bad else 'above'
 
@@ -72,18 +72,18 @@ def beyond_limits(robot: Robot, q: Floats) -> list[str]:
 
 
 def arm_json(robot: Robot) -> dict[str, Json]:
-    """Return the JSON keys of an arm: its name, frames and joint names."""
+    """Return the part of a JSON object that describes an arm: its name, frames and joint names."""
     return {'robot': robot.name, **attributes(robot, 'base_frame', 'tool_frame', 'joint_names')}
 
 
 def state_json(state: ToolState) -> dict[str, Json]:
-    """Return the JSON keys of an arm, its joint positions, and the joints beyond their limits."""
+    """Return the part of a JSON object that describes an arm and its configuration q."""
     beyond = beyond_limits(state.robot, state.q)
     return {**arm_json(state.robot), 'q': state.q, 'beyond_limits': beyond}
 
 
 def singularity_json(robot: Robot, singularity: Singularity) -> dict[str, Json]:
-    """Return the singularity measures of a state, with the JSON keys that `JSON_KEYS` lists."""
+    """Return the singularity measures of a pose as a JSON object, with the keys in `JSON_KEYS`."""
     moving = ('lost_direction', 'joint_motion', 'way_out', 'rate', 'time_to_warning')
     return {
         'level': singularity.level.name,
@@ -99,8 +99,10 @@ def singularity_json(robot: Robot, singularity: Singularity) -> dict[str, Json]:
 
 def short_measures(state: ToolState, singularity: Singularity) -> Iterator[tuple[str, str]]:
     """
-    Yield pairs of label and text for a pose. The pairs are the level with its measure, the
-    determinant, the worst direction of the tool, and the joints beyond their limits.
+    Yield pairs of label and text that describe how near a pose is to a singular pose.
+
+    The pairs are the level with its measure, the determinant, the worst direction of the tool, and
+    the joints beyond their limits.
     """
     robot = state.robot
     thresholds = robot.singularity.thresholds
@@ -207,8 +209,8 @@ def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str
 
 
 def _degree(robot: Robot, singularity: Singularity) -> str:
-    # Return `lost` if the tool cannot move in its worst direction at this pose or at a near
-    # singular pose. Return `weakest` if the tool can move in this direction, but needs the largest
+    # Return `lost` if the tool cannot move in its worst direction at this pose, or at the nearest
+    # singular pose. Return `weakest` if the tool can move in this direction, but with the largest
     # joint motion.
     at_pose = singularity.rank < singularity.generic_rank
     near = singularity.level != Level.OK and not flat_loop(robot, singularity)
@@ -216,8 +218,8 @@ def _degree(robot: Robot, singularity: Singularity) -> str:
 
 
 def _loop_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str, str]]:
-    # Yield the determinant of each closed loop. In `factors`, the factors of the loops come after
-    # the factors of the file.
+    # Yield the determinant of each closed loop. The array `factors` has the factors of the file
+    # first, then those of the loops.
     factors, loops = singularity.factors, robot.loop_names
     if factors is None:
         return

@@ -9,8 +9,8 @@ from ..errors import KinematicsError
 
 
 class _CheckedFile(io.FileIO):
-    # Whether a write has failed. Only the first failure raises an error. Later writes do nothing,
-    # so that the rest of the buffer raises no second error at exit.
+    # True after a write has failed. Only the first failure raises an error. Later writes do
+    # nothing, because the rest of the buffer would raise a second error at exit.
     failed = False
 
     def write(self, data: Any, /) -> int:

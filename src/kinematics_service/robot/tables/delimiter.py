@@ -10,7 +10,7 @@ def delimiter_of(lines: Sequence[str]) -> str:
     Return the sign that separates cells: the sign among `|`, tab, `;` and `,` that is in most
     lines.
 
-    If less than half of the lines have this sign, return a space, which means any white space.
+    If at most half of the lines have this sign, return a space, which means any white space.
     """
     # Count the semicolon before the comma. If both are in equally many lines, the semicolon is
     # chosen, because the commas are decimal commas.

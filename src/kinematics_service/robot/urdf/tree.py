@@ -16,7 +16,7 @@ from .elements import VERSIONS
 class UrdfWay(NamedTuple):
     """
     The joints on the path between two links of the tree. `up` goes from the first link up to a
-    link above both, and `down` goes from there down to the second link.
+    link above both. `down` goes from that link down to the second link.
     """
 
     up: tuple[XmlElement, ...]
