@@ -10,13 +10,13 @@ Each name is imported at its first use, so that the command line prints `--help`
 Ctrl-C, before the kernel is loaded.
 """
 
-# Import the C module `_signal`, because it loads at once. The module `signal` first creates
-# enumerations, and Ctrl-C during this time would print a traceback.
+# Import the C module `_signal`, not `signal`, because `_signal` loads at once. Loading `signal`
+# takes longer, and Ctrl-C during this time would print a traceback.
 import _signal
 import sys
 
-# If the process is a command, give SIGINT its default action: Ctrl-C then ends the command without
-# a traceback. Python runs this file before `__main__`.
+# If the process is a command, give SIGINT its default action, so that Ctrl-C ends the command
+# without a traceback. This is done here because Python runs this file before `__main__`.
 _program = sys.argv[0] if sys.argv else ''
 _is_command = (_program == '-m' and __name__ in sys.orig_argv) or _program.endswith(f'/{__name__}')
 if _is_command and _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
@@ -24,8 +24,8 @@ if _is_command and _signal.getsignal(_signal.SIGINT) is _signal.default_int_hand
 
 from importlib import import_module  # noqa: E402
 
-# The public names and their modules are listed only in the stub, which type checkers read as well.
-# Each line of the stub is `from .module import name as name`.
+# Only the stub file lists the public names and their modules, because type checkers read it as
+# well. Each line of the stub is `from .module import name as name`.
 with open(f'{__path__[0]}/__init__.pyi', encoding='utf-8') as _stub:
     _HOME = {_line.split()[-1]: _line.split()[1] for _line in _stub}
 

@@ -1,32 +1,34 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Find the module of an app (an optional part in the folder `apps`) by the name of its task.
+Find the module that does a task. The module belongs to an app, an optional part of the package in
+the folder `apps`.
 
-The core does not import apps, and an app imports few other apps. The core finds the commands of
-apps in the table of `cli/commands.py`, and other modules of apps in `APP_MODULES`.
+The core of the package does not import apps, and an app imports few other apps. The core finds the
+commands of apps in the table `APPS` of `cli/commands.py`, and other modules of apps in the table
+`APP_MODULES`.
 """
 
 import os
 from importlib import import_module
 from typing import Any
 
-# For each task, the module in the folder `apps` that does the task.
+# Maps each task to the module, in the folder `apps`, that does the task.
 APP_MODULES = {
     'check': 'checking.commands.check',
     'factory calibration': 'calibration.factory',
     'second source': 'calibration.second_source_watch',
     'recording': 'recordings.readers.recording',
     'motions': 'demo.motions.trajectory',
-    # Modules that show results in a notebook.
+    # The next two modules show results in a notebook.
     'html': 'pictures.notebook',
     'latex': 'formulas.derive.output.notebook',
 }
 
 
 def has_app(name: str) -> bool:
-    """Return whether an app is installed, which means that the folder of the app exists."""
-    # Look for the file instead of find_spec, which would import the package `apps`.
+    """Return whether an app is installed: the folder of the app exists."""
+    # Look for the file of the app. `find_spec` would import the package `apps`.
     return os.path.isfile(f'{os.path.dirname(__file__)}/apps/{name}/__init__.py')
 
 

@@ -3,9 +3,9 @@
 """
 Define the errors of the package: each error is a KinematicsError, and its text is a sentence.
 
-Errors with (V) are also ValueErrors. The words after a colon are the attributes of an error. Each
-error has a `code` that names its cause in one to three words and stays the same when the sentence
-changes.
+Errors with (V) are also ValueErrors. After a colon, the list has the attributes of an error. Each
+error has a `code`: one to three words that name its cause. If a later version changes the
+sentence, the code stays.
 
     KinematicsError
     +-- RobotFileError (V): faults
@@ -56,7 +56,7 @@ class Fault:
     file
         The path as the user gave it.
     line
-        Line number from 1 on; 0 if the fault does not have a line (a missing file).
+        Line number from 1 on; 0 if the fault has no line, such as for a missing file.
     where
         The key in the file, for example `links[2].alpha`; empty for the whole file.
     message
@@ -84,15 +84,15 @@ class KinematicsError(Exception):
     Attributes
     ----------
     code
-        Stable name of the cause, for example `unknown-name`; it is not printed. Each class has a
-        general code, for errors that are raised without a code of their own: its name, unless the
-        class gives another (`robot-file` for RobotFileError).
+        Stable name of the cause, for example `unknown-name`; it is not printed. An error that is
+        raised without a code has the general code of its class. The general code is made from the
+        name of the class (`robot-file` for RobotFileError), unless the class defines another.
     """
 
     code = 'error'
 
     def __init_subclass__(cls) -> None:
-        """Give a class without a general code its name as code."""
+        """Give a subclass without a general code a code from its name, such as `robot-file`."""
         if 'code' not in vars(cls):
             words = re.findall('[A-Z][a-z]*', cls.__name__.removesuffix('Error'))
             cls.code = '-'.join(words).lower()
@@ -111,7 +111,9 @@ class RobotFileError(KinematicsError, ValueError):
         super().__init__('\n'.join(map(str, self.faults)))
 
     def __reduce__(self) -> tuple[type['RobotFileError'], tuple[tuple[Fault, ...]]]:
-        """Rebuild the error from its faults, so that it passes between processes unchanged."""
+        """
+        Return the class and the faults, from which pickle makes an equal error in another process.
+        """
         return type(self), (self.faults,)
 
 
@@ -135,7 +137,9 @@ class RobotNotFoundError(KinematicsError, ValueError):
 
 
 class RobotFileWriteError(KinematicsError):
-    """A part of a robot file cannot be changed without a change of other parts of the file."""
+    """
+    A part of a robot file cannot be written, because other parts of the file would change too.
+    """
 
 
 class ExpressionError(KinematicsError, ValueError):
@@ -144,7 +148,8 @@ class ExpressionError(KinematicsError, ValueError):
     code = 'syntax'
 
 
-# A shape of an array: a text, or a tuple of dimensions, which may be letters: (6, 4), ('N', 6).
+# A shape of an array: a text, or a tuple of dimensions. A dimension is a number or a letter, as in
+# (6, 4) or ('N', 6).
 Shape = str | tuple[int | str, ...]
 
 
@@ -157,9 +162,9 @@ class ArgumentError(KinematicsError, ValueError):
     argument
         Name of the argument.
     expected
-        Accepted values: shapes without leading dimensions, or texts.
+        Accepted shapes, without leading dimensions, or accepted values as texts.
     given
-        The given shape or text; None for a value without a shape.
+        The shape or the text of the argument; None if the argument has no shape.
     """
 
     def __init__(
@@ -178,7 +183,7 @@ class ArgumentError(KinematicsError, ValueError):
     def refused(
         cls, argument: str, expected: str, given: object, *, code: str = ''
     ) -> 'ArgumentError':
-        """Return the error that an argument must be what `expected` says."""
+        """Return the error for an argument that is not what the text `expected` describes."""
         sentence = f'{argument} must be {expected}, not {given!r:.80}'
         return cls(sentence, argument, [expected], given, code=code)
 
@@ -186,7 +191,11 @@ class ArgumentError(KinematicsError, ValueError):
     def unknown_name(
         cls, argument: str, known: Iterable[str], given: object, others: str = ''
     ) -> 'ArgumentError':
-        """Return the error for a name that is not in `known`; `others` continues the list."""
+        """
+        Return the error for a name that is not in `known`.
+
+        `others` is a text that the message has after the known names.
+        """
         names = tuple(known)
         sentence = f'{argument} must be one of {", ".join(names)}{others}, not {given!r}'
         return cls(sentence, argument, names, given, code='unknown-name')
@@ -195,7 +204,11 @@ class ArgumentError(KinematicsError, ValueError):
     def wrong_shape(
         cls, argument: str, given: tuple[int, ...], expected: Sequence[Shape], accepted: str = ''
     ) -> 'ArgumentError':
-        """Return the error that an array has another shape; `accepted` is the text of shapes."""
+        """
+        Return the error for an array that does not have an `expected` shape.
+
+        `accepted` replaces the list of expected shapes in the message.
+        """
         shapes = accepted or ' or '.join(map(str, expected))
         sentence = f'{argument} has shape {given}; it must be {shapes}'
         return cls(sentence, argument, expected, given, code='wrong-shape')
@@ -208,8 +221,8 @@ class JointVectorError(ArgumentError):
     Attributes
     ----------
     row
-        Index of the first pose of a batch that is not finite, over all leading dimensions; None if
-        the shape is wrong.
+        Index of the first configuration of a batch that is not finite, counted over all leading
+        dimensions; None if the shape is wrong.
     """
 
     code = 'joint-positions'
@@ -218,7 +231,7 @@ class JointVectorError(ArgumentError):
 
 class LoopError(JointVectorError):
     """
-    A closed loop of the arm has no solution at the joint positions on the branch in use.
+    A closed loop of the arm cannot be closed at the joint positions on its present branch.
 
     Attributes
     ----------
@@ -237,7 +250,9 @@ class PointError(ArgumentError):
 
 
 class TargetError(ArgumentError):
-    """A target is not a finite pose or position, or it names task rows that do not exist."""
+    """
+    A target is not a finite pose or position, or it names rows of the task that do not exist.
+    """
 
 
 class TwistError(ArgumentError):
@@ -291,7 +306,9 @@ class UrdfError(KinematicsError, ValueError):
         super().__init__(str(fault), code=fault.code)
 
     def __reduce__(self) -> tuple[type['UrdfError'], tuple[Fault]]:
-        """Rebuild the error from its fault, so that it passes between processes unchanged."""
+        """
+        Return the class and the fault, from which pickle makes an equal error in another process.
+        """
         return type(self), (self.fault,)
 
 
@@ -361,4 +378,6 @@ class CdrError(KinematicsError, ValueError):
 
 
 class WireError(KinematicsError, ValueError):
-    """Serialized bytes are not a message of the expected type; ROS would refuse them as well."""
+    """
+    Serialized bytes are not a message of the expected type. ROS would refuse these bytes as well.
+    """

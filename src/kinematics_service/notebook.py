@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Show results of the library in a notebook, by modules of apps, which may be missing."""
+"""
+Show results of the library in a notebook. Apps, which may be missing, make the HTML and LaTeX.
+"""
 
 from .app_modules import app_module
 

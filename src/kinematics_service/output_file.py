@@ -22,13 +22,13 @@ from typing import BinaryIO, TextIO
 from .errors import KinematicsError
 
 # Errors of the operating system after which an existing file is overwritten instead of replaced.
-# The causes: the file has another owner, the file is a mount (as single files in containers are),
-# or the new file is on another disk (EXDEV).
+# They occur if the file has another owner, if the file is a mount (as single files in containers
+# are), or if the new file is on another disk (EXDEV).
 OVERWRITE_ERRORS = (errno.EPERM, errno.EACCES, errno.EBUSY, errno.EXDEV, errno.EROFS)
 # File descriptors of standard output and standard error.
 STREAMS = (1, 2)
-# On POSIX, a terminal that is opened with these flags does not become the terminal of this
-# process. On Windows, bytes are written unchanged.
+# Flags to open a file for writing. On POSIX, if the file is a terminal, it does not become the
+# terminal of this process. On Windows, bytes are written unchanged.
 OPEN_FLAGS = os.O_WRONLY | getattr(os, 'O_NOCTTY', 0) | getattr(os, 'O_BINARY', 0)
 
 
@@ -48,7 +48,7 @@ def write_file(path: Path, content: str | bytes) -> None:
 @contextmanager
 def new_file(path: Path) -> Iterator[Path]:
     """
-    Yield the path of a new file in a temporary folder; the file becomes `path` after the block.
+    Yield the path of a temporary file. After the block, this file becomes the file `path`.
 
     Raises
     ------
@@ -59,7 +59,8 @@ def new_file(path: Path) -> Iterator[Path]:
         with tempfile.TemporaryDirectory(prefix='.kinematics_service.', dir=_folder(path)) as own:
             made = Path(own) / 'made'
             yield made
-            with made.open('rb+') as stream:  # Windows refuses fsync of a file that is only read
+            # Open for writing, because Windows refuses fsync otherwise.
+            with made.open('rb+') as stream:
                 os.fsync(stream.fileno())
             _put(made, path)
     except OSError as error:
@@ -68,7 +69,10 @@ def new_file(path: Path) -> Iterator[Path]:
 
 def unwritable(path: Path) -> str | None:
     """
-    Return why a file probably cannot be written, or None if it can; the function writes nothing.
+    Return the reason, as text, why a file probably cannot be written; None if the file can be
+    written.
+
+    The function writes nothing.
     """
     try:
         found = _found(path)
@@ -83,8 +87,8 @@ def unwritable(path: Path) -> str | None:
 
 
 def _found(path: Path) -> os.stat_result | None:
-    # Return the status of the file at `path`, or None if the file, or the target of a link, does
-    # not exist.
+    # Return the status of the file at `path`. Return None if the file, or the target of a symbolic
+    # link, does not exist.
     try:
         return path.stat()
     except FileNotFoundError:
@@ -96,9 +100,9 @@ def _target(path: Path) -> Path:
 
 
 def _folder(path: Path) -> Path | None:
-    # Return the folder in which the new file is made. If a rename can replace the old file, return
-    # the folder of `path`. Otherwise return None, which means the system's folder for temporary
-    # files.
+    # Return the folder in which the temporary file is made. If the temporary file can replace the
+    # old file by a rename, return the folder of `path`. Otherwise return None, which means the
+    # system's folder for temporary files.
     found, folder = _found(path), _target(path).parent
     beside = found is None or (_may_be_replaced(path, found) and os.access(folder, os.W_OK))
     return folder if beside else None
@@ -107,14 +111,14 @@ def _folder(path: Path) -> Path | None:
 def _may_be_replaced(path: Path, found: os.stat_result) -> bool:
     if not stat.S_ISREG(found.st_mode) or found.st_nlink > 1 or _stream(found) is not None:
         return False
-    # A link in /proc may lead to a file without a name. Such a file cannot be replaced.
+    # A symbolic link in /proc may lead to a file without a name, which cannot be replaced.
     there = _found(_target(path))
     return there is not None and os.path.samestat(found, there)
 
 
 def _stream(found: os.stat_result) -> int | None:
     for number in STREAMS:
-        with suppress(OSError):  # the stream may be closed
+        with suppress(OSError):  # standard output or standard error may be closed
             if os.path.samestat(found, os.fstat(number)):
                 return number
     return None
@@ -143,9 +147,9 @@ def _put(made: Path, path: Path) -> None:
 def _pour(made: Path, path: Path, found: os.stat_result) -> None:
     number = _stream(found)
     if number is not None:
-        sys.stdout.flush()  # write buffered output before the content of the file
-    # Open without O_TRUNC, which would lose the old content if the disk is full, and without
-    # O_CREAT, which systems refuse for pipes of other users.
+        sys.stdout.flush()  # `path` is a stream of this process, so write its buffered text first
+    # Open the file without O_TRUNC and O_CREAT. If the disk is full, O_TRUNC would lose the old
+    # content. Systems refuse O_CREAT for pipes of other users.
     handle = os.open(path, OPEN_FLAGS) if number is None else os.dup(number)
     with made.open('rb') as content, os.fdopen(handle, 'wb') as stream:
         whole = number is None and stat.S_ISREG(found.st_mode)
@@ -160,8 +164,8 @@ def _pour(made: Path, path: Path, found: os.stat_result) -> None:
 
 
 def _reserve(stream: BinaryIO, size: int, before: int) -> None:
-    # Reserve disk space before the content is overwritten, so that the old content stays if the
-    # disk is full.
+    # Reserve disk space before the content is overwritten. If the disk is full, the old content
+    # stays.
     if not size or not hasattr(os, 'posix_fallocate'):
         return
     try:
@@ -172,7 +176,7 @@ def _reserve(stream: BinaryIO, size: int, before: int) -> None:
 
 
 def say_written(file: Path, stream: TextIO | None = None) -> None:
-    """Print that a file was written, but only if it is a regular file, not a pipe or a device."""
+    """Print that a file was written. Print nothing for a pipe or a device."""
     if file.is_file():
         print(f'wrote {file}', file=stream)
 
@@ -183,7 +187,7 @@ def write_documents(
     """
     Write a report to files, as an HTML page and a JSON document, and print the report.
 
-    If the file `json` is `-`, the document is printed instead of the report.
+    If `json` is `-`, print the JSON document instead of the report.
     """
     printed = str(json) == '-'
     texts = {html: page, None if printed else json: f'{document}\n'}

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Write an HTML page that needs no other files, for light and dark screens and for print, at any
+Write an HTML page that needs no other files. The page fits light and dark screens, print, and any
 width.
 
-The style is page.css. The colours are those of Okabe and Ito (2008), which people with any colour
-vision can distinguish; the dark page has lighter colours.
+The file page.css has the style of the page. The colours are those of Okabe and Ito (2008), which
+people with any colour vision can distinguish; the dark page has lighter colours.
 """
 
 from collections.abc import Iterable, Sequence

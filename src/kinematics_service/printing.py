@@ -19,13 +19,14 @@ from rich.text import Text
 
 from .kernel import Floats
 
-# Values that `json_text` accepts: arrays become lists, and named tuples become objects.
+# Types of the values that `json_text` accepts. Arrays become lists, and named tuples become
+# objects.
 Json: TypeAlias = (
     None | bool | int | float | str | npt.NDArray[Any] | Sequence['Json'] | Mapping[str, 'Json']
 )
 
-# Width of a line (characters) if the output is not a terminal. The width is large, because a
-# program reads the output, so lines must not be broken.
+# Width of a line (characters) if the output is not a terminal. Then a program reads the output, so
+# the width is large and lines are not broken.
 UNBROKEN = 10_000
 TRAILING_BLANKS = re.compile(r' +$', re.MULTILINE)
 GAP = (0, 2, 0, 0)
@@ -34,7 +35,8 @@ BREAKS = re.compile(r'[^_/.-]*[_/.-]?')
 
 class Output:
     """
-    Standard output with the width of the terminal, or with unbroken lines without a terminal.
+    Standard output. Lines have the width of the terminal; without a terminal, lines are not
+    broken.
 
     Text is printed without markup and highlights; colours appear only on a terminal.
     """
@@ -61,7 +63,9 @@ def plain(text: str) -> str:
 
 
 def table(*headers: str) -> Table:
-    """Return an empty table whose cells fold on a narrow terminal and are not cut."""
+    """
+    Return an empty table with headers. On a narrow terminal, texts in cells are wrapped, not cut.
+    """
     result = Table(box=None, padding=GAP, pad_edge=False)
     for header in headers:
         result.add_column(header, header_style='bold', overflow='fold')
@@ -70,8 +74,8 @@ def table(*headers: str) -> Table:
 
 def facts(rows: Iterable[tuple[str, str]]) -> Table:
     """
-    Return a printable list of labels and texts, without rows that have an empty text. Further
-    lines of a text are indented.
+    Return a printable list of labels and texts. Pairs with an empty text are left out. All lines
+    of a text are aligned.
     """
     result = Table.grid(padding=GAP)
     result.add_column(style='bold', no_wrap=True)
@@ -103,7 +107,8 @@ def broken_name(name: str, width: int) -> str:
 
 def number(value: float, decimals: int = 6) -> str:
     """
-    Return a number with fixed decimals; large and infinite numbers have a short form.
+    Return a number as text with a fixed number of decimals. From 10,000 on, numbers have a short
+    form.
     """
     if not math.isfinite(value) or abs(value) >= 1e4:
         return f'{value:.{decimals}g}'
@@ -111,7 +116,9 @@ def number(value: float, decimals: int = 6) -> str:
 
 
 def numbers(values: Floats, decimals: int = 6) -> str:
-    """Return numbers as one line of text, each with the width of the longest number."""
+    """
+    Return numbers as one line of text. Each number is padded to the width of the longest number.
+    """
     texts = [number(value, decimals) for value in values]
     width = max(map(len, texts))
     return '  '.join(text.rjust(width) for text in texts)
@@ -119,7 +126,8 @@ def numbers(values: Floats, decimals: int = 6) -> str:
 
 def json_text(document: Mapping[str, Json]) -> str:
     """
-    Return strict JSON: arrays as lists, named tuples as objects, infinite numbers and NaN as null.
+    Return a document as strict JSON. Arrays become lists, named tuples become objects, and
+    infinite numbers and NaN become null.
     """
     return json.dumps(_strict(document), allow_nan=False)
 
@@ -139,7 +147,7 @@ def _strict(value: Any) -> Any:
 
 
 def attributes(thing: object, *names: str) -> dict[str, Any]:
-    """Return the attributes `names` of an object as a dictionary."""
+    """Return a dictionary from the attribute names `names` of an object to their values."""
     return {name: getattr(thing, name) for name in names}
 
 

@@ -7,16 +7,18 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-# Define this type here instead of importing it, because a robot file is read without the kernel.
+# Define this type here. An import of the kernel's type would load the kernel, which reading a
+# robot file does not need.
 Floats = npt.NDArray[np.float64]
 
-# If pitch is this near to +-pi/2, rad, `roll_pitch_yaw` sets yaw to 0, because yaw is not unique.
+# If the difference between pitch and +-pi/2 is below this, rad, `roll_pitch_yaw` sets yaw to 0,
+# because yaw is not unique.
 ANGLE_TOLERANCE = 1e-9
-# If pitch is this near to +-pi/2, rad, `exact_rpy` sets yaw to 0. The value is about the round-off
-# of an angle.
+# If the difference between pitch and +-pi/2 is below this, rad, `exact_rpy` sets yaw to 0. The
+# value is about the round-off of an angle.
 ANGLE_ROUND_OFF = 1e-15
-# If 2 cos(angle) is below this, the axis is computed from R + R^T, because R - R^T is small. This
-# is so within 18 degrees of half a turn.
+# If 2 cos(angle) is below this, `rotation_vector` computes the axis from R + R^T, because R - R^T
+# is small. The value means an angle within 18 degrees of half a turn.
 HALF_TURN_COSINE = -1.9
 
 # Rotation matrices that turn the z axis into the named axis. The matrices are permutations, so
@@ -93,9 +95,7 @@ def rotation_of_quaternion(quaternion_xyzw: npt.ArrayLike) -> Floats:
 
 
 def skew_part(R: Floats) -> Floats:
-    """
-    Return 2 sin(angle) times the axis of rotations (..., 3, 3), shape (..., 3), from R - R^T.
-    """
+    """Return, from R - R^T, the axis times 2 sin(angle), (..., 3), of rotations R (..., 3, 3)."""
     return np.stack(
         [
             R[..., 2, 1] - R[..., 1, 2],
@@ -108,10 +108,10 @@ def skew_part(R: Floats) -> Floats:
 
 def rotation_vector(R: Floats) -> Floats:
     """
-    Return the rotation vectors (..., 3) of rotations (..., 3, 3), rad: axis times angle, <= pi.
+    Return the rotation vectors (axis times angle), (..., 3), rad, of rotations (..., 3, 3).
 
-    The result is exact to round-off at every angle. For half a turn, where two opposite vectors
-    are right, one of them is returned.
+    Angles are at most pi. The result is exact to round-off at every angle. For half a turn, two
+    opposite vectors are right, and the function returns one of the two.
     """
     skew = skew_part(R)
     sine = np.sqrt(np.einsum('...i,...i->...', skew, skew))
@@ -146,10 +146,10 @@ def roll_pitch_yaw(R: Floats, tolerance: float = ANGLE_TOLERANCE) -> Floats:
     """
     Return (roll, pitch, yaw) of a rotation matrix, R = Rz(yaw) Ry(pitch) Rx(roll), in rad.
 
-    If cos(pitch) is below `tolerance`, only roll -+ yaw is determined, and yaw is 0. Otherwise the
-    product of the angles' rotations is R within round-off, even near pitch = +-pi/2. Roll is
-    computed from Rz(-yaw) R, whose second row is (0, cos roll, -sin roll). So roll compensates the
-    error of an ill-conditioned yaw.
+    If cos(pitch) is below `tolerance`, only the sum or difference of roll and yaw is determined.
+    Then yaw is set to 0. Otherwise the product of the three rotations is R within round-off, even
+    near pitch = +-pi/2. Roll is computed from Rz(-yaw) R, whose second row is (0, cos roll, -sin
+    roll). So roll compensates the error of an ill-conditioned yaw.
     """
     yaw = math.atan2(R[1, 0], R[0, 0])
     if math.hypot(R[0, 0], R[1, 0]) < tolerance:
@@ -180,8 +180,8 @@ def exact_rpy(R: Floats) -> tuple[float, float, float]:
     """
     Return (roll, pitch, yaw) of a rotation, R = Rz(yaw) Ry(pitch) Rx(roll), in rad.
 
-    The product of the angles' rotations is R within round-off for every R, even at
-    pitch = +-pi/2. `roll_pitch_yaw` is less exact within `ANGLE_TOLERANCE` of +-pi/2.
+    The product of the three rotations is R within round-off for every R, even at pitch = +-pi/2.
+    `roll_pitch_yaw` is less exact within `ANGLE_TOLERANCE` of +-pi/2.
     """
     roll, pitch, yaw = roll_pitch_yaw(R, ANGLE_ROUND_OFF).tolist()
     return roll, pitch, yaw

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Handle SIGINT and SIGTERM: the first signal requests the end of the process, a second signal or a
+Handle SIGINT and SIGTERM. The first signal requests the end of the process. A second signal or a
 time-out forces the end.
 """
 
@@ -16,20 +16,19 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 
 NUMBERS = (signal.SIGINT, signal.SIGTERM)
-# Shortest time for a clean-up after the first signal, s. A second signal does not end the process
-# earlier, because one press of Ctrl-C can reach a process twice.
+# Shortest time for a clean-up after the first signal, s. One press of Ctrl-C can reach a process
+# twice, so a second signal does not end the process before this time.
 GRACE = 1.0
-# Period of the calls of `meanwhile`, s.
+# Period, s, with which `StopSignal.follow` calls the function `meanwhile`.
 CALL_PERIOD = 0.25
-# Time for the clean-up of an interrupted command, s. In this time the command removes half-written
+# Time for the clean-up after Ctrl-C interrupted a command, s. The command removes half-written
 # files, ends processes and shows the cursor.
 CLEAN_UP_TIME = 0.8
 INTERRUPTED = 130  # exit code after SIGINT, as in shells
-# If Python has not run for this time after a signal, s, C code ends the process.
+# C code ends the process if Python code has not run for this time, s, after a signal.
 PYTHON_TIMEOUT = 3
 SHOW_CURSOR = b'\x1b[?25h'
-# Whether the system has alarms, and pipes on which `select` can wait. Windows has neither alarms
-# nor such pipes.
+# True if the system has alarms, and pipes on which `select` can wait. Windows has neither.
 HAS_ALARM = hasattr(signal, 'alarm')
 
 
@@ -47,7 +46,8 @@ class StopSignal:
         Function that is called every CALL_PERIOD until the first signal, from the thread of
         `follow`.
     time_out
-        Time for a clean-up after the first signal, s; then the process ends. None: no limit.
+        Time for a clean-up after the first signal, s. After this time the process ends. None means
+        no limit.
     last_words
         Text for standard output if a second signal or the time-out ends the process, for example
         to reset a terminal.
@@ -77,8 +77,8 @@ class StopSignal:
         if not os.read(signals, 1):
             return
         first = time.monotonic()
-        # SIGALRM ends the process even if the clean-up holds the interpreter lock, which would
-        # stop this thread.
+        # Start an alarm. SIGALRM ends the process even if the clean-up holds the interpreter lock,
+        # which would stop this thread.
         signal.alarm(0 if self.time_out is None else math.ceil(self.time_out + GRACE))
         self.came = True
         self.then()
@@ -96,17 +96,18 @@ def stop_signals() -> Iterator[StopSignal]:
     """
     Handle SIGINT and SIGTERM inside the block, and ignore both signals after the block.
 
-    rclpy's own handlers often end a busy node with a traceback. Here a thread follows the signals,
-    so that the signals work while the main thread is inside a library. The interpreter ends after
-    the block, so the process ignores both signals from then on. On Windows Python handlers handle
-    the signals. They run only when the main thread returns to Python, and `meanwhile` is not
-    called.
+    The signal handlers of rclpy often end a busy node with a traceback. Here a thread waits for
+    the signals, so that the signals work while the main thread is inside a library. After the
+    block the interpreter ends, so the process ignores both signals. On Windows, Python handlers
+    handle the signals. These handlers run only when the main thread returns to Python, and
+    `meanwhile` is not called.
     """
     stop = StopSignal()
     if not HAS_ALARM:
         yield from _by_handlers(stop)
         return
-    # The Python handlers do nothing; the signals arrive as bytes in a pipe.
+    # The Python handlers do nothing, because the thread of `follow` reads the signals as bytes
+    # from a pipe.
     descriptor = _watched(NUMBERS, lambda number, frame: None, stop.follow)
     try:
         yield stop
@@ -137,14 +138,14 @@ def _by_handlers(stop: StopSignal) -> Iterator[StopSignal]:
 @contextmanager
 def interruptible() -> Iterator[None]:
     """
-    Raise KeyboardInterrupt at Ctrl-C, and end the process if it does not stop soon.
+    Raise KeyboardInterrupt at Ctrl-C. If the process does not stop soon, end the process.
 
-    The exception is raised only after a running library function returns, and a library that
-    calls Python may lose the exception. A second Ctrl-C ends the process at once.
+    Python raises the exception only after a running library function returns. A library that calls
+    Python may lose the exception. A second Ctrl-C ends the process at once.
     """
     if not HAS_ALARM or signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-        # SIGINT stays ignored, as in background processes of a shell. On Windows Python's own
-        # handler raises the exception.
+        # Do nothing. SIGINT stays ignored if it was ignored, as in background processes of a
+        # shell. On Windows, Python's own handler raises the exception.
         yield
         return
     _watched((signal.SIGINT,), signal.default_int_handler, _end_in_time)
@@ -159,8 +160,8 @@ def _watched(
     handler: Callable[[int, FrameType | None], object],
     follow: Callable[[int], None],
 ) -> int:
-    # Install the handler for the signals, and start a thread with `follow` on a pipe. Return the
-    # file descriptor of the end of the pipe to which Python writes the signals.
+    # Install the handler for the signals. Start a thread that calls `follow` with the reading end
+    # of a pipe. Return the file descriptor of the other end, to which Python writes the signals.
     from .kernel import end_in_time
 
     signals, descriptor = os.pipe()

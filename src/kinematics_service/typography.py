@@ -8,7 +8,8 @@ from collections.abc import Iterable, Sequence
 
 DEGREE = '°'
 _MINUS = '−‐‑‒–﹣－'
-_TIMES = '×·⋅∙∗\u2062'  # the last sign is invisible; formulas on web pages use it
+# The last sign is an invisible product sign, which formulas on web pages have.
+_TIMES = '×·⋅∙∗\u2062'
 _DIVIDED = '⁄∕÷'
 _SPACES = ('\u00a0', '\u202f', '\u205f', '\u3000', *map(chr, range(0x2000, 0x200B)))
 _NO_WIDTH = '\u200b\u200c\u200d\u2060\ufeff'
@@ -18,7 +19,7 @@ SIGNS = str.maketrans({
     **dict.fromkeys(_DIVIDED, '/'),
     **dict.fromkeys(_SPACES, ' '),
     **dict.fromkeys(_NO_WIDTH, ''),
-    **dict.fromkeys('º˚', DEGREE),  # an ordinal and an accent that look like a degree sign
+    **dict.fromkeys('º˚', DEGREE),  # an ordinal sign and an accent, which look like a degree sign
 })  # fmt: skip
 SUBSCRIPTS = str.maketrans('₀₁₂₃₄₅₆₇₈₉₋ᵢⱼ', '0123456789-ij')
 _NAMES = (
@@ -36,7 +37,10 @@ _STYLED = re.compile('[\U0001d400-\U0001d7ff]')  # letters of formulas, such as 
 
 
 def plain_signs(text: str) -> str:
-    """Return a text with ASCII signs and spaces; degree signs, Greek letters and indices stay."""
+    """
+    Return a text in which signs and spaces are ASCII. Degree signs, Greek letters and indices
+    stay.
+    """
     if text.isascii():
         return text
     text = _STYLED.sub(lambda found: unicodedata.normalize('NFKC', found[0]), text)
@@ -44,7 +48,10 @@ def plain_signs(text: str) -> str:
 
 
 def plain_names(text: str) -> str:
-    """Return a text with ASCII signs, names of Greek letters, and indices as plain digits."""
+    """
+    Return a text with ASCII signs, with names for Greek letters, and with plain digits for
+    indices.
+    """
     if text.isascii():
         return text
     return plain_signs(text).translate(_LETTERS).translate(SUBSCRIPTS)
@@ -74,6 +81,8 @@ def linear_text(terms: Iterable[tuple[float, str]]) -> str:
 
 
 def listed(names: Sequence[str], most: int, between: str = ', ') -> str:
-    """Return the first `most` names and the number of further names, as `a, b and 3 more`."""
+    """
+    Return the first `most` names and the number of other names as text, such as `a, b and 3 more`.
+    """
     more = len(names) - most
     return between.join(names[:most]) + (f' and {more} more' if more > 0 else '')

@@ -16,16 +16,14 @@ TAKES_NUMBERS = ('--q', '--qdot', '--near', '--xyz', '--rpy', '--quaternion')
 
 
 class Arguments(NamedTuple):
-    """The arguments of a command line in two parts: the arguments of the command, and of ROS."""
+    """A command line in two parts: the arguments for this program, and the arguments for ROS."""
 
     ours: list[str]
     ros: list[str]
 
 
 class WrongArguments(Exception):
-    """
-    Two options exclude each other, or an option lacks a value; the message names the options.
-    """
+    """Two options exclude each other, or an option has no value. The message names the options."""
 
 
 def split_ros_arguments(argv: Sequence[str]) -> Arguments:
@@ -50,7 +48,7 @@ def split_ros_arguments(argv: Sequence[str]) -> Arguments:
 
 def join_numbers(argv: Sequence[str]) -> list[str]:
     """
-    Return the arguments, with all numbers after an option of `TAKES_NUMBERS` as one argument.
+    Join the numbers after an option such as `--q` to one argument; return all arguments.
 
     `--q 0.1, -0.2 0.3` becomes `--q`, `0.1, -0.2 0.3`.
     """
@@ -74,8 +72,8 @@ def name_robots(argv: Sequence[str]) -> list[str]:
 
     The result has all arguments.
 
-    `--robot-description` becomes `--robot topic:/robot_description`, and with `--base a --tip b`
-    the URDF or topic among the arguments becomes `arm.urdf:a:b`.
+    `--robot-description` becomes `--robot topic:/robot_description`. With `--base a --tip b`, the
+    argument `arm.urdf` becomes `arm.urdf:a:b`; a topic is changed in this way too.
 
     Raises
     ------

@@ -91,7 +91,8 @@ def _code_of(argv: Sequence[str] | None) -> int:
         # context of the exception.
         if isinstance(end.__context__, BrokenPipeError):
             return READER_GONE
-        # typer has printed the message on standard error. Print the message also as JSON.
+        # typer has printed the message on standard error. If the user gave the flag --json, print
+        # the message as JSON too.
         if (message := getattr(end.__context__, 'format_message', None)) and _wants_json(ours):
             _print_error(WRONG_USAGE, message())
         return end.code if isinstance(end.code, int) else 0

@@ -240,7 +240,7 @@ def given_numbers(
     """
     Return the numbers in the text of an option, shape (count,), in SI units.
 
-    If `degrees` is true, angles in the text are in degrees.
+    If `angles` and `degrees` are true, the text has angles in degrees.
     """
     words = _words(text)
     values = [_value(option, word, angles, degrees) for word in words]

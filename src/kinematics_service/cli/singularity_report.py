@@ -209,9 +209,9 @@ def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str
 
 
 def _degree(robot: Robot, singularity: Singularity) -> str:
-    # Return `lost` if the tool cannot move in its worst direction at this pose, or at the nearest
-    # singular pose. Return `weakest` if the tool can move in this direction, but with the largest
-    # joint motion.
+    # Return `lost` if the tool loses its worst direction at this pose, or at a singular pose that
+    # is near enough for WARN or ERROR. Otherwise return `weakest`: the tool can move in this
+    # direction, but the joints move most.
     at_pose = singularity.rank < singularity.generic_rank
     near = singularity.level != Level.OK and not flat_loop(robot, singularity)
     return 'lost' if at_pose or near else 'weakest'
