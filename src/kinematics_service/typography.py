@@ -58,7 +58,7 @@ def plain_names(text: str) -> str:
 
 
 def counted(number: int, noun: str) -> str:
-    """Return a number with its noun: `1 joint`, `2 intervals`, `3 trajectories`, `4 branches`."""
+    """Return a number and its noun as text, in singular or plural: `1 joint`, `3 trajectories`."""
     if number == 1:
         return f'1 {noun}'
     if noun.endswith('y'):

@@ -151,7 +151,7 @@ def refuse_unwritable(option: str, file: Path) -> None:
 
 
 def refuse_robot_file(option: str, file: Path, robot: str) -> None:
-    """Raise WrongUsage if an output file is the robot file itself, which it would overwrite."""
+    """Raise WrongUsage if an output file would overwrite the robot file."""
     if file.exists() and file.samefile(find_robot_file(robot)):
         raise WrongUsage(f'{option}: {file} is the robot file itself; give another file')
 

@@ -70,7 +70,7 @@ def fold(
     closure: Closure | None = None,
 ) -> Chain:
     """
-    Return the kernel's chain of a table: constant motions, with a screw about z between each two.
+    Return the kernel's chain of a table: constant motions, and between each two a screw about z.
 
     Parameters
     ----------

@@ -24,9 +24,9 @@ from .file.text.expression_syntax import ARGUMENTS_OF, evaluated, syntax_tree
 from .task import Task
 
 # Largest variation, over sampled joint positions, of log|det J_t| - sum(k log|f|), where k is the
-# power of factor f. If the variation is smaller, the determinant counts as a constant times the
-# product of the f^k. The tolerance is above the round-off, because a determinant that is not near
-# 0 has a relative error below 1e-12.
+# power of factor f. If the variation is smaller, det J_t counts as a constant times the product of
+# the f^k. The tolerance is above the round-off of log|det J_t|, because det J_t has a relative
+# error below 1e-12 away from its zeros.
 LOG_DIFFERENCE_TOLERANCE = 1e-9
 # Compare the product of the factors with det J_t only at poses where |det J_t| is at least this
 # fraction of the median. Closer to 0, the relative round-off of the determinant is large.
@@ -39,7 +39,7 @@ SINGULAR_VALUE_RATIO = 1e-6
 APPROXIMATE_SINGULAR_VALUE_RATIO = 0.03
 # Largest distance from a zero of an approximate factor to the nearest singular pose, rad.
 APPROXIMATE_ZERO_DISTANCE = 0.02
-CHECKED_ZEROS = 30  # starts of the search for zeros of a factor
+CHECKED_ZEROS = 30  # number of starts of the search for zeros of a factor
 NEWTON_STEPS = 40  # Newton iterations from each start
 
 

@@ -3,8 +3,9 @@
 """
 Describe the motion of one arm's tool relative to another arm's tool as one arm.
 
-The chain of this arm goes from the first tool to the first base, then from the second base to the
-second tool. So the joints of the first arm are in reverse order and have the opposite sign.
+The chain of this arm goes from the tool to the base of the first arm, then from the base to the
+tool of the second arm. So the joints of the first arm are in reverse order and have the opposite
+sign.
 """
 
 from collections.abc import Mapping, Sequence

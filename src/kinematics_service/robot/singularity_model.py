@@ -18,7 +18,8 @@ from .measure_places import MeasurePlaces, measure_places
 from .measures import MEASURES, Thresholds, thresholds_for
 from .task import Task, find_task, generic_poses
 
-if TYPE_CHECKING:  # an import at run time would load the search for singular poses
+# The import is only for type checkers. At run time it would load the search for singular poses.
+if TYPE_CHECKING:
     from ..kernel import Arm
 
 

@@ -48,8 +48,8 @@ CLEAREST_POSES = 20
 @dataclass(frozen=True, eq=False)
 class Task(FrozenArrays):
     """
-    The m rows of the Jacobian whose rank decides about singularity (J_t), and properties of J_t at
-    generic q.
+    The m rows of the Jacobian (J_t) whose rank decides whether a pose is singular, and properties
+    of J_t at generic q.
 
     Attributes
     ----------
@@ -207,7 +207,7 @@ def find_task(
     length: float | None = None,
 ) -> Task:
     """
-    Return the task of an arm: its rows, its length, and its properties over joint positions q.
+    Return the task of an arm: its rows, its length, and its properties at the joint positions q.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ from .cells import is_quarter
 from .report import TableReport
 
 ORDER = 'is the order of the heads another one? (--columns)'
-MARK = '@'  # stands for the variable of a row that has no name yet
+MARK = '@'  # stands in a cell for the variable of the row, until the variable has a name
 # Match names without a number, such as `theta` or `q_i`. In a row, such a name means the joint
 # variable of this row.
 OWN = {
@@ -22,7 +22,7 @@ ANGLE = re.compile(r'(?:theta|th|t|phi|psi|q|joint|j)_?\d+', re.IGNORECASE)
 # Matches the names in column d that are joint variables. Other names in this column are constant
 # lengths.
 SLIDING = re.compile(r'[dqs]\w*', re.IGNORECASE)
-# An angle in column a or d is a mistake; matches pi/2 and 1.5708, not 1.57.
+# Matches an angle such as pi/2 or 1.5708, but not 1.57. An angle in column a or d is a mistake.
 AN_ANGLE = re.compile(r'(?:\d+\*)?pi(?:/\d+)?|\d\.\d{4,}')
 # Matches numbers that are probably lengths in m, not angles.
 IN_METRES = re.compile(r'-?[01]?\.\d{1,2}')

@@ -34,7 +34,7 @@ NUMBER = re.compile(r'(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?')
 MARKED = re.compile(rf'({NUMBER.pattern})\s*\*?\s*(mm|cm|m|inch|in|rad(?:ians?)?)\b')
 # Matches a number without a unit. The number is a term of a sum, not a factor.
 TERM = re.compile(rf'(?<![*/])(?<![*/]\s){NUMBER.pattern}(?!\s*(?:[*/{DEGREE}\w(.]))')
-DEGREE_DECIMALS = 9  # degrees are rounded to these decimals: 29.999999999999996 becomes 30
+DEGREE_DECIMALS = 9  # degrees are rounded to this number of decimals: 29.999999999999996 to 30
 # Matches a joint limit of 30 or more, which is in degrees.
 LIMITS_TURNS = re.compile(r'-?(?:[3-9]\d|\d{3,})(?:\.\d*)?')
 

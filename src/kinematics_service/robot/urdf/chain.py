@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Read a chain of a URDF, and compute its pose as the plain product of its joints.
+Read a chain of a URDF, and compute the pose of its tip as the product of the joint transforms.
 
 This computation shares no code with the kernel, or with the conversion of the chain to a table.
 Therefore it can check both.

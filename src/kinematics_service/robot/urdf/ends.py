@@ -58,7 +58,7 @@ class _LinkWay(NamedTuple):
 
 def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
     """
-    Return base and tip of a chain; choose a missing name from the longest chain of moving joints.
+    Return the base and tip link of a URDF chain, and choose a link that the user did not name.
 
     The base is the root, or the link below the last floating or planar joint. The tip is the end
     of the chain with the most moving joints, without the joints of a hand. If several limbs have

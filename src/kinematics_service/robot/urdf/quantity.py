@@ -12,8 +12,9 @@ from ...typography import number_text
 ROUND_OFF = 2e-15
 DECIMALS = 12  # round a value to 12 decimals if the change is at most ROUND_OFF
 PARTS = 12  # write multiples of pi/12 (15 degrees) as fractions of pi
-LAST_DIGITS = 2.5  # a rounded part of pi differs by at most this, in units of the last digit
-ROUNDED = 1e-3  # a rounded part of pi differs by at most this, rad
+# Largest difference between a part of pi and its rounded value, in units of the last digit.
+LAST_DIGITS = 2.5
+ROUNDED = 1e-3  # largest difference between a part of pi and its rounded value, rad
 # Largest error of a right angle from a CAD program, rad. The value is the round-off of 32 bit
 # numbers (6e-8) after a few products.
 CAD_NOISE = 1e-6
@@ -49,8 +50,7 @@ def angle_of(value: float) -> WrittenNumber:
 
 def as_rounded_part_of_pi(text: str) -> float:
     """
-    Return the multiple of pi/12 (rad) that a number rounds, or the number if it rounds no
-    multiple.
+    Return the multiple of pi/12 (rad) of which `text` is a rounded value, or the number `text`.
 
     For `1.57`, `1.5707` (cut off) and `1.570796325` (half of a rounded pi), the result is pi/2. An
     angle that differs before its last digits, such as a calibrated angle, is not changed. The
@@ -62,7 +62,8 @@ def as_rounded_part_of_pi(text: str) -> float:
 
 def part_of_pi(value: float, near: float = CAD_NOISE) -> float:
     """
-    Return the multiple of pi/12 whose distance to an angle is at most `near` (rad), or the angle.
+    Return the multiple of pi/12 whose distance to an angle is less than `near` (rad). If no
+    multiple is so close, return the angle.
     """
     exact = round(value / math.pi * PARTS) * math.pi / PARTS
     return exact if abs(exact - value) < near else value

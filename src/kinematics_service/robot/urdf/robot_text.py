@@ -14,10 +14,10 @@ from ..file.text.expression_syntax import why_no_name
 from .chain import UrdfChain, Variable
 from .table import ConstantPose, UrdfRow, UrdfTable
 
-# If a joint name has more characters than this, the variables of the table are q1, q2, ... instead
-# of the joint names.
+# If a joint name has more characters than this, the variables in the table are q1, q2, ... and not
+# the joint names.
 MAX_VARIABLE = 8
-MAX_SOURCE_LENGTH = 2000  # characters; a robot file accepts no longer source
+MAX_SOURCE_LENGTH = 2000  # characters; a robot file accepts no longer text of the key `source`
 # Words that YAML 1.1 or 1.2 reads as text only if they are in quotes.
 WORDS = ('true', 'false', 'null', 'yes', 'no', 'on', 'off')
 
@@ -64,7 +64,9 @@ def robot_file_text(
 
 
 def printable_source(source: str) -> str:
-    """Return a source as a robot file can have it: printable, and short enough."""
+    """
+    Return a source for a robot file: replace unprintable characters by `?`, and cut long texts.
+    """
     return ''.join(c if c.isprintable() else '?' for c in source)[:MAX_SOURCE_LENGTH]
 
 

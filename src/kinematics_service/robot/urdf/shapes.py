@@ -49,7 +49,7 @@ class Shape:
 
 def shapes_of(plan: UrdfPlan, length: float) -> dict[str, tuple[Shape, ...]]:
     """
-    Return the shapes of each link, whose sizes are proportional to the characteristic length (m).
+    Return, for each link, its shapes. Sizes are proportional to the characteristic length (m).
     """
     shapes: dict[str, list[Shape]] = {link: [] for link in plan.links}
     for joint in plan.joints:

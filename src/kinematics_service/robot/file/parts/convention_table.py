@@ -78,7 +78,7 @@ class Convention:
 
     @cached_property
     def motions(self) -> tuple[NamedMotion, ...]:
-        """Return the elementary motions of `product`, left to right."""
+        """Return the elementary motions of a row's transform T, from left to right."""
         return tuple(NamedMotion(*found) for found in FACTOR.findall(self.product))
 
     @cached_property
@@ -88,17 +88,20 @@ class Convention:
 
     @property
     def joint_motions(self) -> tuple[NamedMotion, ...]:
-        """Return the elementary motions that may contain joint variables."""
+        """Return the elementary motions of a row that may contain joint variables."""
         return tuple(motion for motion in self.motions if motion.quantity in MOVING)
 
     @property
     def before_joint(self) -> tuple[NamedMotion, ...]:
-        """Return the constant motions before the joint, which belong to the previous link."""
+        """
+        Return the constant motions of a row before its joint. These motions belong to the previous
+        link.
+        """
         return self.motions[: self._joint_at]
 
     @property
     def after_joint(self) -> tuple[NamedMotion, ...]:
-        """Return the constant motions after the joint."""
+        """Return the constant motions of a row after its joint."""
         return self.motions[self._joint_at + len(self.joint_motions) :]
 
     @property

@@ -96,7 +96,7 @@ IDENTITY = RigidMotion(np.eye(4), ('0',) * 6)
 
 @dataclass(frozen=True)
 class ElementaryMotion:
-    """A rotation about, or a translation along, one axis."""
+    """A table row that is a rotation about, or a translation along, one axis."""
 
     axis: Axis
     argument: Expression
@@ -118,8 +118,8 @@ class ElementaryMotion:
 @dataclass(frozen=True)
 class DhRow:
     """
-    A row of named quantities, such as a Denavit-Hartenberg row. Only theta and d may contain joint
-    variables.
+    A table row with named quantities, such as a Denavit-Hartenberg row. Only the quantities theta
+    and d may contain joint variables.
 
     Parameters
     ----------
@@ -288,13 +288,15 @@ class KnownPose:
 @dataclass(frozen=True)
 class Factor:
     """
-    A named function of the joints whose zeros are singular poses, in the file's units.
+    A singular factor: a named function of q whose zeros are singular poses.
+
+    The expression of the factor is in the units of the file.
 
     Parameters
     ----------
     approximate
-        Whether the zeros of the factor are only near singular poses, because the factor was
-        derived from the table before its calibration.
+        Whether the zeros of the factor are only near singular poses. This is so if the factor was
+        derived from the table before the table was calibrated.
     """
 
     name: str

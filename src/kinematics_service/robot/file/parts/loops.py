@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Read the closed loops of a robot file: second chains that begin and end at table rows."""
+"""
+Read the closed loops of a robot file. A loop is a second chain between two rows of the table.
+"""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -36,7 +38,7 @@ def read_passive(
     data: Yaml, taken: Sequence[str], at: Place
 ) -> tuple[tuple[PassiveJoint, ...], ...]:
     """
-    Return the passive joints of each loop, and report names that are not allowed.
+    Return the passive joints of each closed loop, and report joint names that are not allowed.
 
     Parameters
     ----------
@@ -109,7 +111,7 @@ def read_loops(
     quantities: Quantities,
 ) -> tuple[LoopDescription, ...]:
     """
-    Read the loops in the order of the file. Report faults; after a fault return no loops.
+    Read the closed loops in the order of the file. Report faults; after a fault return no loops.
 
     Parameters
     ----------

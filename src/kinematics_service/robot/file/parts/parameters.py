@@ -79,7 +79,9 @@ class ArmParameter:
 
 
 class PlacedParameter(NamedTuple):
-    """A parameter, the axis (x, y or z) of its motion, and whether it is an extra correction."""
+    """
+    A calibration parameter, the axis (x, y or z) of its motion, and a flag for extra corrections.
+    """
 
     parameter: ArmParameter
     axis: str

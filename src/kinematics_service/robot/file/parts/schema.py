@@ -29,8 +29,8 @@ from ..text.yaml_document import Yaml
 from .convention_table import CONVENTIONS, QUANTITIES
 from .measure_table import MEASURES
 
-# Maps from wrong words, as in textbooks, URDF and other programs, to the accepted words that an
-# error suggests.
+# Maps of wrong words to accepted words. Textbooks, URDF and other programs use the wrong words. If
+# a file has such a word, the error suggests the accepted word.
 CONVENTION_WORDS = {
     word: convention.name for convention in CONVENTIONS.values() for word in convention.also
 }
@@ -276,7 +276,7 @@ class KnownPoseEntry(PoseEntry):
 
 
 class FactorEntry(Entry):
-    """A named function of the joints whose zeros are singular poses."""
+    """A singular factor: a named function of q whose zeros are singular poses."""
 
     noun = 'a singular factor'
     required = ('name', 'expression')

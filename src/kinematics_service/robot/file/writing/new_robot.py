@@ -55,7 +55,9 @@ NEW_CONVENTIONS = tuple(
 
 def new_robot_text(name: str, dof: int, convention: str, units: Units) -> str:
     """
-    Return the text of a robot file with `dof` revolute joints that `check` accepts.
+    Return the text of a robot file for an example arm with `dof` revolute joints.
+
+    The command `check` accepts the text.
 
     Parameters
     ----------
