@@ -166,8 +166,9 @@ def _size(chain: Chain) -> float:
 def _units(
     description: RobotDescription, chains: Sequence[tuple[Chain, Chain]], size: float
 ) -> Floats:
-    # Return the unit of each variable: 1 rad for a joint that turns, `size` (m) for a joint that
-    # slides. The unit is infinite for a variable that moves no loop.
+    # Return, for each variable, the motion that weighs as much as a rotation by 1 rad. This is 1
+    # rad for a joint that turns, and `size` (m) for a joint that slides. It is infinite for a
+    # variable that moves no loop.
     kinds = [joint.type for joint in description.joints]
     kinds += [joint.type for joint in passive_of(description.loops)]
     inside = {int(j) for pair in chains for chain in pair for j in chain.table.joint}
