@@ -231,7 +231,7 @@ class JointVectorError(ArgumentError):
 
 class LoopError(JointVectorError):
     """
-    A closed loop of the arm cannot be closed at the joint positions on its present branch.
+    A closed loop of the arm cannot be closed at the given joint positions on its present branch.
 
     Attributes
     ----------

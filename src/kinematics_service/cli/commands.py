@@ -156,7 +156,7 @@ def _with_help_all(
         ),
     ] = False,
 ) -> None:
-    """Do nothing. From the parameter of this function, typer makes the option `--help-all`."""
+    """Do nothing. typer makes the option `--help-all` from the parameter of this function."""
 
 
 def with_short_help(command: Any) -> Any:

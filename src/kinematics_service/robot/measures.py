@@ -15,9 +15,7 @@ from .task import Task
 
 
 class Level(enum.IntEnum):
-    """
-    The level of a measure of singularity, with the numbers of diagnostic_msgs/DiagnosticStatus.
-    """
+    """The level of a measured value (OK to STALE), as in diagnostic_msgs/DiagnosticStatus."""
 
     OK = 0
     WARN = 1

@@ -11,7 +11,7 @@ from .cells import is_quarter
 from .report import TableReport
 
 ORDER = 'is the order of the heads another one? (--columns)'
-MARK = '@'  # stands in a cell for the variable of the row, until the variable has a name
+MARK = '@'  # replaces the variable of a row in its cell, until the variable has a name
 # Match names without a number, such as `theta` or `q_i`. In a row, such a name means the joint
 # variable of this row.
 OWN = {
