@@ -161,10 +161,10 @@ def moving_joints(chain: Chain, task: Task) -> Integers:
     Return the indices of the joints that can change the rank of J_t, shape (d,).
 
     The first joint moves all columns of J_t as one rigid body. The function leaves out the first
-    joint, unless it turns and J_t has only some of the linear or angular rows. It leaves out the
-    last joint if J_t has six rows, because the last joint changes no column. If a joint is left
-    out, the next joints on its axis are also left out. A joint is kept if it moves two rows of the
-    table, or is part of a closed loop.
+    joint, unless it turns and J_t has only some of the linear or angular rows. The function leaves
+    out the last joint if J_t has six rows, because the last joint changes no column. If a joint is
+    left out, the next joints on its axis are also left out. A joint is kept if it moves two rows
+    of the table, or is part of a closed loop.
     """
     six_rows = len(task.rows) == 6
     table = chain.table
@@ -200,10 +200,10 @@ def _alone_about_one_axis(table: ChainTable, order: range) -> Iterator[int]:
 
 def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Floats:
     # Return upper bounds of the norms of the derivatives of each column of J_t by `order` joints,
-    # shape (n, ..., n). The linear part is at most the speed of the last of the entries in the
-    # chain, times the angular velocities of the other entries. The angular part is at most the
-    # product of all angular velocities. The angular part is zero unless the column's entry comes
-    # after all other entries in the chain.
+    # shape (n, ..., n). The linear part is at most a product: the speed of the entry that is last
+    # in the chain, times the angular velocities of the other entries. The angular part is at most
+    # the product of all angular velocities. It is zero unless the entry of the column comes after
+    # all other entries in the chain.
     table, E = chain.table, chain.entries
     element = np.repeat(np.arange(len(table.theta_0)), np.diff(table.first_entry))
     w = np.abs(table.by_theta)

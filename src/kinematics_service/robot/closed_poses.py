@@ -12,8 +12,8 @@ BATCH_SIZE = 20  # number of joint configurations in one call of the kernel
 # Stop the sampling if less than one in MAX_TRIES_PER_POSE samples closes the loops. Such a
 # sampling is slow, because a sample that does not close the loops takes the most time.
 MAX_TRIES_PER_POSE = 5
-# If fewer samples than this number close the loops, sample again around the position `assembled`
-# of the robot file, within smaller and smaller radii (rad or m).
+# Lowest number of samples that close the loops. If fewer close the loops, sample again around the
+# position `assembled` of the robot file, within the radii SEARCH_RADII (rad or m), largest first.
 MIN_CLOSED_POSES = 100
 SEARCH_RADII = (1.0, 0.3, 0.1, 0.03, 0.01)
 SEED = 20240523
@@ -31,9 +31,10 @@ def close_at(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
     q : shape (N, n), rad or m
         Joint positions.
 
-    Returns ------- The results that `kernel.Closure` documents, shape (N, width), and for each row
-    of q the number of the group of loops that cannot be closed, shape (N,). The number is 0 if all
-    loops close. The last group has the number 1.
+    Returns ------- Two arrays: the results that `kernel.Closure` documents, shape (N, width), and
+    for each row of q the number of the failed group, shape (N,). A failed group is a group of
+    loops that cannot be closed. The number is 0 if all loops close. The last group has the number
+    1.
     """
     sections = np.empty((len(q), chain.closure.width))
     failed = np.empty(len(q))

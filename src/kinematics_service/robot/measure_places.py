@@ -15,9 +15,9 @@ class MeasurePlaces(NamedTuple):
     Attributes
     ----------
     lost, motion, way, sigma
-        First columns of four vectors: the null direction of the tool at a singular pose, the joint
-        motion of this null direction, the joint motion away from the nearest singular pose, and
-        the singular values.
+        First columns of four vectors. `lost` is the null direction of the tool at a singular pose,
+        and `motion` is the joint motion of this null direction. `way` is the joint motion away
+        from the nearest singular pose. `sigma` are the singular values.
     judged
         First column of four numbers in the order of kernel.WATCHED to kernel.FIRST_ORDER: the
         watched measure, its level, the index of the factor that is nearest to zero, and the

@@ -156,9 +156,9 @@ def relative_motion(
 
 
 def _joined(first: _JointChain, second: _JointChain) -> _JointChain:
-    # Join two chains. A joint that carries both arms is the last joint of the first chain and the
-    # first joint of the second chain, with opposite signs. Leave out such a joint, because it does
-    # not change the relative motion.
+    # Join two chains. A joint that carries both arms is last in the first chain and first in the
+    # second chain, with opposite signs. Leave out such a joint, because it does not change the
+    # relative motion.
     motions = [*first.motions[:-1], first.motions[-1] @ second.motions[0], *second.motions[1:]]
     screws = [*first.screws, *second.screws]
     size = sum(float(np.linalg.norm(motion[:3, 3])) for motion in motions)

@@ -30,9 +30,9 @@ MOVED_ROW_RATIO = 1e-9
 # joint.
 ROUND_OFF_RATIO = 1e-14
 
-# If all entries of a row of J are below this fraction of the largest entry, the row probably moves
-# only because axes are not exactly parallel. The value is an angle between axes: 0.01 rad, or 0.57
-# deg.
+# If all entries of a row of J are below this fraction of the largest entry, the axes are probably
+# not exactly parallel, and only this error moves the row. The value is an angle between axes: 0.01
+# rad, or 0.57 deg.
 TILT_RATIO = 0.01
 
 # Number of joint configurations at which the rank of J is computed first. Nearly all arms have

@@ -42,8 +42,9 @@ FALSE = (None, '', '0', '0.0', 'False', 'false')
 
 class ToolboxLinks(NamedTuple):
     """
-    The links in a script as rows of cells (the first row has the heads), the convention of the
-    links, and the settings of the robot as text.
+    The links of a robot in a script, as rows of cells. The first row has the heads.
+
+    `convention` is the convention of the links, and `settings` has the robot's settings as text.
     """
 
     rows: list[PastedRow]

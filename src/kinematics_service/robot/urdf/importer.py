@@ -94,9 +94,9 @@ def import_urdf(
     convention
         Convention of the table.
     round_angles
-        Replace an angle by the part of pi that it rounds (`1.5708` by pi/2), and remove the noise
-        of a CAD program from an axis (`2e-08 0 -1` becomes `0 0 -1`). The certificate compares the
-        robot with the unchanged URDF, and therefore shows the effect.
+        Replace rounded parts of pi by exact angles: `1.5708` becomes pi/2. Remove the noise of CAD
+        programs from axes: `2e-08 0 -1` becomes `0 0 -1`. The certificate compares the robot with
+        the unchanged URDF, and therefore shows the effect.
 
     Raises
     ------

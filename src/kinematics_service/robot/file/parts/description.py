@@ -23,9 +23,9 @@ class Constant:
     """
     A named number of the robot file, in the units of the file, not in SI units.
 
-    A constant is not converted to SI units, because only the expressions with the constant show
-    whether it is a length, an angle, or a ratio. If `letter` is true, the file gives no value for
-    the constant, and `value` is an arbitrary substitute number.
+    A constant may be a length, an angle or a ratio. Only the expressions that use the constant
+    show this, so a constant is not converted to SI units. If `letter` is true, the file gives no
+    value for the constant, and `value` is an arbitrary substitute number.
     """
 
     name: str

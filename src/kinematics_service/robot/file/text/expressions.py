@@ -102,9 +102,8 @@ class Scope:
         return self.refused.get(name) or NameRefusal(message, 'unknown-name')
 
     def _meant(self, name: str) -> str | None:
-        # Return a suggestion for an unknown name: pi/2 for `pi2`, a known name in the parentheses
-        # of a function for `sinq1`, the right name of a joint, or a known name with other letter
-        # case.
+        # Return a suggestion for an unknown name: pi/2 for `pi2`, sin(q1) for `sinq1`, the joint
+        # variable with the same number, or a known name with other letter case.
         if (part := PART_OF_PI.fullmatch(name)) and self.angle_unit == 'rad':
             return f'pi/{part[1]}'
         for function in ARGUMENTS_OF:

@@ -63,8 +63,8 @@ def entry_of(mapping: MappingNode, name: str) -> tuple[Node, Node] | None:
 
 def last_line(node: Node) -> int:
     """Return the last line of a YAML node, counted from 0."""
-    # Use the last inner node of a block, because the end mark of the block comes after the
-    # comments and blank lines that follow the block.
+    # Use the last inner node of a block. The end mark of the block itself comes after the comments
+    # and blank lines that follow the block.
     if isinstance(node, MappingNode) and not node.flow_style and node.value:
         return last_line(node.value[-1][1])
     if isinstance(node.value, list) and not node.flow_style and node.value:
