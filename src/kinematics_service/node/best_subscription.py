@@ -3,9 +3,10 @@
 """
 Subscribe to a topic with the reliability of its publishers and a queue of limited size.
 
-rclpy fixes `ReliabilityPolicy.BEST_AVAILABLE` when a subscription is created, by the publishers at
-that time. So a reliable subscription would never receive messages of a best-effort publisher that
-starts later.
+With `ReliabilityPolicy.BEST_AVAILABLE`, rclpy chooses the reliability once, when a subscription is
+created, from the publishers at that time. If it chooses `RELIABLE`, the subscription never
+receives messages of a best-effort publisher that starts later. So this module changes the
+reliability later by a new subscription.
 """
 
 import contextlib
@@ -110,7 +111,8 @@ class BestSubscription:
         self._full_depth = self._qos.depth
         # the ids of the publishers at the last call of `settle`
         self._known_publishers: set[tuple[int, ...]] = set()
-        self._is_ending = False  # whether the queue may contain events of an ended subscription
+        # whether the queue of the executor may contain events of an ended subscription
+        self._is_ending = False
 
     def _settle_reliability(self, qos: QoSProfile) -> SetParametersResult:
         # rclpy calls this function after it has applied the parameters that override the quality

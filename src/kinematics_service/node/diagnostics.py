@@ -34,8 +34,8 @@ RARE = (outcomes.NOT_CLOSED, outcomes.TOO_FAST)
 INTERNAL_ERROR = 'internal error'
 # Time (s) for which the status reports lost messages and resets after they occurred.
 REPORTED_TIME = 10.0
-# Up to this number of resets within `REPORTED_TIME`, the resets look like a recording that is
-# played in a loop.
+# Largest number of resets within `REPORTED_TIME` that cause no warning, because a recording that
+# is played in a loop also causes resets.
 MAX_RESETS = 3
 LEFT_OUT = 'left out'
 
@@ -236,7 +236,10 @@ def input_warnings(arm: Estimator, state: InputState) -> Iterator[str]:
 
 
 def message_warnings(state: InputState) -> Iterator[str]:
-    """Yield a sentence for each cause of unanswered messages that the node has logged already."""
+    """
+    Yield a sentence for each cause that left messages unanswered. The node has already logged
+    these causes.
+    """
     if rejected := [reason for reason in REJECTED if state.news[reason]]:
         yield f'messages rejected: {", ".join(rejected)}'
     if left_out := state.news[LEFT_OUT]:

@@ -5,9 +5,9 @@
 from collections.abc import Callable
 
 NANOSECOND = 1e-9  # s
-# Smallest number of messages from which a rate is computed. After four times this number of
-# messages, the rate is computed from a later first message. The first message may belong to
-# another publisher with similar numbers.
+# Smallest number of messages from which a publisher's rate is computed. After four times this
+# number of messages, the rate is computed from a later first message, because the first message
+# may have come from another publisher with similar numbers.
 MIN_RATE_MESSAGES = 20
 # Time (s) by which a message may be sent early or late, compared with the publisher's rate.
 SEND_TIME_TOLERANCE = 0.02
@@ -33,8 +33,8 @@ class _Publisher:
 
     def look_back(self) -> None:
         """
-        Compute the rate from a later first message, if enough messages have come since that
-        message.
+        Replace the first message from which the rate is computed by a later message, if enough
+        messages have come since that later message.
         """
         if self.number - self._between[0] >= 4 * MIN_RATE_MESSAGES:
             self._from, self._between = self._between, (self.number, self.stamp)

@@ -243,8 +243,8 @@ class Outputs:
         return channel._replace(content=content, layout=layout, as_bytes=as_bytes)
 
     def _offered(self, settings: NodeSettings) -> list[Channel]:
-        # Return the channels for the settings. Another robot file may have other topics; the
-        # publishers of common topics are kept.
+        # Return the channels for the settings. Another robot file may have other topics. Keep the
+        # publishers of the topics that both files have.
         present = {channel.topic.name: channel for channel in self.channels}
         topics = topics_of(settings)
         for name in present.keys() - {topic.name for topic in topics}:

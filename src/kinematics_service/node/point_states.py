@@ -27,7 +27,7 @@ class PointStates:
         robot
             The arm.
         answer
-            The answer for the tool at these joint positions.
+            The answer for the tool, from which the joint positions and velocities are taken.
         """
         q, qdot = answer.state.q, answer.state.qdot
         state = evaluate(robot, q, qdot, point=robot.point(of))

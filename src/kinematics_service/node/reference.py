@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Receive tool poses from a second source, and report their differences in the status `frames`.
+Receive tool poses from a second source. Report in the status `frames` how they differ from the
+node's poses.
 
 The app calibration compares the received poses with poses of the node
 (`apps/calibration/second_source_watch.py`). The app is loaded at the first received pose, because
@@ -39,7 +40,8 @@ class Reference:
     """
     Passes poses of a second source, and states of the arm, to the app that compares the two.
 
-    The first result is logged, and each result with a higher level.
+    The first result is logged. Later a result is logged if its level is higher than the level of
+    the result before.
 
     Parameters
     ----------

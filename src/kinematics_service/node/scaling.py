@@ -67,7 +67,8 @@ class Scaling:
     settings
         The settings in force.
     present
-        A function that returns the present state; it raises RefusedTargetError without one.
+        A function that returns the present state; it raises RefusedTargetError if no state is
+        known.
     """
 
     def __init__(

@@ -74,7 +74,8 @@ class Targets:
     settings
         The settings in force.
     present
-        A function that returns the present state; it raises RefusedTargetError without one.
+        A function that returns the present state; it raises RefusedTargetError if no state is
+        known.
 
     Attributes
     ----------

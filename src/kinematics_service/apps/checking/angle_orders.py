@@ -4,9 +4,10 @@
 Detect orientations whose three numbers were read as a wrong kind, for example Euler angles of
 another order.
 
-If B = X A Y, trace(B_i^T B_j) = trace(A_i^T A_j) for any offsets X and Y of base and tool. So all
-orders are compared without a fit. Two triples of angles give the same rotation matrix: the search
-takes the triple that agrees with the other poses.
+Let A_i be the rotation of pose i by the robot file, and B_i the measured rotation. If
+B_i = X A_i Y with constant offsets X and Y, then trace(B_i^T B_j) = trace(A_i^T A_j) for all poses
+i and j. So all orders are compared without a fit. Two triples of angles give the same rotation
+matrix. The search takes the triple that agrees with the other poses.
 """
 
 from collections.abc import Iterator
@@ -26,9 +27,9 @@ SAMPLES = 40
 # Number of the likeliest orders that are fitted to the poses. The fit is needed because orders
 # such as XYX and XZX have equal traces; only the positions distinguish them.
 MAX_ORDERS = 150
-# Number of rounds in which the triple of each pose is chosen again.
+# Number of times that the triple of angles of each pose is chosen again.
 ROUNDS = 2
-# Entries of two rotation matrices that differ by less are equal.
+# Two rotation matrices are taken as equal if their entries differ by at most this value.
 TOLERANCE = 1e-6
 
 
@@ -110,12 +111,12 @@ def likely_orders(poses: Floats, A: Floats, read: str = '') -> list[LikelyOrder]
 
 
 def few_of(count: int) -> Integers:
-    """Return the indices of at most 40 poses, evenly spread, with which orders are compared."""
+    """Return the indices of at most 40 of `count` poses, evenly spread, to compare orders."""
     return np.unique(np.linspace(0, count - 1, SAMPLES).astype(int))
 
 
 def order_hypotheses_of(poses: Floats, A: Floats, read: str = '') -> Iterator[Hypothesis]:
-    """Yield a hypothesis for each of the likely orders; arguments are as in `likely_orders`."""
+    """Yield a hypothesis for each likely order of angles; parameters as in `likely_orders`."""
     for one in likely_orders(poses, A, read):
         yield one.undone(poses, A)
 

@@ -77,12 +77,12 @@ SIFT_MARGIN = 2.0
 FIRST_ORDER_SHARE = 0.4
 # Largest number of Levenberg-Marquardt steps that fit a number and the offsets together.
 ROUNDS = 12
-# Start values for the fit of the scale of a turning joint: the scaled farthest position of the
-# joint (rad), up to a turn. Newton's method converges if the farthest position is at most 0.5 rad
-# off.
+# Start values for the fit of the scale of a turning joint. Each value is the scale times the joint
+# position that is farthest from 0 (rad). The values cover nearly a turn to each side in steps of
+# 1 rad, because Newton's method converges if the start is at most 0.5 rad off.
 TURNING_REACHES = (*np.arange(-5.5, 6.0),)
-# Start value for the fit of the scale of a sliding joint: the scaled farthest position of the
-# joint (m). Newton's method converges from any start.
+# Start value for the fit of the scale of a sliding joint: the scale times the joint position that
+# is farthest from 0 (m). One value suffices, because Newton's method converges from any start.
 SLIDING_REACHES = (0.0,)
 # Factors that common mistakes cause in joint positions: unit of the joint, factor, statement of
 # the mistake.
@@ -156,8 +156,8 @@ class Causes(NamedTuple):
     likely
         Causes that explain at least half, but not two thirds; empty if causes are named.
     decisive
-        Whether only one cause is named, and its correction leaves no more than an instrument and a
-        nominal table can leave.
+        Whether only one cause is named, and the residuals after its correction are as small as
+        those of a nominal table with measurement errors.
     """
 
     named: tuple[TestedCause, ...] = ()
@@ -178,7 +178,7 @@ def causes_of(given: ComparedData, A: Floats, fit: Fit, limit: PoseLimit = EXPLA
     fit
         The fit of the offsets of base and tool between A and the poses.
     limit
-        The residuals (RMS) that an instrument and a nominal table can leave.
+        Largest residuals (RMS) that measurement errors and a nominal table can cause.
     """
     tried = [*_whole(given, fit), *_numbers(given, A, fit), *_lag(given, A, fit)]
     tried += _orders(given, A, fit, tried)
@@ -239,8 +239,8 @@ def _orders(
         return []  # small angles in any order give nearly one rotation
     likely = likely_orders(given.poses, A, given.read)
     few = few_of(len(A))
-    # Repeat joint positions and A for each order, because only the orientations of the second
-    # source change.
+    # Repeat the poses of the second source for each order, then replace their orientations.
+    # Positions and A are equal for all orders.
     others = np.tile(given.poses[few], (len(likely), 1, 1, 1))
     others[..., :3, :3] = np.reshape([one.chosen for one in likely], (len(likely), -1, 3, 3))
     sifted = _sifted(np.broadcast_to(A[few], others.shape), others, _most(fit, tried))
@@ -284,7 +284,7 @@ def _undoing(
 
 
 def possible(given: ComparedData) -> list[Hypothesis]:
-    """Return the hypotheses whose joint positions close the loops of the arm."""
+    """Return the discrete mistakes, without those whose joint positions leave loops open."""
     chain, every = given.robot.chain, hypotheses_of(given)
     return [one for one in every if one.q is None or np.all(closes_at(chain, one.q))]
 
@@ -293,8 +293,8 @@ def undone(
     given: ComparedData, changes: Sequence[Hypothesis], rows: Integers | slice = slice(None)
 ) -> tuple[Floats, Floats]:
     """
-    Return the poses of the robot file and of the second source, (H, N, 4, 4) each, with each of H
-    mistakes corrected. `rows` selects the N poses.
+    Correct each of H mistakes, and return the poses after each correction: those of the robot file
+    and those of the second source, (H, N, 4, 4) each. `rows` selects the N poses.
     """
     q = np.stack([change.joints(given.q)[rows] for change in changes])
     A = evaluate(given.robot, q, depth=kernel.POSE).pose
@@ -412,7 +412,7 @@ def _fitted(
 
 
 def number_in_words(number: NumberHypothesis, value: float) -> str:
-    """Return the sentence of a wrong number: its correction, or the factor of a joint."""
+    """Return a sentence on a wrong number: the number's correction, or the joint's factor."""
     if number.key == 'joint_scale':
         for unit, factor, words in FACTORS:
             if unit == number.unit and abs(value / factor - 1.0) < FACTOR_TOLERANCE:

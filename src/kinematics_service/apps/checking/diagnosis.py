@@ -25,12 +25,12 @@ from .offsets import Fit, equations_of, fit_offsets, free_directions, scale_of
 # No cause is sought if residuals are below both limits (m, rad). These are errors of the best
 # laser trackers: 0.02 mm, and 0.01 deg with a 6-DOF probe.
 FINE = PoseLimit(2e-5, 2e-4)
-# A base offset that the sentence explains: the frame base_link of UR arms is their base turned by
-# 180 deg about z.
+# Base offset for which the diagnosis names a reason: the frame base_link of UR arms is the base
+# frame of the controller, turned by 180 deg about z.
 BASE_LINK = ('base', 'about z', 180)
 # Larger ratios of residuals before and after a correction are round-off and are not printed.
 MAX_SHOWN_RATIO = 1e6
-# Largest difference of R^T R from the identity that float32 and printed digits explain.
+# Largest entry of R^T R - I of a rotation matrix that was rounded to float32 or to printed digits.
 ORTHOGONALITY_TOLERANCE = 0.01
 # Smallest number of poses that determine the offsets of base and tool.
 MIN_POSES = 3
@@ -65,8 +65,9 @@ class FrameDiagnosis:
     undetermined
         Directions of the offsets that these poses do not determine, as text.
     cause
-        The decisive cause of the residuals: no other explains as much, and its correction leaves
-        no more than instrument and nominal table can leave. None if no cause is decisive.
+        The decisive cause of the residuals: no other cause explains about as much, and the
+        residuals after its correction are as small as those of a nominal table with measurement
+        errors. None if no cause is decisive.
     causes
         Causes that explain at least two thirds of the residuals, and about equally much; the
         likeliest first.
@@ -114,8 +115,8 @@ def diagnose_frames(
         Rising times and joint positions around the stamps, to find a lag; default: `stamps` and
         `q`.
     limit
-        The residuals (rms) that an instrument and a nominal table can leave: a cause whose
-        correction leaves more is not decisive.
+        Largest residuals (rms) that measurement errors and a nominal table can cause. If larger
+        residuals remain after a cause is corrected, this cause is not decisive.
     read
         The kind as which the orientations were read: `rpy`, `ZYX` or another order of three
         angles, or `rotvec`. Any other text means unknown.

@@ -25,8 +25,8 @@ MAX_SAMPLE_GAP = 0.5
 
 class JointsAtTimes(NamedTuple):
     """
-    Joint positions q (N, n), rad or m, their rates (N, n) per s, and flags (N,): whether the
-    samples determine each row.
+    Joint positions q (N, n), rad or m, and their rates (N, n) per s, at N times. The flag in
+    `known` (N,) is true if the samples determine the positions at this time.
     """
 
     q: Floats

@@ -4,7 +4,7 @@
 Find the mistake that explains why the table of a robot file misses its known poses.
 
 A mistake is named only if all poses agree after its correction, within their tolerances or written
-digits. No offset is fitted. So two mistakes at once, or noise, have no explanation.
+digits. No offset is fitted. If a file has two mistakes at once, or noise, no mistake is named.
 """
 
 import itertools
@@ -29,8 +29,8 @@ from .causes import number_in_words, possible, undone
 from .hypotheses import ComparedData, Hypothesis
 from .known_poses import errors_between, pose_errors, within_digits
 
-# Maps the sentence on a mistake in a file in rad or m to the sentence for a file in degrees or
-# millimetres.
+# Sentences on wrong units. Each key is the sentence for a file in rad and m; the value replaces
+# this sentence if the file is in degrees or millimetres.
 IN_DEGREES = {hypotheses.RADIANS_TWICE: 'q of the poses is in radians, not degrees'}
 IN_MILLIMETRES = {hypotheses.LENGTHS_IN_MM: 'xyz of the poses is in metres, not millimetres'}
 # Keys of mistakes that are tried only if the known poses have orientations.
@@ -39,7 +39,8 @@ OF_ORIENTATIONS = ('tool_axes', 'quaternion_order')
 START_ANGLES = (0.0, 0.5 * math.pi, -0.5 * math.pi, math.pi)
 # Number of Gauss-Newton steps.
 NEWTON_STEPS = 12
-# Poses whose entries differ by less (m, rad) are equal.
+# Two poses of the tool are taken as equal if their entries (m, or of rotation matrices) differ by
+# at most this value.
 TOOL_TOLERANCE = 1e-9
 # Mistakes are sought only if the arm misses a known pose by more than 10 times the rounding error
 # of its digits. Smaller errors are not explained, because many wrong numbers could cause them.
@@ -84,7 +85,7 @@ class _Undone(NamedTuple):
 
 
 def pose_causes(robot: Robot) -> PoseCauses:
-    """Return the mistakes of which each one alone explains all known poses of a robot's file."""
+    """Return each mistake that alone explains all known poses of a robot file."""
     known = within_digits(robot)
     if known != robot.description.known_poses:
         errors = [replace(error, known=known[error.index]) for error in pose_errors(robot)]

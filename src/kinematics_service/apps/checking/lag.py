@@ -1,7 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Find the lag between two sources of poses: fit the offsets with joint positions at other times.
+Find the lag between two sources of poses, the joint positions and a measuring instrument.
+
+For each trial lag, the offsets of base and tool are fitted with the joint positions at the time of
+the pose plus the lag. The best trial lags are refined by Levenberg-Marquardt.
 """
 
 from collections.abc import Callable
@@ -32,7 +35,8 @@ TRIAL_STEPS = 4
 # refinement.
 MINIMA = 2
 REFINE_STEPS = 6
-# Smallest number of poses whose joint positions are known at all lags tried.
+# A lag is sought only if the joint positions of at least this many poses are known at all trial
+# lags.
 MIN_POSES = 8
 
 

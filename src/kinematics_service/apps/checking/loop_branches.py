@@ -1,6 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Find other branches of closed loops by Newton's method from a grid, or from random starts."""
+"""
+Find other branches of closed loops: other passive joint positions at which the loops close.
+
+Newton's method starts from a grid of positions, or from random positions.
+"""
 
 import numpy as np
 import numpy.typing as npt
@@ -18,9 +22,10 @@ GRID_POINTS = 24
 RANDOM_STARTS = 400
 # Two solutions are different branches if a passive joint differs by more than this value (rad, m).
 BRANCH_TOLERANCE = 1e-6
-# Number of damped steps that bring random starts near to closed loops.
+# Number of damped steps that move each random start toward positions at which the loops close.
 DAMPED_STEPS = 60
-# Largest damped step: an angle in rad, and for sliding joints a share of the size of the loops.
+# Largest damped step: for turning joints in rad, for sliding joints as a fraction of the size of
+# the loops.
 STEP_LIMIT = 0.5
 # Damping of the damped steps, in the units of J^T J.
 DAMPING = 1e-6

@@ -70,7 +70,7 @@ class Fit(NamedTuple):
 
 
 def lifted(fit: Fit) -> Fit:
-    """Return a single problem with a leading dimension H = 1."""
+    """Return the fit of one problem with a leading dimension H = 1 of each array."""
     return Fit(*(np.asarray(values)[None] for values in fit))
 
 
@@ -133,7 +133,10 @@ def fit_offsets(A: Floats, B: Floats, begin: Fit | None = None, steps: int = MAX
 
 
 def fit_at(A: Floats, B: Floats, X: Floats, Y: Floats, scale: Floats) -> Fit:
-    """Return the residuals of given offsets; `scale` (H, 1, 1) is the length (m) of one rad."""
+    """
+    Return the residuals of given offsets X and Y. `scale` (H, 1, 1) is the length (m) whose
+    residual has the weight of 1 rad.
+    """
     M = X[:, None] @ A @ Y[:, None]
     position = B[..., :3, 3] - M[..., :3, 3]
     rotation = rotation_vector(B[..., :3, :3] @ np.swapaxes(M[..., :3, :3], -1, -2))
@@ -194,7 +197,7 @@ def number_columns(A: Floats, fit: Fit, columns: Floats, scale: Floats) -> Float
     columns : shape (H, N, 6, c)
         Derivatives of A by the numbers: linear and angular motion of the tool in base axes.
     scale : shape (H, 1, 1), m
-        The length that counts as one rad.
+        The length whose residual has the weight of 1 rad.
     """
     lever = A[..., :3, :3] @ fit.Y[:, None, :3, 3:]
     linear = columns[..., :3, :] + np.cross(columns[..., 3:, :], lever, axis=-2)

@@ -64,7 +64,7 @@ def other_robot(
     """
     Return the bundled robot with the smallest residuals, if it explains the poses; else None.
 
-    `errors` are the residuals of `robot`; another robot must stay within `limit`.
+    `errors` are the residuals of `robot`; the residuals of another robot must be within `limit`.
     """
     found = [(name, left_by(other, q, poses)) for name, other in _robots_like(robot)]
     good = [OtherRobot(name, left) for name, left in found if explains(left, errors, limit)]

@@ -3,7 +3,7 @@
 """
 Compute the axes of the moving rows of an arm at one configuration, for any DH convention.
 
-The function uses the screws that the kernel computes. A row that turns with angular velocity w
+`axes_of` uses the screws that the kernel computes. A row that turns with angular velocity w
 about a point c moves the tool p with v = w x (p - c). So the point p + (w x v) / w.w is on the
 axis of the row. A row that slides moves the tool along v. A joint that moves several rows, as in a
 parallelogram, has several axes.
@@ -27,7 +27,8 @@ class RowAxis(NamedTuple):
     Attributes
     ----------
     point : shape (3,), m
-        The point of the axis nearest to the origin of the link frame beside it.
+        The point of the axis that is nearest to the origin of the link frame before or after the
+        row.
     direction : shape (3,)
         Unit vector, along the positive motion of the first joint in `joints`.
     slides
@@ -45,8 +46,8 @@ class RowAxis(NamedTuple):
 
 def axes_of(state: ToolState) -> Iterator[RowAxis]:
     """
-    Yield the axes of the moving rows, from base to tool, of a state with all frames. Rows that are
-    coordinates of a platform and not links are left out.
+    Yield the axes of the moving rows of the table, from base to tool. `state` must contain all
+    link frames. Rows that are coordinates of a platform, and not links, are left out.
     """
     chain = state.robot.chain
     first, joints = chain.table.first_entry, chain.table.joint

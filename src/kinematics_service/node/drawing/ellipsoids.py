@@ -18,8 +18,8 @@ from ...robot.closed_poses import closed_poses
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 
-# Median over random configurations of the drawn length of the longest radius, divided by the arm's
-# size.
+# Drawn length of an ellipsoid's longest radius, divided by the arm's size. The length is a median
+# over random configurations, because the radius changes with the configuration.
 MEDIAN_RADII = {'linear': 0.3, 'angular': 0.15}
 # Number of random configurations for the median of the longest radius.
 MEDIAN_POSES = 200

@@ -55,7 +55,8 @@ class Copied:
 
     def sources(self, row: int, measures: int) -> Integers:
         """
-        Return the indices of the numbers in an array of the row (`row` numbers) and the measures.
+        Return the indices of the numbers in an array that contains first the row of the state,
+        with `row` numbers, then the measures.
         """
         return self.columns + row if self.of_measures else self.columns % row
 
@@ -100,7 +101,8 @@ class WithCovariance:
 
     def sources(self, row: int, measures: int) -> Integers:
         """
-        Return the indices of the numbers in an array of the row, the measures and two covariances.
+        Return the indices of the numbers and their covariance in an array that contains the row
+        of the state, the measures, the covariance of the pose and the covariance of the twist.
         """
         begin = row + measures + (36 if self.of_motion else 0)
         return np.concatenate([self.copied.sources(row, measures), begin + np.arange(36)])

@@ -189,8 +189,8 @@ def _self_motions(settings: NodeSettings) -> int:
 
 def of_null_space(part: Callable[[ToolState, Floats], Floats]) -> ContentOf:
     """
-    Return content that `part` computes from a basis of the self-motions; None for arms without
-    them.
+    Return a function of the settings that returns the content of a null space topic. `part`
+    computes the content from a basis of the self-motions. Arms without self-motions have none.
     """
 
     def numbers(report: StateReport) -> Floats | None:
@@ -238,7 +238,8 @@ def twist_with_covariance_numbers(settings: NodeSettings) -> Content | None:
 
 def measure_numbers(measure: Measure) -> ContentOf:
     """
-    Return the content of a measure's topic: a column, or `SILENT` if the arm lacks the measure.
+    Return a function of the settings that returns the content of a measure's topic: one column of
+    the measures, or `SILENT` if the arm lacks the measure.
     """
 
     def numbers(settings: NodeSettings) -> Content:

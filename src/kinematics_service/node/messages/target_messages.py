@@ -39,8 +39,8 @@ class Choice(NamedTuple):
     answers
         Isolated solutions, and one representative of each family (curve) of solutions.
     best
-        The best point on the solution curve of the first answer, if `ik.redundancy` selects a
-        criterion for it; else None.
+        The best point on the solution curve of the first answer, by the criterion that
+        `ik.redundancy` selects. None if no criterion is selected.
     """
 
     answers: tuple[IkSolution | IkFamily, ...]

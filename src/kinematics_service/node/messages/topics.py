@@ -38,7 +38,8 @@ SERVICE_QOS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 
 def overridable(qos: QoSProfile) -> dict[str, Any]:
     """
-    Return the arguments for a topic whose quality of service parameters of the node can override.
+    Return arguments for a publisher or a subscription. With these arguments, parameters of the
+    node can override its quality of service.
 
     Each topic gets a copy of the profile, because rclpy writes overrides into it.
     """
@@ -47,7 +48,7 @@ def overridable(qos: QoSProfile) -> dict[str, Any]:
 
 
 def output_publisher(node: Node, kind: type, name: str) -> Publisher:
-    """Return a publisher of answers, whose quality of service parameters can override."""
+    """Return a publisher of answers. Parameters can override its quality of service."""
     return node.create_publisher(kind, name, **overridable(OUTPUT_QOS))
 
 

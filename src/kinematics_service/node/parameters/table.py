@@ -92,7 +92,7 @@ class Parameter(NamedTuple):
         descriptor = ParameterDescriptor()
         descriptor.description = self.description
         descriptor.read_only = self.read_only
-        # without this, rclpy takes an empty list for a list of bytes
+        # without dynamic typing, rclpy takes an empty list for a list of bytes
         descriptor.dynamic_typing = self.default == []
         if self.choices:
             descriptor.additional_constraints = 'one of: ' + ', '.join(self.choices)

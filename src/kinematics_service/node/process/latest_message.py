@@ -77,7 +77,10 @@ class LatestMessage:
         return time.monotonic() - self._arrival
 
     def rate(self) -> float:
-        """Return the rate of messages, 1/s, since a call of this method about RATE_WINDOW ago."""
+        """
+        Return the rate of messages, 1/s, counted since an earlier call of this method: the call
+        that was about `RATE_WINDOW` ago.
+        """
         now = time.monotonic()
         self._marks.append((now, self.count))
         while len(self._marks) > 2 and now - self._marks[1][0] >= RATE_WINDOW:

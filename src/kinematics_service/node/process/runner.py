@@ -140,7 +140,8 @@ def run_node(
     ----------
     robots
         Robot files or bundled names, each with or without `NAMESPACE=`. Each robot gets a node in
-        this process. Without any, one node is started, and the parameter `robot` names its robot.
+        this process. If `robots` is empty, one node is started, and the parameter `robot` names
+        its robot.
     ros_args, allow_unsecured, allow_mixed_ros
         As in `run_session`.
     managed

@@ -97,7 +97,7 @@ def open_context(ros_args: Sequence[str]) -> Context | None:
             'folder'
         )
         ros_args = [*ros_args, '--ros-args', '--disable-external-lib-logs', '--']
-    # rcl must not print the message, because it is printed below
+    # rcl must not print its error message, because `tell` prints this message below
     set_logger_level('rcl', LoggingSeverity.FATAL)
     try:
         rclpy.init(
@@ -129,7 +129,7 @@ def leave(code: int, stop: StopSignal) -> int:
     """
     if stop.came:
         for stream in (sys.stdout, sys.stderr):
-            # the stream is closed, or its reader has exited
+            # ignore the error of a stream that is closed or whose reader has exited
             with contextlib.suppress(OSError, ValueError):
                 stream.flush()
         os._exit(code)

@@ -46,8 +46,8 @@ Files = Annotated[
 
 class FileCheck(NamedTuple):
     """
-    The result for one file: its robot (None if it cannot be read), faults, warnings, and errors of
-    the known poses.
+    The result of checking one robot file. `robot` is None if the file cannot be read; `errors` are
+    the errors of the arm at the known poses of the file.
     """
 
     robot: Robot | None
