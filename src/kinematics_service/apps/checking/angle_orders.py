@@ -34,8 +34,8 @@ TOLERANCE = 1e-6
 
 
 class _Taken(NamedTuple):
-    # `written` is the kind (an order of angles, or `rotvec`) in which the orientations were
-    # written; `read` is the kind as which they were read.
+    # `written` is the kind of the numbers (an order of angles, or `rotvec`). `read` is the kind as
+    # which the numbers were read.
     written: str
     read: str
 

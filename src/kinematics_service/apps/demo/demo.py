@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Run the demo: one process with a simulated arm, the node, and a live table of its messages."""
+"""Run the demo in one process: a simulated arm, the node, and a table of the node's messages."""
 
 import os
 import time
@@ -35,8 +35,8 @@ from .virtual_arm import (
 )
 
 NAMESPACE = '/demo'
-# Remappings that keep all topics in the namespace of the demo. They come before those of the user,
-# because ROS uses the first remapping that matches.
+# Remappings that keep all topics in the namespace of the demo. They come before the user's
+# remappings, because ROS uses the first remapping that matches.
 RULES = (
     f'__ns:={NAMESPACE}',
     '__node:=kinematics',

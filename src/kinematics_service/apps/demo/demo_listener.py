@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Receive the messages of the demo's node, and keep values for its table and summary."""
+"""Receive the messages of the demo's node, and keep values for the demo's table and summary."""
 
 import math
 import time
@@ -52,11 +52,12 @@ class DemoListener:
     nearest
         The smallest distance to a singular pose so far, with its time and pose of the tool.
     history
-        The smallest distance in each INTERVAL, rad; inf if no message came.
+        The smallest distance to a singular pose in each time interval of length `INTERVAL`, rad;
+        inf if no message came.
     joints
         The latest joint states; None before `start` is called.
     speeds
-        The speed of the fastest joint in each INTERVAL, rad/s or m/s.
+        The speed of the fastest joint in each time interval of length `INTERVAL`, rad/s or m/s.
     warned, levels
         The last warning; all levels in the order in which they were received.
     scale, reason
@@ -99,8 +100,8 @@ class DemoListener:
 
     def start(self) -> None:
         """Set the start time to now, and subscribe to the joint states."""
-        # Subscribe to the joint states only now. The arm starts at the first subscription to its
-        # joint states, which must be that of the node.
+        # Subscribe to the joint states only now. The arm starts after the first subscription to
+        # its joint states, and this first subscription must be the node's.
         topic = f'{self.source.rpartition("/")[0]}/{JOINT_STATES}'
         self.joints = LatestMessage(self._node, topic, JointState, OUTPUT_QOS)
         self.started = time.monotonic()

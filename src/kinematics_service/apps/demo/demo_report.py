@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Write the texts of the demo: the first lines, the lines without a terminal, the summary."""
+"""Write the texts of the demo: first lines, summary, and lines if no terminal shows a table."""
 
 import math
 import os

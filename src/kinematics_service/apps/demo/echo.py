@@ -137,8 +137,8 @@ class _Echo:
         self._output.line(*lines, *([] if self._once else [SEPARATOR]))
 
     def _watch(self) -> None:
-        # Print the likely reason for missing messages to standard error, once for each time
-        # without messages. A timer calls this function if there is no live screen.
+        # Print the likely reason for missing messages to standard error, once for each period
+        # without messages. A timer calls this function if `echo` shows no live screen.
         if not self._silent:
             self._explained = False
             return

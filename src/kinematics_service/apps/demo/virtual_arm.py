@@ -44,7 +44,7 @@ class TimedJointState(NamedTuple):
 
 
 def moments_of_trajectory(trajectory: Trajectory, start: int) -> Iterator[TimedJointState]:
-    """Yield joint states along a path without end; the first stamp is `start` (ns)."""
+    """Yield endlessly the joint states along a periodic path; the first stamp is `start` (ns)."""
     for k in itertools.count():
         due = k / RATE
         yield TimedJointState(due, start + round(due * 1e9), *trajectory.at(due))
@@ -112,9 +112,9 @@ class VirtualArm:
             node.create_publisher(JointState, command, QUEUE_DEPTH) if command else None
         )
         # Use a timer with a constant period that is started only once. Do not reset the timer in
-        # its callback, because each reset adds an event to the queue of the executor. Each call of
-        # a timer that is due again adds another event. So the calls would double while the queue
-        # is slower than the period.
+        # its callback, because each reset adds an event to the queue of the executor. A timer that
+        # is due again adds another event. So each call would cause two further calls if the
+        # executor is slower than the period.
         self._timer = steady_timer(node, period, self._turn, autostart=False)
 
     @property

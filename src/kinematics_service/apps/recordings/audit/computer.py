@@ -52,7 +52,8 @@ class Computer:
 
     def take(self, block: Block | UnreadableMessage) -> TimelineBatch | None:
         """
-        Add the states of the next block to the timeline, and return them, or None without states.
+        Add the states of the next block to the timeline. Return these states; None if the block
+        yields no state.
         """
         return self._part(self._ingest.take(block))
 
@@ -112,7 +113,8 @@ class Computer:
         last = np.concatenate([before, quaternions[:-1]])
         dots = np.einsum('ij,ij->i', quaternions, last)
         for k in np.flatnonzero(np.abs(dots) < 1e-9):
-            # near 0 the order of summation matters: use np.dot, as the estimator does
+            # The sign of a value near 0 depends on the order of summation, so sum by np.dot, as
+            # the estimator does.
             dots[k] = np.dot(quaternions[k], last[k])
         turns = np.where(dots < 0.0, -1.0, 1.0)
         signs = np.cumprod(turns)

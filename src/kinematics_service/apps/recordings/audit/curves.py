@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Thin curves over time to the resolution of a drawing. Each column of the drawing keeps its extreme
-values.
+Reduce curves over time to the points that a drawing can show. In each column of the drawing, a
+curve keeps its extreme values.
 """
 
 from collections.abc import Iterable
@@ -67,8 +67,8 @@ def curve_of(
     count = held = groups = 0
     for t, values, breaks in pieces:
         known = np.flatnonzero(np.isfinite(values))
-        # Number the groups of points. A break or an unknown value starts a new group; each group
-        # is drawn as a separate line.
+        # Compute the number of the group of each point. A break or an unknown value starts a new
+        # group; each group is drawn as a separate line.
         group = groups + np.cumsum(breaks) + np.cumsum(~np.isfinite(values))
         groups = int(group[-1])
         count, held = count + len(known), held + len(known)

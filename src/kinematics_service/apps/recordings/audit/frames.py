@@ -64,7 +64,8 @@ class FrameReport(NamedTuple):
         Number of poses, number of evenly spread poses that were considered, and number of
         considered poses with joint positions at their time.
     unmatched
-        Why the other poses have no joint positions, as text; empty if all have them.
+        Why some considered poses have no joint positions, as text; empty if all have joint
+        positions.
     doubts
         Remarks on implausible numbers, each a sentence.
     diagnosis
@@ -194,7 +195,7 @@ def chosen_poses(track: PoseTrack, found: Track, use: Flags) -> ChosenPoses:
 def matched(found: Track, longest: float | None) -> tuple[Flags, str]:
     """
     Return whether each pose has joint positions at its time, shape (M,). Return also, as text, why
-    the other poses have none.
+    some poses have no joint positions.
 
     Parameters
     ----------

@@ -48,7 +48,7 @@ class Interval(NamedTuple):
     factor
         Name of the nearest factor at the worst moment, empty if the file lists none.
     factors
-        All factors that are the nearest factor at some time, by their worst moments.
+        All factors that are the nearest factor at some time, in the order of their worst moments.
     lost, fighting
         At the worst moment, as text: the direction in which the tool cannot move, and the joints
         whose motions cancel.
@@ -116,7 +116,7 @@ def _interval(robot: Robot, timeline: Timeline, run: Stretch) -> Interval:
         rows = slice(first + span.start, first + span.stop)
         t = timeline.t[rows.start : min(rows.stop, until) + 1]
         levels = timeline.levels[rows]
-        # Compute the times for which the levels hold: each holds until the next state.
+        # Compute the duration of each level. A level lasts until the next state.
         holds = np.diff(t, append=t[-1:])[: len(levels)]
         level = max(level, Level(int(np.max(levels))))
         stopped += float(np.sum(holds[levels == Level.ERROR]))

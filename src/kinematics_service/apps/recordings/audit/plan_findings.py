@@ -18,8 +18,8 @@ from ..plans.verdicts import PlanMoment, PlanSingularity, PlanSpeed
 from .auditing import Audit
 from .findings import Finding, seconds
 
-# Largest number of trajectories with a finding of their own if they are not proved. Further
-# trajectories are only counted.
+# Largest number of trajectories without a proof that are reported by a finding each. Further
+# trajectories without a proof are only counted.
 MAX_SENTENCES = 3
 # A factor is reported as zero at a singular pose if its distance from zero (rad) is below this.
 ZERO_TOLERANCE = 1e-6

@@ -75,8 +75,8 @@ def checks_of(
 def _full_turns(
     robot: Robot, plan: PlannedTrajectory, prefix: str, which: str
 ) -> Iterator[Remark]:
-    # Yields a remark for each joint that moves by unnecessary full turns: without them it would
-    # reach an equal pose within its limits.
+    # Yields a remark for each joint that makes unnecessary full turns. Without these turns, the
+    # joint would move within its limits, and the poses of the arm would be the same.
     for j, name in enumerate(robot.joint_names):
         q = plan.positions[:, plan.names.index(prefix + name)]
         sides = np.flatnonzero(np.diff(np.sign(np.diff(q)))) + 1

@@ -91,7 +91,7 @@ class Timeline(MotionColumns):
     levels : shape (N,)
         OK, WARN or ERROR, with hysteresis.
     silent : shape (N,)
-        Whether the state was stale just before.
+        Whether the joint positions were stale just before the state.
     warnings
         The warnings that the node would have published.
     """

@@ -74,7 +74,8 @@ def breaks_of(q: Floats) -> Breaks:
     changes = np.linalg.norm(np.diff(steps, axis=0), axis=1)
     near = STEP_TOLERANCE * around + 2.0 * noise
     alike = np.linalg.norm(after - before, axis=1) < near
-    alike[:1] = alike[-1:] = False  # a second neighbour step is missing here
+    # the first and the last of these steps lack a second neighbour step on one side
+    alike[:1] = alike[-1:] = False
     alike[1:-1] &= np.maximum(changes[:-3], changes[3:]) < near[1:-1]
     whole = (
         (times > 1.5)

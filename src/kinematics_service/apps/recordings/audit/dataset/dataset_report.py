@@ -29,7 +29,8 @@ NUMBER = re.compile(r'[-+]?\d[\d.,]*(?:e[-+]?\d+)?')
 
 class Kind(NamedTuple):
     """
-    Findings whose texts differ only in numbers: the number of episodes, and the first finding.
+    A kind of findings, whose texts differ only in numbers. `episodes` is the number of episodes
+    with a finding of this kind, and `example` is the text of the first finding.
     """
 
     level: Level

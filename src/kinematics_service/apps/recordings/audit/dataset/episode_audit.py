@@ -183,8 +183,8 @@ def _row(
 
 
 def _rows_at_fault(finished: Audit) -> Iterator[Finding]:
-    # Report every message without a state. A few are usual in a recording, but in a dataset each
-    # is a fault.
+    # Report every message without a state. A few such messages are usual in a recording, but in a
+    # dataset each such message is a fault.
     if refused := dict(finished.refused):
         reasons = ', '.join(f'{reason} ({number:,})' for reason, number in refused.items())
         text = f'{counted(sum(refused.values()), "frame")} without a pose: {reasons}.'
