@@ -264,7 +264,7 @@ def _of_parquet(whole: Episode) -> Iterator[Episode]:
 
 def headers_of(file: Path) -> dict[str, npt.NDArray[np.generic]]:
     """
-    Return arrays with the names, shapes and types of the arrays in an npz file, without data.
+    Return, by name, an array without data for each array in an npz file, with its shape and type.
     """
     headers = {}
     with ZipFile(file) as packed:

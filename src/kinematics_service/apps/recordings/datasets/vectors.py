@@ -76,8 +76,8 @@ def columns_of_episode(episode: Episode) -> Columns:
 
 def taken_apart(vectors: Mapping[str, Floats], elements: Mapping[str, Sequence[str]]) -> Columns:
     """
-    Split each vector (N, k) into k columns. A column name has the name of the vector, and the
-    element's name or its number from 0.
+    Split each vector (N, k) into k columns. The name of a column is the name of the vector, a dot,
+    and the name of the element; if elements have no names, their number from 0.
 
     Parameters
     ----------

@@ -73,14 +73,14 @@ def check_plan(
         The largest allowed speed of the tool and of each point of `speed_of`, m/s.
     speed_of
         Further points whose speed is bounded, besides the tool: frames by their number in
-        `link_frames`, or joints. A joint stands for the point of its axis at which its row of the
-        table begins.
+        `link_frames`, or joints. The name of a joint means the point on the joint's axis at which
+        the joint's row of the table begins.
 
     Raises
     ------
     PlanError
-        The times do not rise, a threshold or a point is unknown, or the motion between the points
-        exceeds the numbers of the kernel.
+        The times do not rise, a threshold or a point is unknown, or positions or speeds between
+        the points exceed the largest number that the kernel accepts.
     JointVectorError
         The numbers of the points are of the wrong shape, or not finite.
 
@@ -109,7 +109,8 @@ def check_plan(
         check_positive(PlanError, 'speed_limit', speed_limit)
     motion = polynomial_motion(at, given[0], given[1], given[2])
     points = dict.fromkeys([TOOL, *map(str, speed_of)])
-    with np.errstate(over='ignore', invalid='ignore'):  # `_extreme` reports overflows
+    # ignore overflows here, because `_extreme` reports them
+    with np.errstate(over='ignore', invalid='ignore'):
         joints = tuple(_joint(robot, motion, j) for j in range(robot.dof))
         if robot.chain.loops:
             plan = ClosedPlan(robot, motion, asked)

@@ -32,14 +32,14 @@ MAX_POSITION = 1e8
 # Number of samples in a batch. After a batch in which a loop does not close, no further batch is
 # computed, because each failed search takes milliseconds.
 BATCH = 256
-# Number of bisections of the interval in which a loop stops closing. They reduce the interval to
-# 1e-12 of a sampling step.
+# Number of bisections of the interval in which a loop stops closing. The bisections reduce this
+# interval to 1e-12 of a sampling step.
 HALVINGS = 40
 
 
 class ClosedPlan:
     """
-    A motion of an arm with closed loops at sampled poses.
+    The planned motion of an arm with closed loops, which is evaluated at sampled poses.
 
     Parameters
     ----------
@@ -87,8 +87,8 @@ class ClosedPlan:
 
     def closure(self) -> PlanClosure:
         """
-        Return whether the loops close at all samples, and the first moment at which a loop does
-        not.
+        Return whether the loops close at all samples. If a loop does not close, return the first
+        moment at which it is open.
         """
         count = len(self.x)
         if np.all(self.closed):

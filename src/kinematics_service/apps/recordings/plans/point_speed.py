@@ -42,8 +42,8 @@ def speed_over_plan(
     robot, motion
         The arm and its motion.
     of
-        The point: `tool`, the number of a frame, or a joint. A joint stands for the point of its
-        axis at which its row of the table begins.
+        The point: `tool`, the number of a frame, or a joint. The name of a joint means the point
+        on the joint's axis at which the joint's row of the table begins.
     limit
         Largest allowed speed, m/s; None without a limit.
 
@@ -76,7 +76,7 @@ def speed_between(
     Return the bounds (m/s) of a point's largest speed as a `PlanSpeed`, with the verdict on the
     speed limit. `lower` is the speed at `moment`.
     """
-    # A speed may exceed its limit by the ratio LIMIT_TOLERANCE.
+    # A speed is within its limit if it exceeds the limit by at most the ratio LIMIT_TOLERANCE.
     allowed = math.inf if limit is None else limit * (1.0 + LIMIT_TOLERANCE)
     verdict = None if limit is None else verdict_of(lower, upper, allowed)
     return PlanSpeed(of, lower, upper, moment, limit, verdict)
@@ -163,8 +163,8 @@ class _Speeds:
         v, a = self._velocity(taylor, T)
         seconds = pieces.half * T
         swing = a * seconds[:, None]
-        # Evaluate |v + a t| at both ends of each piece. Its maximum is at an end, because it is
-        # convex in t.
+        # Evaluate |v + a t| at both ends of each piece. The maximum is at an end, because this
+        # norm is convex in t.
         ends = np.maximum(np.linalg.norm(v + swing, axis=1), np.linalg.norm(v - swing, axis=1))
         most = ends + 0.5 * self._third(taylor, pieces.half, T) * seconds**2
         most = np.where(np.isnan(most), np.inf, most)

@@ -60,7 +60,7 @@ class PlanSingularity:
     undecided
         Intervals of time (begin, end), s, in which nothing is decided.
     evaluations
-        Number of poses with a computed clearance.
+        Number of poses at which the clearance (proved radius without singular poses) was computed.
     """
 
     verdict: PlanVerdict

@@ -26,8 +26,8 @@ MAX_LISTED = 12
 # Largest number of characters of a column name in an error message. A longer name is cut.
 MAX_NAME_LENGTH = 60
 STAMP = 'stamp'
-# Known names of the stamp column, in small letters. They are searched if a layout does not name
-# its stamp column.
+# Known names of the stamp column, in small letters. The header is searched for these names if a
+# layout does not name its stamp column.
 STAMPS = (STAMP, 'timestamp', 'time', 't', 'date', 'datetime', '%time', '__time')
 # Matches a range of column numbers, counted from 1, such as 2-7.
 NUMBERS = re.compile(r'(\d+)(?:-(\d+))?')

@@ -4,7 +4,7 @@
 Check a bag by its checksums, or, for a sqlite3 bag, by sqlite's own check. If the bag has no
 checksums, a remark says so.
 
-This module does not check MCAP chunks, because rosbags checks them when it reads them.
+This module does not check MCAP chunks, because rosbags checks each chunk when it reads the chunk.
 """
 
 import sqlite3
@@ -28,7 +28,8 @@ CHUNK_INDEX = 8
 DATA_END = 15
 FOOTER_LENGTH = HEAD.size + 20
 DATA_END_LENGTH = HEAD.size + 4
-# Offset of the checksum in a chunk record. The checksum follows the head, two times and the size.
+# Offset of the checksum in a chunk record. The fields before the checksum are the head, two time
+# stamps of 8 bytes and the size.
 CHUNK_SUM_AT = HEAD.size + 24
 READ_SIZE = 1 << 20
 

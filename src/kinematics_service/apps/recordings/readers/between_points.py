@@ -13,8 +13,8 @@ from ..plans.polynomials import polynomial_motion
 # Largest motion of a joint between two samples, rad or m. In a long trajectory the motion may be
 # larger.
 MAX_STEP = 0.01
-# Least number of samples between two points. The samples show a joint that turns back between the
-# points.
+# Least number of samples between two points. Several samples are needed, because a joint may turn
+# back between the points.
 MIN_SAMPLES = 4
 # Largest number of samples between two points.
 MAX_SAMPLES = 2_000
@@ -56,8 +56,8 @@ def sampled(planned: PlannedTrajectory, most: int = sys.maxsize) -> SampledSteps
     """
     Return samples of the motion along a trajectory, its points included.
 
-    Each segment has at least 4 samples. Otherwise the number of samples is at most `most`, and a
-    long motion has larger steps.
+    The motion has at most `most` samples, so the steps of a long motion are larger. But each
+    segment always has at least 4 samples, even if the sum then exceeds `most`.
     """
     q = planned.positions
     motion = polynomial_motion(planned.times, q, planned.velocities, planned.accelerations)

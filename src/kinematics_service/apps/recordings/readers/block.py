@@ -68,8 +68,8 @@ class Block:
 
     def sample(self, k: int) -> JointSample:
         """
-        Return message k for the estimator, which takes the message's time of receipt as its steady
-        clock.
+        Return message k for the estimator. The time of receipt of the message replaces the time of
+        the steady clock.
         """
         received = int(self.received[k])
         return JointSample(

@@ -38,8 +38,8 @@ class HeadUnits(NamedTuple):
 
     def unit(self, names: Sequence[str], accepted: Collection[str], where: str) -> str:
         """
-        Return the unit of several columns, which must be equal. Return '' if their names have no
-        unit.
+        Return the unit of several columns, which must have one common unit. Return '' if the names
+        of the columns have no unit.
 
         Raises
         ------

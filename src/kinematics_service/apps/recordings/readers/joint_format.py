@@ -130,7 +130,8 @@ def _take_file(units: JointUnits, robot: Robot, file: Path, first: int) -> None:
         if motors:
             _take_calibration(units, robot, motors)
             return
-        # The least and largest joint positions, which the dataset maps to -1 and 1.
+        # Read the least and the largest position of each joint. The numbers in the dataset are
+        # scaled so that these positions are -1 and 1.
         least, most = (
             [float(x) for x in content[STATE][name][first : first + robot.dof]]
             for name in ('min', 'max')

@@ -26,8 +26,8 @@ PAUSE = 3_600 * SECOND
 # Stamp of the first sample, ns. It is not 0, because a stamp of 0 means unstamped.
 FIRST_STAMP = SECOND
 MAX_FILE_BYTES = 64 * 1024 * 1024
-# Largest number of samples of a file, a minute of work. A file exceeds it only if 4 samples for
-# each segment are more.
+# Largest number of samples of a file, which take a minute to compute. A file has more samples only
+# if 4 samples for each segment give a larger number.
 MAX_FILE_SAMPLES = 500_000
 # A remark is made if the motion of a joint between two samples exceeds this (rad or m).
 COARSE_STEP = 10 * MAX_STEP
@@ -218,8 +218,8 @@ def _table(rows: Sequence[Any], names: tuple[str, ...], key: str, where: str) ->
     for k, row in enumerate(rows):
         count = len(row) if isinstance(row, (list, np.ndarray)) else 0
         if count != len(names):
-            # Refuse some points without velocities: the motion would be another one, and its proof
-            # would be wrong.
+            # Refuse a plan in which only some points have velocities. Without these
+            # velocities, the check would prove a statement about another motion.
             raise RecordingError(
                 f'{where}: points[{k}]: {key} has {count} numbers; give {len(names)}, one for '
                 f'each joint{"" if key == "positions" else ", or leave it out at all points"}',

@@ -13,7 +13,8 @@ from .block import Times
 # Number of decimal places from a unit of time to nanoseconds.
 UNITS = {'s': 9, 'ms': 6, 'us': 3, 'ns': 0}
 RATE = re.compile(r'(\d+\.?\d*|\.\d+)\s*[Hh][Zz]')
-# Range of the sample rate for rows that have a number instead of a stamp, Hz.
+# Smallest and largest accepted rate of rows without stamps. Their stamps are computed from the row
+# number and this rate.
 MIN_RATE = 0.01  # Hz
 MAX_RATE = 1e6  # Hz
 # Rate of rows, Hz, for `--stamps none`: the arm stands still in each row. The rate is so low that

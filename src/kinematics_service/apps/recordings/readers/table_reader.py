@@ -21,7 +21,7 @@ from .table_source import source_of
 
 # Number of bytes that are read at once to count lines.
 READ_SIZE = 2**20
-# Column names and decimal commas are searched in the first lines of a file, this many.
+# Number of first lines of a file in which column names and decimal commas are searched.
 HEAD_LINES = 100
 COMMENT = '#'
 HINT = '; --stamps says the unit, or the rate of the rows, or none if the arm stands in each'

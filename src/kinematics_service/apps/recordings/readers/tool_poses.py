@@ -36,7 +36,7 @@ class PoseRows:
     Collects rows of poses of a second source piece by piece, and converts them to matrices at the
     end.
 
-    Few invalid rows, such as uninitialised first messages, are left out and reported.
+    A few invalid rows, such as uninitialised first messages, are left out and reported.
 
     Parameters
     ----------
