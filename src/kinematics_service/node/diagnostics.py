@@ -28,8 +28,8 @@ REJECTED = (
     outcomes.NOT_CLOSED,
     outcomes.TOO_FAST,
 )
-# Reasons for refusing a message that few arms or settings can cause. The status shows these
-# reasons only if they occurred.
+# Reasons for which messages are refused only with few arms or settings. The status shows such a
+# reason only if it occurred.
 RARE = (outcomes.NOT_CLOSED, outcomes.TOO_FAST)
 INTERNAL_ERROR = 'internal error'
 # Time (s) for which the status reports lost messages and resets after they occurred.
@@ -155,8 +155,8 @@ def incomplete_in_words(
     arm: Estimator, topic: str, state: InputState, warnings: Sequence[str]
 ) -> str:
     """
-    Return a text with the joints without a position, and the reason; '' if no joint lacks a
-    position.
+    Return a text that names the joints without a position, and the reason; '' if all joints have
+    a position.
     """
     missing = ', '.join(arm.joints.missing(state.arrival))
     if not missing:

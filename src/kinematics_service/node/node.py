@@ -93,7 +93,8 @@ class KinematicsNode(Node):
         topic: str = JOINT_STATES,
         **options: Any,
     ) -> None:
-        # The next line subscribes to /clock, whose callback needs the throttle.
+        # Create the throttle before `super().__init__`, which subscribes to /clock. The callback
+        # of this subscription needs the throttle.
         self._throttle = Throttle(5.0)
         super().__init__(node_name, **options)
         self.is_started = self._in_order = False
@@ -192,7 +193,7 @@ class KinematicsNode(Node):
             self._outputs.events_in_order = True
 
     def events_were_left_out(self, messages: int) -> None:
-        """Add a number to the count of messages that the executor threw away unanswered."""
+        """Add `messages` to the number of messages that the executor threw away unanswered."""
         if not self.is_started:
             return
         self._estimator.counts[LEFT_OUT] += messages

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Publish answers to every accepted message, and find which numbers their subscribers need."""
+"""Publish answers to every accepted message, and find which numbers the subscribers need."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple

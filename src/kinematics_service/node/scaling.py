@@ -137,8 +137,8 @@ class Scaling:
         return value
 
     def _reason_for(self, scales: MotionScales) -> _Reason:
-        # Return the level, and the constraint that causes the level, from the scales before the
-        # limit of their rise.
+        # Return the level, and the constraint that causes the level. Both follow from the scales
+        # before `_limit_rise` limits their rise.
         former, values = self._reason or _Reason(Level.OK), scales.values[0]
         level, value = Level.OK, float(np.min(values))
         if value < STOPPED_SCALES[former.level is Level.ERROR]:

@@ -24,7 +24,8 @@ def take_waiting(subscription: Subscription, keep: int) -> tuple[deque[Any], int
     subscription
         The subscription; if it was destroyed, the result is empty.
     keep
-        Number of messages to return, each with its information.
+        Largest number of messages to return. Each message comes with the information of the
+        middleware about it.
     """
     handle, newest, count = subscription.handle, deque[Any](maxlen=keep), 0
     try:

@@ -11,8 +11,8 @@ from ...robot.robot import Robot
 
 def uncertainty_in_words(robot: Robot) -> Iterator[str]:
     """
-    Yield lines of text on the standard deviations in `uncertainty:`; none if the section is
-    absent.
+    Yield lines of text that list the standard deviations in the section `uncertainty` of a robot
+    file. Yield none if the section is absent.
     """
     given = robot.description.uncertainty
     if given is None:
@@ -28,7 +28,7 @@ def uncertainty_in_words(robot: Robot) -> Iterator[str]:
 
 
 def tolerances_in_words(given: Tolerances) -> str:
-    """Return the entries of `tolerance:` as text; empty if the section is absent."""
+    """Return the entries of the section `tolerance` as text; empty if the section is absent."""
     groups = (('lengths', given.length), ('angles', given.angle), ('gear ratios', given.gear))
     values = [*((name, value) for name, value in groups if value is not None), *given.named]
     words = ', '.join(f'{name} {value:.3g}' for name, value in values)
@@ -45,6 +45,7 @@ def _by_joint(robot: Robot, values: Sequence[float], per: str = '') -> str:
 def _of_table(given: Uncertainty) -> Iterator[str]:
     for name, value in given.parameters:
         yield f'{name} {value:.3g}'
-    # The covariance is L L^T. The standard deviation of a number is the norm of its row of L.
+    # `factor` has the rows of L, and the covariance of the table's numbers is L L^T. So the
+    # standard deviation of a number is the norm of the number's row of L.
     for name, row in given.factor:
         yield f'{name} {math.hypot(*row):.3g}'

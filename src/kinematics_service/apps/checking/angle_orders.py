@@ -22,7 +22,7 @@ from .hypotheses import Hypothesis
 from .pose_format import MAKERS
 
 ROTVEC = 'rotvec'
-# Number of poses with which the orders are compared.
+# Largest number of poses from which the orders of angles are compared.
 SAMPLES = 40
 # Number of the likeliest orders that are fitted to the poses. The fit is needed because orders
 # such as XYX and XZX have equal traces; only the positions distinguish them.
@@ -134,8 +134,8 @@ def _pairs(read: str) -> list[_Taken]:
 
 
 def _numbers(kind: str, R: Floats) -> Floats:
-    # Return the two triples of numbers (2, N, 3) that give the rotations R (N, 3, 3), if read as
-    # this kind of orientation.
+    # Two triples of numbers describe the same rotation. Return both triples of each rotation of
+    # R (N, 3, 3), shape (2, N, 3), for this kind of orientation.
     if kind == ROTVEC:
         vectors = rotation_vector(R)
         turns = np.linalg.norm(vectors, axis=1, keepdims=True)

@@ -66,7 +66,8 @@ RIVAL_RATIO = 2.0
 LIKELY_RIVAL_RATIO = 1.25
 # Number of Levenberg-Marquardt steps of the fits that preselect hypotheses with few poses.
 SIFT_STEPS = 4
-# Number of hypotheses that are fitted to few poses at once, the likeliest first.
+# Number of hypotheses in one batch of fits to few poses. The likeliest hypotheses are fitted
+# first.
 BATCH_SIZE = 16
 # Number of preselected hypotheses that are fitted to all poses.
 FITTED_IN_FULL = 4
@@ -84,8 +85,8 @@ TURNING_REACHES = (*np.arange(-5.5, 6.0),)
 # Start value for the fit of the scale of a sliding joint: the scale times the joint position that
 # is farthest from 0 (m). One value suffices, because Newton's method converges from any start.
 SLIDING_REACHES = (0.0,)
-# Factors that common mistakes cause in joint positions: unit of the joint, factor, statement of
-# the mistake.
+# Common mistakes that multiply joint positions by a factor. Each entry has the unit of the joint,
+# the factor, and the statement of the mistake.
 FACTORS = (
     ('rad', math.pi / 180.0, 'is in degrees, not radians'),
     ('rad', 180.0 / math.pi, 'was turned from degrees into radians twice'),
@@ -236,7 +237,7 @@ def _orders(
     given: ComparedData, A: Floats, fit: Fit, tried: Sequence[TestedCause]
 ) -> list[TestedCause]:
     if errors_of(fit.position, fit.rotation).rotation_rms < NOMINAL.angle:
-        return []  # small angles in any order give nearly one rotation
+        return []  # the order of small angles hardly changes the rotation
     likely = likely_orders(given.poses, A, given.read)
     few = few_of(len(A))
     # Repeat the poses of the second source for each order, then replace their orientations.
@@ -248,15 +249,17 @@ def _orders(
 
 
 def _most(fit: Fit, tried: Sequence[TestedCause] = ()) -> float:
-    # Return the largest score from few poses with which a hypothesis is fitted to all poses. A
-    # cause with a larger score explains too little, or less than a cause that was already tried.
+    # Return a limit of the score. A hypothesis is fitted to all poses only if its score from few
+    # poses is below the limit. With a larger score, it explains too little, or less than a cause
+    # that was already tried.
     ratio = max([LIKELY_RATIO, *(one.ratio / RIVAL_RATIO for one in tried)])
     return SIFT_MARGIN * float(fit.score) / ratio
 
 
 def _sifted(A: Floats, B: Floats, most: float) -> dict[int, Fit]:
-    # Return the fits with the smallest scores below `most`; the keys are indices of the problems.
-    # Problems whose lower bound is far above the best score are not fitted.
+    # Fit H problems A, B (H, N, 4, 4). Return the fits with the smallest scores below `most`, by
+    # the index of the problem. A problem is not fitted if the lower bound of its score is far
+    # above the best score.
     bounds, found = least_angles(A, B), dict[int, Fit]()
     order = np.argsort(bounds, kind='stable')
     for some in np.split(order, range(BATCH_SIZE, len(order), BATCH_SIZE)):
@@ -284,7 +287,7 @@ def _undoing(
 
 
 def possible(given: ComparedData) -> list[Hypothesis]:
-    """Return the discrete mistakes, without those whose joint positions leave loops open."""
+    """Return all discrete mistakes after whose correction the loops of the arm still close."""
     chain, every = given.robot.chain, hypotheses_of(given)
     return [one for one in every if one.q is None or np.all(closes_at(chain, one.q))]
 
@@ -432,7 +435,7 @@ def _lag(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     try:
         found = lagged(given.robot, given.later, given.poses, A, fit)
     except LoopError:
-        return []  # at another lag, a closed loop does not close
+        return []  # a closed loop does not close at the joint positions of a trial lag
     if found is None:
         return []
     size, unit = abs(found.value), given.later.unit

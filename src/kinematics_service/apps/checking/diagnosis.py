@@ -22,8 +22,8 @@ from .joint_motion import SampledMotion
 from .lag import Later, looked_up
 from .offsets import Fit, equations_of, fit_offsets, free_directions, scale_of
 
-# No cause is sought if residuals are below both limits (m, rad). These are errors of the best
-# laser trackers: 0.02 mm, and 0.01 deg with a 6-DOF probe.
+# No cause is sought if the residuals are below both limits (m, rad), because the best laser
+# trackers have errors of this size: 0.02 mm, and 0.01 deg with a 6-DOF probe.
 FINE = PoseLimit(2e-5, 2e-4)
 # Base offset for which the diagnosis names a reason: the frame base_link of UR arms is the base
 # frame of the controller, turned by 180 deg about z.
@@ -37,7 +37,8 @@ MIN_POSES = 3
 # Smallest number of poses for which a cause is sought.
 CAUSE_POSES = 8
 
-# The sentence for arms with closed loops, for which some causes are not tried.
+# Text that is added to the diagnosis of an arm with closed loops, because some causes are not
+# tried for such an arm.
 NOT_TRIED = (
     '. Lengths and conventions of the table are no causes that were tried: the closed loops would '
     'close elsewhere'
@@ -290,8 +291,8 @@ def _sentence(
 
 
 def _known_offset(fit: Fit) -> str:
-    # Return a text if the fitted offset only turns the base or only turns the tool, about its
-    # origin; else an empty text.
+    # Return a text on the fitted offset if it is only a rotation of the base, or only a rotation
+    # of the tool, about its origin. Return an empty text for any other offset.
     for end, one, other in (('base', fit.X, fit.Y), ('tool', fit.Y, fit.X)):
         turn, rest = rotation_vector(one[:3, :3]), rotation_vector(other[:3, :3])
         way = max(np.linalg.norm(one[:3, 3]), np.linalg.norm(other[:3, 3]))

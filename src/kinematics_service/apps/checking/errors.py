@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Differences of poses (RMS and largest), and texts of lengths, angles and times with units."""
+"""Compute differences of poses, RMS and largest; write lengths, angles and times with units."""
 
 import math
 from typing import NamedTuple
@@ -32,23 +32,26 @@ def _with_unit(value: float, unit: str) -> str:
 
 
 def length_in_words(length: float) -> str:
-    """Return a length (m) as text in mm, from 1 m on in m, and as 0 for round-off."""
+    """Return a length (m) as text: in mm below 1 m, otherwise in m. Round-off becomes 0."""
     return _with_unit(length, 'm')
 
 
 def angle_in_words(angle: float) -> str:
-    """Return an angle (rad) as text in deg, and as 0 for round-off."""
+    """Return an angle (rad) as text in deg. Round-off becomes 0."""
     degrees = math.degrees(angle)
     return f'{_number(degrees)} deg' if abs(degrees) > ROUND_OFF else '0 deg'
 
 
 def time_in_words(time: float) -> str:
-    """Return a time (s) as text in ms, from 1 s on in s, and as 0 for round-off."""
+    """Return a time (s) as text: in ms below 1 s, otherwise in s. Round-off becomes 0."""
     return _with_unit(time, 's')
 
 
 class PoseLimit(NamedTuple):
-    """Limits of position (m) and rotation (rad) residuals: RMS after base and tool are fitted."""
+    """
+    Limits of the RMS residuals of position (m) and rotation (rad) that remain after the offsets of
+    base and tool are fitted.
+    """
 
     position: float
     angle: float

@@ -24,8 +24,8 @@ from ...robot.file.parts.parameters import ANGLE, LENGTH, RATIO, SIX
 from ...robot.robot import Robot, with_chain
 from .lag import Later
 
-# Statements of mistakes in measured poses. `known_pose_causes` replaces some of these statements
-# if the poses are the known poses of a file.
+# Statements of mistakes, worded for measured poses. `known_pose_causes` replaces some of these
+# statements if the poses are the known poses of a robot file.
 DEGREES = 'the joint positions are in degrees, not radians'
 RADIANS_TWICE = 'the joint positions were turned from degrees into radians twice'
 INVERSE = 'the poses are those of the base in the tool frame'
@@ -400,7 +400,8 @@ def moved_joints(
     robot: Robot, q: Floats, joints: Sequence[int], ways: Floats, values: Floats
 ) -> PoseChange:
     """
-    Return poses (H, N, 4, 4) of H problems, each with one joint moved, and their derivatives.
+    Move one joint of the arm in each of H problems. Return the poses (H, N, 4, 4) and their
+    derivatives (H, N, 6, c) by `values`.
 
     Parameters
     ----------

@@ -77,8 +77,8 @@ class PoseCauses(NamedTuple):
 
 
 class _Undone(NamedTuple):
-    # A mistake; and, after the mistake is corrected, the poses of the arm and the expected poses,
-    # (N, 4, 4) each.
+    # `sentence` states a mistake. `poses` and `expected`, (N, 4, 4) each, are the poses of the arm
+    # and the expected poses after the mistake is corrected.
     sentence: str
     poses: Floats
     expected: Floats
@@ -133,7 +133,8 @@ def _whole(given: ComparedData) -> Iterator[_Undone]:
     if robot.description.length_unit == 'mm':
         words |= IN_MILLIMETRES
     for change, poses, expected in zip(changes, *undone(given, changes)):
-        sentence = change.sentence.partition(' (--')[0]  # without the option at its end
+        # leave out the option in brackets at the end of the sentence
+        sentence = change.sentence.partition(' (--')[0]
         yield _Undone(words.get(sentence, sentence), poses, expected)
 
 

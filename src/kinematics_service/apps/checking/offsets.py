@@ -340,8 +340,8 @@ def _translated(A: Floats, B: Floats, scale: Floats, RX: Floats, RY: Floats) -> 
 def _rotations(A: Floats, B: Floats) -> list[tuple[Floats, Floats]]:
     # Return candidates of the rotations of X and Y. The relative rotations A_i^-1 A_j and B_i^-1
     # B_j turn about axes that differ only by the rotation of Y (Park and Martin 1994). The fit
-    # uses the skew parts of the rotations, sin(angle) times the axis. They replace the axes,
-    # because they are smooth functions of the rotation.
+    # uses skew parts instead of axes. The skew part of a rotation is sin(angle) times its axis,
+    # and is a smooth function of the rotation.
     RA, RB = A[..., :3, :3], B[..., :3, :3]
     n = A.shape[1]
     a, b = [], []

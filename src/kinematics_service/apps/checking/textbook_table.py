@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Print the table of a robot as a textbook does, with the expressions of the file."""
+"""Print the DH table (or other table) of a robot file in the form of textbooks."""
 
 from collections.abc import Callable
 

@@ -19,7 +19,7 @@ from ...robot.measures import MEASURES
 from .echo_topics import ECHO_TOPICS
 from .readings import PoseReading, pose_of
 
-# Length of the time interval of one entry in the history, s.
+# Length of the time interval of one entry in the history of distances and speeds, s.
 INTERVAL = 0.25
 # Largest number of entries of the history.
 HISTORY_LENGTH = 400
@@ -138,8 +138,8 @@ class DemoListener:
         distance = float(self.distance.message.data)
         now = self.time
         if distance < self.nearest.distance:
-            # Store the latest pose with this distance. They belong to one joint state, because the
-            # node publishes the pose before the distance.
+            # Store the latest pose with this distance. Both belong to the same joint state,
+            # because the node publishes the pose before the distance.
             pose = None if self.pose.message is None else pose_of(self.pose.message)
             self.nearest = Nearest(distance, now, pose)
         while self._intervals * INTERVAL <= now:

@@ -45,7 +45,7 @@ REDRAW_PERIOD = 0.1
 @contextmanager
 def live(node: Node, draw: Callable[[Console], Group], whole: bool) -> Iterator[None]:
     """
-    Redraw the lines that `draw` returns by a timer, while the `with` block runs.
+    While the `with` block runs, call `draw` periodically, and show the lines that it returns.
 
     The drawing fills the terminal if `whole` is True; else it uses the lines below the cursor.
     """
@@ -156,7 +156,7 @@ def warned_lines(warned: WarningReading, width: int) -> list[str]:
 
 
 def statuses_lines(reading: StatusesReading, width: int) -> list[str]:
-    """Return the lines of a node's statuses, each written as a warning after its name."""
+    """Return the lines of a node's statuses, each with its name and in the form of a warning."""
     return [
         line
         for status in reading.statuses

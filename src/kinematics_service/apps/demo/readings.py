@@ -48,6 +48,6 @@ def pose_of(message: PoseStamped) -> PoseReading:
 
 
 def statuses_of(node: str, message: DiagnosticArray) -> StatusesReading:
-    """Return the statuses of one node in a message; its name `node` has no leading slash."""
+    """Return the statuses of the node named `node`, without leading slash, in a message."""
     statuses = (status for status in message.status if status.name.startswith(f'{node}: '))
     return StatusesReading(tuple(map(warned_of, statuses)))

@@ -72,8 +72,8 @@ def observation_of(
     state: ToolState, singularity: Singularity, level: Level | None = None
 ) -> Observation:
     """
-    Return the observation of a state with all frames; `level`, if given, replaces the computed
-    level.
+    Return the observation of an arm in a state. `state` must contain all link frames. If `level`
+    is given, it replaces the computed level.
     """
     loops = loop_links(state)
     corners = [np.stack([loop.corners[:-1], loop.corners[1:]], axis=1) for loop in loops]

@@ -51,7 +51,7 @@ AXIS_RADIUS = 0.005  # radius of the line along an axis
 AXIS_LENGTH = 0.34  # length of the line along an axis
 LOST_LENGTH = 0.42  # half length of the line along a null direction
 RING_RADIUS = 0.2  # radius of the ring about a null axis of rotation
-MIN_ELLIPSOID_RADIUS = 0.003  # keeps a flat ellipsoid visible from its side
+MIN_ELLIPSOID_RADIUS = 0.003  # least drawn radius, so that a flat ellipsoid is visible
 MAX_ARROW_LENGTH = 0.8  # largest length of the arrows of velocity and rotation
 MIN_ARROW_LENGTH = 1e-4  # length below which arrows and links are not drawn
 ROTATION_ARROW_LENGTH = 0.25  # length of the arrow along the axis of rotation, at 1 rad/s
@@ -213,7 +213,8 @@ def quaternion_along(direction: Floats) -> tuple[float, float, float, float]:
     x, y, z = direction.tolist()
     if z < -1.0 + 1e-12:
         return 1.0, 0.0, 0.0, 0.0
-    # The quaternion is (z x d, 1 + z.d) = (-y, x, 0, 1 + z), divided by its norm.
+    # Let k be the z axis and d the unit vector. The quaternion is (k x d, 1 + k.d) =
+    # (-y, x, 0, 1 + z), divided by its norm.
     norm = math.sqrt(2.0 * (1.0 + z))
     return -y / norm, x / norm, 0.0, (1.0 + z) / norm
 
@@ -237,7 +238,7 @@ def factor_name(seen: Observation) -> str:
 
 
 def distance_text(seen: Observation) -> str:
-    """Return the distance to the nearest singular pose as text, or a text if no pose was found."""
+    """Return the distance to the nearest singular pose as text, or a text that none was found."""
     distance = seen.singularity.distance
     shown = f'{distance:.3f} rad = {math.degrees(distance):.1f}°'
     return none_found(seen.singularity) or shown

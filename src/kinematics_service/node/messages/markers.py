@@ -92,8 +92,8 @@ class _Maker:
         self, namespace: str, ends: Floats, radius: float, colour: Colour, shortest: float
     ) -> None:
         """
-        Append a cylinder between two ends (2, 3). If it is shorter than `shortest`, delete the
-        cylinder.
+        Append a cylinder between two ends (2, 3), m. A cylinder that is shorter than `shortest`
+        (m) is marked as deleted.
         """
         line = ends[1] - ends[0]
         length = math.sqrt(float(line @ line))
@@ -112,7 +112,8 @@ class _Maker:
         colour: Colour,
     ) -> None:
         """
-        Append an arrow or a list of lines through points (k, 3); delete it if there are no points.
+        Append an arrow or a list of lines through points (k, 3), m. If `points` is None, the
+        marker is marked as deleted.
         """
         marker = self.add(namespace, kind, points is not None, colour)
         if points is not None:
@@ -122,7 +123,7 @@ class _Maker:
     def text(
         self, namespace: str, at: Floats | None, words: str, height: float, colour: Colour
     ) -> None:
-        """Append a text at the point `at`, shape (3,); if `at` is None, delete the text."""
+        """Append a text at the point `at`, (3,), m. If `at` is None, it is marked as deleted."""
         marker = self.add(namespace, Marker.TEXT_VIEW_FACING, at is not None, colour)
         if at is not None:
             _set_vector(marker.pose.position, at)

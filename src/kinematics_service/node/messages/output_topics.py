@@ -3,8 +3,8 @@
 """
 List the topics that a node publishes for each accepted message, in the order of publication.
 
-Each row of the table has two functions of the settings: one returns the content, the other a
-message without stamp and numbers.
+Each entry of `TOPICS` has two functions of the settings. One returns the content of the topic's
+messages, the other a message without stamp and numbers.
 """
 
 import math

@@ -182,7 +182,7 @@ class NodeParameters:
 
     def _declare(self, parameter: Parameter, default: Any) -> Any:
         name = parameter.name
-        # an earlier start that failed has declared this parameter
+        # the parameter exists already if an earlier start failed after it was declared
         if self._node.has_parameter(name):
             return self._node.get_parameter(name).value
         try:

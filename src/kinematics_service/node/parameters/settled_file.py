@@ -22,7 +22,8 @@ Content = TypeVar('Content')
 
 def read_settled(read: Callable[[], Content], files: Sequence[str | os.PathLike[str]]) -> Content:
     """
-    Return the result of `read` if no file changed during the call and for `SETTLING_TIME` before.
+    Call `read` until no file changed during the call, nor in the `SETTLING_TIME` before the call.
+    Return the result of this call.
 
     Raises
     ------

@@ -12,7 +12,7 @@ from ....robot.robot import Robot
 # Smallest distance of a path from a position limit of a joint, divided by the range between the
 # limits.
 MARGIN_RATIO = 0.05
-# If a joint has only one position limit: smallest distance of a path from this limit, rad or m.
+# Smallest distance (rad or m) of a path from the position limit of a joint with only one limit.
 ONE_SIDED_MARGIN = 0.05
 # Largest speed of a joint on a path, divided by its velocity limit.
 SPEED_RATIO = 0.5

@@ -20,7 +20,8 @@ TURNING_REACH = 0.7  # rad, for a turning joint
 SLIDING_REACH = 0.2  # m, for a sliding joint
 # Shortest period of the motion, s, so that a person can read each level on the table.
 MIN_PERIOD = 12.0
-# Number of random directions that are tried through each singular pose, and their random seed.
+# Number of lines in random directions that are tried through each singular pose, and the seed of
+# the random directions.
 DIRECTIONS = 16
 SEED = 560
 

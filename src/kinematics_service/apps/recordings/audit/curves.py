@@ -18,7 +18,7 @@ WIDTH = 1000
 # Number of columns of a drawing. A column shows the least and the largest value in its interval of
 # time.
 COLUMNS = 800
-# A curve is thinned in memory if it has more points than this.
+# If a curve has more points in memory than this, they are reduced to those that a drawing shows.
 MAX_HELD_POINTS = 2**20
 
 
@@ -50,7 +50,7 @@ def curve_of(
     name: str, style: str, end: float, pieces: Iterable[tuple[Floats, Floats, Flags]]
 ) -> Curve:
     """
-    Return a curve from its pieces, thinned to the resolution of a drawing.
+    Join pieces to a curve, and reduce the curve to the points that a drawing can show.
 
     The curve keeps the first, the least, the largest and the last value in each column of the
     drawing.
@@ -88,7 +88,7 @@ def _joined(drawn: list[tuple[Any, ...]]) -> tuple[Any, ...]:
 
 def _thinned(end: float, t: Floats, values: Floats, group: np.ndarray) -> tuple[Any, ...]:  # type: ignore[type-arg]
     # Returns the points that a drawing needs. A second call keeps all points of the first call, so
-    # thinned pieces may be thinned again.
+    # reduced pieces may be reduced again.
     column = np.minimum(across(t, end) * (COLUMNS / WIDTH), COLUMNS - 1).astype(np.int64)
     edges = np.flatnonzero(np.diff(column, prepend=-1) | (np.diff(group, prepend=-1) != 0))
     low, high = np.minimum.reduceat(values, edges), np.maximum.reduceat(values, edges)

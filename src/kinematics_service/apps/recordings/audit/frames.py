@@ -23,11 +23,11 @@ from .neighbourhoods import Track, joined
 from .timeline import Timeline
 
 # Joint positions are interpolated between two states only if the time between the states is at
-# most this many median intervals. Thus one or two messages may be lost.
+# most this many median intervals. So they are interpolated even if one or two messages were lost.
 GAP_INTERVALS = 3.0
-# Lower bound of the largest time between two states for interpolation, s.
+# The largest time between two states that allows interpolation is at least this, s.
 MIN_GAP = 0.05
-# Upper bound of the largest time between two states for interpolation, s.
+# The largest time between two states that allows interpolation is at most this, s.
 MAX_GAP = 0.5
 # A comparison needs at least this number of poses with joint positions.
 MIN_POSES = 3

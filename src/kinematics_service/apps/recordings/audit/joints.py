@@ -54,8 +54,8 @@ class JointReport(NamedTuple):
     fastest, velocity_limit, too_fast
         Largest known speed, limit of the speed, and number of states with a speed above the limit.
     check
-        Check of the reported velocities; None without them, or if the joint moves less than the
-        noise of its positions.
+        Check of the reported velocities. None if no velocities are reported, or if the joint moves
+        less than the noise of its positions.
     """
 
     name: str

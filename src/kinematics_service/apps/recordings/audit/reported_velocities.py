@@ -21,8 +21,8 @@ from .stream import steps_of
 
 # Largest lag of the reported velocities that is tried, in median intervals.
 LAG_INTERVALS = 12
-# A lag is searched in about this many messages. They are pieces of LAG_PIECE messages, spread over
-# the recording.
+# A lag is searched in about this many messages. These messages form pieces of LAG_PIECE messages,
+# which are spread over the recording.
 LAG_MESSAGES = 50_000
 LAG_PIECE = 5_000
 # A lag or a scale is reported if its correction reduces the RMS difference below this ratio of the
@@ -168,7 +168,7 @@ def velocity_check(timeline: MotionColumns, j: int, wraps: bool) -> VelocityChec
     row, worst, sums = 0, -1.0, np.zeros(6)
     position = least = greatest = 0.0
     for rows in spans(len(samples)):
-        begin = max(rows.start - 3, 0)  # three intervals more, for `smooth_products`
+        begin = max(rows.start - 3, 0)  # `smooth_products` needs three intervals more
         t, q, qdot, numbers = samples[begin : rows.stop].T
         steps, motion = np.diff(t), joint_steps(q, wraps)
         use = (steps > 0.0) & (steps <= longest)

@@ -85,7 +85,8 @@ class Timeline(MotionColumns):
     measures : by name, shape (N,)
         Measures of `Singularity`: the watched measure, and the measures in the charts of the page.
     distance, nearest_singular : shape (N,), rad; shape (N, n), rad or m
-        Results of `Singularity`; the search depends on the states before.
+        Results of `Singularity`. They are stored, because the search for the nearest singular pose
+        depends on the states before.
     factors : shape (N, F), rad
         Distance to the zero of each of the F named factors of the robot file.
     levels : shape (N,)

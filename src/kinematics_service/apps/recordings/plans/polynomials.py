@@ -74,11 +74,11 @@ class PolynomialMotion(NamedTuple):
         return segment, np.asarray(x - segment)
 
     def times(self, segment: Integers, s: Floats) -> Floats:
-        """Return the times (in seconds, on the clock of the plan's points) at s in segments."""
+        """Return the times in seconds, on the plan's clock, at values s (0 to 1) in segments."""
         return np.asarray(self.begins[segment] + s * self.durations[segment])
 
     def positions(self, segment: Integers, s: Floats) -> Floats:
-        """Return the joint positions at s in segments, shape (N, n), rad or m."""
+        """Return the joint positions at values s (0 to 1) in segments, (N, n), rad or m."""
         value: Floats = self.coefficients[segment, -1].copy()
         for i in range(self.coefficients.shape[1] - 2, -1, -1):
             value = value * s[:, None] + self.coefficients[segment, i]
@@ -90,7 +90,7 @@ class PolynomialMotion(NamedTuple):
         return np.where(durations > 0.0, durations, 1.0)
 
     def velocities(self, segment: Integers, s: Floats) -> Floats:
-        """Return the joint velocities at s in segments, shape (N, n), rad/s or m/s."""
+        """Return the joint velocities at values s (0 to 1) in segments, (N, n), rad/s or m/s."""
         taylor = self.taylor(Pieces(segment, s, np.zeros(len(s))))
         return derivative(taylor, 1, self.seconds(segment))
 
@@ -167,7 +167,7 @@ def polynomial_motion(
 
 
 def moment_at(motion: PolynomialMotion, segment: int | Integers, s: float | Floats) -> PlanMoment:
-    """Return the moment at s in a segment, with its time, point number and joint positions."""
+    """Return time, point number and joint positions at a value s (0 to 1) in a segment."""
     at, share = np.array([segment]), np.array([s])
     time = float(motion.times(at, share)[0])
     last = segment == len(motion.begins) - 1 and s == 1.0 and motion.durations[segment] > 0.0

@@ -26,10 +26,11 @@ from .verdicts import PlanSingularity
 # A piece is not halved if its joint motion is less than this ratio of the threshold of the
 # distance.
 MIN_SPAN_RATIO = 0.05
-# Part of the bound of the round-off of joint positions that does not depend on their size, rad.
+# The round-off of joint positions is bounded by a sum of two terms. This term does not depend on
+# the size of the positions, rad.
 ROUND_OFF = 1e-9
-# Part of the bound of the round-off of joint positions, as a ratio of the coefficients of the
-# polynomials: 45 machine epsilons.
+# The second term of the bound is proportional to the coefficients of the polynomials. The factor
+# is 45 machine epsilons.
 RELATIVE_ROUND_OFF = 1e-14
 # Largest number of evaluations of the proved radius without singular poses, for one plan.
 MAX_CLEARANCES = 5_000

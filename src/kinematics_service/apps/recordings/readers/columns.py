@@ -71,7 +71,7 @@ class Column(Generic[Scalar]):
     def __getitem__(self, at: Rows) -> npt.NDArray[Scalar]: ...
     def __getitem__(self, at: Row | Rows) -> Scalar | npt.NDArray[Scalar]:
         numbers: Any = self.mapped()[at]
-        # Copy numbers of a file, because a part of its memory map would keep the whole map.
+        # Copy numbers of a file, because a view of its memory map would keep the whole map open.
         return numbers if self._file is None else np.array(numbers)[()]
 
     def mapped(self) -> npt.NDArray[Scalar]:

@@ -78,7 +78,8 @@ class TableReader:
 
     def rows(self, columns: list[str], whole: bool = False) -> RowReader:
         """
-        Return a `RowReader` that reads the given columns of the rows, with the argument `whole`.
+        Return a `RowReader` of the given columns. `whole` is passed on: whether each row must be
+        complete and finite.
         """
         return RowReader(
             self._table, self.columns.stamp, columns, self.columns.stamps, whole, self._hint

@@ -60,11 +60,12 @@ class PoseRows:
         self._numbers = Column(np.int64)
         self._finite = self._rising = True
         self._latest = -1
-        # The worst orientation so far, as the number farthest from its nominal value (1 or 0):
-        # norm of a quaternion, norm of a rotation vector, or angle.
+        # The number of all orientations so far that is farthest from its nominal value. The number
+        # is the norm of a quaternion (nominally 1), the norm of a rotation vector, or an angle
+        # (nominally 0).
         self._worst = QUATERNION_LENGTH.get(form.kind, 0.0)
-        # Whether all rows of sixteen numbers can be 4 x 4 matrices written row by row, and column
-        # by column.
+        # `_upright` is true if all rows of sixteen numbers can be 4 x 4 matrices that are written
+        # row by row; `_turned` is true if they can be written column by column.
         self._upright = self._turned = True
 
     def take(

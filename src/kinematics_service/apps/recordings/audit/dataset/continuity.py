@@ -12,17 +12,17 @@ from .....robot.measures import Level
 from .....typography import counted
 from ..findings import Finding
 
-# A step over missing frames is nearly an integer multiple of the mean of its neighbour steps. Its
-# size, divided by this mean, differs from an integer by less than this.
+# A step over missing frames is nearly an integer multiple of the mean of its neighbour steps. The
+# size of the step, divided by this mean, must differ from an integer by less than this.
 MULTIPLE_TOLERANCE = 0.25
 # A step over missing frames is less than this many times the mean of its neighbour steps.
 MAX_MULTIPLE = 6.0
 # Least cosine between a step over missing frames and its neighbour steps. The limit excludes
 # sudden fast steps, which occur in a person's motion.
 MIN_COSINE = 0.97
-# Largest difference between the steps before and after missing frames, relative to their size. The
-# motion around missing frames must be even, because in an uneven motion a large step proves
-# nothing.
+# Largest difference between the steps before and after missing frames, divided by the size of
+# these steps. The motion around missing frames must be even, because in an uneven motion a large
+# step does not prove that frames are missing.
 STEP_TOLERANCE = 0.4
 # A step is examined only if it is at least this many times the noise.
 MOTION_TO_NOISE = 6.0

@@ -11,7 +11,7 @@ from ...datasets.episodes import Episode, episodes_of
 from ..report.audit_runs import shown_bar, spread
 from .episode_audit import EpisodeBatch, EpisodeRow, EpisodeWork, rows_of_batch
 
-# A batch of episodes is closed after this number of frames, which is some seconds of work.
+# A batch of episodes is closed after this number of frames, which take some seconds to audit.
 MAX_BATCH_FRAMES = 2**16
 # Largest number of episodes in a batch.
 MAX_BATCH_EPISODES = 64

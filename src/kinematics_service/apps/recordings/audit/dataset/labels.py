@@ -33,7 +33,8 @@ if TYPE_CHECKING:
 # Name of an optional label: the proved radius without singular poses. The label is optional
 # because it is slow to compute.
 CLEARANCE = 'clearance'
-# Names of the labels: results of `Singularity`, and the branch of the arm.
+# Names of the labels: results of `Singularity`, and the branch of the arm, which is given by the
+# signs of the singular factors.
 LABELS = ('distance', 'manipulability', 'lost_direction', 'branch', CLEARANCE)
 # Largest number of factors whose signs become a label, because the signs are the bits of one
 # int32.

@@ -132,7 +132,7 @@ class BagWriter:
         for k, (arrival, moves) in enumerate(zip(known.arrivals.tolist(), known.moving.tolist())):
             own = warnings[k]
             while own and own[0].moment < arrival:
-                self._warn(*own.pop(0)[1:])  # time-out before the joint state
+                self._warn(*own.pop(0)[1:])  # a time-out occurred before this joint state
             for topic, data, size in columns:
                 if moves or not topic.of_motion:
                     message = data[k * size : (k + 1) * size]

@@ -32,7 +32,7 @@ MAX_ROWS = 10_000
 
 def thinned_rows(count: int, most: int, worse: Callable[[slice], Floats]) -> Times:
     """
-    Thin the row numbers 0 to `count` - 1 to at most `most` numbers. They are divided into equal
+    Select at most `most` of the row numbers 0 to `count` - 1. The rows are divided into equal
     intervals, and the first and the worst row of each interval are returned.
 
     Parameters
