@@ -39,21 +39,22 @@ OVERLAP_TIME = 1.0
 # Largest size of the queue in the middleware (bytes), unless a single message is larger. The node
 # reads a queue of this size in 0.5 s. Reading one message of 10,000 joints takes 16 ms.
 MAX_QUEUE_SIZE = 1 << 23
-# Size (bytes) above which 1000 messages do not fit into the queue.
+# Size (bytes) of a message above which 1000 such messages exceed `MAX_QUEUE_SIZE`.
 LARGE_SIZE = MAX_QUEUE_SIZE // 1000
 # Time (s) without large messages after which the queue gets its full depth again.
 DEPTH_RECOVERY_TIME = 10.0
 
 Take = Callable[[bytes], None]
 Info = Mapping[str, Any]
-# Sequence number and send time of each remembered message, as the keys of a dictionary in the
-# order of arrival.
+# The remembered messages in the order of arrival. The keys of the dictionary are the sequence
+# number and the send time of each message.
 Recent = dict[tuple[int | None, int], None]
 
 
 class BestSubscription:
     """
-    Subscribes to the bytes of a topic's messages, if possible reliably; counts lost messages.
+    Subscribes to the bytes of a topic's messages, and counts lost messages. The subscription is
+    reliable if all publishers offer reliability.
 
     The first subscription has best effort, which every publisher matches. A reliable subscription
     would make the middleware of a best-effort publisher log an error. If all publishers offer

@@ -19,7 +19,7 @@ def _finite(value: float) -> float | None:
 def description_of(
     settings: NodeSettings, joint_states: str, topics: Sequence[str], resolve: Callable[[str], str]
 ) -> dict[str, Any]:
-    """Return the data that a program needs to read the topics; a missing limit is null."""
+    """Return the data with which a program can interpret the topics; a missing limit is None."""
     # Import the version only when it is needed, because the import takes 15 ms.
     from ..version import __version__
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Publish the diagnostics of a node once a second: the input, and outcomes of messages."""
+"""Publish the diagnostics of a node once a second: the status of its input, and other statuses."""
 
 import math
 import re
@@ -29,8 +29,8 @@ DIAGNOSTICS_PERIOD = 1.0
 # Shortest time over which a rate of messages is computed, s. Calls of the timer after a shorter
 # time are skipped, because the timer makes several calls at once after a stall of the process.
 MIN_INTERVAL = 0.5 * DIAGNOSTICS_PERIOD
-# If the time between two calls is above this, s, the process was stalled and cannot have received
-# messages.
+# If the time between two calls of the timer is above this, s, the process was stalled and cannot
+# have received messages.
 STALL_INTERVAL = 2.0 * DIAGNOSTICS_PERIOD
 # Time (s) without joint states after which the node logs the probable reason.
 SILENCE_TIMEOUT = 5.0
@@ -91,7 +91,8 @@ def _name_of(info: TopicEndpointInfo) -> str:
 
 def without_numbers(sentence: str) -> str:
     """
-    Return the text before the first colon without numbers, which identifies the cause of a fault.
+    Return the part of a sentence before the first colon, without numbers. Faults with the same
+    cause have the same part.
     """
     return re.sub(r'[\d.]+', '', sentence.partition(':')[0])
 

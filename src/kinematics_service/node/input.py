@@ -33,8 +33,9 @@ class Input:
         `bytes` or `messages`.
     take
         A function that is called with each message, and returns whether it accepts the message. If
-        the form of the message is remembered, the argument is the bytes of the message. If the
-        function does not accept the bytes, it is called with the decoded message.
+        the form of the message (size, joint names, offsets of numbers) is remembered, the argument
+        is the bytes of the message. If the function does not accept the bytes, it is called with
+        the decoded message.
     refuse
         A function that is called with a sentence if bytes are not a JointState.
 

@@ -9,7 +9,7 @@ NANOSECOND = 1e-9  # s
 # number of messages, the rate is computed from a later first message, because the first message
 # may have come from another publisher with similar numbers.
 MIN_RATE_MESSAGES = 20
-# Time (s) by which a message may be sent early or late, compared with the publisher's rate.
+# Time (s) by which a message may be sent earlier or later than the publisher's rate predicts.
 SEND_TIME_TOLERANCE = 0.02
 # Gaps with at most this number of lost messages are accepted at any rate of the publisher.
 MAX_GAP_AT_ANY_RATE = 3

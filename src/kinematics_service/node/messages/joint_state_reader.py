@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Read JointState messages from bytes in plain CDR, and other bytes with ROS's deserializer."""
+"""Read JointState messages from plain CDR bytes; leave other bytes to ROS's deserializer."""
 
 from sensor_msgs.msg import JointState
 

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Fill a message of constant texts with a stamp and numbers, as Python object or as CDR bytes.
+Fill a message whose texts are constant with a stamp and numbers, as Python object or as CDR bytes.
 
 Both forms are filled from one array of numbers, in the order of the fields in the message type.
 """
@@ -66,7 +66,7 @@ class MessageLayout:
         self._time: Time | None = None
         # fields of doubles: for each field its message, its name and the number of doubles
         self._fields: list[tuple[Any, str, int | None]] = []
-        # False for unknown field types, or numbers that are not adjacent
+        # becomes False for an unknown field type, or for numbers that are not adjacent
         self._is_known = True
         self.count, self.number_at = 0, 0
         self.stamp_at: int | None = None

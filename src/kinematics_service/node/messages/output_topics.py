@@ -331,7 +331,7 @@ TOPICS = (
     ),
     *(
         OutputTopic(f'~/singularity/{measure.name}', Float64, measure_numbers(measure))
-        # Reversed, so that the distance is published last.
+        # The order is reversed, so that the distance is published last.
         for measure in reversed(MEASURES.values())
     ),
     OutputTopic(

@@ -14,9 +14,10 @@ VARIABLES = {2: 'FASTRTPS_DEFAULT_PROFILES_FILE', 3: 'FASTDDS_DEFAULT_PROFILES_F
 LOCAL = ('DEFAULT_FASTRTPS_PROFILES.xml', 'DEFAULT_FASTDDS_PROFILES.xml')
 # If this variable is set, ROS takes the memory policy of histories from the profiles.
 MEMORY_BY_PROFILE = 'RMW_FASTRTPS_USE_QOS_FROM_XML'
-# The profiles read this environment variable: `OWN_PORTS` gives service requests network ports of
-# their own, `SHARED_PORT` a shared port. Fast DDS takes own ports from `PORTS`. A node takes nine
-# of these ports, and does not start if too few are free.
+# The Fast DDS profiles read this environment variable. With the value `OWN_PORTS`, service
+# requests use network ports of their own; with `SHARED_PORT`, they use a shared port. Fast DDS
+# takes own ports from `PORTS`. A node takes nine of these ports, and does not start if too few
+# are free.
 REQUESTS = 'KINEMATICS_SERVICE_REQUESTS'
 OWN_PORTS, SHARED_PORT = 'fastdds.unique_network_flows', 'none'
 PORTS = range(7000, 7400)

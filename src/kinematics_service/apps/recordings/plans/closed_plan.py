@@ -132,7 +132,7 @@ class ClosedPlan:
         )
 
     def speed(self, of: str, limit: float | None) -> PlanSpeed:
-        """Return the largest speed of a point at the samples, m/s. Its upper bound is infinite."""
+        """Return the largest speed of a point at the samples, m/s; the upper bound is infinite."""
         chain_to(self._robot, of)  # raises an error for an unknown point
         x = self.x[self.closed]
         if not len(x):

@@ -47,8 +47,8 @@ HOW = (
 
 class ColumnNames(NamedTuple):
     """
-    How the column names of positions, velocities and poses begin in a layout, and the whole name
-    of the stamp column.
+    The starts of the column names of positions, velocities and poses in a layout, and the whole
+    name of the stamp column.
 
     If `position` is empty, the columns have the names of the joints, and velocities are not read.
     """

@@ -50,7 +50,7 @@ class Run(NamedTuple):
     failures
         Findings that fail the audit; None: the default for a recording or a plan.
     html, json
-        Whether page and document are requested.
+        Whether the HTML page, and the JSON document, are requested.
     out
         The MCAP file to write, or None.
     """
