@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 NANOSECOND = 1e-9  # s
 # Smallest number of messages from which a publisher's rate is computed. After four times this
-# number of messages, the rate is computed from a later first message, because the first message
-# may have come from another publisher with similar numbers.
+# number of messages, the rate is computed from a later first message. The reason is that the first
+# message may have come from another publisher with similar numbers.
 MIN_RATE_MESSAGES = 20
 # Time (s) by which a message may be sent earlier or later than the publisher's rate predicts.
 SEND_TIME_TOLERANCE = 0.02

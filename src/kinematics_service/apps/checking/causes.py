@@ -79,8 +79,8 @@ FIRST_ORDER_SHARE = 0.4
 # Largest number of Levenberg-Marquardt steps that fit a number and the offsets together.
 ROUNDS = 12
 # Start values for the fit of the scale of a turning joint. Each value is the scale times the joint
-# position that is farthest from 0 (rad). The values cover nearly a turn to each side in steps of
-# 1 rad, because Newton's method converges if the start is at most 0.5 rad off.
+# position that is farthest from 0 (rad). The values cover nearly a turn to each side. Steps of
+# 1 rad suffice, because Newton's method converges if the start is at most 0.5 rad off.
 TURNING_REACHES = (*np.arange(-5.5, 6.0),)
 # Start value for the fit of the scale of a sliding joint: the scale times the joint position that
 # is farthest from 0 (m). One value suffices, because Newton's method converges from any start.

@@ -214,8 +214,9 @@ def _later(
     stamps: npt.ArrayLike | None,
     motion: tuple[npt.ArrayLike, npt.ArrayLike] | None,
 ) -> Later | None:
-    # Return a lookup of joint positions at other times, from `motion`, from q at `stamps`, or from
-    # q as consecutive samples. Return None if the stamps do not rise.
+    # Return a lookup of joint positions at other times. It interpolates `motion` if `motion` is
+    # given, else q at `stamps`, else q as consecutive samples. Return None if the stamps do not
+    # rise.
     t = None if stamps is None else numbers_of('stamps', stamps)
     if t is not None and t.shape != (len(q),):
         raise FramesError(
@@ -291,8 +292,8 @@ def _sentence(
 
 
 def _known_offset(fit: Fit) -> str:
-    # Return a text on the fitted offset if it is only a rotation of the base, or only a rotation
-    # of the tool, about its origin. Return an empty text for any other offset.
+    # Return a text on the fitted offset if it only rotates the base, or only rotates the tool,
+    # about its origin. Return an empty text for any other offset.
     for end, one, other in (('base', fit.X, fit.Y), ('tool', fit.Y, fit.X)):
         turn, rest = rotation_vector(one[:3, :3]), rotation_vector(other[:3, :3])
         way = max(np.linalg.norm(one[:3, 3]), np.linalg.norm(other[:3, 3]))

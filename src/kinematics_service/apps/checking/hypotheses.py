@@ -200,7 +200,7 @@ def _orders(names: tuple[str, ...]) -> Iterator[tuple[tuple[int, ...], str]]:
 def _of_table(given: ComparedData) -> Iterator[Hypothesis]:
     robot = given.robot
     if robot.chain.loops:
-        return  # with another table, the loops would close at other joint positions
+        return  # with another table, closed loops would no longer close at the given positions
     for other in CONVENTIONS[robot.convention].others:
         sentence = f'the table is {other.name}, and is read as {robot.convention}'
         yield Hypothesis('convention', sentence, robot=read_as(robot, other.name))
@@ -342,7 +342,7 @@ def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
     robot = given.robot
     yield from _of_joints(given, 'joint_offset', 1)
     if robot.chain.loops:
-        return  # with another table, closed loops would close at other joint positions
+        return  # with another table, closed loops would no longer close at the given positions
     arm, own = parameters_of(robot), robot.description
     ends = len(arm.table), len(arm.table) + len(SIX)
     chain = placement(arm.chain, own.base.motion.matrix, own.tool.motion.matrix, ends)

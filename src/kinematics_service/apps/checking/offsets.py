@@ -272,8 +272,8 @@ def solved(J: Floats, r: Floats, damping: Floats | float = 0.0) -> Floats:
 
     `damping` is in units of the largest eigenvalue of J^T J.
     """
-    # Solve by the normal equations, because a dozen unknowns have equal scales, and the next step
-    # corrects the round-off.
+    # Solve by the normal equations. They suffice, because the dozen unknowns have equal scales,
+    # and the next step corrects the round-off.
     Jt = np.swapaxes(J, 1, 2)
     values, vectors = np.linalg.eigh(Jt @ J)
     strong = values > WEAK_RATIO**2 * values[:, -1:]

@@ -88,9 +88,10 @@ class PoseFormat(NamedTuple):
         return ','.join(word for word in (self.length, self.angle, self.kind) if word)
 
 
-# Pose formats by the maker of a controller or tracker: KUKA's A B C, FANUC's W P R, Kawasaki's
-# O A T, the quaternion q1 q2 q3 q4 of ABB, the rotation vector of Universal Robots, the Rx Ry Rz
-# of Staubli and of Leica's trackers, the angles of FARO's probes.
+# Pose formats by the maker of a robot controller or of a laser tracker. The makers call the
+# orientation A B C (KUKA), W P R (FANUC), O A T (Kawasaki), quaternion q1 q2 q3 q4 (ABB),
+# rotation vector (Universal Robots), and Rx Ry Rz (Staubli, and Leica's trackers). FARO's probes
+# have angles.
 MAKERS = {
     'kuka': PoseFormat('ZYX', 'mm', 'deg'),
     'fanuc': PoseFormat('rpy', 'mm', 'deg'),

@@ -101,8 +101,8 @@ class WithCovariance:
 
     def sources(self, row: int, measures: int) -> Integers:
         """
-        Return the indices of the numbers and their covariance in an array that contains the row
-        of the state, the measures, the covariance of the pose and the covariance of the twist.
+        Return the indices of the numbers and of their covariance in an array. The array contains
+        the row of the state, the measures, and the covariances of pose and twist.
         """
         begin = row + measures + (36 if self.of_motion else 0)
         return np.concatenate([self.copied.sources(row, measures), begin + np.arange(36)])

@@ -104,8 +104,8 @@ class Spinner:
         failures = 0
         self._thread = threading.get_ident()
         while True:
-            # Renew the future before `stopped` is called, so that a later interrupt ends the next
-            # turn.
+            # Renew the future, which `interrupt` sets to end a turn. Renew it before `stopped` is
+            # called, so that a later interrupt ends the next turn.
             self._over = Future()
             if stopped():
                 return True

@@ -145,8 +145,8 @@ def _interval(robot: Robot, timeline: Timeline, run: Stretch) -> Interval:
 
 def _nearest(robot: Robot, near: Singularity) -> str:
     # Returns the name of the nearest factor. If this factor belongs to a closed loop, returns the
-    # loop's name only if the loop equations are singular at the nearest singular pose, otherwise
-    # ''.
+    # loop's name if the loop equations are singular at the nearest singular pose, and '' if they
+    # are not singular there.
     if near.factors is None:
         return ''
     k = near.factors.nearest
@@ -166,8 +166,8 @@ def _named(
 
 
 def _pass(robot: Robot, timeline: Timeline, rows: slice, passed: dict[int, FactorPassage]) -> None:
-    # Updates `passed`, which has the least distance of each factor. A state counts only for its
-    # nearest factor.
+    # Updates `passed`, which has the state with the least distance to the zero of each factor. A
+    # state is used only for the factor that is nearest to zero in this state.
     if not robot.singularity.factors.names:
         return
     distances = timeline.factors[rows]

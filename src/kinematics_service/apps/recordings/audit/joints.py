@@ -29,7 +29,7 @@ MAX_JUMPS = 100
 
 
 class Jump(NamedTuple):
-    """A step of a joint (rad, m) that is too large for its speed; `row` is the state after it."""
+    """A step (rad, m) that the speed of a joint does not explain; `row` is the row after it."""
 
     row: int
     joint: str

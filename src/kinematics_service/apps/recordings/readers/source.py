@@ -61,7 +61,7 @@ class PoseTrack(NamedTuple):
 
     @property
     def positions(self) -> bool:
-        """Return whether the poses have no orientation; their rotation is then the identity."""
+        """Return whether the poses have no orientation. If so, each rotation is the identity."""
         return self.kind == 'position'
 
 

@@ -15,8 +15,8 @@ from .source import MAX_POSES, PoseTrack, RecordingSource, Remark, Selection
 from .table_rows import TableRows
 from .tool_poses import PoseRows
 
-# A remark warns of coarse stamps if the stamp of a row equals the stamp of the row before in more
-# than this ratio of the rows.
+# A remark warns of coarse stamps if more than this ratio of the rows have the stamp of the row
+# before.
 REPEATED_STAMP_RATIO = 0.2
 
 

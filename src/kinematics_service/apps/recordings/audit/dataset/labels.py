@@ -89,8 +89,8 @@ def labels_of_arms(
     file: Path | str, columns: Columns, arms: Sequence[DatasetArm], clearance: bool
 ) -> 'dict[str, pa.Array]':
     """
-    Return the labels of all arms as Arrow arrays, by name. If there are several arms, each name
-    begins with the label of the arm.
+    Return the labels of all arms as Arrow arrays, by name. If a dataset has several arms, the name
+    of each label begins with the name of the arm.
 
     Parameters
     ----------

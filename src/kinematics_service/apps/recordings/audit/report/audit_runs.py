@@ -114,7 +114,7 @@ def failed_by(finished: Audit, wanted: tuple[str, ...] | None) -> bool:
     worst = max((interval.level for interval in finished.intervals), default=Level.OK)
     frames = finished.frames
     plans = finished.plans.values()
-    # Treat a loop that does not close like a singular pose, because the motion ends at both.
+    # Treat a loop that does not close like a singular pose, because the motion ends in both cases.
     poses = [one.verdict for plan in plans for one in (plan.singularity, plan.closure) if one]
     speeds = [speed.verdict for plan in plans for speed in plan.speeds]
     near = 'refuted' in poses
