@@ -151,7 +151,7 @@ class BestSubscription:
 
     def settle(self, publishers: Sequence[TopicEndpointInfo]) -> None:
         """
-        Adapt reliability and queue to the publishers of the topic; the node calls this
+        Adapt reliability and queue to the publishers of the topic; the node calls this method
         periodically.
         """
         now = time.monotonic()

@@ -72,8 +72,8 @@ def why_no_joint_states(node: Node, topic: str, given: str) -> str:
 
 def namesakes_in_words(node: Node) -> str:
     """
-    Return a text with the other nodes that publish on this node's pose topic; '' if there are
-    none.
+    Return a text that names the other nodes that publish on this node's pose topic; '' if no other
+    node does.
     """
     publishers = node.get_publishers_info_by_topic(POSE)
     names = [_name_of(info) for info in publishers if info.node_name != UNKNOWN]

@@ -91,7 +91,7 @@ class Losses:
 
     def publishers_changed(self) -> None:
         """
-        Remember that publishers started or ended, because the next gap may come from this change.
+        Remember that publishers started or ended, because this change may cause the next gap.
         """
         self._have_changed = True
 

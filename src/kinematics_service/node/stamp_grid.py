@@ -11,8 +11,8 @@ class StampGrid:
 
     def passes(self, stamp: int, period: int) -> bool:
         """
-        Return whether a stamp (ns) is the first in its interval of `period` ns. With the period 0,
-        every stamp passes.
+        Return whether a stamp (ns) is the first stamp in an interval of `period` ns of the grid.
+        With the period 0, every stamp passes.
         """
         if period == 0:
             return True

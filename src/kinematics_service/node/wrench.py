@@ -69,8 +69,8 @@ class WrenchBias:
 
     def status(self, report: StateReport) -> StatusText:
         """
-        Return the status of a wrench: its kind, and the directions that have no effect on the
-        joints.
+        Return the status of a wrench: whether the wrench is external, and the directions that have
+        no effect on the joints.
         """
         name, kind = report.settings.robot.name, RAW
         if self._estimator.quantity(JointEfforts).bias is not None:

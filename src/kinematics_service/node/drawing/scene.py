@@ -238,7 +238,7 @@ def factor_name(seen: Observation) -> str:
 
 
 def distance_text(seen: Observation) -> str:
-    """Return the distance to the nearest singular pose as text, or a text that none was found."""
+    """Return the distance to the nearest singular pose as text, or that no pose was found."""
     distance = seen.singularity.distance
     shown = f'{distance:.3f} rad = {math.degrees(distance):.1f}°'
     return none_found(seen.singularity) or shown

@@ -33,7 +33,8 @@ REPORT_PERIOD = 1.0
 
 def last_of(count: int) -> str:
     """
-    Return a text for a log line, which reports only the last of `count` events; '' for one event.
+    Return a text that says that a log line reports only the last of `count` events; '' for one
+    event.
     """
     return f' (the last of {count} in {LOG_PERIOD:g} s)' if count > 1 else ''
 

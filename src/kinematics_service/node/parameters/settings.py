@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Define the settings of a node: immutable values, computed from its parameters."""
+"""Define the settings of a node: immutable values, computed from the node's parameters."""
 
 import math
 from array import array

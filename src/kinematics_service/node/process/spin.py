@@ -126,7 +126,7 @@ class Spinner:
         self._executor.spin_once(timeout_sec=timeout_sec)
 
     def interrupt(self) -> None:
-        """End the present turn after the running callback; any thread may call this method."""
+        """End the present turn of `spin` after the running callback; any thread may call this."""
         if not self._over.done():
             self._over.set_result(None)
 

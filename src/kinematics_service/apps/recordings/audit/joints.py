@@ -125,7 +125,7 @@ def look_like_degrees(reports: tuple[JointReport, ...]) -> bool:
 
 
 def jumps_of(robot: Robot, timeline: Timeline) -> tuple[int, tuple[Jump, ...]]:
-    """Return the number of jumps in a recording, and the first `MAX_JUMPS` of them."""
+    """Return the number of jumps in a recording, and the first `MAX_JUMPS` jumps."""
     usual = median(steps[steps > 0] for _, steps in steps_of(timeline.stamps))
     count, first = 0, list[Jump]()
     for rows in spans(len(timeline)):

@@ -86,7 +86,8 @@ class Stream(NamedTuple):
 
 def steps_of(stamps: Column[Scalar]) -> Iterator[tuple[int, npt.NDArray[Scalar]]]:
     """
-    Yield differences of successive stamps in pieces, each with the number of its first stamp.
+    Yield differences of successive stamps in pieces, each piece with the number of its first
+    stamp.
     """
     for rows in spans(len(stamps)):
         begin = max(rows.start - 1, 0)

@@ -48,7 +48,7 @@ def check_plan(
     speed_of: Sequence[str] = (),
 ) -> PlanCheck:
     """
-    Check a plan: return which claims about it are proved, refuted by a pose, or not decided.
+    Check a plan: return which claims about the plan are proved, refuted, or not decided.
 
     Between two points the motion is that of joint_trajectory_controller: straight with positions
     alone, cubic with velocities, quintic with accelerations. The check is not a safety function,

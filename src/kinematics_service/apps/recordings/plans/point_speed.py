@@ -35,7 +35,7 @@ def speed_over_plan(
     robot: Robot, motion: PolynomialMotion, of: str, limit: float | None
 ) -> PlanSpeed:
     """
-    Return bounds of the largest speed of a point over a motion, and the verdict on its limit.
+    Return bounds of the largest speed of a point over a motion, and the verdict on the limit.
 
     Parameters
     ----------
@@ -156,8 +156,8 @@ class _Speeds:
 
     def bounded(self, pieces: Pieces) -> Bounded:
         """
-        Return the speed of the tool at the middles of pieces, and its upper bound in each piece,
-        m/s.
+        Return the speed of the tool at the middles of pieces, and an upper bound of the speed in
+        each piece, m/s.
         """
         taylor, T = self._motion.taylor(pieces), self._motion.seconds(pieces.segment)
         v, a = self._velocity(taylor, T)

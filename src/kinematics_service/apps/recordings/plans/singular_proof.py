@@ -92,7 +92,7 @@ class _Distance:
     def negative(self, pieces: Pieces) -> Bounded:
         """
         Return the negative distance to singular poses at the middles of pieces, and an upper bound
-        of it in each piece.
+        of this negative distance in each piece.
 
         The nearest singular pose is searched at points of the plan, and at middles where the
         clearance is at most the threshold.

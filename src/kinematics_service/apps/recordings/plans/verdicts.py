@@ -115,7 +115,7 @@ class PlanJoint:
 @dataclass(frozen=True, eq=False)
 class PlanSpeed:
     """
-    Bounds of the largest speed of a point of the arm over a plan, with the verdict on its limit.
+    Bounds of the largest speed of a point of the arm over a plan, with the verdict on the limit.
 
     Attributes
     ----------

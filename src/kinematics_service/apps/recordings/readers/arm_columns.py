@@ -299,8 +299,8 @@ class _Search:
         if len(set(found)) != 1 or len(found) != len(self.joints) or own != sorted(own):
             return []
         # Return no layout in doubtful cases. Columns q1 .. q4 may be a quaternion. If a column has
-        # the name of a joint, numbered columns may mean other joints. For example, columns q0 and q1
-        # need not be the joints q1 and q2.
+        # the name of a joint, numbered columns may mean other joints. For example, columns q0 and
+        # q1 need not be the joints q1 and q2.
         if pose_columns(self.header, [''], PoseFormat('wxyz')) or {*self.joints} & {*self.header}:
             return []
         rates = next((one for one in RATES if self._family(one)), '')

@@ -32,8 +32,8 @@ class ForwardClock:
 
     def times(self, stamps: Times) -> Times:
         """
-        Advance the clock by the next stamps (N,), N > 0, and return its times (N,). The clock
-        begins at the first stamp.
+        Advance the clock by the next stamps (N,), N > 0, and return the time of the clock at each
+        stamp (N,). The clock begins at the first stamp.
         """
         stamp, time = self._last or (int(stamps[0]), int(stamps[0]))
         times: Times = time + np.cumsum(np.maximum(np.diff(stamps, prepend=stamp), 0))

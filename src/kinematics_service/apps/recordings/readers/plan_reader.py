@@ -99,7 +99,7 @@ def text_of(file: Path, largest: int, instead: str) -> str:
 
 def json_of(file: Path, text: str) -> Values:
     """
-    Return the content of a JSON text, with limits on its size.
+    Return the content of a JSON text with a limited number of values.
 
     Raises
     ------

@@ -27,7 +27,7 @@ class Summary(NamedTuple):
 
 
 def summary_of(audit: Audit) -> Summary:
-    """Return the part of an audit to print; it is small enough to send between processes."""
+    """Return the printed part of an audit, which is small enough to send between processes."""
     noun = 'sample' if audit.planned else 'message'
     return Summary(
         f'{audit.file}: {audit.what}, {counted(audit.stream.messages, noun)} over '

@@ -36,7 +36,7 @@ def table_of(columns: Sequence[TableColumn], found: Iterable[object]) -> str:
 
 
 def first_rows(columns: Sequence[TableColumn], found: Sequence[object]) -> str:
-    """Return an HTML table of at most `MAX_TABLE_ROWS` objects, and the number of the others."""
+    """Return an HTML table of at most `MAX_TABLE_ROWS` objects, and how many more exist."""
     return table_of(columns, found[:MAX_TABLE_ROWS]) + more_of(len(found))
 
 
