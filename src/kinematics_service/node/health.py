@@ -53,7 +53,7 @@ def why_no_joint_states(node: Node, topic: str, given: str) -> str:
     who = 'its publishers are silent' if node.count_publishers(topic) else 'it has no publisher'
     if kinds:
         who = f'it is published as {", ".join(sorted(kinds))}, not as {JOINT_STATES}'
-    # Skip joint states that a kinematics node publishes, because they are answers to targets.
+    # Skip joint states that a kinematics node publishes, because these are answers to targets.
     nodes = tuple(f'{name}/' for name in kinematics_nodes(node))
     own = {topic, *(publisher.topic_name for publisher in node.publishers)}
     others = sorted(

@@ -61,8 +61,8 @@ class PoseLimit(NamedTuple):
         return f'{length_in_words(self.position)} or {angle_in_words(self.angle)}'
 
 
-# Largest residuals of an uncalibrated arm with the nominal table of its type, measured by an
-# instrument. The table alone is off by 1 to 3 mm and up to 0.4 deg.
+# Largest residuals between an instrument and an uncalibrated arm with the nominal table of its
+# type. The errors of the table alone are 1 to 3 mm and up to 0.4 deg.
 NOMINAL = PoseLimit(4e-3, math.radians(0.5))
 # Largest residuals that may remain after a mistake is corrected, if the input has no other
 # mistake. If each number of a table is off by 1 mm and 0.2 deg, residuals are 4 to 10 mm and 0.5

@@ -350,7 +350,7 @@ def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
     columns = pose_change(chain, 0.0 * corrections[0], given.q).jacobian
     for k, one in enumerate(arm.table):
         if one.group == 'offsets':
-            continue  # an offset is the zero of its joint, which was yielded already
+            continue  # a joint offset is the zero of the joint, which was yielded above
         row = slice(k, k + 1)
 
         def at(values: Floats, row: slice = row) -> PoseChange:

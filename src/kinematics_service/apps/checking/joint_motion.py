@@ -19,7 +19,8 @@ WINDOW = 0.02
 MIN_COUNT = 2
 # Largest number of samples that a line is fitted to, because more samples add little information.
 MAX_COUNT = 64
-# If two samples are more than this time (s) apart, the motion between them is taken as unknown.
+# The motion between two samples is taken as unknown if the samples are more than this time (s)
+# apart.
 MAX_SAMPLE_GAP = 0.5
 
 

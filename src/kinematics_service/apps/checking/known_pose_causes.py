@@ -39,8 +39,8 @@ OF_ORIENTATIONS = ('tool_axes', 'quaternion_order')
 START_ANGLES = (0.0, 0.5 * math.pi, -0.5 * math.pi, math.pi)
 # Number of Gauss-Newton steps.
 NEWTON_STEPS = 12
-# Two poses of the tool are taken as equal if their entries (m, or of rotation matrices) differ by
-# at most this value.
+# Two poses of the tool are taken as equal if the entries of their 4 x 4 matrices differ by at most
+# this value.
 TOOL_TOLERANCE = 1e-9
 # Mistakes are sought only if the arm misses a known pose by more than 10 times the rounding error
 # of its digits. Smaller errors are not explained, because many wrong numbers could cause them.
@@ -63,7 +63,7 @@ class PoseCauses(NamedTuple):
     tried: int
 
     def __str__(self) -> str:
-        """Return the mistakes as a sentence; empty if there is none."""
+        """Return the mistakes as a sentence; empty if no mistake explains the poses."""
         if not self.sentences:
             return ''
         if len(self.sentences) == 1:

@@ -21,7 +21,7 @@ MIN_RATIO = 3.0
 
 
 class OtherRobot(NamedTuple):
-    """A bundled robot, and the residuals of the measured poses with it."""
+    """A bundled robot, and the residuals of the measured poses with this robot."""
 
     name: str
     left: Errors

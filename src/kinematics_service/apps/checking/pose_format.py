@@ -144,7 +144,8 @@ def pose_columns(
     header: list[str], beginnings: Sequence[str], wanted: PoseFormat
 ) -> tuple[list[str], PoseFormat] | None:
     """
-    Find the columns of a pose in a header; return them with their format, or None.
+    Find the columns of a pose in a header. Return the columns with their format; None if no
+    columns were found.
 
     Parameters
     ----------

@@ -91,7 +91,7 @@ class DemoListener:
         self.distance = self.measures['distance']
 
     def is_discovered(self, node: Node) -> bool:
-        """Return whether each subscription has been discovered by the node's publisher."""
+        """Return whether the publishers of `node` have discovered all subscriptions."""
         subscriptions = [self.pose, self.jacobian, self.twist, self.warning, self.scale]
         subscriptions += [self.reason, *self.measures.values()]
         topics = {subscription.topic for subscription in subscriptions}

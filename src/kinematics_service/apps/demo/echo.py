@@ -98,7 +98,7 @@ class _Echo:
     @property
     def over(self) -> bool:
         """
-        Return whether the command must stop, because it is done, has timed out, or the output is
+        Return whether the command must stop: the command is done, has timed out, or its output is
         closed.
         """
         return (self._once and self._latest.count > 0) or self.in_vain or self._output.closed

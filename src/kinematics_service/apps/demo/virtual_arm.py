@@ -60,8 +60,8 @@ def moments_of_recording(
     due: Floats, stamps: npt.NDArray[np.int64], q: Floats, qdot: Floats | None
 ) -> Iterator[TimedJointState]:
     """
-    Yield the N joint states of a recording, with its stamps in ns. Positions and velocities have
-    shape (N, n).
+    Yield the N joint states of a recording, with the stamps of the recording, ns. Positions and
+    velocities have shape (N, n).
     """
     velocities = [None] * len(due) if qdot is None else qdot
     return map(TimedJointState, due.tolist(), stamps.tolist(), q, velocities)

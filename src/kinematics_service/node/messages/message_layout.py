@@ -154,8 +154,8 @@ class MessageLayout:
             numbers = np.resize(np.roll(NUMBERS, k), self.count)
             official = serialize_message(self.message(stamp, numbers))
             ours = self.bytes_of(stamp, numbers)
-            # Compare the bytes before the deserializer reads them, because it logs errors about
-            # wrong bytes.
+            # Compare the bytes before the deserializer reads them, because the deserializer logs
+            # errors about wrong bytes.
             if not self._has_same_fields(ours, official):
                 return False
             if not self._has_same_fields(ours, serialize_message(deserialize_message(ours, kind))):

@@ -348,8 +348,8 @@ TOPICS = (
         of_null_space(self_motion_of),
         lambda settings: matrix_message(_joints(settings)),
     ),
-    # The node computes the clearance only for subscribers, because it takes ten times as long as
-    # all other numbers of a state.
+    # The node computes the clearance only for subscribers, because the clearance takes ten times
+    # as long as all other numbers of a state.
     OutputTopic(
         '~/singularity/clearance', Float64, computed(lambda report: report.singularity.clearance)
     ),

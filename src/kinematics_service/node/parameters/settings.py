@@ -288,8 +288,8 @@ def settings_from(
 
 
 def _doubts(values: Mapping[str, Any], robot: Robot) -> Iterator[str]:
-    # A length is doubtful if it is above 20 m, or above 20 times the arm's length for arms shorter
-    # than 1 m.
+    # A length is doubtful if it is above 20 m. For an arm shorter than 1 m, a length is doubtful
+    # if it is above 20 times the arm's length.
     longest = LARGEST_USUAL_LENGTH * min(robot.singularity.task.length, 1.0)
     for parameter in PARAMETERS:
         if parameter.kind == 'number':

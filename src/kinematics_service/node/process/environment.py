@@ -8,8 +8,8 @@ from pathlib import Path
 
 import rclpy
 
-# Folders for ROS's log files, in the order in which rcl tries them: an environment variable, and a
-# folder below the variable's value.
+# Folders for ROS's log files, in the order in which rcl tries the folders. Each entry has an
+# environment variable, and a folder below the variable's value.
 LOGS = (('ROS_LOG_DIR', ''), ('ROS_HOME', 'log'), ('HOME', '.ros/log'))
 
 

@@ -15,11 +15,10 @@ from rclpy.subscription import Subscription
 
 from ..waiting_messages import take_waiting
 
-# For the subscription with the most messages: the number of its newest messages that the node
-# answers.
+# Number of newest messages that the node answers from the subscription with the most messages.
 KEPT_OF_FULLEST = 10
-# For each other subscription: the number of its newest messages that the node answers, 2.5 s at
-# 200 Hz.
+# Number of newest messages that the node answers from each other subscription: the messages of
+# 2.5 s at 200 Hz.
 KEPT_OF_OTHERS = 500
 
 
@@ -118,8 +117,8 @@ class PassedOver:
             passed.node._subscriptions.append(passed.subscription)
         self._executor.wake()
         # Messages that arrive before the executor has woken share one event. Keep these messages
-        # and answer them later, because else the executor could handle no other event until all of
-        # them are answered.
+        # and answer them later. If the executor answered all of them now, it could handle no other
+        # event meanwhile.
         self._executor.create_task(lambda: self._executor.create_task(self._end))
 
     def _end(self) -> None:

@@ -101,7 +101,7 @@ class RefusedExample(NamedTuple):
 
 class Ingest:
     """
-    Passes messages through an estimator, and counts the messages that it refuses.
+    Passes messages through an estimator, and counts the messages that the estimator refuses.
 
     Attributes
     ----------

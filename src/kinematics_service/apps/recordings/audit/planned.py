@@ -16,8 +16,8 @@ from ..plans.verdicts import PlanCheck
 from ..readers.between_points import PlannedTrajectory
 from ..readers.source import RecordingSource, Remark
 
-# Half of the last printed digit of an angle, degrees. If a motion differs from full turns by less,
-# the remark says that the joint ends where it was.
+# Half of the last printed digit of an angle, degrees. If a motion differs from full turns by less
+# than this, the remark says that the joint ends where it was.
 TURN_RESOLUTION = 0.05
 
 

@@ -21,7 +21,8 @@ from .verdicts import PlanVerdict
 
 # Largest number of times that a segment is halved.
 MAX_HALVINGS = 40
-# Largest number of pieces in one evaluation of a quantity, which bounds the memory.
+# Largest number of pieces in one evaluation of a quantity. The number is limited to bound the
+# memory.
 MAX_ROWS = 16_384
 
 

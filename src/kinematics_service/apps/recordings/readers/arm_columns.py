@@ -361,8 +361,8 @@ class _Search:
         return next((list(own) for own in both if set(own) <= set(self.header)), [])
 
     def _family(self, beginning: str) -> list[str]:
-        # Returns a column for each joint. Its name is `beginning` followed by the joint's name or
-        # number (from 0 or 1). Returns no columns if one is missing.
+        # Returns a column for each joint. The name of the column is `beginning` followed by the
+        # joint's name or number (from 0 or 1). Returns no columns if a column is missing.
         if not beginning:
             return []
         columns = self._numbered(beginning)
