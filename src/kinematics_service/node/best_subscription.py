@@ -262,7 +262,7 @@ class BestSubscription:
         if former is not self._former or recent is None:
             return  # the former subscription has ended already
         newest, count = take_waiting(former.subscription, self._qos.depth)
-        # End the former subscription if its queue has more messages than the present queue can
+        # End the former subscription if more messages were in its queue than the present queue can
         # hold.
         is_full = count > len(newest)
         for data, info in (newest[-1],) if is_full else newest:

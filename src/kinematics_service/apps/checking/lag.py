@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Find the lag between two sources of poses, the joint positions and a measuring instrument.
+Find the lag between the joint positions of a robot and the poses of a second source.
 
 For each trial lag, the offsets of base and tool are fitted with the joint positions at the time of
 the pose plus the lag. The best trial lags are refined by Levenberg-Marquardt.

@@ -198,8 +198,8 @@ def _asked(kind: str, wanted: PoseFormat) -> bool:
 
 
 def _ends_of(header: list[str], beginning: str) -> dict[str, str]:
-    # Return the column names by their endings: small letters after the beginning and a dot, space
-    # or underscore.
+    # Return the column names that start with `beginning`. The keys are the endings of the names in
+    # small letters, with and without a leading dot, space or underscore.
     found = {name[len(beginning) :]: name for name in header if name.startswith(beginning)}
     plain = {end.lstrip('. _').lower(): name for end, name in found.items()}
     return plain | {end.lower(): name for end, name in found.items()}

@@ -34,7 +34,7 @@ SENTENCE_LINES = 2
 LABEL_WIDTH = 18
 MEASURE_WIDTH = 22
 NUMBER_WIDTH = 8
-HISTORY_SCALE_WIDTH = 13  # width of a full bar and its number, after a history
+HISTORY_SCALE_WIDTH = 13  # width of the full bar and its number at the end of a history
 # Distance for which a bar of the history has full height, rad.
 FULL_BAR = 0.5
 MISSING = '-'
@@ -130,8 +130,8 @@ def _warning(warned: WarningReading | None, width: int) -> list[Text]:
         return [Text('waiting for the node'), *[Text()] * (SENTENCE_LINES - 1)]
     sentence = plain(warned.sentence)
     if warned.level != Level.STALE.name:
-        # Omit the numbers in the warning, because they are old and the table shows the present
-        # numbers.
+        # Omit the numbers in the warning, because these numbers are old and the table shows the
+        # present numbers.
         head, _, tail = sentence.partition(': ')
         factor = plain(warned.values.get('factor', ''))
         if factor and tail.startswith(factor):

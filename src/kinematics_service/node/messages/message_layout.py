@@ -64,7 +64,8 @@ class MessageLayout:
     def __init__(self, template: Any) -> None:
         self._template = template
         self._time: Time | None = None
-        # fields of doubles: for each field its message, its name and the number of doubles
+        # for each field of doubles: the message that has the field, the name of the field, and the
+        # number of doubles (None for a single double)
         self._fields: list[tuple[Any, str, int | None]] = []
         # becomes False for an unknown field type, or for numbers that are not adjacent
         self._is_known = True

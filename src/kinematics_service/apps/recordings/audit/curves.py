@@ -13,7 +13,7 @@ import numpy as np
 from ....kernel import Floats
 from ..readers.block import Flags
 
-# Width of a drawing in its own units.
+# Width of a drawing in units of the SVG.
 WIDTH = 1000
 # Number of columns of a drawing. A column shows the least and the largest value in its interval of
 # time.

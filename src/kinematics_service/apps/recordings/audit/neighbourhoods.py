@@ -106,7 +106,7 @@ def _around(states: MotionColumns, at: Times) -> Iterator[tuple[Times, Floats, F
     last, keep = (states.stamps[none], states.t[none], states.q[none]), np.zeros(0, dtype=bool)
     for rows in spans(len(states), LARGEST_BLOCK):
         stamps = states.stamps[rows]
-        # Stamps may step back: skip a state whose stamp is not later than all stamps before it.
+        # Stamps may step back, so skip a state whose stamp is not later than all stamps before it.
         before = last[0] if len(last[0]) else np.array([-1])
         highest = np.maximum.accumulate(np.concatenate([before, stamps[:-1]]))
         rising = np.flatnonzero(stamps > highest)

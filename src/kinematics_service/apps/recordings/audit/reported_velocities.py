@@ -28,7 +28,8 @@ LAG_PIECE = 5_000
 # A lag or a scale is reported if its correction reduces the RMS difference below this ratio of the
 # RMS difference without correction.
 EXPLAINED_SHARE = 0.6
-# If the ratio of the RMS difference to the RMS speed is at most this, no lag or scale is searched.
+# No lag or scale is searched if the RMS difference of the velocities, divided by the RMS speed, is
+# at most this.
 DIFFERENCE_SHARE = 0.002
 # A scale is reported if it differs from 1 by at least this.
 SCALE_TOLERANCE = 0.05
@@ -46,8 +47,8 @@ RANGE_MINIMUM = 1e-3
 # A velocity is computed from two states only if their interval is at most this many median
 # intervals.
 INTERVAL_FACTOR = 5.0
-# If no lag or scale explains a difference, it is reported only if its median is large: above the
-# noise plus this ratio of the joint's RMS speed.
+# A difference that no lag or scale explains is reported only if its median is above the noise plus
+# this ratio of the joint's RMS speed.
 VELOCITY_SHARE = 0.2
 
 

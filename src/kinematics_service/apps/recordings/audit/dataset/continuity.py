@@ -33,7 +33,8 @@ OUTLIER_TO_NOISE = 25.0
 MIN_OUTLIER = 0.02
 # Least ratio of an outlier's size to the distance between the frames before and after it.
 OUTLIER_TO_STEP = 3.0
-# If a motion has fewer steps, the noise cannot be estimated, so no frame is reported.
+# No frame is reported if a motion has fewer steps than this, because its noise cannot be
+# estimated.
 MIN_STEPS = 12
 
 
