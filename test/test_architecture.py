@@ -68,6 +68,8 @@ ROOMS = (
     'apps/demo/motions',
     'apps/demo',
     'apps/demo/commands',
+    'apps/export',
+    'apps/export/commands',
     'apps/calibration/boards',
     'apps/calibration',
     'apps/calibration/output',

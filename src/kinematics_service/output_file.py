@@ -45,6 +45,21 @@ def write_file(path: Path, content: str | bytes) -> None:
         made.write_bytes(content.encode('utf-8') if isinstance(content, str) else content)
 
 
+def write_document(file: str, text: str) -> None:
+    """
+    Write a text to a file, or to standard output for `-`.
+
+    Raises
+    ------
+    KinematicsError
+        The file cannot be written.
+    """
+    if file == '-':
+        sys.stdout.write(text)
+    else:
+        write_file(Path(file), text)
+
+
 @contextmanager
 def new_file(path: Path) -> Iterator[Path]:
     """

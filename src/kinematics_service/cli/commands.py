@@ -58,7 +58,7 @@ GROUPS = {
     },
     'Convert': {
         'import': 'Make a robot file from a URDF or a factory calibration.',
-        'export': 'Write a robot as URDF.',
+        'export': 'Write a robot as URDF, or as a C++ or C header.',
     },
 }
 COMMANDS = {name: words for group in GROUPS.values() for name, words in group.items()}
@@ -85,6 +85,7 @@ APPS = {
     'demo': 'demo',
     'echo': 'demo',
     'view': 'pictures',
+    'export': 'export',
 }
 for _command, _app in APPS.items():
     if not has_app(_app):

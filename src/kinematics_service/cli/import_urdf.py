@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import Optional
 
 from ..app_modules import app_module
-from ..output_file import say_written
+from ..output_file import say_written, write_document
 from ..robot.bundled import find_robot
 from ..robot.file.reader import robot_file_text
 from ..robot.urdf.importer import import_urdf as imported
-from .export import write_document
 from .options import ROBOT, WrongUsage, doubt_text, flag, given_robot, option
 
 

@@ -13,12 +13,12 @@ import typer
 
 from ..app_modules import app_module
 from ..errors import RobotNotFoundError
+from ..output_file import write_document
 from ..robot.bundled import bundled_robots, find_robot_file
 from ..robot.file.parts.description import AngleUnit, LengthUnit
 from ..robot.file.parts.quantities import Units
 from ..robot.file.writing.new_robot import MAX_JOINTS, NEW_CONVENTIONS, new_robot_text
 from ..robot.tables.robot_table import read_table
-from .export import write_document
 from .options import WrongUsage, flag, given_text, option, refuse_unwritable
 
 DEFAULT_DOF = 6

@@ -1,0 +1,44 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Load the kernel's source as plain Python, beside the compiled kernel, and copy arms into it."""
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from types import ModuleType
+from typing import Any
+
+from ... import kernel
+
+# Name of the package that holds the modules of the source. The package has no file of its own: its
+# modules are those of the folder `kernel`.
+SOURCE = f'{__package__}.source_of_kernel'
+
+
+def source(module: str) -> ModuleType:
+    """Return a module of the kernel as plain Python, such as `forward.chain_pass`."""
+    if SOURCE not in sys.modules:
+        package = ModuleType(SOURCE)
+        package.__path__ = list(kernel.__path__)
+        sys.modules[SOURCE] = package
+    return import_module(f'{SOURCE}.{module}')
+
+
+@contextmanager
+def replaced(module: ModuleType, **functions: Callable[..., Any]) -> Iterator[None]:
+    """Replace functions of a module of the source inside of a `with` block."""
+    before = {name: getattr(module, name) for name in functions}
+    vars(module).update(functions)
+    try:
+        yield
+    finally:
+        vars(module).update(before)
+
+
+def copied(thing: Any) -> Any:
+    """Return a chain of the kernel, or a part of a chain, as an object of the source."""
+    name = type(thing).__name__
+    if name not in ('Chain', 'Closure', 'LoopGroup', 'Loop'):
+        return thing
+    return getattr(source('forward.chain'), name)(*map(copied, thing.__reduce__()[-1]))
