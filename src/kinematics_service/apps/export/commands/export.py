@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Define the command `export`, which writes a robot as URDF, or as a C++ or C header."""
+"""Define the command `export`, which writes a robot as URDF, as a header, or for ros2_control."""
 
 import re
 import sys
@@ -19,6 +19,7 @@ from ....robot.robot import Robot
 from ....robot.urdf.writer import export_urdf, without_loops
 from ....typography import counted
 from ..header import header_of
+from ..ros2_control import write_package
 
 
 def export(
@@ -26,6 +27,7 @@ def export(
     urdf: Optional[str] = option("Write URDF; '-': to the screen.", 'FILE'),
     cpp: Optional[str] = option("Write a C++17 header; '-': to the screen.", 'FILE'),
     c: Optional[str] = option("Write a C99 header; '-': to the screen.", 'FILE', name='--c'),
+    ros2_control: Optional[Path] = option('Write a package with a plugin.', 'FOLDER'),
 ) -> None:
     """
     Write a robot for other programs: as URDF, or as a C++ or C header.
@@ -35,6 +37,7 @@ def export(
       kinematics_service export puma560 --urdf puma560.urdf
       kinematics_service export my_arm.yaml --urdf - | check_urdf /dev/stdin
       kinematics_service export ur5e --cpp ur5e.hpp
+      kinematics_service export ur5e --ros2-control src/kinematics_interface_ur5e
 
     URDF is for RViz, robot_state_publisher, MoveIt, Pinocchio and others. Every frame of the table
     and every point is a link, exact to 1e-12. Coupled and helical joints become mimic joints. The
@@ -44,13 +47,20 @@ def export(
 
     A header is for controllers and firmware. It needs only the standard library, and allocates no
     memory. Its results have the bits of this package.
+
+    --ros2-control writes an ament package with such headers and a plugin for kinematics_interface,
+    which controllers such as admittance_controller load. Its links are the base, the tool and the
+    points of the robot file.
     """
-    given = {'--urdf': urdf, '--cpp': cpp, '--c': c}
-    files = {name: file for name, file in given.items() if file is not None}
+    given = {'--urdf': urdf, '--cpp': cpp, '--c': c, '--ros2-control': ros2_control}
+    files = {name: str(file) for name, file in given.items() if file is not None}
     if len(files) != 1:
-        raise WrongUsage('give one of --urdf FILE, --cpp FILE and --c FILE')
+        raise WrongUsage('give one of --urdf, --cpp and --c FILE, and --ros2-control FOLDER')
     ((name, file),) = files.items()
     arm = given_robot(robot)
+    if ros2_control is not None:
+        print(f'wrote {ros2_control}: package {write_package(arm, ros2_control)}')
+        return
     refuse_robot_file(name, Path(file), robot)
     if urdf is not None:
         _write_urdf(arm, urdf)

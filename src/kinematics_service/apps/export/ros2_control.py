@@ -1,0 +1,207 @@
+# SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Write an arm as an ament package for ros2_control: a plugin for `kinematics_interface`.
+
+The package has a header of the tool and one of each point of the robot file, and `plugin.cpp` of
+this folder, which serves them as links. Texts between @ are replaced by those of the arm.
+"""
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ...errors import KinematicsError
+from ...kernel import Floats
+from ...kinematics.forward import forward_kinematics
+from ...output_file import write_file
+from ...robot.loops import moving_variables
+from ...robot.robot import Robot
+from ...version import __version__
+from .header import header_of
+
+CMAKE = """\
+cmake_minimum_required(VERSION 3.16)
+project(@PACKAGE@ LANGUAGES CXX)
+
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release)
+endif()
+
+find_package(ament_cmake REQUIRED)
+find_package(Eigen3 REQUIRED NO_MODULE)
+find_package(kinematics_interface REQUIRED)
+find_package(pluginlib REQUIRED)
+
+add_library(${PROJECT_NAME} SHARED src/plugin.cpp)
+target_compile_features(${PROJECT_NAME} PUBLIC cxx_std_17)
+target_include_directories(${PROJECT_NAME} PUBLIC
+  $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>
+  $<INSTALL_INTERFACE:include/${PROJECT_NAME}>)
+target_link_libraries(${PROJECT_NAME} PUBLIC
+  Eigen3::Eigen kinematics_interface::kinematics_interface pluginlib::pluginlib)
+if(NOT MSVC)
+  # Without fused multiply-add the results have the bits of kinematics_service on every processor.
+  target_compile_options(${PROJECT_NAME} PRIVATE
+    -Wall -Wextra -Wconversion -Wpedantic -ffp-contract=off)
+endif()
+
+pluginlib_export_plugin_description_file(kinematics_interface plugin.xml)
+install(DIRECTORY include/ DESTINATION include/${PROJECT_NAME})
+install(TARGETS ${PROJECT_NAME} EXPORT export_${PROJECT_NAME}
+  ARCHIVE DESTINATION lib LIBRARY DESTINATION lib RUNTIME DESTINATION bin)
+ament_export_targets(export_${PROJECT_NAME} HAS_LIBRARY_TARGET)
+ament_export_dependencies(Eigen3 kinematics_interface pluginlib)
+ament_package()
+"""
+PACKAGE_XML = """\
+<?xml version="1.0"?>
+<package format="3">
+  <name>@PACKAGE@</name>
+  <version>0.0.0</version>
+  <description>Kinematics of @ROBOT@ for ros2_control</description>
+  <!-- Replace name and address by yours. A later export leaves this file as it is. -->
+  <maintainer email="you@example.com">TODO: your name</maintainer>
+  <!-- The licence of the program that wrote the code. Replace it if the numbers have another. -->
+  <license>Apache-2.0</license>
+  <buildtool_depend>ament_cmake</buildtool_depend>
+  <depend>eigen</depend>
+  <depend>kinematics_interface</depend>
+  <depend>pluginlib</depend>
+  <export>
+    <build_type>ament_cmake</build_type>
+  </export>
+</package>
+"""
+PLUGIN_XML = """\
+<library path="@PACKAGE@">
+  <class name="@PACKAGE@/Kinematics"
+         type="@PACKAGE@::Kinematics"
+         base_class_type="kinematics_interface::KinematicsInterface">
+    <description>Kinematics of @ROBOT@, @DOF@ joints, links @LINK_NAMES@</description>
+  </class>
+</library>
+"""
+
+
+def write_package(robot: Robot, folder: Path) -> str:
+    """
+    Write an ament package with a plugin for an arm into a folder, and return the package's name.
+
+    A folder that has this package already gets new files. Its `package.xml` stays as it is,
+    because users write their names into it.
+
+    Raises
+    ------
+    KinematicsError
+        The folder has other files, it cannot be written, or no header can be made of the arm.
+    """
+    package = f'kinematics_interface_{robot.name.lower()}'
+    texts = package_files(robot)
+    try:
+        written = folder / 'package.xml'
+        if written.exists() and f'<name>{package}</name>' in written.read_text(encoding='utf-8'):
+            del texts['package.xml']
+        elif folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+            raise KinematicsError(
+                f'{folder}: exists and is not the package {package}; give a new or empty folder'
+            )
+        for name, text in texts.items():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            write_file(folder / name, text)
+    except OSError as error:
+        raise KinematicsError(f'{folder}: cannot be written: {error.strerror}') from None
+    return package
+
+
+def package_files(robot: Robot) -> dict[str, str]:
+    """
+    Return the text of each file of an arm's package, by the path in the package.
+
+    Raises
+    ------
+    KinematicsError
+        No header can be made of the arm.
+    """
+    package = f'kinematics_interface_{robot.name.lower()}'
+    links = list(_links(robot))
+    headers = {f'include/{package}/{link.file}': link.header for link in links if link.header}
+    entries = list(_entries(robot))
+    values = {
+        'PACKAGE': package,
+        'ROBOT': robot.name,
+        'DOF': str(robot.dof),
+        'ABOUT': f'{robot.name}, made by kinematics_service {__version__}',
+        'INCLUDES': '\n'.join(f'#include "{path.removeprefix("include/")}"' for path in headers),
+        'JOINTS': ', '.join(map(_quoted, robot.joint_names)),
+        'LINK_COUNT': str(len(links)),
+        'LINKS': ',\n'.join(f'  {link.initializer}' for link in links),
+        'ENTRY_COUNT': str(len(entries)),
+        'ENTRIES': ', '.join(f'{{{joint}, {row}}}' for joint, row in entries),
+    }
+    plugin = files(__package__).joinpath('plugin.cpp').read_text(encoding='utf-8')
+    in_xml = {key: escape(value) for key, value in values.items()}
+    in_xml['LINK_NAMES'] = escape(', '.join(link.name for link in links))
+    return {
+        'package.xml': _filled(PACKAGE_XML, in_xml),
+        'plugin.xml': _filled(PLUGIN_XML, in_xml),
+        'CMakeLists.txt': _filled(CMAKE, values),
+        'src/plugin.cpp': _filled(plugin, values),
+        **headers,
+    }
+
+
+class _Link(NamedTuple):
+    # A link of the plugin: its name, the name and text of its header, and its initializer in C++.
+    name: str
+    file: str
+    header: str
+    initializer: str
+
+
+def _links(robot: Robot) -> Iterator[_Link]:
+    # Yield the base, the tool and the points of an arm. Those that no joint moves have no header.
+    description = robot.description
+    yield _still(robot.base_frame, 0, np.eye(4))
+    yield _moved(robot, robot.tool_frame, robot.rows)
+    for point in description.points:
+        if robot.point(point.name).chain.entries:
+            yield _moved(robot.ending_at(point.name), point.name, point.row)
+        else:
+            T = forward_kinematics(robot, np.zeros(robot.dof), of=point.name)
+            yield _still(point.name, point.row, T)
+
+
+def _moved(end: Robot, name: str, row: int) -> _Link:
+    space = f'kinematics_{end.name}'
+    calls = f'{space}::pose, {space}::jacobian'
+    initializer = f'{{{_quoted(name)}, {row}, {calls}, {{}}}}'
+    return _Link(name, f'{end.name}.hpp', header_of(end, cpp=True), initializer)
+
+
+def _still(name: str, row: int, T: Floats) -> _Link:
+    numbers = ', '.join(map(repr, T[:3].ravel().tolist()))
+    return _Link(name, '', '', f'{{{_quoted(name)}, {row}, nullptr, nullptr, {{{{{numbers}}}}}}}')
+
+
+def _entries(robot: Robot) -> Iterator[tuple[int, int]]:
+    # Yield each joint and row of the table in which the joint, or a loop that it moves, occurs.
+    links = robot.description.links
+    for row in range(1, robot.rows + 1):
+        moving = moving_variables(robot.description, links[row - 1 : row])
+        yield from ((j, row) for j, name in enumerate(robot.variables) if name in moving)
+
+
+def _quoted(text: str) -> str:
+    # Return a text as a literal of C++. JSON escapes quotes and backslashes alike.
+    return json.dumps(text, ensure_ascii=False)
+
+
+def _filled(template: str, values: Mapping[str, str]) -> str:
+    return re.sub('@([A-Z_]+)@', lambda found: values[found[1]], template)
