@@ -157,7 +157,7 @@ def package_files(robot: Robot) -> dict[str, str]:
     }
 
 
-class _Link(NamedTuple):
+class _PluginLink(NamedTuple):
     # A link of the plugin: its name, the name and text of its header, and its initializer in C++.
     name: str
     file: str
@@ -165,7 +165,7 @@ class _Link(NamedTuple):
     initializer: str
 
 
-def _links(robot: Robot) -> Iterator[_Link]:
+def _links(robot: Robot) -> Iterator[_PluginLink]:
     # Yield the base, the tool and the points of an arm. Those that no joint moves have no header.
     description = robot.description
     yield _still(robot.base_frame, 0, np.eye(4))
@@ -178,16 +178,16 @@ def _links(robot: Robot) -> Iterator[_Link]:
             yield _still(point.name, point.row, T)
 
 
-def _moved(end: Robot, name: str, row: int) -> _Link:
+def _moved(end: Robot, name: str, row: int) -> _PluginLink:
     space = f'kinematics_{end.name}'
     calls = f'{space}::pose, {space}::jacobian'
     initializer = f'{{{_quoted(name)}, {row}, {calls}, {{}}}}'
-    return _Link(name, f'{end.name}.hpp', header_of(end, cpp=True), initializer)
+    return _PluginLink(name, f'{end.name}.hpp', header_of(end, cpp=True), initializer)
 
 
-def _still(name: str, row: int, T: Floats) -> _Link:
+def _still(name: str, row: int, T: Floats) -> _PluginLink:
     numbers = ', '.join(map(repr, T[:3].ravel().tolist()))
-    return _Link(name, '', '', f'{{{_quoted(name)}, {row}, nullptr, nullptr, {{{{{numbers}}}}}}}')
+    return _PluginLink(name, '', '', f'{{{_quoted(name)}, {row}, nullptr, nullptr, {{{{{numbers}}}}}}}')
 
 
 def _entries(robot: Robot) -> Iterator[tuple[int, int]]:
