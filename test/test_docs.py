@@ -15,6 +15,7 @@ import os
 import re
 import runpy
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -49,7 +50,7 @@ CAPTION = re.compile(r':caption: (\S+)\n\n?')
 CHECKER = doctest.OutputChecker()
 # The first typer that writes help as the reference shows it.
 NEW_HELP = (0, 12)
-LANGUAGES = {'console', 'pycon', 'python', 'yaml', 'text', 'cmake', 'xml'}
+LANGUAGES = {'console', 'pycon', 'python', 'yaml', 'text', 'cmake', 'xml', 'cpp'}
 
 
 class Block(NamedTuple):
@@ -195,6 +196,8 @@ def test_every_block_of_a_page_does_what_it_shows(page, tmp_path, monkeypatch):
                 pytest.importorskip('matplotlib', reason="needs matplotlib: pip install '.[plot]'")
             if '--images' in block.body:
                 pytest.importorskip('cv2', reason="needs opencv: pip install '.[camera]'")
+            if 'g++ ' in block.body and not shutil.which('g++'):
+                pytest.skip('needs g++')
             run_console(shell, block, where)
         elif block.language == 'pycon':
             run_doctest(names, block, page)
