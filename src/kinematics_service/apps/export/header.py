@@ -2,153 +2,470 @@
 # SPDX-License-Identifier: Apache-2.0
 """Write an arm as one C++ or C header."""
 
-import textwrap
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
+from ... import kernel
+from ...errors import KinematicsError
 from ...kernel import Chain
-from ...kernel.layout import places
+from ...kinematics.forward import forward_kinematics, jacobian
 from ...robot.robot import Robot
+from ...robot.task import generic_poses
+from ...version import __version__
 from .kernel_source import copied, replaced, source
-from .recording import Recorded, Steps
-from .translation import ATOM, PRODUCT, SUM, Text, Translation, literal
+from .straight_code import array, in_single_precision, lines_of, partial, sincos
+from .tables import Tables, fields_of
+from .translation import Translation, literal, wrapped
 
-WIDTH = 99  # columns of the header
-LEVELS = {'+': SUM, '-': SUM, '*': PRODUCT, '/': PRODUCT}
-# The sines of all joints are computed first, in loops without branches, which the compiler can
-# vectorise.
-SINES = """
+SELF_TEST_POSES = 3
+# A header in float states this multiple of the largest error at 1000 poses, because other poses
+# and other sines in the C library may have a larger one.
+ERROR_MARGIN = 2.0
+
+HEAD = """\
+// {robot}: kinematics in {language}, written by kinematics_service {version}.
+// {source}
+//
+// q: {dof} joint positions ({units}): {joints}.
+// T: the pose of a frame in the base frame, 3 x 4 numbers row by row; lengths in m.
+// J: the Jacobian of this frame, 6 x {dof} numbers row by row: vx vy vz wx wy wz of its origin,
+// in base axes.
+// twist: vx vy vz wx wy wz of the tool, likewise.
+// The arrays of a call must not overlap.
+//
+// {precision}
+// If a joint position is not finite{or_loop}, all results of a function are NaN.
+// Self-test: {before}self_test() returns the number of wrong numbers at {poses} poses.
+#ifndef {guard}
+#define {guard}
+
+{includes}
+
+#if defined(__FAST_MATH__) || FLT_EVAL_METHOD == 2 || FLT_EVAL_METHOD < 0
+#error "compile without -ffast-math, and for a processor that does not widen numbers"
+#endif
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__)
+#pragma GCC push_options
+#pragma GCC optimize("fp-contract=off")
+#endif
+{space}
+"""
+END = """
+{end}#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#endif
+
+#endif
+"""
+DOUBLE = """\
+Every result has the bits of kinematics_service. g++ and clang++ fuse no operations here; give
+// other compilers an option like -ffp-contract=off. Beyond {largest} rad, sine and cosine are
+// those of the C library."""
+FLOAT = """\
+Numbers are float. They differ from those of kinematics_service by at most {pose_error} in T and
+// {jacobian_error} in J, for joint positions inside the limits: twice the largest difference at
+// 1000 poses."""
+# Functions without a counterpart in the kernel.
+BASICS = """
+typedef struct {{ double at[2]; }} {prefix}pair;
+typedef struct {{ double at[3]; }} {prefix}triple;
+
+{head}int {prefix}all_finite(const {real} *numbers, int count)
+{{
+    {real} nothing = 0;
+    for (int k = 0; k < count; ++k) {{
+        nothing += 0 * numbers[k];
+    }}
+    return nothing == 0;
+}}
+
+{head}void {prefix}no_result({real} *results, int count)
+{{
+    for (int k = 0; k < count; ++k) {{
+        results[k] = NAN;
+    }}
+}}
+
+{head}void {prefix}copy(double *to, int count, const double *numbers)
+{{
+    for (int k = 0; k < count; ++k) {{
+        to[k] = numbers[k];
+    }}
+}}
+
+{head}void {prefix}fill(double *to, int count, double number)
+{{
+    for (int k = 0; k < count; ++k) {{
+        to[k] = number;
+    }}
+}}
+"""
+# The sines of all joints are computed in loops without branches, which compilers vectorise.
+SINES = {
+    'double': """
 {head}void {prefix}sines_and_cosines(const double *angle, int count, double *s, double *c)
 {{
     int beyond = 0;
     for (int k = 0; k < count; ++k) {{
         beyond |= !({std}fabs(angle[k]) <= {largest});
     }}
+    if (beyond) {{
+        for (int k = 0; k < count; ++k) {{
+            const {prefix}pair both = {prefix}sincos(angle[k]);
+            s[k] = both.at[0];
+            c[k] = both.at[1];
+        }}
+        return;
+    }}
     for (int k = 0; k < count; ++k) {{
-        const {prefix}pair both =
-            beyond ? {prefix}sincos(angle[k]) : {prefix}sincos_reduced(angle[k]);
+        const {prefix}pair both = {prefix}sincos_reduced(angle[k]);
         s[k] = both.at[0];
         c[k] = both.at[1];
     }}
 }}
+""",
+    'float': """
+{head}void {prefix}sines_and_cosines(const float *angle, int count, float *s, float *c)
+{{
+    for (int k = 0; k < count; ++k) {{
+        s[k] = {std}sin{f}(angle[k]);
+        c[k] = {std}cos{f}(angle[k]);
+    }}
+}}
+""",
+}
+EVALUATE = """
+{head}int {prefix}evaluate_arm(const double *q, const double *qdot, int depth, double *row)
+{{
+    return {prefix}all_finite(q, {dof}) && {prefix}all_finite(qdot, {dof}) &&
+        {std}isfinite({total});
+}}
+"""
+MEASURE = """
+// {words} of the rows {task} of the Jacobian J of the tool.
+{head}double {before}{name}(const {real} *J)
+{{
+    double copy[{columns}], W[{W}], spare[{spare}], sigma[6], measures[{count}];
+    for (int k = 0; k < {columns}; ++k) {{
+        copy[k] = J[k];
+    }}
+    {prefix}write_scalars({dof}, &{task_rows}, copy, W, spare, sigma, measures);
+    return measures[{at}];
+}}
+"""
+SELF_TEST = """
+{head}int {before}self_test({void})
+{{
+{tables}
+    int wrong = 0;
+    for (int k = 0; k < {poses}; ++k) {{
+        {real} T[12], J[{columns}];
+        {before}jacobian(q[k], T, J);
+        for (int i = 0; i < 12; ++i) {{
+            wrong += !({std}fabs(T[i] - expected_T[k][i]) <= {pose_error});
+        }}
+        for (int i = 0; i < {columns}; ++i) {{
+            wrong += !({std}fabs(J[i] - expected_J[k][i]) <= {jacobian_error});
+        }}
+    }}
+    return wrong;
+}}
 """
 
 
-class Language(NamedTuple):
-    """What differs between C++ and C."""
+def header_of(robot: Robot, cpp: bool, single: bool = False) -> str:
+    """
+    Return an arm as a header in C++, or else in C.
 
-    prefix: str
-    std: str
-    head: str
+    Parameters
+    ----------
+    single
+        Whether the numbers are `float` instead of `double`.
 
-
-class Function(NamedTuple):
-    """A function of the header: its name, its parameters, and its results."""
-
-    name: str
-    words: str
-    parameters: str
-    results: Mapping[str, Any]
-
-
-def recorded_sincos(x: Any) -> tuple[Recorded, Recorded]:
-    """Return the sine and the cosine of x as recorded numbers."""
-    angle = Recorded('angle', x)
-    return Recorded('s', angle), Recorded('c', angle)
+    Raises
+    ------
+    KinematicsError
+        Names of points are not distinct in C, or an arm with closed loops is wanted in float.
+    """
+    return Header(robot, cpp, 'float' if single else 'double').text()
 
 
-def evaluated(chain: Chain, depth: int) -> Any:
-    """Return a row of results of the kernel, as recorded numbers."""
-    chain_pass, row = source('forward.chain_pass'), np.empty(chain.width, object)
-    q, qdot = ([Recorded(f'{name}[{j}]') for j in range(chain.dof)] for name in ('q', 'qdot'))
-    with replaced(
-        chain_pass,
-        sincos=recorded_sincos,
-        _write_quaternion=lambda *_: None,
-    ):
-        chain_pass.evaluate_row(copied(chain), q, qdot, depth, row)
-    return row
+class Header:
+    """
+    The header of an arm.
 
+    Attributes
+    ----------
+    words
+        What the texts above have in braces. `before` and `prefix` come before names: of those that
+        programs use, and of all others. `std`, `head` and `constant` come before functions of the
+        C library, definitions of functions, and constants.
+    """
 
-def body_of(results: Mapping[str, Any], prefix: str) -> list[str]:
-    """Return the lines of a function that stores the results."""
-    found = Steps(results)
-    texts = list[Text]()
-    constants, angles = dict[str, str](), list[str]()
-    lines = list[str]()
-    for k, (operation, operands) in enumerate(found.steps):
-        parts = [texts[one] for one in operands]
-        if operation == 'angle':
-            angles.append(parts[0].text)
-            text = Text(f'[{len(angles) - 1}]', 'double')
-        elif operation in ('s', 'c'):
-            text = Text(operation + parts[0].text, 'double')
-        elif not parts:
-            text = _leaf(operation, constants)
-        elif len(parts) == 1:
-            text = Text(f'-{parts[0].at(ATOM)}', 'double', PRODUCT)
-        else:
-            level = LEVELS[operation]
-            line = f'{parts[0].at(level)} {operation} {parts[1].at(level + 1)}'
-            text = Text(line, 'double', level)
-        if operation in '+-*/' and found.uses[k] > 1:
-            lines.append(f'const double t{len(lines)} = {text.text};')
-            text = Text(f't{len(lines) - 1}', 'double')
-        texts.append(text)
-    stores = [f'{name} = {texts[k].text};' for name, k in found.results.items()]
-    count = len(angles)
-    head = [f'const double {name} = {value};' for value, name in constants.items()]
-    if angles:
-        head.append(f'const double angle[{count}] = {{{", ".join(angles)}}};')
-        head.append(f'double s[{count}], c[{count}];')
-        head.append(f'{prefix}sines_and_cosines(angle, {count}, s, c);')
-    return [*head, *lines, *stores]
-
-
-def _leaf(operation: str, constants: dict[str, str]) -> Text:
-    if 'x' not in operation:
-        return Text(operation, 'double')
-    text = literal(float.fromhex(operation))
-    if 'x' in text:
-        text = constants.setdefault(text, f'k{len(constants)}')
-    return Text(text, 'double', PRODUCT if text[0] == '-' else ATOM)
-
-
-def header_of(robot: Robot, cpp: bool) -> str:
-    """Return an arm as a header in C++, or else in C."""
-    name = f'kinematics_{robot.name}'
-    before = '' if cpp else f'{name}_'
-    language = Language(f'{name}_detail_', '', 'static inline ')
-    if cpp:
-        language = Language('detail_', 'std::', 'inline ')
-    n = robot.dof
-    translation = Translation(*language, {})
-    chain_pass = source('forward.chain_pass')
-    translation.function(chain_pass.sincos)
-    sines = SINES.format(**language._asdict(), largest=literal(places.LARGEST_REDUCED))
-    row = evaluated(robot.chain, places.JACOBIAN)
-    pose = {f'T[{k}]': row[places.POSE_AT + k] for k in range(12)}
-    J = {f'J[{k}]': row[places.JACOBIAN_AT + k] for k in range(6 * n)}
-    functions = [
-        Function('pose', '', 'const double *q, double *T', pose),
-        Function('jacobian', '', 'const double *q, double *T, double *J', pose | J),
-    ]
-    lines = ['#include <cmath>' if cpp else '#include <math.h>', '']
-    if cpp:
-        lines += [f'namespace {name} {{', f'inline constexpr int dof = {n};']
-    else:
-        lines.append(f'enum {{ {name}_dof = {n} }};')
-    lines.append(f'typedef struct {{ double at[2]; }} {language.prefix}pair;')
-    lines += [translation.text(), sines]
-    for one in functions:
-        lines += ['', f'{language.head}void {before}{one.name}({one.parameters})', '{']
-        for line in body_of(one.results, language.prefix):
-            lines += textwrap.wrap(
-                line, WIDTH - 8, initial_indent='    ', subsequent_indent=8 * ' '
+    def __init__(self, robot: Robot, cpp: bool, real: str) -> None:
+        self.robot, self.cpp, self.real = robot, cpp, real
+        self.dof, self.closed = robot.dof, robot.chain.loops > 0
+        if self.closed and real == 'float':
+            raise KinematicsError(
+                f'{robot.name}: float does not resolve the residual of closed loops; leave out '
+                '--float'
             )
-        lines.append('}')
-    if cpp:
-        lines += ['', f'}}  // namespace {name}']
-    return '\n'.join(lines) + '\n'
+        before = '' if cpp else f'kinematics_{robot.name}_'
+        self.words: dict[str, Any] = {
+            'before': before,
+            'prefix': f'{before}detail_',
+            'std': 'std::' if cpp else '',
+            'head': 'inline ' if cpp else 'static inline ',
+            'constant': 'inline constexpr' if cpp else 'static const',
+            'void': '' if cpp else 'void',
+            'f': '' if cpp else 'f',
+            'real': real,
+            'dof': self.dof,
+            'columns': 6 * self.dof,
+            'largest': literal(kernel.LARGEST_REDUCED),
+            'poses': SELF_TEST_POSES,
+        }
+
+    def text(self) -> str:
+        """Return the text of the header."""
+        self._measure_errors()
+        name = f'kinematics_{self.robot.name}'
+        body = [*self._constants(), *self._kernel(), *self._functions(), *self._self_test()]
+        end = f'}}  // namespace {name}\n\n' if self.cpp else ''
+        return '\n'.join([*self._head(name), *body]) + END.format(end=end)
+
+    def _head(self, name: str) -> list[str]:
+        robot = self.robot
+        includes = ('cfloat', 'cmath') if self.cpp else ('float.h', 'math.h')
+        text = HEAD.format(
+            **self.words,
+            robot=robot.name,
+            language='C++17' if self.cpp else 'C99',
+            version=__version__,
+            source=_plain(robot.source),
+            units=' and '.join(dict.fromkeys(robot.units)),
+            joints=_plain(', '.join(robot.joint_names)),
+            precision=(FLOAT if self.real == 'float' else DOUBLE).format(**self.words),
+            or_loop=' or a loop does not close' * self.closed,
+            guard=f'{name.upper()}_{"HPP" if self.cpp else "H"}',
+            includes='\n'.join(f'#include <{one}>' for one in includes),
+            space=f'\nnamespace {name} {{\n' if self.cpp else '',
+        )
+        return [one for line in text.split('\n') for one in wrapped(line) or ['']]
+
+    def _measure_errors(self) -> None:
+        robot, n = self.robot, self.dof
+        self.words |= {'pose_error': '0.0', 'jacobian_error': '0.0'}
+        self.q = generic_poses(robot.chain, robot.limits, robot.prismatic)
+        if self.real == 'float':
+            self.q = self.q.astype(np.float32).astype(np.float64)
+        self.T = forward_kinematics(robot, self.q)[:, :3].reshape(-1, 12)
+        self.J = jacobian(robot, self.q).reshape(-1, 6 * n)
+        if self.real == 'float':
+            row = self._row(robot.chain, kernel.JACOBIAN)
+            J = range(kernel.JACOBIAN_AT, kernel.JACOBIAN_AT + 6 * n)
+            for name, at, exact in (('pose', range(12), self.T), ('jacobian', J, self.J)):
+                found = in_single_precision({str(k): row[k] for k in at}, self.q.T)
+                error = ERROR_MARGIN * float(np.abs(found.T - exact).max())
+                self.words[f'{name}_error'] = f'{error:.1e}'
+
+    def _constants(self) -> list[str]:
+        robot, before, factors = self.robot, self.words['before'], self.robot.singularity.factors
+        names = factors.names[: len(factors.ends)]
+        counts = {'dof': self.dof, 'frame_count': robot.chain.frames, 'factor_count': len(names)}
+        form = 'inline constexpr int {} = {};'
+        if not self.cpp:
+            form = f'enum {{{{ {before}{{}} = {{}} }}}};'
+        lines = [form.format(name, count) for name, count in counts.items()]
+        limits = {
+            'lower_limits': robot.limits[:, 0],
+            'upper_limits': robot.limits[:, 1],
+            'velocity_limits': robot.velocity_limits,
+        }
+        start = self.words['constant']
+        for name, numbers in limits.items():
+            lines.append(f'{start} double {before}{name}[] = {_listed(numbers)};')
+        words = f'{start} const char *' if self.cpp else f'{start} char *const '
+        for name, texts in {'joint_names': robot.joint_names, 'factor_names': names}.items():
+            if texts:
+                lines.append(f'{words}{before}{name}[] = {{{", ".join(map(_quoted, texts))}}};')
+        return [one for line in lines for one in wrapped(line)]
+
+    def _kernel(self) -> list[str]:
+        # Returns the functions of the kernel, and the tables that they need.
+        prefix, task = self.words['prefix'], self.robot.singularity.task
+        rows = source('measures.task_rows').TaskRows(
+            task.generic_rank,
+            task.axes,
+            task.rotation,
+            task.row_scales,
+            task.column_scales,
+            kernel.RANK_TOLERANCE * task.length,
+        )
+        chain = copied(self.robot.chain) if self.closed else None
+        fields = fields_of([rows, chain] if self.closed else [rows], prefix)
+        translation = Translation(prefix, self.words['std'], self.words['head'], fields)
+        needed = {
+            'measures.singularity': '_write_scalars',
+            'measures.factors': '_partial',
+            'forward.chain_pass': 'sincos',
+            'loops.closed_pass': 'evaluate_row',
+        }
+        evaluate = [
+            translation.function(getattr(source(module), function))
+            for module, function in needed.items()
+            if self.closed or not module.startswith('loops')
+        ][-1]
+        tables = Tables(prefix, self.words['constant'], fields, translation.used)
+        self.words['task_rows'] = tables.add(rows)
+        lines = [BASICS.format(**self.words), *tables.structures()]
+        end = SINES[self.real].format(**self.words)
+        if self.closed:
+            total = f'{evaluate.name}(&{tables.add(chain)}, q, qdot, depth, row)'
+            end += EVALUATE.format(**self.words, total=total)
+        lines += [one for line in tables.lines for one in wrapped(line)]
+        return [*lines, '', translation.text(), end]
+
+    def _functions(self) -> list[str]:
+        robot, n = self.robot, self.dof
+        at_J = kernel.JACOBIAN_AT
+        T, J = range(12), range(at_J, at_J + 6 * n)
+        twist = range(J.stop, J.stop + 6)
+        begins = [robot.chain.frames_at + 16 * k for k in range(robot.chain.frames)]
+        frames = [begin + k for begin in begins for k in T]
+        lines = self._evaluation('frames', robot.chain, kernel.ALL_FRAMES, {'T': frames})
+        for point, end in {'tool': '', **_function_ends(robot)}.items():
+            chain = robot.point(point).chain
+            lines += self._evaluation(f'pose{end}', chain, kernel.POSE, {'T': T})
+            lines += self._evaluation(f'jacobian{end}', chain, kernel.JACOBIAN, {'T': T, 'J': J})
+        lines += self._evaluation('twist', robot.chain, kernel.JACOBIAN, {'T': T, 'twist': twist})
+        lines += self._in_axes_of()
+        lines += self._factors()
+        task, m = robot.singularity.task, len(robot.singularity.task.rows)
+        scaled = 'The smallest singular value, with angular rows'
+        scaled += ' and prismatic columns' * bool(robot.prismatic.any())
+        scaled += f' times {task.length:.6g} m,'
+        for name, words, at in (
+            ('manipulability', 'The product of the singular values', kernel.MANIPULABILITY),
+            ('smallest_singular_value', scaled, kernel.SMALLEST_SINGULAR_VALUE),
+        ):
+            sizes = {'W': min(m, n) * (m + n), 'spare': 6 * n, 'count': kernel.LOST_AT}
+            given = {**self.words, **sizes, 'name': name, 'words': words, 'at': at}
+            lines += MEASURE.format(**given, task=' '.join(task.rows)).split('\n')
+        return lines
+
+    def _function(
+        self, name: str, inputs: Sequence[str], outputs: Sequence[str], body: Sequence[str]
+    ) -> list[str]:
+        parameters = [f'const {self.real} *{one}' for one in inputs]
+        parameters += [f'{self.real} *{one}' for one in outputs]
+        head = f'{self.words["head"]}void {self.words["before"]}{name}({", ".join(parameters)})'
+        lines = ['', head, '{', *(f'    {line}' for line in body), '}']
+        return [one for line in lines for one in wrapped(line) or ['']]
+
+    def _row(self, chain: Chain, depth: int) -> Any:
+        # Returns a row of results of an open arm as recorded numbers.
+        passing, row = source('forward.chain_pass'), np.empty(chain.width, object)
+        q, qdot = array('q', chain.dof), array('qdot', chain.dof)
+        with replaced(passing, sincos=sincos, _write_quaternion=lambda *_: None):
+            passing.evaluate_row(copied(chain), q, qdot, depth, row)
+        return row
+
+    def _evaluation(
+        self, name: str, chain: Chain, depth: int, outputs: Mapping[str, Sequence[int]]
+    ) -> list[str]:
+        # Returns a function that writes numbers of a row of results, given by their indices.
+        prefix = self.words['prefix']
+        inputs = ['q', 'qdot'] if 'twist' in outputs else ['q']
+        fill = [f'    {prefix}no_result({to}, {len(at)});' for to, at in outputs.items()]
+        if self.closed:
+            body = [f'double row[{chain.width}] = {{0}};']
+            body += [f'if ({prefix}evaluate_arm(q, {inputs[-1]}, {depth}, row)) {{']
+            for to, at in outputs.items():
+                for begin, end in _runs(at):
+                    place = f'{to} + {begin}' if begin else to
+                    body.append(f'    {prefix}copy({place}, {end - begin}, row + {at[begin]});')
+            return self._function(name, inputs, list(outputs), [*body, '} else {', *fill, '}'])
+        row = self._row(chain, depth)
+        results = {
+            f'{to}[{k}]': row[one] for to, at in outputs.items() for k, one in enumerate(at)
+        }
+        tests = ' || '.join(f'!{prefix}all_finite({one}, {chain.dof})' for one in inputs)
+        body = [*lines_of(results, prefix, self.real), f'if ({tests}) {{', *fill, '}']
+        return self._function(name, inputs, list(outputs), body)
+
+    def _in_axes_of(self) -> list[str]:
+        n, T = self.dof, array('T', 12)
+        wide = max(6, n)
+        module, W = source('measures.singularity'), np.empty(6 * n, object)
+        ones = np.ones(6), np.ones(n)
+        task = source('measures.task_rows').TaskRows(1, np.arange(6), np.eye(3).ravel(), *ones)
+        task.rotation = T.reshape(3, 4)[:, :3].ravel()
+        module._fill_task_rows(n, task, array('J', 6 * n), W, wide, 1)
+        rows = W.reshape(6, n) if n > 6 else W.reshape(n, 6).T
+        results = {f'J_axes[{k}]': number for k, number in enumerate(rows.ravel())}
+        lines = lines_of(results, self.words['prefix'], self.real)
+        words = '// J_axes: J in the axes of the frame with the pose T, instead of base axes.'
+        return ['', words, *self._function('in_axes_of', 'TJ', ['J_axes'], lines)[1:]]
+
+    def _factors(self) -> list[str]:
+        factors, n = self.robot.singularity.factors, self.dof
+        if not len(factors.ends):
+            return []
+        module = source('measures.factors')
+        tape = module.Tape(factors.operations, factors.constants, factors.ends)
+        steps = np.empty((tape.steps, n + 1), object)
+        recording = replaced(source('forward.chain_pass'), sincos=sincos)
+        with recording, replaced(module, _partial=partial):
+            module._run_tape(tape, n, array('q', n), steps.ravel(), 1)
+        results = {f'values[{k}]': steps[end, n] for k, end in enumerate(factors.ends)}
+        lines = lines_of(results, self.words['prefix'], self.real)
+        return self._function('factors', ['q'], ['values'], lines)
+
+    def _self_test(self) -> list[str]:
+        tables = []
+        for name, numbers in {'q': self.q, 'expected_T': self.T, 'expected_J': self.J}.items():
+            kind = self.real if name == 'q' else 'double'
+            rows = ', '.join(_listed(row, kind) for row in numbers[:SELF_TEST_POSES])
+            size = f'[{SELF_TEST_POSES}][{numbers.shape[1]}]'
+            tables += wrapped(f'    static const {kind} {name}{size} = {{{rows}}};')
+        return SELF_TEST.format(**self.words, tables='\n'.join(tables)).split('\n')
+
+
+def _listed(numbers: Any, kind: str = 'double') -> str:
+    # Returns numbers as the initial value of an array.
+    suffix = 'F' * (kind == 'float')
+    return f'{{{", ".join(literal(one) + suffix for one in numbers.tolist())}}}'
+
+
+def _runs(at: Sequence[int]) -> list[tuple[int, int]]:
+    # Returns begin and end of the parts of `at` in which each index is the previous one plus 1.
+    breaks = [k for k in range(1, len(at)) if at[k] != at[k - 1] + 1]
+    return list(zip([0, *breaks], [*breaks, len(at)]))
+
+
+def _plain(text: str) -> str:
+    # Returns a text for a comment of C: without a backslash or a trigraph at the end of a line.
+    return re.sub(r'[^ -~]|[\\?]', '_', text)
+
+
+def _quoted(text: str) -> str:
+    # Returns a literal of C. Octal escapes have three digits, so that a digit may follow.
+    plain = (chr(k) if 32 <= k < 127 and k not in b'"\\?' else f'\\{k:03o}' for k in text.encode())
+    return f'"{"".join(plain)}"'
+
+
+def _function_ends(robot: Robot) -> dict[str, str]:
+    # Returns for each named point the end of the names of its functions.
+    ends = {name: '_of_' + re.sub(r'\W', '_', name, flags=re.ASCII) for name in robot.points[1:]}
+    if len(set(ends.values())) < len(ends):
+        raise KinematicsError(
+            f'{robot.name}: the names of points must differ in letters, digits and underscores: '
+            f'{", ".join(ends)}'
+        )
+    return ends

@@ -4,8 +4,8 @@
 Record the operations of a function by calling it with numbers that store how they were computed.
 
 The result is a list of steps without loops and branches. Equal steps are one step, and steps that
-no result needs are left out. All other changes keep the bits, too: x * 1 and x - 0 are x, x * -1
-is -x, and operations on constants are computed.
+no result needs are left out. All other changes keep the bits of finite numbers, too: operations on
+constants are computed, x * 1 and x - 0 are x, x * -1 is -x, and x + 0 * y is x if x is not -0.0.
 """
 
 from collections.abc import Mapping
@@ -22,40 +22,16 @@ class Recorded:
         An operator, the name of a function, or the name of the number, such as q[0].
     operands
         The numbers that the operation takes.
+    no_negative_zero
+        Whether the number is never -0.0. A sum is -0.0 only if both operands are.
     """
 
     __array_ufunc__ = None  # numpy's numbers then leave operations to this class
-    __slots__ = ('operands', 'operation')
+    __slots__ = ('no_negative_zero', 'operands', 'operation')
 
-    def __init__(self, operation: str, *operands: Any) -> None:
+    def __init__(self, operation: str, *operands: Any, no_negative_zero: bool = False) -> None:
         self.operation, self.operands = operation, operands
-
-    def __add__(self, other: Any) -> Any:
-        return _combined('+', self, other)
-
-    def __radd__(self, other: Any) -> Any:
-        return _combined('+', other, self)
-
-    def __sub__(self, other: Any) -> Any:
-        return _combined('-', self, other)
-
-    def __rsub__(self, other: Any) -> Any:
-        return _combined('-', other, self)
-
-    def __mul__(self, other: Any) -> Any:
-        return _combined('*', self, other)
-
-    def __rmul__(self, other: Any) -> Any:
-        return _combined('*', other, self)
-
-    def __truediv__(self, other: Any) -> Any:
-        return _combined('/', self, other)
-
-    def __neg__(self) -> 'Recorded':
-        return Recorded('-', self)
-
-    def __abs__(self) -> 'Recorded':
-        return Recorded('fabs', self)
+        self.no_negative_zero = no_negative_zero
 
     def __bool__(self) -> bool:
         raise TypeError('the function branches on a recorded number; translate it instead')
@@ -66,20 +42,56 @@ class Recorded:
     __hash__ = object.__hash__
 
 
-def _combined(operation: str, a: Any, b: Any) -> Any:
-    constants = [float(one) for one in (a, b) if not isinstance(one, Recorded)]
-    if operation == '*' and constants == [1.0]:
-        return a if isinstance(a, Recorded) else b
-    if operation == '*' and constants == [-1.0]:
-        return -(a if isinstance(a, Recorded) else b)
-    if operation == '-' and not isinstance(b, Recorded) and is_positive_zero(b):
+def never_negative_zero(value: Any) -> bool:
+    """Return whether a recorded number or a constant is never -0.0."""
+    if isinstance(value, Recorded):
+        return value.no_negative_zero
+    return float(value).hex() != '-0x0.0p+0'
+
+
+def _is_zero(value: Any) -> bool:
+    # Returns whether a value is 0.0, -0.0, or the product of one of these and a finite number.
+    if isinstance(value, Recorded):
+        return value.operation == '*' and any(map(_is_zero, value.operands))
+    return bool(value == 0.0)
+
+
+def _sum(a: Any, b: Any) -> Any:
+    for one, other in ((a, b), (b, a)):
+        if _is_zero(other) and never_negative_zero(one):
+            return one
+    safe = never_negative_zero(a) or never_negative_zero(b)
+    return Recorded('+', a, b, no_negative_zero=safe)
+
+
+def _difference(a: Any, b: Any) -> Any:
+    if _is_zero(b) and (never_negative_zero(a) or _is_positive_zero(b)):
         return a
-    return Recorded(operation, a, b)
+    return Recorded('-', a, b, no_negative_zero=never_negative_zero(a))
 
 
-def is_positive_zero(number: float) -> bool:
-    """Return whether a number is 0.0, not -0.0."""
-    return float(number).hex() == '0x0.0p+0'
+def _is_positive_zero(value: Any) -> bool:
+    return not isinstance(value, Recorded) and value == 0.0 and never_negative_zero(value)
+
+
+def _product(a: Any, b: Any) -> Any:
+    for one, other in ((a, b), (b, a)):
+        if not isinstance(one, Recorded) and abs(one) == 1.0:
+            return other if one > 0.0 else Recorded('-', other)
+    return Recorded('*', a, b)
+
+
+_OPERATIONS = {
+    'add': _sum,
+    'sub': _difference,
+    'mul': _product,
+    'truediv': lambda a, b: Recorded('/', a, b),
+    'neg': lambda a: Recorded('-', a),
+    'abs': lambda a: Recorded('fabs', a),
+}
+for _name, _operation in _OPERATIONS.items():
+    setattr(Recorded, f'__{_name}__', _operation)
+    setattr(Recorded, f'__r{_name}__', lambda a, b, by=_operation: by(b, a))
 
 
 class Steps:
@@ -112,28 +124,24 @@ class Steps:
         waiting = [value]
         while waiting:
             one = waiting[-1]
-            if not isinstance(one, Recorded) or one in self._index:
-                waiting.pop()
-                continue
-            missing = [
-                other
-                for other in reversed(one.operands)
-                if isinstance(other, Recorded) and other not in self._index
-            ]
-            waiting += missing
+            known = not isinstance(one, Recorded) or one in self._index
+            missing = [] if known else [k for k in one.operands if self._place(k) is None]
+            waiting += reversed(missing)
             if not missing:
-                operands = tuple(map(self._place, one.operands))
+                waiting.pop()
+            if not known and not missing:
+                operands = tuple(self._place(k) for k in one.operands)
                 self._index[one] = self._once(one.operation, operands)
-        return self._place(value)
+        return int(self._place(value))
 
-    def _place(self, value: Any) -> int:
+    def _place(self, value: Any) -> Any:
+        # Returns the index of the step of a value, or None if it has none yet.
         if isinstance(value, Recorded):
-            return self._index[value]
+            return self._index.get(value)
         return self._once(float(value).hex(), ())
 
-    def _once(self, operation: str, operands: tuple[int, ...]) -> int:
-        key = operation, operands
-        if key not in self._found:
-            self._found[key] = len(self.steps)
-            self.steps.append(key)
-        return self._found[key]
+    def _once(self, *step: Any) -> int:
+        if step not in self._found:
+            self._found[step] = len(self.steps)
+            self.steps.append(step)
+        return self._found[step]

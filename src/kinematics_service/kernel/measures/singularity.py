@@ -261,6 +261,32 @@ def _write_direction(
             motion[j * lanes + lane] = along[lane] * scale
 
 
+def _write_scalars(
+    n: int,
+    task: TaskRows,
+    J: Flat,
+    W: Flat,
+    spare: Flat,
+    sigma: Flat,
+    measures: Flat,
+    lanes: int,
+) -> int:
+    # Writes the scalar measures except the distance, and fills W and sigma with the singular value
+    # decomposition of the scaled J_t. Returns a bit mask. The first LANES bits are the lanes whose
+    # rank is below the generic rank, the next LANES bits those whose poses must be measured alone.
+    m = task.count
+    count, length, large = min(m, n), max(m, n), 0
+    by_determinant = m == n and task.generic_rank == n
+    if not by_determinant:
+        large = _write_volume(n, task, J, W, sigma, measures, lanes)
+    _fill_task_rows(n, task, J, W, m + n, lanes)
+    if by_determinant:
+        _write_determinant(n, W, spare, measures, lanes)
+    _scale_task_rows(n, task, W, m + n, lanes)
+    large |= _decompose(W, sigma, count, length, m + n, lanes)
+    return _write_values(task, sigma, count, measures, lanes) | large << places.LANES
+
+
 def measure_row(chain: Chain, task: TaskRows, row: Flat, measures: Flat, work: Flat) -> None:
     """Fill the singularity measures of one row of results, except the factors and the level."""
     left = [0.0] * 6
@@ -300,17 +326,8 @@ def _measure(
     motion = arrays.after(direction, 6 * lanes)
     way_out = arrays.after(motion, n * lanes)
     sigma = arrays.after(way_out, n * lanes)
-    alone = 0
-
-    by_determinant = m == n and task.generic_rank == n
-    if not by_determinant:
-        alone = _write_volume(n, task, J, W, sigma, measures, lanes)
-    _fill_task_rows(n, task, J, W, m + n, lanes)
-    if by_determinant:
-        _write_determinant(n, W, Y, measures, lanes)
-    _scale_task_rows(n, task, W, m + n, lanes)
-    alone |= _decompose(W, sigma, count, length, m + n, lanes)
-    none_left = _write_values(task, sigma, count, measures, lanes)
+    found = _write_scalars(n, task, J, W, Y, sigma, measures, lanes)
+    none_left, alone = found & ALL_LANE_BITS, found >> places.LANES
 
     singular_values.unit_rows(W, sigma, count, length, lanes)
     lost = lanes == 1 and none_left != 0

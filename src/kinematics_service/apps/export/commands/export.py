@@ -10,6 +10,7 @@ from typing import Optional
 from ....cli.options import (
     RobotArgument,
     WrongUsage,
+    flag,
     given_robot,
     option,
     refuse_robot_file,
@@ -27,7 +28,7 @@ def export(
     urdf: Optional[str] = option("Write URDF; '-': to the screen.", 'FILE'),
     cpp: Optional[str] = option("Write a C++17 header; '-': to the screen.", 'FILE'),
     c: Optional[str] = option("Write a C99 header; '-': to the screen.", 'FILE', name='--c'),
-    ros2_control: Optional[Path] = option('Write a package with a plugin.', 'FOLDER'),
+    float: bool = flag('--float', 'With numbers of type float in the header, not double.'),
 ) -> None:
     """
     Write a robot for other programs: as URDF, or as a C++ or C header.
@@ -57,6 +58,8 @@ def export(
     if len(files) != 1:
         raise WrongUsage('give one of --urdf, --cpp and --c FILE, and --ros2-control FOLDER')
     ((name, file),) = files.items()
+    if float and urdf is not None:
+        raise WrongUsage('--float is for --cpp and --c; leave it out')
     arm = given_robot(robot)
     if ros2_control is not None:
         print(f'wrote {ros2_control}: package {write_package(arm, ros2_control)}')
@@ -65,7 +68,7 @@ def export(
     if urdf is not None:
         _write_urdf(arm, urdf)
         return
-    write_document(file, header_of(arm, cpp=cpp is not None))
+    write_document(file, header_of(arm, cpp is not None, float))
     if file != '-':
         say_written(Path(file))
 
