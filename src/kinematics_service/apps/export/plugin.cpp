@@ -17,327 +17,265 @@
 
 namespace @PACKAGE@
 {
-constexpr int joints = @DOF@;  // of the whole arm
-constexpr std::array<const char *, joints> joint_names = {@JOINTS@};
+namespace arm = kinematics_@ROBOT@;
+using Eigen::Index, Eigen::Isometry3d, Eigen::Matrix, Eigen::Vector3d, Eigen::VectorXd;
+using std::string;
+using Jacobian = Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, arm::dof>;
+using Square = Matrix<double, -1, -1, Eigen::ColMajor, arm::dof, arm::dof>;
 
-// A frame of the arm. `row` is the row of the table that carries it, 0 the base. Without functions
-// its pose never changes: it is `fixed`, 3 x 4 and row-major like those of the header.
+// A frame of the arm. `row` is the row of the table that carries it, 0 for the base frame. The
+// base frame has no function: its pose is the identity.
 struct Link
 {
   const char * name;
   int row;
-  void (*pose)(const double * q, double * T);
   void (*jacobian)(const double * q, double * T, double * J);
   std::array<double, 12> fixed;
 };
-
-constexpr std::array<Link, @LINK_COUNT@> links = {{
+constexpr Link links[] = {
 @LINKS@
-}};
+};
 
 // The rows of the table in which each joint occurs, as (joint, row).
-constexpr std::array<std::array<int, 2>, @ENTRY_COUNT@> entries = {{@ENTRIES@}};
-
-inline rclcpp::Logger logger() { return rclcpp::get_logger("@PACKAGE@"); }
-
-using Positions = std::array<double, joints>;
-using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, joints>;
-using Square = Eigen::Matrix<
-  double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, joints, joints>;
-
-inline Eigen::Isometry3d isometry(const std::array<double, 12> & T)
-{
-  Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
-  result.matrix().topRows<3>() =
-    Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(T.data());
-  return result;
-}
-
-inline Eigen::Isometry3d pose_of(const Link & link, const Positions & q)
-{
-  std::array<double, 12> T = link.fixed;
-  if (link.pose) {
-    link.pose(q.data(), T.data());
-  }
-  return isometry(T);
-}
-
-// Pose and Jacobian, at the origin of the link in the axes of the arm's base frame.
-inline Eigen::Isometry3d motion_of(const Link & link, const Positions & q, Jacobian & J)
-{
-  std::array<double, 12> T = link.fixed;
-  std::array<double, 6 * joints> numbers{};
-  if (link.jacobian) {
-    link.jacobian(q.data(), T.data(), numbers.data());
-  }
-  J.resize(6, joints);
-  for (int row = 0; row < 6; ++row) {
-    for (int k = 0; k < joints; ++k) {
-      J(row, k) = numbers[static_cast<std::size_t>(row * joints + k)];
-    }
-  }
-  return isometry(T);
-}
+constexpr int entries[][2] = {@ENTRIES@};
 
 class Kinematics : public kinematics_interface::KinematicsInterface
 {
 public:
   bool initialize(
-    const std::string & robot_description,
+    const string & robot_description,
     std::shared_ptr<rclcpp::node_interfaces::NodeParametersInterface> parameters,
-    const std::string & param_namespace) override
+    const string & param_namespace) override
   {
-    initialized_ = false;
-    const std::string prefix = param_namespace.empty() ? "" : param_namespace + ".";
-    rclcpp::Parameter description("robot_description", robot_description);
-    if (
-      robot_description.empty() &&
-      !parameters->get_parameter("robot_description", description)) {
-      RCLCPP_ERROR(logger(), "parameter robot_description not set in @PACKAGE@");
-      return false;
-    }
-    for (const char * name : joint_names) {
-      if (!has_joint(description.as_string(), name)) {
-        RCLCPP_ERROR(
-          logger(), "The robot description has no joint '%s' of @ROBOT@, the arm of this plugin.",
-          name);
-        return false;
+    const string prefix = param_namespace.empty() ? "" : param_namespace + ".";
+    const auto value_of = [&](const string & name, const auto & otherwise) {
+      rclcpp::Parameter value(name, otherwise);
+      if (parameters->has_parameter(name)) {
+        parameters->get_parameter(name, value);
       }
+      return value;
+    };
+    tip_ = nullptr;
+    string text = robot_description;
+    if (text.empty()) {
+      text = value_of("robot_description", string()).as_string();
     }
-    rclcpp::Parameter alpha("alpha", 0.000005), tip("tip", ""), base("base", "");
-    if (parameters->has_parameter(prefix + "alpha")) {
-      parameters->get_parameter(prefix + "alpha", alpha);
+    if (text.empty()) {
+      return refused("parameter robot_description not set in @PACKAGE@");
+    }
+    for (const string name : arm::joint_names) {
+      const bool found = text.find('"' + name + '"') != string::npos ||
+                         text.find("'" + name + "'") != string::npos;
+      if (!found) {
+        return refused(
+          "The robot description has no joint '" + name + "' of @ROBOT@, the arm of this plugin.");
+      }
     }
     if (!parameters->has_parameter(prefix + "tip")) {
-      RCLCPP_ERROR(logger(), "Failed to find end effector name parameter [tip].");
-      return false;
+      return refused("Failed to find end effector name parameter [tip].");
     }
-    parameters->get_parameter(prefix + "tip", tip);
-    if (parameters->has_parameter(prefix + "base")) {
-      parameters->get_parameter(prefix + "base", base);
-    }
-    alpha_ = alpha.as_double();
-    base_ = base.as_string().empty() ? &links[0] : find(base.as_string());
-    tip_ = find(tip.as_string());
-    if (!base_ || !tip_) {
-      RCLCPP_ERROR(
-        logger(), "failed to find chain from robot root '%s' to end effector '%s'",
-        base.as_string().c_str(), tip.as_string().c_str());
-      return false;
+    alpha_ = value_of(prefix + "alpha", 0.000005).as_double();
+    const string base = value_of(prefix + "base", string()).as_string();
+    const string tip = value_of(prefix + "tip", string()).as_string();
+    base_ = base.empty() ? &links[0] : find(base);
+    tip_ = base_ ? find(tip) : nullptr;
+    if (!tip_) {
+      return refused(
+        "failed to find chain from robot root '" + base + "' to end effector '" + tip + "'");
     }
     moving_.clear();
-    for (int k = 0; k < joints; ++k) {
-      for (const auto & entry : entries) {
-        if (entry[0] == k && above() < entry[1] && entry[1] <= below()) {
-          moving_.push_back(k);
-          break;
-        }
+    for (int k = 0; k < arm::dof; ++k) {
+      if (std::any_of(std::begin(entries), std::end(entries), [&](const int (&entry)[2]) {
+            return entry[0] == k && above() < entry[1] && entry[1] <= below();
+          })) {
+        moving_.push_back(k);
       }
     }
-    initialized_ = true;
+    if (base_->row > tip_->row) {
+      std::reverse(moving_.begin(), moving_.end());
+    }
     return true;
   }
 
   bool convert_cartesian_deltas_to_joint_deltas(
-    const Eigen::VectorXd & joint_pos, const Eigen::Matrix<double, 6, 1> & delta_x,
-    const std::string & link_name, Eigen::VectorXd & delta_theta) override
+    const VectorXd & joint_pos, const Matrix<double, 6, 1> & delta_x, const string & link_name,
+    VectorXd & delta_theta) override
   {
-    const Link * link = verified(joint_pos, link_name);
-    if (!link || !is_joint_vector(delta_theta)) {
-      return refused(FUNCTION_SIGNATURE);
-    }
-    Jacobian J;
-    motion(joint_pos, *link, J);
-    delta_theta.noalias() = damped(J).lazyProduct(J.transpose().lazyProduct(delta_x).eval());
-    return true;
+    return run(
+      joint_pos, link_name, FUNCTION_SIGNATURE, [&] { return is_joint_vector(delta_theta); },
+      [&](const Isometry3d &, const Jacobian & J) {
+        delta_theta = damped(J).lazyProduct(J.transpose().lazyProduct(delta_x).eval());
+      });
   }
 
   bool convert_joint_deltas_to_cartesian_deltas(
-    const Eigen::VectorXd & joint_pos, const Eigen::VectorXd & delta_theta,
-    const std::string & link_name, Eigen::Matrix<double, 6, 1> & delta_x) override
+    const VectorXd & joint_pos, const VectorXd & delta_theta, const string & link_name,
+    Matrix<double, 6, 1> & delta_x) override
   {
-    const Link * link = verified(joint_pos, link_name);
-    if (!link || !is_joint_vector(delta_theta)) {
-      return refused(FUNCTION_SIGNATURE);
-    }
-    Jacobian J;
-    motion(joint_pos, *link, J);
-    delta_x = J.lazyProduct(delta_theta);
-    return true;
+    return run(
+      joint_pos, link_name, FUNCTION_SIGNATURE, [&] { return is_joint_vector(delta_theta); },
+      [&](const Isometry3d &, const Jacobian & J) { delta_x = J.lazyProduct(delta_theta); });
   }
 
   bool calculate_link_transform(
-    const Eigen::VectorXd & joint_pos, const std::string & link_name,
-    Eigen::Isometry3d & transform) override
+    const VectorXd & joint_pos, const string & link_name, Isometry3d & transform) override
   {
-    const Link * link = verified(joint_pos, link_name);
-    if (!link) {
-      return refused(FUNCTION_SIGNATURE);
-    }
-    const Positions q = positions(joint_pos);
-    transform = pose_of(*link, q);
-    if (base_ != &links[0]) {
-      transform = pose_of(*base_, q).inverse() * transform;
-    }
-    return true;
+    return run(
+      joint_pos, link_name, FUNCTION_SIGNATURE, [] { return true; },
+      [&](const Isometry3d & T, const Jacobian &) { transform = T; });
   }
 
   bool calculate_jacobian(
-    const Eigen::VectorXd & joint_pos, const std::string & link_name,
-    Eigen::Matrix<double, 6, Eigen::Dynamic> & jacobian) override
+    const VectorXd & joint_pos, const string & link_name,
+    Matrix<double, 6, Eigen::Dynamic> & jacobian) override
   {
-    const Link * link = verified(joint_pos, link_name);
-    if (!link || !is_of_size(jacobian.rows(), jacobian.cols(), 6, size())) {
-      return refused(FUNCTION_SIGNATURE);
-    }
-    Jacobian J;
-    motion(joint_pos, *link, J);
-    jacobian = J;
-    return true;
+    return run(
+      joint_pos, link_name, FUNCTION_SIGNATURE, [&] { return is_of_size(jacobian, 6, size()); },
+      [&](const Isometry3d &, const Jacobian & J) { jacobian = J; });
   }
 
   bool calculate_jacobian_inverse(
-    const Eigen::VectorXd & joint_pos, const std::string & link_name,
-    Eigen::Matrix<double, Eigen::Dynamic, 6> & jacobian_inverse) override
+    const VectorXd & joint_pos, const string & link_name,
+    Matrix<double, Eigen::Dynamic, 6> & inverse) override
   {
-    const Link * link = verified(joint_pos, link_name);
-    if (
-      !link || !is_of_size(jacobian_inverse.rows(), jacobian_inverse.cols(), size(), 6)) {
-      return refused(FUNCTION_SIGNATURE);
-    }
-    Jacobian J;
-    motion(joint_pos, *link, J);
-    jacobian_inverse.noalias() = damped(J).lazyProduct(J.transpose());
-    return true;
+    return run(
+      joint_pos, link_name, FUNCTION_SIGNATURE, [&] { return is_of_size(inverse, size(), 6); },
+      [&](const Isometry3d &, const Jacobian & J) {
+        inverse = damped(J).lazyProduct(J.transpose());
+      });
   }
 
   // A virtual function of kinematics_interface 2 (Kilted and later), which Jazzy does not have.
   bool calculate_frame_difference(
-    Eigen::Matrix<double, 7, 1> & x_a, Eigen::Matrix<double, 7, 1> & x_b, double dt,
-    Eigen::Matrix<double, 6, 1> & delta_x)
+    Matrix<double, 7, 1> & x_a, Matrix<double, 7, 1> & x_b, double dt,
+    Matrix<double, 6, 1> & delta_x)
   {
     if (dt < 0) {
-      RCLCPP_ERROR(logger(), "The period (%f) must be a non-negative number", dt);
-      return refused(FUNCTION_SIGNATURE);
+      return refused("The period (" + std::to_string(dt) + ") must be a non-negative number") ||
+             refused(FUNCTION_SIGNATURE);
     }
-    const Eigen::Quaterniond a(x_a(6), x_a(3), x_a(4), x_a(5));
-    const Eigen::Quaterniond b(x_b(6), x_b(3), x_b(4), x_b(5));
+    const Eigen::Quaterniond a(x_a(6), x_a(3), x_a(4), x_a(5)), b(x_b(6), x_b(3), x_b(4), x_b(5));
     const Eigen::AngleAxisd turn(b * a.inverse());
-    delta_x.head<3>() = (x_b.head<3>() - x_a.head<3>()) / dt;
-    delta_x.tail<3>() = turn.axis() * (turn.angle() / dt);
+    delta_x << (x_b.head<3>() - x_a.head<3>()) / dt, turn.axis() * (turn.angle() / dt);
     return true;
   }
 
 private:
-  static bool has_joint(const std::string & description, const std::string & name)
+  static bool refused(const string & reason)
   {
-    return description.find('"' + name + '"') != std::string::npos ||
-           description.find("'" + name + "'") != std::string::npos;
+    RCLCPP_ERROR(rclcpp::get_logger("@PACKAGE@"), "%s", reason.c_str());
+    return false;
   }
 
-  static const Link * find(const std::string & name)
+  static const Link * find(const string & name)
   {
-    for (const Link & link : links) {
-      if (name == link.name) {
-        return &link;
-      }
-    }
-    return nullptr;
+    const auto found = std::find_if(
+      std::begin(links), std::end(links), [&](const Link & link) { return name == link.name; });
+    return found == std::end(links) ? nullptr : found;
   }
 
   // The chain of the parameters base and tip has the rows above() + 1 to below() of the table.
   int above() const { return std::min(base_->row, tip_->row); }
   int below() const { return std::max(base_->row, tip_->row); }
+  Index size() const { return static_cast<Index>(moving_.size()); }
+
   bool is_in_chain(const Link & link) const
   {
     return &link == base_ || (above() <= link.row && link.row <= below());
   }
 
-  Eigen::Index size() const { return static_cast<Eigen::Index>(moving_.size()); }
-
-  const Link * verified(const Eigen::VectorXd & joint_pos, const std::string & link_name) const
+  bool is_joint_vector(const VectorXd & vector) const
   {
-    if (!initialized_) {
-      RCLCPP_ERROR(
-        logger(),
-        "The @PACKAGE@ plugin was not initialized. Ensure you called the initialize method.");
-      return nullptr;
-    }
-    if (!is_joint_vector(joint_pos)) {
-      return nullptr;
-    }
-    const Link * link = find(link_name);
+    return vector.size() == size() ||
+           refused(
+             "Invalid joint vector size (" + std::to_string(vector.size()) +
+             "). Expected size is " + std::to_string(size()) + ".");
+  }
+
+  template <class AnyMatrix>
+  static bool is_of_size(const AnyMatrix & matrix, Index rows, Index columns)
+  {
+    const auto text = [](Index m, Index n) {
+      return "(" + std::to_string(m) + ", " + std::to_string(n) + ")";
+    };
+    return (matrix.rows() == rows && matrix.cols() == columns) ||
+           refused(
+             "The size of the jacobian " + text(matrix.rows(), matrix.cols()) +
+             " does not match the required size of " + text(rows, columns));
+  }
+
+  bool is_link(const string & name) const
+  {
+    const Link * link = find(name);
     if (link && is_in_chain(*link)) {
-      return link;
+      return true;
     }
-    std::string names;
+    string names;
     for (const Link & other : links) {
-      names += is_in_chain(other) ? std::string("\n") + other.name : "";
+      names += is_in_chain(other) ? string("\n") + other.name : "";
     }
-    RCLCPP_ERROR(
-      logger(), "The link %s was not found in the robot chain. Available links are: %s",
-      link_name.c_str(), names.c_str());
-    return nullptr;
+    return refused(
+      "The link " + name + " was not found in the robot chain. Available links are: " + names);
   }
 
-  bool is_joint_vector(const Eigen::VectorXd & vector) const
+  // Check the input, and call `use` with pose and Jacobian of a link in the base of the chain.
+  template <class Fits, class Use>
+  bool run(
+    const VectorXd & joint_pos, const string & link_name, const char * function, Fits fits,
+    Use use) const
   {
-    if (vector.size() != size()) {
-      RCLCPP_ERROR(
-        logger(), "Invalid joint vector size (%td). Expected size is %td.", vector.size(), size());
-      return false;
+    if (!tip_) {
+      refused("The @PACKAGE@ plugin was not initialized. Ensure you called the initialize method.");
     }
-    return true;
-  }
-
-  static bool is_of_size(
-    Eigen::Index rows, Eigen::Index columns, Eigen::Index due_rows, Eigen::Index due_columns)
-  {
-    if (rows != due_rows || columns != due_columns) {
-      RCLCPP_ERROR(
-        logger(), "The size of the jacobian (%td, %td) does not match the required size of "
-        "(%td, %td)", rows, columns, due_rows, due_columns);
-      return false;
+    if (!tip_ || !is_joint_vector(joint_pos) || !is_link(link_name) || !fits()) {
+      return refused(string("Input verification failed in '") + function + "'");
     }
-    return true;
-  }
-
-  static bool refused(const char * function)
-  {
-    RCLCPP_ERROR(logger(), "Input verification failed in '%s'", function);
-    return false;
-  }
-
-  // Return the positions of all joints. Those outside the chain move none of its links.
-  Positions positions(const Eigen::VectorXd & joint_pos) const
-  {
-    Positions q{};
-    for (std::size_t i = 0; i < moving_.size(); ++i) {
-      q[static_cast<std::size_t>(moving_[i])] = joint_pos[static_cast<Eigen::Index>(i)];
+    std::array<double, arm::dof> q{};  // joints outside the chain move none of its links
+    for (Index i = 0; i < size(); ++i) {
+      q[joint(i)] = joint_pos[i];
     }
-    return q;
-  }
-
-  // Compute the Jacobian of a link relative to the base of the chain, in the axes of that base.
-  void motion(const Eigen::VectorXd & joint_pos, const Link & link, Jacobian & result) const
-  {
-    const Positions q = positions(joint_pos);
-    Jacobian J, J_base;
-    const Eigen::Isometry3d T = motion_of(link, q, J);
+    Jacobian J, J_base, result(6, size());
+    Isometry3d T = motion_of(*find(link_name), q.data(), J);
     if (base_ != &links[0]) {
-      const Eigen::Isometry3d T_base = motion_of(*base_, q, J_base);
+      const Isometry3d T_base = motion_of(*base_, q.data(), J_base);
       const Eigen::Matrix3d R = T_base.linear().transpose();
-      const Eigen::Vector3d arm = T.translation() - T_base.translation();
-      for (int k = 0; k < joints; ++k) {
-        const Eigen::Vector3d v = J_base.col(k).head<3>(), w = J_base.col(k).tail<3>();
-        J.col(k).head<3>() = R * (J.col(k).head<3>() - v - w.cross(arm)).eval();
+      const Vector3d offset = T.translation() - T_base.translation();
+      for (int k = 0; k < arm::dof; ++k) {
+        const Vector3d v = J_base.col(k).head<3>(), w = J_base.col(k).tail<3>();
+        J.col(k).head<3>() = R * (J.col(k).head<3>() - v - w.cross(offset)).eval();
         J.col(k).tail<3>() = R * (J.col(k).tail<3>() - w).eval();
       }
+      T = T_base.inverse() * T;
     }
-    result.resize(6, size());
-    for (std::size_t i = 0; i < moving_.size(); ++i) {
-      result.col(static_cast<Eigen::Index>(i)) = J.col(moving_[i]);
+    for (Index i = 0; i < size(); ++i) {
+      result.col(i) = J.col(moving_[static_cast<std::size_t>(i)]);
     }
+    if (!T.matrix().allFinite() || !result.allFinite()) {
+      return refused("The joint positions are not finite, or no closed loop of @ROBOT@ fits them.");
+    }
+    use(T, result);
+    return true;
+  }
+
+  std::size_t joint(Index i) const
+  {
+    return static_cast<std::size_t>(moving_[static_cast<std::size_t>(i)]);
+  }
+
+  // Return pose and Jacobian, at the origin of the link in the axes of the arm's base frame.
+  static Isometry3d motion_of(const Link & link, const double * q, Jacobian & J)
+  {
+    double T[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, numbers[6 * arm::dof] = {};
+    if (link.jacobian) {
+      link.jacobian(q, T, numbers);
+    }
+    J.resize(6, arm::dof);
+    for (int k = 0; k < 6 * arm::dof; ++k) {
+      J(k / arm::dof, k % arm::dof) = numbers[k];
+    }
+    Isometry3d pose = Isometry3d::Identity();
+    pose.affine() = Eigen::Map<const Matrix<double, 3, 4, Eigen::RowMajor>>(T);
+    return pose;
   }
 
   // Return (J^T J + alpha I)^-1.
@@ -348,11 +286,10 @@ private:
     return A.inverse();
   }
 
-  bool initialized_ = false;
-  double alpha_ = 0.000005;
-  const Link * base_ = &links[0];
-  const Link * tip_ = &links[0];
-  std::vector<int> moving_;  // the joints between base and tip
+  double alpha_ = 0.0;
+  const Link * base_ = nullptr;
+  const Link * tip_ = nullptr;  // nullptr until the plugin is initialized
+  std::vector<int> moving_;     // the joints between base and tip, from base to tip
 };
 }  // namespace @PACKAGE@
 

@@ -131,19 +131,13 @@ def package_files(robot: Robot) -> dict[str, str]:
     """
     package = f'kinematics_interface_{robot.name.lower()}'
     links = list(_links(robot))
-    headers = {f'include/{package}/{link.file}': link.header for link in links if link.header}
-    entries = list(_entries(robot))
     values = {
         'PACKAGE': package,
         'ROBOT': robot.name,
         'DOF': str(robot.dof),
         'ABOUT': f'{robot.name}, made by kinematics_service {__version__}',
-        'INCLUDES': '\n'.join(f'#include "{path.removeprefix("include/")}"' for path in headers),
-        'JOINTS': ', '.join(map(_quoted, robot.joint_names)),
-        'LINK_COUNT': str(len(links)),
-        'LINKS': ',\n'.join(f'  {link.initializer}' for link in links),
-        'ENTRY_COUNT': str(len(entries)),
-        'ENTRIES': ', '.join(f'{{{joint}, {row}}}' for joint, row in entries),
+        'LINKS': ',\n'.join(f'  {{{_quoted(name)}, {rest}}}' for name, rest in links),
+        'ENTRIES': ', '.join(f'{{{joint}, {row}}}' for joint, row in _entries(robot)),
     }
     plugin = files(__package__).joinpath('plugin.cpp').read_text(encoding='utf-8')
     in_xml = {key: escape(value) for key, value in values.items()}
@@ -165,29 +159,13 @@ class _PluginLink(NamedTuple):
     initializer: str
 
 
-def _links(robot: Robot) -> Iterator[_PluginLink]:
-    # Yield the base, the tool and the points of an arm. Those that no joint moves have no header.
-    description = robot.description
-    yield _still(robot.base_frame, 0, np.eye(4))
-    yield _moved(robot, robot.tool_frame, robot.rows)
-    for point in description.points:
-        if robot.point(point.name).chain.entries:
-            yield _moved(robot.ending_at(point.name), point.name, point.row)
-        else:
-            T = forward_kinematics(robot, np.zeros(robot.dof), of=point.name)
-            yield _still(point.name, point.row, T)
-
-
-def _moved(end: Robot, name: str, row: int) -> _PluginLink:
-    space = f'kinematics_{end.name}'
-    calls = f'{space}::pose, {space}::jacobian'
-    initializer = f'{{{_quoted(name)}, {row}, {calls}, {{}}}}'
-    return _PluginLink(name, f'{end.name}.hpp', header_of(end, cpp=True), initializer)
-
-
-def _still(name: str, row: int, T: Floats) -> _PluginLink:
-    numbers = ', '.join(map(repr, T[:3].ravel().tolist()))
-    return _PluginLink(name, '', '', f'{{{_quoted(name)}, {row}, nullptr, nullptr, {{{{{numbers}}}}}}}')
+def _links(robot: Robot) -> Iterator[tuple[str, str]]:
+    # Yield name and other values of each Link of plugin.cpp: the base, the tool and the points.
+    yield robot.base_frame, '0, nullptr'
+    yield robot.tool_frame, f'{robot.rows}, arm::jacobian'
+    for point in robot.description.points:
+        end = re.sub(r'\W', '_', point.name, flags=re.ASCII)  # as header.py names functions
+        yield point.name, f'{point.row}, arm::jacobian_of_{end}'
 
 
 def _entries(robot: Robot) -> Iterator[tuple[int, int]]:
