@@ -3,16 +3,19 @@
 """The headers of `export --cpp` and `--c` give the kernel's results, bit for bit."""
 
 import ctypes
+import re
 import shutil
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from arms import DISTINCT_MACHINES
+from arms import DISTINCT, DISTINCT_BUNDLED, DISTINCT_MACHINES, arm_of
 from tolerances import ROUND_OFF
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.apps.export.header import header_of
 from kinematics_service.robot.task import generic_poses
 
 WARNINGS = ('-Wall', '-Wextra', '-Wconversion', '-Wpedantic', '-Werror')
@@ -31,11 +34,11 @@ BATCH = """
 #else
 #define ARM_factors(q, values) ARM(factors)(q, values)
 #endif
-{head}void batch(const double *q, const double *qdot, int count, double *T, double *J, double *V,
-    double *F, double *values, double *J_tool, double *measures)
+{head}void batch(const REAL *q, const REAL *qdot, int count, REAL *T, REAL *J, REAL *V,
+    REAL *F, REAL *values, REAL *J_tool, REAL *measures)
 {{
     for (int k = 0; k < count; ++k) {{
-        double P[12], unequal = 0;
+        REAL P[12], unequal = 0;
         ARM(jacobian)(q, T, J);
         ARM(pose)(q, P);
         for (int i = 0; i < 12; ++i) {{
@@ -48,9 +51,9 @@ BATCH = """
         ARM(frames)(q, F);
         ARM_factors(q, values);
         ARM(in_axes_of)(T, J, J_tool);
-        measures[0] = ARM(manipulability)(J);
-        measures[1] = ARM(smallest_singular_value)(J);
-        measures[2] = unequal + ARM(self_test)();
+        measures[0] = (REAL)ARM(manipulability)(J);
+        measures[1] = (REAL)ARM(smallest_singular_value)(J);
+        measures[2] = unequal + (REAL)ARM(self_test)();
         q += ARM(dof), qdot += ARM(dof), T += 12, J += 6 * ARM(dof), V += 6;
         F += 12 * ARM(frame_count), values += ARM(factor_count), J_tool += 6 * ARM(dof);
         measures += 3;
@@ -63,10 +66,10 @@ def bits(numbers):
     return np.ascontiguousarray(numbers, dtype=float).view(np.int64)
 
 
-def program(folder, file, option):
+def program(folder, file, option, *others):
     """Write the header of a robot and a program with it, and return robot and program."""
     header = folder / 'arm.h'
-    assert main(['export', str(file), option, str(header)]) == 0
+    assert main(['export', str(file), option, str(header), *others]) == 0
     robot, cpp = ks.load_robot(file), option == '--cpp'
     space = f'kinematics_{robot.name}'
     text = BATCH.format(
@@ -75,25 +78,32 @@ def program(folder, file, option):
     source = folder / f'batch.{"cpp" if cpp else "c"}'
     count = len(robot.singularity.factors.ends)
     name = 'name' if cpp else f'{space}_##name'
-    source.write_text(f'#define ARM(name) {name}\n#define FACTORS {count}\n{text}')
+    real = 'float' if others else 'double'
+    given = {'ARM(name)': name, 'FACTORS': count, 'REAL': real}
+    defined = ''.join(f'#define {key} {value}\n' for key, value in given.items())
+    source.write_text(defined + text)
     return robot, source
 
 
-def compiled(folder, file, compiler, *flags):
-    """Return robot and library of a header, compiled without a warning."""
+def linked(source, compiler):
+    """Return the library of a program, compiled without a warning."""
     if not shutil.which(compiler):
         pytest.skip(f'{compiler} is not installed')
-    option, standard = COMPILERS[compiler]
-    robot, source = program(folder, file, option)
-    library = folder / 'batch.so'
-    flags = [standard, '-O2', '-ffp-contract=off', '-shared', '-fPIC', *WARNINGS, *flags]
+    library = source.with_suffix('.so')
+    flags = [COMPILERS[compiler][1], '-O2', '-march=native', '-shared', '-fPIC', *WARNINGS]
     command = [compiler, *flags, str(source), '-o', str(library), '-lm']
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    return robot, ctypes.CDLL(str(library))
+    return ctypes.CDLL(str(library))
 
 
-def results(robot, library, q, qdot):
+def compiled(folder, file, compiler):
+    """Return robot and library of a header."""
+    robot, source = program(folder, file, COMPILERS[compiler][0])
+    return robot, linked(source, compiler)
+
+
+def results(robot, library, q, qdot, kind=np.float64):
     """Return all results of a header at some positions."""
     count, n = q.shape
     shapes = {
@@ -105,16 +115,21 @@ def results(robot, library, q, qdot):
         'tool_jacobian': (6, n),
         'measures': (3,),
     }
-    found = {name: np.zeros((count, *shape)) for name, shape in shapes.items()}
+    found = {name: np.zeros((count, *shape), kind) for name, shape in shapes.items()}
     arrays = [one.ctypes.data_as(ctypes.c_void_p) for one in (q, qdot, *found.values())]
     library.batch(*arrays[:2], count, *arrays[2:])
     return found
 
 
+def inside(robot, count):
+    """Return positions inside the limits at which closed loops close."""
+    return generic_poses(robot.chain, robot.limits, robot.prismatic)[:count]
+
+
 def positions(robot, count):
     """Return positions in all turns, with zeros, -0.0, quarter turns, denormals and huge ones."""
     if robot.chain.loops:
-        return generic_poses(robot.chain, robot.limits, robot.prismatic)[:count]
+        return inside(robot, count)
     q = np.random.default_rng(7).uniform(-7, 7, (count, robot.dof))
     q[:5], q[5:10] = 0.0, -0.0
     q[10:60] = np.round(q[10:60]) * (np.pi / 2)
@@ -156,3 +171,138 @@ def test_the_results_have_the_bits_of_the_kernel(tmp_path, name, compiler):
     near = np.abs(q).max(axis=1) < 10
     in_tool_axes = ks.jacobian(robot, q[near], axes='tool')
     assert np.abs(found['tool_jacobian'][near] - in_tool_axes).max() < ROUND_OFF
+
+
+@pytest.mark.parametrize('name', [one for one in DISTINCT if '-' in one])
+def test_arms_of_every_convention_have_the_bits(tmp_path, name):
+    file = tmp_path / 'random.yaml'
+    # Two headers with one name in one process would share their functions.
+    file.write_text(re.sub('robot: .*', f'robot: {name.replace("-", "_")}', arm_of(name).text()))
+    robot, library = compiled(tmp_path, file, 'g++')
+    q = positions(robot, 300)
+    found = results(robot, library, q, q)
+    assert np.array_equal(bits(found['pose']), bits(ks.forward_kinematics(robot, q)[:, :3]))
+    assert np.array_equal(bits(found['jacobian']), bits(ks.jacobian(robot, q)))
+    assert np.array_equal(bits(found['frames']), bits(ks.link_frames(robot, q)[:, :, :3]))
+    assert not np.any(found['measures'][:, 2])
+
+
+POINTS = """\
+robot: 2_points
+source: 'a path ends in \\, a question ??/'
+convention: modified
+base: {frame: base, xyz: [0.1, 0.2, 0.3], rpy: [0.1, 0, 1]}
+tool: {frame: tool, xyz: [0.05, 0, 0.1], rpy: [0, 0.4, 0]}
+joints:
+  - {name: 'a "first"\\??/', variable: q1, type: revolute, limits: [-2, 2]}
+  - {name: slide, variable: q2, type: prismatic, limits: [0, 1]}
+  - {name: q3, type: helical, limits: [-3, 3]}
+links:
+  - {a: 0, alpha: 0, d: 0.3, theta: q1}
+  - {a: 0.2, alpha: pi/2, d: q2, theta: 0.1}
+  - {a: 0.3, alpha: 1, d: 0.02*q3, theta: q3 + 0.1*q1}
+points:
+  elbow: {row: 1, xyz: [0.1, 0, 0]}
+  while: {row: 3, xyz: [0, 0.2, 0], rpy: [1, 0, 0]}
+"""
+
+
+def test_points_have_functions_of_their_own(tmp_path):
+    file = tmp_path / 'points.yaml'
+    file.write_text(POINTS)
+    robot, source = program(tmp_path, file, '--cpp')
+    source.write_text(
+        source.read_text().replace('ARM(jacobian)(q, T, J);', 'ARM(jacobian_of_while)(q, T, J);')
+    )
+    library = linked(source, 'g++')
+    q = positions(robot, 200)
+    found = results(robot, library, q, q)
+    T, J = ks.forward_kinematics(robot, q, of='while')[:, :3], ks.jacobian(robot, q, of='while')
+    assert np.array_equal(bits(found['pose']), bits(T))
+    assert np.array_equal(bits(found['jacobian']), bits(J))
+    assert 'void jacobian_of_elbow(' in (tmp_path / 'arm.h').read_text()
+
+
+FACTORS = """\
+robot: {name}
+convention: standard
+joints: [{name: q1, type: revolute}, {name: q2, type: revolute}]
+links: [{a: 1, alpha: 0, d: 0, theta: q1}, {a: 1, alpha: 0, d: 0, theta: q2}]
+singularity:
+  factors:
+    - {name: plain, expression: sin(q2)}
+    - {name: other, expression: "{text}"}
+"""
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        'sin(sin(q2))*(2 + cos(cos(q1)))',
+        'sin(q2)/(2 + cos(q1))',
+        'sin(q2)*sqrt(2 + cos(q1))',
+        'atan2(sin(q2), 3 + cos(q1))',
+    ],
+)
+def test_factors_may_have_every_operation(tmp_path, text):
+    file = tmp_path / 'factors.yaml'
+    name = f'factors_{abs(hash(text))}'
+    file.write_text(FACTORS.replace('{text}', text).replace('{name}', name))
+    robot, library = compiled(tmp_path, file, 'g++')
+    q = positions(robot, 200)
+    found = results(robot, library, q, q)['factors']
+    assert np.array_equal(bits(found), bits(robot.singularity.factors.evaluate(q)[..., 0]))
+
+
+@pytest.mark.parametrize('name', ['rrp_elementary', 'parallelogram_left', 'five_bar'])
+def test_results_are_nan_if_a_position_is_not_finite(tmp_path, name):
+    robot, library = compiled(tmp_path, name, 'g++')
+    q = np.zeros((3 * robot.dof, robot.dof))
+    for k, row in enumerate(q):
+        row[k % robot.dof] = (np.nan, np.inf, -np.inf)[k // robot.dof]
+    found = results(robot, library, q, np.zeros_like(q))
+    assert all(np.all(np.isnan(found[what])) for what in ('pose', 'jacobian', 'frames', 'twist'))
+
+
+@pytest.mark.parametrize('compiler', ['g++', 'gcc'])
+@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
+def test_float_has_the_error_that_it_states(tmp_path, name, compiler):
+    robot, source = program(tmp_path, name, COMPILERS[compiler][0], '--float')
+    library = linked(source, compiler)
+    q = inside(robot, 1000).astype(np.float32)
+    found = results(robot, library, q, q, np.float32)
+    stated = re.search(
+        r'by at most (\S+) in T and\n// (\S+) in J', (tmp_path / 'arm.h').read_text()
+    )
+    T, J = ks.forward_kinematics(robot, q)[:, :3], ks.jacobian(robot, q)
+    for what, exact, bound in (('pose', T, stated[1]), ('jacobian', J, stated[2])):
+        error = np.abs(found[what] - exact).max()
+        assert float(bound) / 8 < error <= float(bound)
+    assert not np.any(found['measures'][:, 2])
+
+
+def test_what_has_no_header_is_refused_in_a_sentence(tmp_path, capsys):
+    file, header = tmp_path / 'points.yaml', tmp_path / 'arm.h'
+    file.write_text(POINTS)
+    refused = {
+        ('five_bar', '--c', str(header), '--float'): 'closed loops',
+        ('ur5e', '--urdf', str(header), '--float'): '--float is for --cpp and --c',
+        ('ur5e', '--cpp', str(header), '--c', str(header)): 'give one of --urdf',
+        (str(file), '--cpp', str(file)): 'is the robot file itself',
+    }
+    for arguments, words in refused.items():
+        assert main(['export', *arguments]) in (1, 2)
+        said = ' '.join(capsys.readouterr().err.split())
+        assert words in said
+        assert 'Traceback' not in said
+    assert not header.exists()
+
+
+def test_points_whose_functions_would_have_one_name_are_refused():
+    robot = ks.robot_from_text(POINTS)
+    points = [
+        replace(point, name=name) for point, name in zip(robot.description.points, ('a/b', 'a_b'))
+    ]
+    robot = replace(robot, description=replace(robot.description, points=tuple(points)))
+    with pytest.raises(ks.KinematicsError, match='names of points must differ'):
+        header_of(robot, cpp=True)

@@ -220,8 +220,8 @@ class Header:
             'before': before,
             'prefix': f'{before}detail_',
             'std': 'std::' if cpp else '',
-            'head': 'inline ' if cpp else 'static inline ',
-            'constant': 'inline constexpr' if cpp else 'static const',
+            'head': 'static inline ',
+            'constant': 'constexpr' if cpp else 'static const',
             'void': '' if cpp else 'void',
             'f': '' if cpp else 'f',
             'real': real,
@@ -278,7 +278,7 @@ class Header:
         robot, before, factors = self.robot, self.words['before'], self.robot.singularity.factors
         names = factors.names[: len(factors.ends)]
         counts = {'dof': self.dof, 'frame_count': robot.chain.frames, 'factor_count': len(names)}
-        form = 'inline constexpr int {} = {};'
+        form = 'constexpr int {} = {};'
         if not self.cpp:
             form = f'enum {{{{ {before}{{}} = {{}} }}}};'
         lines = [form.format(name, count) for name, count in counts.items()]
