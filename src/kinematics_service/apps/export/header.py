@@ -4,19 +4,21 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from functools import cache
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
 
 from ... import kernel
 from ...errors import KinematicsError
-from ...kernel import Chain
+from ...kernel import Chain, Floats
 from ...kinematics.forward import forward_kinematics, jacobian
 from ...robot.robot import Robot
 from ...robot.task import generic_poses
 from ...version import __version__
 from .kernel_source import copied, replaced, source
-from .straight_code import array, in_single_precision, lines_of, partial, sincos
+from .straight_code import array, lines_of, partial, sincos
 from .tables import Tables, fields_of
 from .translation import Translation, literal, wrapped
 
@@ -25,157 +27,13 @@ SELF_TEST_POSES = 3
 # and other sines in the C library may have a larger one.
 ERROR_MARGIN = 2.0
 
-HEAD = """\
-// {robot}: kinematics in {language}, written by kinematics_service {version}.
-// {source}
-//
-// q: {dof} joint positions ({units}): {joints}.
-// T: the pose of a frame in the base frame, 3 x 4 numbers row by row; lengths in m.
-// J: the Jacobian of this frame, 6 x {dof} numbers row by row: vx vy vz wx wy wz of its origin,
-// in base axes.
-// twist: vx vy vz wx wy wz of the tool, likewise.
-// The arrays of a call must not overlap.
-//
-// {precision}
-// If a joint position is not finite{or_loop}, all results of a function are NaN.
-// Self-test: {before}self_test() returns the number of wrong numbers at {poses} poses.
-#ifndef {guard}
-#define {guard}
 
-{includes}
-
-#if defined(__FAST_MATH__) || FLT_EVAL_METHOD == 2 || FLT_EVAL_METHOD < 0
-#error "compile without -ffast-math, and for a processor that does not widen numbers"
-#endif
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#elif defined(__GNUC__)
-#pragma GCC push_options
-#pragma GCC optimize("fp-contract=off")
-#endif
-{space}
-"""
-END = """
-{end}#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC pop_options
-#endif
-
-#endif
-"""
-DOUBLE = """\
-Every result has the bits of kinematics_service. g++ and clang++ fuse no operations here; give
-// other compilers an option like -ffp-contract=off. Beyond {largest} rad, sine and cosine are
-// those of the C library."""
-FLOAT = """\
-Numbers are float. They differ from those of kinematics_service by at most {pose_error} in T and
-// {jacobian_error} in J, for joint positions inside the limits: twice the largest difference at
-// 1000 poses."""
-# Functions without a counterpart in the kernel.
-BASICS = """
-typedef struct {{ double at[2]; }} {prefix}pair;
-typedef struct {{ double at[3]; }} {prefix}triple;
-
-{head}int {prefix}all_finite(const {real} *numbers, int count)
-{{
-    {real} nothing = 0;
-    for (int k = 0; k < count; ++k) {{
-        nothing += 0 * numbers[k];
-    }}
-    return nothing == 0;
-}}
-
-{head}void {prefix}no_result({real} *results, int count)
-{{
-    for (int k = 0; k < count; ++k) {{
-        results[k] = NAN;
-    }}
-}}
-
-{head}void {prefix}copy(double *to, int count, const double *numbers)
-{{
-    for (int k = 0; k < count; ++k) {{
-        to[k] = numbers[k];
-    }}
-}}
-
-{head}void {prefix}fill(double *to, int count, double number)
-{{
-    for (int k = 0; k < count; ++k) {{
-        to[k] = number;
-    }}
-}}
-"""
-# The sines of all joints are computed in loops without branches, which compilers vectorise.
-SINES = {
-    'double': """
-{head}void {prefix}sines_and_cosines(const double *angle, int count, double *s, double *c)
-{{
-    int beyond = 0;
-    for (int k = 0; k < count; ++k) {{
-        beyond |= !({std}fabs(angle[k]) <= {largest});
-    }}
-    if (beyond) {{
-        for (int k = 0; k < count; ++k) {{
-            const {prefix}pair both = {prefix}sincos(angle[k]);
-            s[k] = both.at[0];
-            c[k] = both.at[1];
-        }}
-        return;
-    }}
-    for (int k = 0; k < count; ++k) {{
-        const {prefix}pair both = {prefix}sincos_reduced(angle[k]);
-        s[k] = both.at[0];
-        c[k] = both.at[1];
-    }}
-}}
-""",
-    'float': """
-{head}void {prefix}sines_and_cosines(const float *angle, int count, float *s, float *c)
-{{
-    for (int k = 0; k < count; ++k) {{
-        s[k] = {std}sin{f}(angle[k]);
-        c[k] = {std}cos{f}(angle[k]);
-    }}
-}}
-""",
-}
-EVALUATE = """
-{head}int {prefix}evaluate_arm(const double *q, const double *qdot, int depth, double *row)
-{{
-    return {prefix}all_finite(q, {dof}) && {prefix}all_finite(qdot, {dof}) &&
-        {std}isfinite({total});
-}}
-"""
-MEASURE = """
-// {words} of the rows {task} of the Jacobian J of the tool.
-{head}double {before}{name}(const {real} *J)
-{{
-    double copy[{columns}], W[{W}], spare[{spare}], sigma[6], measures[{count}];
-    for (int k = 0; k < {columns}; ++k) {{
-        copy[k] = J[k];
-    }}
-    {prefix}write_scalars({dof}, &{task_rows}, copy, W, spare, sigma, measures);
-    return measures[{at}];
-}}
-"""
-SELF_TEST = """
-{head}int {before}self_test({void})
-{{
-{tables}
-    int wrong = 0;
-    for (int k = 0; k < {poses}; ++k) {{
-        {real} T[12], J[{columns}];
-        {before}jacobian(q[k], T, J);
-        for (int i = 0; i < 12; ++i) {{
-            wrong += !({std}fabs(T[i] - expected_T[k][i]) <= {pose_error});
-        }}
-        for (int i = 0; i < {columns}; ++i) {{
-            wrong += !({std}fabs(J[i] - expected_J[k][i]) <= {jacobian_error});
-        }}
-    }}
-    return wrong;
-}}
-"""
+@cache
+def parts() -> dict[str, str]:
+    """Return the parts of the file `parts.h` by their names."""
+    text = files(__package__).joinpath('parts.h').read_text(encoding='utf-8')
+    pairs = (part.split('\n', 1) for part in text.split('\n//// ')[1:])
+    return {name: content.rstrip('\n') for name, content in pairs}
 
 
 def header_of(robot: Robot, cpp: bool, single: bool = False) -> str:
@@ -202,9 +60,9 @@ class Header:
     Attributes
     ----------
     words
-        What the texts above have in braces. `before` and `prefix` come before names: of those that
-        programs use, and of all others. `std`, `head` and `constant` come before functions of the
-        C library, definitions of functions, and constants.
+        The words for the names in `parts.h`. `before` and `prefix` are the start of names that
+        programs use, and of other names. `std`, `head` and `constant` come before functions of
+        the C library, definitions of functions, and constants.
     """
 
     def __init__(self, robot: Robot, cpp: bool, real: str) -> None:
@@ -237,25 +95,30 @@ class Header:
         name = f'kinematics_{self.robot.name}'
         body = [*self._constants(), *self._kernel(), *self._functions(), *self._self_test()]
         end = f'}}  // namespace {name}\n\n' if self.cpp else ''
-        return '\n'.join([*self._head(name), *body]) + END.format(end=end)
+        return '\n'.join([*self._head(name), *body, '', *self._part('end', end=end), ''])
 
     def _head(self, name: str) -> list[str]:
         robot = self.robot
         includes = ('cfloat', 'cmath') if self.cpp else ('float.h', 'math.h')
-        text = HEAD.format(
-            **self.words,
+        return self._part(
+            'head',
             robot=robot.name,
             language='C++17' if self.cpp else 'C99',
             version=__version__,
             source=_plain(robot.source),
             units=' and '.join(dict.fromkeys(robot.units)),
             joints=_plain(', '.join(robot.joint_names)),
-            precision=(FLOAT if self.real == 'float' else DOUBLE).format(**self.words),
+            precision='\n'.join(self._part(self.real)),
             or_loop=' or a loop does not close' * self.closed,
             guard=f'{name.upper()}_{"HPP" if self.cpp else "H"}',
             includes='\n'.join(f'#include <{one}>' for one in includes),
             space=f'\nnamespace {name} {{\n' if self.cpp else '',
         )
+
+    def _part(self, part: str, **words: Any) -> list[str]:
+        # Returns the lines of a part of `parts.h` with words for the names in it.
+        given = self.words | words
+        text = re.sub(r'@(\w+)@', lambda found: str(given[found[1]]), parts()[part])
         return [one for line in text.split('\n') for one in wrapped(line) or ['']]
 
     def _measure_errors(self) -> None:
@@ -267,11 +130,10 @@ class Header:
         self.T = forward_kinematics(robot, self.q)[:, :3].reshape(-1, 12)
         self.J = jacobian(robot, self.q).reshape(-1, 6 * n)
         if self.real == 'float':
-            row = self._row(robot.chain, kernel.JACOBIAN)
-            J = range(kernel.JACOBIAN_AT, kernel.JACOBIAN_AT + 6 * n)
-            for name, at, exact in (('pose', range(12), self.T), ('jacobian', J, self.J)):
-                found = in_single_precision({str(k): row[k] for k in at}, self.q.T)
-                error = ERROR_MARGIN * float(np.abs(found.T - exact).max())
+            row = _single_row(robot.chain, self.q)
+            for name, at, exact in (('pose', 0, self.T), ('jacobian', kernel.JACOBIAN_AT, self.J)):
+                found = np.broadcast_arrays(*row[at : at + exact.shape[1]], self.q[:, 0])[:-1]
+                error = ERROR_MARGIN * float(np.abs(np.transpose(found) - exact).max())
                 self.words[f'{name}_error'] = f'{error:.1e}'
 
     def _constants(self) -> list[str]:
@@ -323,13 +185,13 @@ class Header:
         ][-1]
         tables = Tables(prefix, self.words['constant'], fields, translation.used)
         self.words['task_rows'] = tables.add(rows)
-        lines = [BASICS.format(**self.words), *tables.structures()]
-        end = SINES[self.real].format(**self.words)
+        lines = ['', *self._part('basics'), '', *tables.structures()]
+        end = ['', *self._part(f'sines of {self.real}')]
         if self.closed:
             total = f'{evaluate.name}(&{tables.add(chain)}, q, qdot, depth, row)'
-            end += EVALUATE.format(**self.words, total=total)
+            end += ['', *self._part('evaluate', total=total)]
         lines += [one for line in tables.lines for one in wrapped(line)]
-        return [*lines, '', translation.text(), end]
+        return [*lines, '', translation.text(), *end]
 
     def _functions(self) -> list[str]:
         robot, n = self.robot, self.dof
@@ -355,8 +217,8 @@ class Header:
             ('smallest_singular_value', scaled, kernel.SMALLEST_SINGULAR_VALUE),
         ):
             sizes = {'W': min(m, n) * (m + n), 'spare': 6 * n, 'count': kernel.LOST_AT}
-            given = {**self.words, **sizes, 'name': name, 'words': words, 'at': at}
-            lines += MEASURE.format(**given, task=' '.join(task.rows)).split('\n')
+            given = {'name': name, 'words': words, 'at': at, 'task': ' '.join(task.rows)}
+            lines += ['', *self._part('measure', **sizes, **given)]
         return lines
 
     def _function(
@@ -370,11 +232,8 @@ class Header:
 
     def _row(self, chain: Chain, depth: int) -> Any:
         # Returns a row of results of an open arm as recorded numbers.
-        passing, row = source('forward.chain_pass'), np.empty(chain.width, object)
-        q, qdot = array('q', chain.dof), array('qdot', chain.dof)
-        with replaced(passing, sincos=sincos, _write_quaternion=lambda *_: None):
-            passing.evaluate_row(copied(chain), q, qdot, depth, row)
-        return row
+        inputs = array('q', chain.dof), array('qdot', chain.dof)
+        return _evaluated(copied(chain), *inputs, depth, sincos)
 
     def _evaluation(
         self, name: str, chain: Chain, depth: int, outputs: Mapping[str, Sequence[int]]
@@ -434,7 +293,25 @@ class Header:
             rows = ', '.join(_listed(row, kind) for row in numbers[:SELF_TEST_POSES])
             size = f'[{SELF_TEST_POSES}][{numbers.shape[1]}]'
             tables += wrapped(f'    static const {kind} {name}{size} = {{{rows}}};')
-        return SELF_TEST.format(**self.words, tables='\n'.join(tables)).split('\n')
+        return ['', *self._part('self-test', tables='\n'.join(tables))]
+
+
+def _evaluated(chain: Any, q: Any, qdot: Any, depth: int, sincos: Any) -> Any:
+    # Returns a row of results of the kernel's source, for numbers of any kind.
+    module, row = source('forward.chain_pass'), np.empty(chain.width, object)
+    with replaced(module, sincos=sincos, _write_quaternion=lambda *_: None):
+        module.evaluate_row(chain, q, qdot, depth, row)
+    return row
+
+
+def _single_row(chain: Chain, q: Floats) -> Any:
+    # Returns a row of results in single precision, each an array (N,), at q (N, n).
+    single, numbers = copied(chain), np.empty(chain.dof, object)
+    for name, field in vars(single).items():
+        if isinstance(field, np.ndarray) and field.dtype == float:
+            setattr(single, name, field.astype(np.float32))
+    numbers[:] = list(q.T.astype(np.float32))
+    return _evaluated(single, numbers, numbers, kernel.JACOBIAN, lambda x: (np.sin(x), np.cos(x)))
 
 
 def _listed(numbers: Any, kind: str = 'double') -> str:

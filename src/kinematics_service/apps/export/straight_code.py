@@ -1,27 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Write the steps of a recording as C, and compute them in single precision."""
+"""Write the steps of a recording as C."""
 
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from ...kernel import Floats
 from .recording import Recorded, Steps, never_negative_zero
 from .translation import ATOM, PRODUCT, Text, literal, operation
-
-# The operations in numpy, for numbers in single precision. C computes them by the same rules; its
-# sine and cosine may differ in the last bit.
-IN_NUMPY: dict[str, Any] = {
-    '+': np.add,
-    '-': lambda a, *b: np.subtract(a, *b) if b else np.negative(a),
-    '*': np.multiply,
-    '/': np.divide,
-    'angle': lambda a: a,
-    's': np.sin,
-    'c': np.cos,
-}
 
 
 def array(name: str, count: int) -> Any:
@@ -100,16 +87,3 @@ def lines_of(results: Mapping[str, Any], prefix: str, real: str) -> list[str]:
         head.append(f'{prefix}sines_and_cosines(angle, {len(angles)}, s, c);')
     stores = [f'{name} = {texts[k].text};' for name, k in found.results.items()]
     return [*head, *lines[True], *stores]
-
-
-def in_single_precision(results: Mapping[str, Any], q: Floats) -> Floats:
-    """Return the results of a recording in single precision, (results, N), at q (n, N)."""
-    found, values = Steps(results), list[Any]()
-    given = {f'q[{j}]': numbers.astype(np.float32) for j, numbers in enumerate(q)}
-    for name, operands in found.steps:
-        if operands:
-            values.append(IN_NUMPY[name](*(values[one] for one in operands)))
-        else:
-            values.append(given[name] if name in given else np.float32(float.fromhex(name)))
-    numbers = [np.broadcast_to(values[k], q.shape[1:]) for k in found.results.values()]
-    return np.array(numbers, dtype=np.float64)
