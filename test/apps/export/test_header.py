@@ -306,3 +306,21 @@ def test_points_whose_functions_would_have_one_name_are_refused():
     robot = replace(robot, description=replace(robot.description, points=tuple(points)))
     with pytest.raises(ks.KinematicsError, match='names of points must differ'):
         header_of(robot, cpp=True)
+
+
+ARM64 = ('aarch64-linux-gnu-g++', 'qemu-aarch64-static')
+
+
+@pytest.mark.parametrize('name', ['ur5e', 'rrp_elementary', 'parallelogram_left', 'five_bar'])
+def test_another_processor_gives_the_same_numbers(tmp_path, name):
+    for tool in ARM64:
+        if not shutil.which(tool):
+            pytest.skip(f'{tool} is not installed')
+    robot, _ = program(tmp_path, name, '--cpp')
+    source, built = tmp_path / 'main.cpp', tmp_path / 'main'
+    source.write_text(
+        f'#include "arm.h"\nint main() {{ return kinematics_{robot.name}::self_test(); }}\n'
+    )
+    command = [ARM64[0], '-std=c++17', '-O3', '-static', str(source), '-o', str(built)]
+    subprocess.run(command, check=True)
+    assert subprocess.run([ARM64[1], str(built)]).returncode == 0
