@@ -26,6 +26,10 @@ SELF_TEST_POSES = 3
 # A header in float states this multiple of the largest error at 1000 poses, because other poses
 # and other sines in the C library may have a larger one.
 ERROR_MARGIN = 2.0
+LOOP_TIME = """\
+// Closed loops are solved in steps from positions at which they close. The time of a call grows
+// with the distance from these positions, and is longest where a loop does not close.
+"""
 
 
 @cache
@@ -110,6 +114,7 @@ class Header:
             joints=_plain(', '.join(robot.joint_names)),
             precision='\n'.join(self._part(self.real)),
             or_loop=' or a loop does not close' * self.closed,
+            time=LOOP_TIME * self.closed,
             guard=f'{name.upper()}_{"HPP" if self.cpp else "H"}',
             includes='\n'.join(f'#include <{one}>' for one in includes),
             space=f'\nnamespace {name} {{\n' if self.cpp else '',

@@ -17,7 +17,7 @@
 //
 // @precision@
 // If a joint position is not finite@or_loop@, all results of a function are NaN.
-// Self-test: @before@self_test() returns the number of wrong numbers at @poses@ poses.
+@time@// Self-test: @before@self_test() returns the number of wrong numbers at @poses@ poses.
 #ifndef @guard@
 #define @guard@
 

@@ -19,18 +19,10 @@ from typing import Any, NamedTuple
 WIDTH = 99  # columns of a line in C
 # The C type of each annotation. Tuples of numbers are structures.
 TYPES = {
-    'float': 'double',
-    'int': 'int',
-    'bool': 'int',
-    'Int32': 'int',
-    'None': 'void',
-    'Flat': 'double *',
-    'Numbers': 'double *',
-    'FlatIntegers': 'int *',
-    'WholeNumbers': 'int *',
-    'tuple[float, float]': 'pair',
-    'tuple[float, float, float]': 'triple',
-}
+    'float': 'double', 'int': 'int', 'bool': 'int', 'Int32': 'int', 'None': 'void',
+    'Flat': 'double *', 'Numbers': 'double *', 'FlatIntegers': 'int *', 'WholeNumbers': 'int *',
+    'tuple[float, float]': 'pair', 'tuple[float, float, float]': 'triple',
+}  # fmt: skip
 TUPLES = ('pair', 'triple')
 ARITHMETIC = {'Add': '+', 'Sub': '-', 'Mult': '*', 'Div': '/'}
 COMPARISONS = {
