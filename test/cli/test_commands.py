@@ -566,7 +566,7 @@ def test_the_labelled_jacobian_and_twist_are_the_librarys(capsys):
         (['--robot', 'puma560', 'robots'], ("after 'robots'",)),
         (['robots', '--ros-args', '-p', 'a:=1'], ('robots takes no --ros-args',)),
         (['fk', '--q', '1'], ("option '--robot'. A robot file,",)),
-        (['export', 'ur5e'], ('give one of --urdf FILE, --cpp FILE and --c FILE',)),
+        (['export', 'ur5e'], ('give one of --urdf FILE, --cpp FILE, --c FILE and',)),
         (['new'], ("argument 'NAME'. Name of",)),
         (['frobnicate'], ("command 'frobnicate'", EVERY_COMMAND)),
         (['chek', 'ur5e'], ("'chek', did you mean 'check'?", EVERY_COMMAND)),

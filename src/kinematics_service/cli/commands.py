@@ -58,7 +58,7 @@ GROUPS = {
     },
     'Convert': {
         'import': 'Make a robot file from a URDF or a factory calibration.',
-        'export': 'Write a robot as URDF, or as a C++ or C header.',
+        'export': 'Write a robot as URDF, C++, C or a plugin for ros2_control.',
     },
 }
 COMMANDS = {name: words for group in GROUPS.values() for name, words in group.items()}

@@ -283,3 +283,11 @@ def test_a_folder_of_something_else_is_refused(arm, tmp_path, capsys):
         assert main(['export', str(arm), '--ros2-control', str(folder)]) == 1
         assert 'give a new or empty folder' in capsys.readouterr().err
     assert [file.name for file in tmp_path.iterdir()] == ['notes.txt']
+
+
+@pytest.mark.parametrize('other', [('--float',), ('--cpp', 'arm.hpp')])
+def test_options_that_do_not_go_together_are_refused(other, tmp_path, capsys):
+    folder = tmp_path / 'package'
+    assert main(['export', 'ur5e', '--ros2-control', str(folder), *other]) == 2
+    assert other[0] in capsys.readouterr().err
+    assert not folder.exists()

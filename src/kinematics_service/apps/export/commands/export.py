@@ -28,10 +28,11 @@ def export(
     urdf: Optional[str] = option("Write URDF; '-': to the screen.", 'FILE'),
     cpp: Optional[str] = option("Write a C++17 header; '-': to the screen.", 'FILE'),
     c: Optional[str] = option("Write a C99 header; '-': to the screen.", 'FILE', name='--c'),
+    ros2_control: Optional[Path] = option('Write a package of C++ for ROS 2.', 'FOLDER'),
     float: bool = flag('--float', 'With numbers of type float in the header, not double.'),
 ) -> None:
     """
-    Write a robot for other programs: as URDF, or as a C++ or C header.
+    Write a robot for other programs: as URDF, a C++ or C header, or a plugin for ros2_control.
 
     \b
     Examples:
@@ -56,7 +57,7 @@ def export(
     given = {'--urdf': urdf, '--cpp': cpp, '--c': c, '--ros2-control': ros2_control}
     files = {name: str(file) for name, file in given.items() if file is not None}
     if len(files) != 1:
-        raise WrongUsage('give one of --urdf, --cpp and --c FILE, and --ros2-control FOLDER')
+        raise WrongUsage('give one of --urdf FILE, --cpp FILE, --c FILE and --ros2-control FOLDER')
     ((name, file),) = files.items()
     if float and urdf is not None:
         raise WrongUsage('--float is for --cpp and --c; leave it out')
