@@ -257,6 +257,14 @@ class FunctionText:
                 return [f'const {self.result} result = {{{{{numbers}}}}};', 'return result;']
             case ast.Return(ast.expr() as value):
                 return [f'return {self._expression(value).text};']
+            case ast.If(
+                test,
+                [ast.Assign([ast.Tuple([ast.Name(), ast.Name()] as old)], ast.Tuple(new))],
+                [],
+            ):
+                # Select numbers instead of branching: a branch would be mispredicted.
+                chosen = ast.Tuple([ast.IfExp(test, *pair) for pair in zip(new, old)])
+                return self._assign_several(old, chosen)
             case ast.If(test, body, other):
                 lines = [f'if ({self._expression(test).text}) {{', *self._block(body)]
                 return [*lines, '} else {', *self._block(other), '}'] if other else [*lines, '}']
