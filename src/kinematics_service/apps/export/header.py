@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Write an arm as one C++ or C header."""
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -156,7 +157,7 @@ class Header:
         }
         start = self.words['constant']
         for name, numbers in limits.items():
-            lines.append(f'{start} double {before}{name}[] = {_listed(numbers)};')
+            lines.append(f'{start} {self.real} {before}{name}[] = {_listed(numbers, self.real)};')
         words = f'{start} const char *' if self.cpp else f'{start} char *const '
         for name, texts in {'joint_names': robot.joint_names, 'factor_names': names}.items():
             if texts:
@@ -319,10 +320,12 @@ def _single_row(chain: Chain, q: Floats) -> Any:
     return _evaluated(single, numbers, numbers, kernel.JACOBIAN, lambda x: (np.sin(x), np.cos(x)))
 
 
-def _listed(numbers: Any, kind: str = 'double') -> str:
+def _listed(numbers: Any, kind: str) -> str:
     # Returns numbers as the initial value of an array.
-    suffix = 'F' * (kind == 'float')
-    return f'{{{", ".join(literal(one) + suffix for one in numbers.tolist())}}}'
+    texts = [
+        literal(one) + 'F' * (kind == 'float' and math.isfinite(one)) for one in numbers.tolist()
+    ]
+    return f'{{{", ".join(texts)}}}'
 
 
 def _runs(at: Sequence[int]) -> list[tuple[int, int]]:
