@@ -6,6 +6,8 @@
 //// head
 // @robot@: kinematics in @language@, written by kinematics_service @version@.
 // @source@
+// The code is from kinematics_service and has its licence, Apache-2.0. Sine and cosine in double
+// have the coefficients of fdlibm (Sun Microsystems, 1993).
 //
 // q: @dof@ joint positions (@units@): @joints@.
 // T: the pose of a frame in the base frame, 3 x 4 numbers row by row; lengths in m.
