@@ -15,6 +15,8 @@ import pytest
 import kinematics_service as ks
 from kinematics_service.__main__ import main
 
+pytestmark = pytest.mark.slow  # compiles C++
+
 STUB = Path(__file__).parent / 'plugin_stub'
 EIGEN = Path('/usr/include/eigen3')
 WARNINGS = ('-Wall', '-Wextra', '-Wconversion', '-Wpedantic', '-Werror')
