@@ -13,7 +13,7 @@
 
 #include "kinematics_interface/kinematics_interface.hpp"
 #include "pluginlib/class_list_macros.hpp"
-@INCLUDES@
+#include "@PACKAGE@/@ROBOT@.hpp"
 
 namespace @PACKAGE@
 {
@@ -30,7 +30,6 @@ struct Link
   const char * name;
   int row;
   void (*jacobian)(const double * q, double * T, double * J);
-  std::array<double, 12> fixed;
 };
 constexpr Link links[] = {
 @LINKS@

@@ -3,8 +3,9 @@
 """
 Write an arm as an ament package for ros2_control: a plugin for `kinematics_interface`.
 
-The package has a header of the tool and one of each point of the robot file, and `plugin.cpp` of
-this folder, which serves them as links. Texts between @ are replaced by those of the arm.
+The package has the header of `export --cpp`, and `plugin.cpp` of this folder, which serves the
+base, the tool and the points of the robot file as links. Texts between @ are replaced by those of
+the arm.
 """
 
 import json
@@ -13,13 +14,8 @@ from collections.abc import Iterator, Mapping
 from html import escape
 from importlib.resources import files
 from pathlib import Path
-from typing import NamedTuple
-
-import numpy as np
 
 from ...errors import KinematicsError
-from ...kernel import Floats
-from ...kinematics.forward import forward_kinematics
 from ...output_file import write_file
 from ...robot.loops import moving_variables
 from ...robot.robot import Robot
@@ -102,7 +98,7 @@ def write_package(robot: Robot, folder: Path) -> str:
     KinematicsError
         The folder has other files, it cannot be written, or no header can be made of the arm.
     """
-    package = f'kinematics_interface_{robot.name.lower()}'
+    package = package_name(robot)
     texts = package_files(robot)
     try:
         written = folder / 'package.xml'
@@ -129,7 +125,7 @@ def package_files(robot: Robot) -> dict[str, str]:
     KinematicsError
         No header can be made of the arm.
     """
-    package = f'kinematics_interface_{robot.name.lower()}'
+    package = package_name(robot)
     links = list(_links(robot))
     values = {
         'PACKAGE': package,
@@ -140,23 +136,20 @@ def package_files(robot: Robot) -> dict[str, str]:
         'ENTRIES': ', '.join(f'{{{joint}, {row}}}' for joint, row in _entries(robot)),
     }
     plugin = files(__package__).joinpath('plugin.cpp').read_text(encoding='utf-8')
-    in_xml = {key: escape(value) for key, value in values.items()}
-    in_xml['LINK_NAMES'] = escape(', '.join(link.name for link in links))
+    in_xml = {'LINK_NAMES': ', '.join(name for name, _ in links), **values}
+    in_xml = {key: escape(value) for key, value in in_xml.items()}
     return {
         'package.xml': _filled(PACKAGE_XML, in_xml),
         'plugin.xml': _filled(PLUGIN_XML, in_xml),
         'CMakeLists.txt': _filled(CMAKE, values),
         'src/plugin.cpp': _filled(plugin, values),
-        **headers,
+        f'include/{package}/{robot.name}.hpp': header_of(robot, cpp=True),
     }
 
 
-class _PluginLink(NamedTuple):
-    # A link of the plugin: its name, the name and text of its header, and its initializer in C++.
-    name: str
-    file: str
-    header: str
-    initializer: str
+def package_name(robot: Robot) -> str:
+    """Return the name of an arm's package; names of packages have no capital letters."""
+    return f'kinematics_interface_{robot.name.lower()}'
 
 
 def _links(robot: Robot) -> Iterator[tuple[str, str]]:

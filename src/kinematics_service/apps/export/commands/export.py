@@ -59,7 +59,7 @@ def export(
     if len(files) != 1:
         raise WrongUsage('give one of --urdf FILE, --cpp FILE, --c FILE and --ros2-control FOLDER')
     ((name, file),) = files.items()
-    if float and urdf is not None:
+    if float and not (cpp or c):
         raise WrongUsage('--float is for --cpp and --c; leave it out')
     arm = given_robot(robot)
     if ros2_control is not None:
