@@ -219,7 +219,7 @@ def test_from_half_a_turn_away_a_direction_is_reached():
 @pytest.mark.parametrize(
     ('asked', 'code', 'words'),
     [
-        ({'axis': 'w'}, 'unknown-name', ['axis', 'x, y or z', "'w'"]),
+        ({'axis': 'w'}, 'unknown-name', ['axis', 'x, y, z', "'w'"]),
         ({'axis': 'z', 'rows': ['rx']}, 'unknown-name', ['rows', "'rx'"]),
         ({'axis': 'z', 'target': [0.3, 0.2, 0.4]}, 'conflict', ['axis z', '(4, 4)']),
         ({'tolerance': -1.0}, 'out-of-range', ['tolerance', '-1.0']),
