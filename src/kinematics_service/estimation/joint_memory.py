@@ -26,7 +26,8 @@ JUMPS = 4
 # joint at its limit.
 LIMIT_TOLERANCE = 1e-6
 
-# Attributes of `columns` that are copied if another arm has a joint of equal name.
+# Columns of the memory that a joint keeps if the node replaces the arm by an arm with a joint of
+# the same name.
 JOINT_COLUMNS = (
     *('position', 'before', 'velocity', 'differenced', 'known', 'stamped', 'stamp', 'arrival'),
     *('jump_count', 'jumps'),

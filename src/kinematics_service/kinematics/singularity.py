@@ -57,7 +57,7 @@ class FactorMeasures(Generic[Index]):
 
     @property
     def values(self) -> Floats:
-        """Return the value of each factor, shape (..., F)."""
+        """Return the values of the F singular factors of the arm, shape (..., F)."""
         return self.results[..., 0]
 
     @property

@@ -178,7 +178,10 @@ class Health:
                 logger.warning(f'joint states: {sentence}')
 
     def say_when_due(self) -> None:
-        """Publish the status, unless the timer makes this call only to catch up after a stall."""
+        """
+        Publish the status, unless the last status was published less than MIN_INTERVAL ago. After
+        the node was blocked, the timer makes late calls one after another.
+        """
         if time.monotonic() - self._published_at >= MIN_INTERVAL:
             self.say()
 

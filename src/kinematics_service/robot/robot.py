@@ -134,7 +134,7 @@ class Robot(FrozenArrays):
 
     def point(self, of: str | int) -> Point:
         """
-        Return the point with the name `of`, or the frame of table row `of`.
+        Return a point of the arm, by its name or by the number of a table row.
 
         Parameters
         ----------

@@ -47,8 +47,8 @@ def wrong_size(problem: FitProblem, fit: Identified) -> WrongSize | None:
     larger arm has the same effect as a smaller board. The priors of the arm's numbers decide
     between arm and board.
     """
-    # Use predicted poses instead of measured poses. If the arm only turns, the noise of measured
-    # poses would look like a wrong size of the board.
+    # Use predicted poses instead of measured poses. If the tool only rotates and hardly moves, the
+    # noise of measured positions would be taken for a wrong size of the board.
     poses = problem.predicted(fit.values)
     poses = inverses(poses) if problem.given.from_tool else poses
     moves = np.zeros((len(poses), 2, 3, 2))

@@ -305,7 +305,7 @@ class SamePointParameters(ChosenParameters):
     def combinations(
         self, problem: FitProblem, noise: Noise, used: Flags
     ) -> tuple[ParameterCombination, ...]:
-        """Return the sets of parameters that these touches do not distinguish."""
+        """Return the sets of parameters that the touched points do not distinguish."""
         J = self._exact_jacobian(problem, noise, self.given.q[used], self.given.sets[used])
         return combinations_of(J, problem.parameters)
 

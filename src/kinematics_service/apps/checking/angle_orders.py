@@ -42,7 +42,7 @@ class _Taken(NamedTuple):
 
 class LikelyOrder(NamedTuple):
     """
-    One of the likeliest orders of the three numbers of an orientation.
+    One of the likeliest conventions of three angles, such as XYZ or ZYX, for an orientation.
 
     Attributes
     ----------

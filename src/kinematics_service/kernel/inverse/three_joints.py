@@ -174,8 +174,8 @@ def _third_joint(
     value_error: float
     slides_3 = vectors.slides(screws, 2)
     g, c, z, bounds = [0.0] * 5, [0.0] * 10, [0.0] * 8, [0.0] * 4
-    # If joint 3 is prismatic, a root is the position of joint 3 divided by `unit`, m. The motion
-    # of joint 3 is at most `scale`, so the root is at most 2.
+    # If joint 3 is prismatic, a root of the polynomial is the position of joint 3 in multiples of
+    # `unit` (m). The position is at most `scale`, which is 2 * unit, so a root is at most 2.
     error, largest, unit = 0.0, 0.0, 0.5 * scale if slides_3 else 1.0
     for j in range(5):
         x = unit * (j - 2.0) if slides_3 else 2.0 * places.PI * j / 5.0

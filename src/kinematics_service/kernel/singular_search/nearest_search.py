@@ -305,8 +305,8 @@ class NearestSearch:
         return self.lengths[k] - self.drifts[k]
 
     def _put(self, k: int, length: float) -> None:
-        # Stores the result of the projection as singular pose k. `length` is the length of the
-        # motion to this pose, rad.
+        # Stores joint positions that the projection found as singular pose k. `length` is the
+        # length of the joint motion from the present positions to them, rad.
         for j in range(self.n):
             self.poses[k * self.n + j] = self.u[j] + self.projection.d[j]
         self.lengths[k], self.drifts[k] = length, 0.0

@@ -27,11 +27,11 @@ from .six_screws import SixScrews
 # Number of equations: the components p, p.p, l, p.l, m and h of a line (lines.py), without the
 # leading 1.
 EQUATIONS = 14
-# Number of products on the left sides, 3^3. Each product has one of three parts of joint 3, one of
-# joint 4 and one of joint 5.
+# Number of different products on the left sides of the equations: 3^3. Each product has three
+# terms, one for each of the joints 3, 4 and 5. The term of a joint is its cosine, its sine or 1.
 LEFT = 27
-# Number of products on the right sides, 3^2 - 1. Each product has one of three parts of joint 1
-# and one of joint 2. The product 1 times 1 is a constant and does not count.
+# Number of different products on the right sides: 3^2 - 1. Each product has two terms, for joint 1
+# and joint 2. The product of 1 and 1 is a constant and does not count.
 RIGHT = 8
 # A pivot is taken as zero if its ratio to the first pivot is at most this. Pivots that are zero
 # for exact tables of special arms are round-off, 1e-15, or errors of a calibration. A pivot of

@@ -45,8 +45,10 @@ def _rotated(a: Complex, b: Complex, sign: float) -> Complex:
 
 
 def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
-    # Computes the position of the multiplied joint (4 or 5) from the null vector x (4, 3). Returns
-    # e^(i t) if t is the angle of a revolute joint, or the position of a prismatic joint.
+    # Computes the position of joint 4 or 5 from the null vector of the elimination matrix, whose
+    # coefficients are x (4, 3). It is the joint by whose cosine, sine or position the equations
+    # were multiplied. Returns e^(i t) for a revolute joint at angle t, the position for a
+    # prismatic joint.
     terms = [0.0] * 24
     for b in range(3):
         for i in range(4):

@@ -26,9 +26,10 @@ FREE_SINGULAR_VALUE_RATIO = 1e-5
 SUSPECT_PIVOT_RATIO = 1e-3
 # Trial step along a joint motion that may lead along a family of solutions, rad.
 TRIAL_STEP = 0.05
-# A trial step is followed by a correction that brings the tool back to the target. The solution
-# belongs to a family if both together move the joints by more than this, rad. At the border of the
-# workspace J is singular too, but the correction leads back to the solution.
+# After a trial step, a correction brings the tool back to the target. If the joints are then
+# further than this (rad) from the solution, the solution belongs to a family (a continuum). The
+# test is necessary, because J is also singular at the border of the workspace. There, the
+# correction leads back to the solution.
 MIN_TRIAL_MOTION = 0.01
 # Largest residual after a trial step on a family, relative to the characteristic length. The bound
 # is round-off. With a larger bound, two solutions beside a singular pose would be taken as a

@@ -41,7 +41,7 @@ class ConditionOptions(NamedTuple):
             raise WrongUsage('--load-at, --gravity: need the masses; give --load COLUMN too')
 
     def of(self, given: Sequence[MeasuredRecording]) -> RowConditions:
-        """Return the sessions and loads of the measured rows, as arguments of `ks.calibrate`."""
+        """Return the session and the load of the tool in each measured row of `given`."""
         sessions = loads = None
         if self.sessions == EACH_FILE:
             sessions = [Path(one.file).name for one in given for _ in one.q]

@@ -201,9 +201,10 @@ class SingularSet:
 
 @dataclass(frozen=True)
 class _Meaning:
-    # Results at the zeros of a factor. Geometric name, rank, impossible tool motion (`lost`) and
-    # joint motion in the null space (`idle`) hold for random values of the named constants.
-    # `within` and `special` hold for the values of the file.
+    # Results at the configurations where one factor is zero. The geometric name, the rank, the
+    # impossible tool motion (`lost`) and the joint motion in the null space (`idle`) are computed
+    # with random values of the named constants. `within` and `special` are computed with the
+    # values in the robot file.
     within: Zero
     geometric: str | None = None
     rank: int | None = None

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute the cells of a plane that the tool reaches, and for each cell the largest distance to a
-singular pose.
+Compute the cells of a plane that the tool reaches. For each cell, compute the distance to the
+nearest singular pose, and keep the largest value of all joint positions that reach the cell.
 
 The search uses random joint positions, then MAP-Elites: J.-B. Mouret, J. Clune, *Illuminating
 search spaces by mapping elites*, 2015.

@@ -80,8 +80,8 @@ def _options(slides: tuple[bool, ...]) -> list[Option]:
         for first in range(6):
             turned = ordered[first:] + ordered[:first]
             if sum(slides) < 2:
-                # Allow the option if the hidden joint and the joint that is eliminated first are
-                # revolute.
+                # The third joint from `first` is the unknown of the polynomial (the hidden joint).
+                # The sixth joint is eliminated first. Both must be revolute.
                 allowed = not turned[2] and not turned[5]
             else:
                 # With two or more prismatic joints, the elimination needs a prismatic first joint.

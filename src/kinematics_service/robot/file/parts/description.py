@@ -377,7 +377,7 @@ class Uncertainty:
 
     @property
     def of_pose(self) -> bool:
-        """Return whether a standard deviation other than those of joint velocities is above 0."""
+        """Return whether any standard deviation that affects the pose of the tool is above 0."""
         numbers = (
             *self.joint_deviations,
             *(deviation for _, deviation in self.parameters),

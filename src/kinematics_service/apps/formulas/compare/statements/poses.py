@@ -68,8 +68,8 @@ def poses_for(
     count: int = POSES,
 ) -> Poses:
     """
-    Draw random configurations and constants for the comparison of a formula with the symbols
-    `symbols`.
+    Draw random joint positions, and random values of the constants in a formula, to evaluate the
+    formula numerically.
 
     Parameters
     ----------
