@@ -369,13 +369,13 @@ def details(random: np.random.Generator):
             form = kernel.ClosedForm(
                 way, table[:k].copy(), table[5, 3:6].copy(), T, False, np.eye(k), np.eye(k), 2e-15
             )
-            found = np.zeros((kernel.MOST_CANDIDATES, k))
+            found = np.zeros((kernel.MAX_CANDIDATES, k))
             kernel.inverse_candidates(form, T, np.zeros(k), found, np.zeros(1))
     # Six joints, one of which slides, by two eliminations; then those of an arm.
     screws[1, 6] = 1.0
     options = np.array([[0, 0, 0], [4, 1, 1]])
     general = kernel.SixJoints(screws, np.eye(4), np.eye(6), options, 16)
-    psi, said = np.zeros((kernel.MOST_CANDIDATES, 6, 2)), np.zeros(3)
+    psi, said = np.zeros((kernel.MAX_CANDIDATES, 6, 2)), np.zeros(3)
     found = kernel.complex_solutions(general, T, psi, said)
     beside = T.copy()
     beside[:3, 3] += 1e-3
@@ -394,7 +394,7 @@ def details(random: np.random.Generator):
     table = np.column_stack([turning.axes, turning.points, np.zeros(6)])
     arm = kernel.SixJoints(table, inverse(turning.home), np.eye(6), options[:1], 16)
     plan, target = plan_for(robot, ROW_NAMES), ik_target_of(robot, T)
-    q = np.zeros((kernel.MOST_CANDIDATES, 6))
+    q = np.zeros((kernel.MAX_CANDIDATES, 6))
     solutions = kernel.Solutions(plan.joints, np.zeros(6), EXACT_ERROR, q)
     kernel.eliminated_solutions(arm, refinement(target, plan), solutions, np.zeros(3, int))
 

@@ -32,7 +32,7 @@ def complex_solutions(robot, target):
     """Return what elimination alone finds, complex positions (m, 6), and whether that is all."""
     screws = screws_of(robot.chain)
     form = plan_for(robot, ROW_NAMES).six_joints
-    psi, said = np.zeros((kernel.MOST_CANDIDATES, 6, 2)), np.zeros(3)
+    psi, said = np.zeros((kernel.MAX_CANDIDATES, 6, 2)), np.zeros(3)
     count = kernel.complex_solutions(form, target @ inverse(screws.home), psi, said)
     return psi[:count, :, 0] + 1j * psi[:count, :, 1], bool(said[2])
 
@@ -215,7 +215,7 @@ def test_elimination_finds_what_the_closed_form_finds():
     random = np.random.default_rng(3)
     targets = ks.forward_kinematics(robot, random.uniform(-3, 3, (5, 6)))
     form = six_joints_of(screws, targets)
-    psi, said = np.zeros((kernel.MOST_CANDIDATES, 6, 2)), np.zeros(3)
+    psi, said = np.zeros((kernel.MAX_CANDIDATES, 6, 2)), np.zeros(3)
     for target in targets:
         count = kernel.complex_solutions(form, target @ inverse(screws.home), psi, said)
         real = psi[:count][np.max(np.abs(psi[:count, :, 1]), axis=1) < 1e-9, :, 0]

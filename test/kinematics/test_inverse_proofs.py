@@ -26,7 +26,7 @@ def eliminated(robot, target):
     form = plan_for(robot, ROW_NAMES).six_joints
     if form is None:
         return np.empty((0, 6)), False
-    psi, said = np.zeros((kernel.MOST_CANDIDATES, 6, 2)), np.zeros(3)
+    psi, said = np.zeros((kernel.MAX_CANDIDATES, 6, 2)), np.zeros(3)
     count = kernel.complex_solutions(form, target @ inverse(screws.home), psi, said)
     real = psi[:count][np.max(np.abs(psi[:count, :, 1]), axis=1) < 1e-8, :, 0]
     return np.linalg.solve(screws.coupling, real.T).T, bool(said[2])
@@ -87,7 +87,7 @@ def test_half_a_turn_away_from_the_goal_is_no_solution_of_it(name):
     form, screws = plan_for(robot, ROW_NAMES).six_joints, screws_of(robot.chain)
     q = general_arms.general_poses(name, 1)[0]
     motion = ks.forward_kinematics(robot, q) @ inverse(screws.home)
-    psi = np.zeros((kernel.MOST_CANDIDATES, 6, 2))
+    psi = np.zeros((kernel.MAX_CANDIDATES, 6, 2))
     psi[0, :, 0] = screws.coupling @ q
     assert kernel.followed_solutions(form, motion, 1, psi) == 1
     motion[:3, :3] = np.diag([1.0, -1.0, -1.0]) @ motion[:3, :3]

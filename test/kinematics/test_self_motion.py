@@ -524,7 +524,7 @@ def test_complex_solutions_far_from_real_ones_are_certified_each_once():
     arm = sliced_arm.sliced(sliced_arm.sliced_arm_of(robot, redundant_arms.WHOLE, ''), 0)
     target = ik_target_of(robot, ks.forward_kinematics(robot, poses_within(robot, 1, 7)[0]))
     goal = arm.motion_of_six(target.pose, 1.7)
-    solutions = np.empty((kernel.MOST_CANDIDATES, 6, 2))
+    solutions = np.empty((kernel.MAX_CANDIDATES, 6, 2))
     count = kernel.complex_solutions(arm.six.form, goal.copy(), solutions, np.empty(3))
     solutions = solutions[:count]
     assert count == 16

@@ -24,7 +24,7 @@ from ..checking.judgement import FrameLimits
 from ..recordings.readers.block import Flags
 from .checking import NAMES_IN_SENTENCE
 from .fitting import FitProblem, Identified, normal_scores, one_more
-from .identified_table import KNOWN_RATIO
+from .identified_table import MIN_DEVIATION_RATIO
 from .result import Calibration
 
 # Largest share of the measured rows that may be outliers. The calibration is refused if more than
@@ -151,12 +151,12 @@ def _nearly_still(robot: Robot, problem: FitProblem, found: Identified) -> Itera
     # If a joint axis has an error e, the error of the tool is e times the motion of the joint. For
     # a turning axis e is a distance (m), for a sliding axis an angle (rad). The standard deviation
     # of e is the position noise divided by the norm of the joint's motions. Warn unless this
-    # standard deviation is KNOWN_RATIO times smaller than the usual size of e.
+    # standard deviation is MIN_DEVIATION_RATIO times smaller than the usual size of e.
     q = problem.given.q[found.used]
     seen = np.linalg.norm(q - np.mean(q, axis=0), axis=0)
     usual = np.where(robot.prismatic, float(ANGLE), LENGTH)
     named = []
-    for j in np.flatnonzero(usual * seen < KNOWN_RATIO * found.noise.position):
+    for j in np.flatnonzero(usual * seen < MIN_DEVIATION_RATIO * found.noise.position):
         words = length_in_words if robot.prismatic[j] else angle_in_words
         named.append(f'{robot.joint_names[j]} (by {words(float(np.ptp(q[:, j])))})')
     if named:

@@ -35,7 +35,7 @@ from .checking import COMPLIANCE, LAG, NAMES_IN_SENTENCE
 
 # A combination of parameters is identified if the fit reduces its standard deviation at least by
 # this factor.
-KNOWN_RATIO = 3.0
+MIN_DEVIATION_RATIO = 3.0
 # Entries of the projector onto the null space are taken as round-off if they are below this value.
 PROJECTOR_TOLERANCE = 1e-6
 # A singular value is taken as round-off if its ratio to the largest singular value is below this.
@@ -96,7 +96,7 @@ class CalibratedParameter(ArmParameter):
         # Compare the standard deviation with that of the prior. For base and tool, compare with
         # the usual error, because their priors are wide.
         before = self.prior if self.group in TABLE_GROUPS else min(self.prior, self.scale)
-        return KNOWN_RATIO * self.deviation < before
+        return MIN_DEVIATION_RATIO * self.deviation < before
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ from .checking import in_words
 from .chosen_parameters import TouchedPoint
 from .explanations import RefusalCauses
 from .fitting import UNKNOWN_NOISE_FREEDOM, Noise
-from .identified_table import KNOWN_RATIO, IdentifiedTable, ParameterCombination
+from .identified_table import MIN_DEVIATION_RATIO, IdentifiedTable, ParameterCombination
 
 # Number of blocks of rows for cross-validation. Each block is once left out of the fit and then
 # predicted (held out).
@@ -237,7 +237,7 @@ class Calibration(IdentifiedTable):
         Return the number of identified combinations of parameters. The fit reduces the standard
         deviation of such a combination to a third of the prior one or less.
         """
-        return int(np.sum(self.singular_values > KNOWN_RATIO))
+        return int(np.sum(self.singular_values > MIN_DEVIATION_RATIO))
 
     @cached_property
     def without(self) -> FitErrors:

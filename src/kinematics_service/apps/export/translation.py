@@ -33,8 +33,12 @@ OPERATORS = {
     **ARITHMETIC, **COMPARISONS, 'FloorDiv': '/', 'Mod': '%', 'LShift': '<<', 'RShift': '>>',
     'BitAnd': '&', 'BitOr': '|', 'And': '&&', 'Or': '||', 'Not': '!', 'USub': '-',
 }  # fmt: skip
-# How tightly an operator binds, so that the order of operations needs few parentheses.
-ATOM, PRODUCT, SUM, OTHER = 3, 2, 1, 0
+# How tightly the outer operator of an expression binds. An operand that binds less than its
+# operator needs parentheses.
+ATOM = 3
+PRODUCT = 2
+SUM = 1
+OTHER = 0
 
 
 class Text(NamedTuple):

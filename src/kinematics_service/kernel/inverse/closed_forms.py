@@ -331,7 +331,7 @@ def inverse_candidates(
         The motion from rest to the target.
     free : shape (n,), rad or m
         If every position of a screw is a solution, the candidates get the position in `free`.
-    psi : shape (MOST_CANDIDATES, n), rad or m
+    psi : shape (MAX_CANDIDATES, n), rad or m
         The candidates.
     accuracy : shape (1,)
         Bound of the distance from a candidate to the solution that it approximates, rad. The bound
@@ -341,6 +341,6 @@ def inverse_candidates(
         arrays.numbers(T, 16),
         0.0,
         arrays.numbers(free, form.n),
-        arrays.results(psi, places.MOST_CANDIDATES * form.n),
+        arrays.results(psi, places.MAX_CANDIDATES * form.n),
         arrays.results(accuracy, 1),
     )

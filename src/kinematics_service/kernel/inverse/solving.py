@@ -121,10 +121,10 @@ def closed_solutions(
     only_inside
         Whether to omit solutions that are clearly outside the limits.
     result
-        Receives the solutions. Its arrays must have MOST_CANDIDATES rows, or one row if
+        Receives the solutions. Its arrays must have MAX_CANDIDATES rows, or one row if
         `only_one`.
     """
-    most = places.MOST_CANDIDATES
+    most = places.MAX_CANDIDATES
     result.require_fit(refinement.residual, form.n, 1 if only_one else most)
     _solve(form, refinement, only_one, only_inside, SolutionCandidates(most, result.n), result)
 
@@ -179,12 +179,12 @@ def closed_solutions_of_each(
     poses : shape (N, 4, 4)
         The targets.
     result
-        Receives the solutions in the order of the targets. Its arrays must have N MOST_CANDIDATES
+        Receives the solutions in the order of the targets. Its arrays must have N MAX_CANDIDATES
         rows.
     counts : shape (N, 2)
         Number of solutions of each target, and 1 if no solution is missing.
     """
-    most, count = places.MOST_CANDIDATES, arrays.extent(poses, 0)
+    most, count = places.MAX_CANDIDATES, arrays.extent(poses, 0)
     result.require_fit(refinement.residual, form.n, count * most)
     rows, written = arrays.numbers(poses, 16 * count), arrays.whole_results(counts, 2 * count)
     candidates, target = SolutionCandidates(most, result.n), refinement.residual.pose
@@ -209,12 +209,12 @@ def eliminated_solutions(
     refinement
         The refinement for the target, without damping.
     result
-        Receives the solutions. Its arrays must have MOST_CANDIDATES rows.
+        Receives the solutions. Its arrays must have MAX_CANDIDATES rows.
     counts : shape (3,)
         Number of complex solutions, each certified; number of real solutions; 1 if no real
         solution is missing, or 0.
     """
-    most = places.MOST_CANDIDATES
+    most = places.MAX_CANDIDATES
     result.require_fit(refinement.residual, 6, most)
     written = arrays.whole_results(counts, 3)
     candidates, roots = SolutionCandidates(most, 6), Roots()

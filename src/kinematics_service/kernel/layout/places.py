@@ -119,7 +119,7 @@ POSITION_3, SPHERICAL_WRIST, PARALLEL_AXES = range(3)
 # Number of candidate solutions that arrays for one target can hold. The number is twice 16, the
 # largest number of solutions of six joints. A closed form has at most 2 x 4 candidates for three
 # joints, times 2 for a wrist.
-MOST_CANDIDATES = 32
+MAX_CANDIDATES = 32
 
 # Results of `take_target`, which checks a target of inverse kinematics.
 FINE, NOT_FINE, NOT_RIGID, ROUGH = range(4)

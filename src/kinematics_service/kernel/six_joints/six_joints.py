@@ -94,7 +94,7 @@ class SixJoints:
         self.home_inverse = arrays.numbers(home_inverse, 16)
         self.count = arrays.extent(options, 0)
         self.options = arrays.whole(options, 3 * self.count)
-        if not 0 < bound <= places.MOST_CANDIDATES // 2:
+        if not 0 < bound <= places.MAX_CANDIDATES // 2:
             raise TypeError('bound is not 1 to 16 solutions')
         for k in range(3 * self.count):
             if not 0 <= self.options[k] < (6 if k % 3 == 0 else 2):
@@ -120,9 +120,9 @@ class Roots:
 
     Attributes
     ----------
-    psi : shape (MOST_CANDIDATES, 6)
+    psi : shape (MAX_CANDIDATES, 6)
         Complex positions of the screws, rad or m.
-    is_real : shape (MOST_CANDIDATES,)
+    is_real : shape (MAX_CANDIDATES,)
         1 if the positions of the solution are real, else 0.
     count
         Number of solutions. Each is certified, and none is listed twice.
@@ -136,7 +136,7 @@ class Roots:
     """
 
     def __init__(self) -> None:
-        most = places.MOST_CANDIDATES
+        most = places.MAX_CANDIDATES
         self.psi, self.radii, self.lengths = arrays.rooms(12 * most, most, most)
         (self.is_real,) = arrays.whole_rooms(most)
         self.a, self.z, self.bounds = arrays.rooms(50, 48, 24)
@@ -306,7 +306,7 @@ class Roots:
             self._add_once(False, radius, length)
 
     def _add_once(self, real: bool, radius: float, length: float) -> None:
-        if self.count >= places.MOST_CANDIDATES:
+        if self.count >= places.MAX_CANDIDATES:
             return
         for i in range(self.count):
             if self._is_same(i, radius, length):
@@ -358,13 +358,13 @@ def complex_solutions(arm: SixJoints, T: Floats, psi: Floats, accuracy: Floats) 
         The arm of six joints. Its options are tried in order until no real solution is missing.
     T : shape (4, 4)
         The motion from rest to the target.
-    psi : shape (MOST_CANDIDATES, 6, 2)
+    psi : shape (MAX_CANDIDATES, 6, 2)
         Positions of the screws: real and imaginary parts, rad or m.
     accuracy : shape (3,)
         Three numbers: the noise of the option that was tried last, the longest first Newton step
         to a solution, and 1 if no real solution is missing, else 0.
     """
-    roots, positions = Roots(), arrays.results(psi, 12 * places.MOST_CANDIDATES)
+    roots, positions = Roots(), arrays.results(psi, 12 * places.MAX_CANDIDATES)
     measures = arrays.results(accuracy, 3)
     roots.find(arm, arrays.numbers(T, 16))
     arrays.copy(positions, 12 * roots.count, roots.psi)
@@ -389,12 +389,12 @@ def followed_solutions(arm: SixJoints, T: Floats, count: int, psi: Floats) -> in
         The motion from rest to the target.
     count
         Number of given solutions.
-    psi : shape (MOST_CANDIDATES, 6, 2)
+    psi : shape (MAX_CANDIDATES, 6, 2)
         Positions of the screws: real and imaginary parts, rad or m.
     """
-    if not 0 <= count <= places.MOST_CANDIDATES:
+    if not 0 <= count <= places.MAX_CANDIDATES:
         raise TypeError('count is not 0 to 32 solutions')
-    roots, positions = Roots(), arrays.results(psi, 12 * places.MOST_CANDIDATES)
+    roots, positions = Roots(), arrays.results(psi, 12 * places.MAX_CANDIDATES)
     roots.follow(arm, arrays.numbers(T, 16), positions, count)
     arrays.copy(positions, 12 * roots.count, roots.psi)
     return roots.count

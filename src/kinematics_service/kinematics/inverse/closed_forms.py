@@ -36,7 +36,7 @@ def closed_solutions(
 
     If `only_inside`, solutions far beyond the limits are left out.
     """
-    solutions = room_for(1 if only_one else kernel.MOST_CANDIDATES, problem)
+    solutions = room_for(1 if only_one else kernel.MAX_CANDIDATES, problem)
     refining = refinement(problem.target, problem.plan)
     kernel.closed_solutions(form, refining, only_one, only_inside, solutions)
     return solutions
@@ -51,7 +51,7 @@ def closed_solutions_of_each(
 
     The array (N, 2) has for each pose the number of solutions, and 1 if no solution is missing.
     """
-    solutions = room_for(kernel.MOST_CANDIDATES * len(poses), problem)
+    solutions = room_for(kernel.MAX_CANDIDATES * len(poses), problem)
     counts = np.zeros((len(poses), 2), dtype=np.int64)
     refining = refinement(problem.target, problem.plan)
     only_inside = problem.respect_limits

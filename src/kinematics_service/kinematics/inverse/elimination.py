@@ -62,7 +62,7 @@ def eliminated_solutions(problem: IkProblem, arm: kernel.SixJoints) -> Eliminate
     """
     Return the solutions of an inverse kinematics problem of six joints, found by elimination.
     """
-    solutions = room_for(kernel.MOST_CANDIDATES, problem)
+    solutions = room_for(kernel.MAX_CANDIDATES, problem)
     counts = np.zeros(3, dtype=np.int64)
     refining = refinement(problem.target, problem.plan)
     kernel.eliminated_solutions(arm, refining, solutions, counts)
@@ -82,7 +82,7 @@ def completed_solutions(problem: IkProblem, arm: kernel.SixJoints) -> DistinctSo
     screws = screws_of(robot.chain)
     arrived = refined(target, plan, starts(robot, plan, problem.random(), BATCH), far=True)
     found, _ = distinct(target, plan, arrived)
-    psi, accuracy = np.zeros((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
+    psi, accuracy = np.zeros((kernel.MAX_CANDIDATES, 6, 2)), np.empty(3)
     motion = np.ascontiguousarray(target.pose @ inverse(screws.home))
     complex_ones = kernel.complex_solutions(arm, motion, psi, accuracy)
     count = complex_ones + len(found.q)
@@ -126,7 +126,7 @@ def solutions_beside(problem: IkProblem, arm: kernel.SixJoints) -> Beside:
     home = inverse(screws.home)
     candidates: list[Floats] = [np.empty((0, 6))]
     simple = (0, 0)
-    psi, accuracy = np.empty((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
+    psi, accuracy = np.empty((kernel.MAX_CANDIDATES, 6, 2)), np.empty(3)
     for size in BESIDE:
         way = size * robot.singularity.task.length * random.normal(size=3)
         turn = size * random.normal(size=3)

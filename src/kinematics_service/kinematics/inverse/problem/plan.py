@@ -304,11 +304,11 @@ class SixSolver(NamedTuple):
         motion = pose @ self.home_inverse
         motion = np.ascontiguousarray(inverse(motion) if self.backwards else motion)
         if isinstance(self.form, kernel.SixJoints):
-            roots, said = np.empty((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
+            roots, said = np.empty((kernel.MAX_CANDIDATES, 6, 2)), np.empty(3)
             roots = roots[: kernel.complex_solutions(self.form, motion, roots, said)]
             psi = roots[np.all(np.abs(roots[:, :, 1]) < IMAGINARY_TOLERANCE, axis=1), :, 0]
             return psi @ self.to_joints.T, 0.0 if said[2] else math.inf
-        psi, off = np.empty((kernel.MOST_CANDIDATES, 6)), np.empty(1)
+        psi, off = np.empty((kernel.MAX_CANDIDATES, 6)), np.empty(1)
         psi = psi[: kernel.inverse_candidates(self.form, motion, np.zeros(6), psi, off)]
         return psi @ self.to_joints.T, float(off[0])
 

@@ -60,7 +60,7 @@ def _rank_of(
     # Returns three numbers that rank an option; smaller is better. They are the number of poses
     # without a proof, the number of missing solutions, and the largest error of a candidate.
     # Returns None if the option is singular.
-    psi, accuracy = np.empty((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
+    psi, accuracy = np.empty((kernel.MAX_CANDIDATES, 6, 2)), np.empty(3)
     unproved, missing, worst = 0, 0, 0.0
     for T in motions:
         found = kernel.complex_solutions(form, T, psi, accuracy)
