@@ -417,7 +417,7 @@ def test_a_command(package):
     package.insert(
         'cli/commands.py',
         "        'joints': 'Print the joints of a robot.',\n",
-        after="        'export': 'Write a robot as URDF, or as a C++ or C header.',\n",
+        after="        'export': 'Write a robot as URDF, C++, C or ROS 2 plugin.',\n",
     )
     assert package.edited == files_of('A command', 'joints')
     printed, own, every = package.commands('joints --robot planar_2r', 'joints --help', '--help')

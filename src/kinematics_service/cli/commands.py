@@ -58,7 +58,7 @@ GROUPS = {
     },
     'Convert': {
         'import': 'Make a robot file from a URDF or a factory calibration.',
-        'export': 'Write a robot as URDF, C++, C or a plugin for ros2_control.',
+        'export': 'Write a robot as URDF, C++, C or ROS 2 plugin.',
     },
 }
 COMMANDS = {name: words for group in GROUPS.values() for name, words in group.items()}

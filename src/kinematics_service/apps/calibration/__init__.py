@@ -9,7 +9,6 @@ reading, boards, collecting      rows: joint positions, and poses, touches or im
 -> fitting, calibration          `FitProblem` -> `Identified` -> `Calibration`
 -> acceptance, explanations      reasons of a refusal, mistakes that would explain it, remarks
 -> report, robot_text, output    sentences, the robot file, the page; `proposal`: the next poses
-`second_source_watch.py` compares measured poses that arrive while the node runs with those of the
-robot file. `pose_covariance.py` computes the covariance of tool poses from the covariance of a
-calibration.
+`second_source_watch.py` compares the poses of a second source with those of a running node.
+`pose_covariance.py` computes the covariance of tool poses after a calibration.
 """
