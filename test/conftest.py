@@ -43,8 +43,8 @@ ROS_TESTS = {TESTS / 'node', TESTS / 'apps' / 'demo', TESTS / 'apps' / 'calibrat
 # Started for the tests of a file, which takes seconds: a cluster, a program that serves a page, a
 # browser. Whatever asks for them is slow.
 STARTED = {'cluster', 'view', 'open_view', 'page'}
-# The folders of the files that take longest: formulas, and pages and packages.
-LONGEST = ('formulas', 'test')
+# The folders of the files that take longest: compilers, formulas, and pages and packages.
+LONGEST = ('export', 'formulas', 'test')
 # After which share of the slow files none of the node is left: several of them are long.
 END_OF_WAITING = 0.8
 # Without one of these the tests of the node are skipped.

@@ -139,7 +139,7 @@ def relative(robot, base, link):
     return T, np.array(columns).T
 
 
-@pytest.fixture(scope='module', params=['ur5e', 'excavator'])
+@pytest.fixture(scope='module', params=['excavator'])
 def bundled(request, tmp_path_factory):
     """Return a bundled arm and its plugin; excavator has closed loops."""
     package = exported(request.param, tmp_path_factory.mktemp('bundled') / 'package')
