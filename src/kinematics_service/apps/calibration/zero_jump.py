@@ -9,8 +9,8 @@ Gaussian priors. The jump delta of one parameter acts on one pose of the window 
 poses. The test maximizes the likelihood ratio over the parameter that jumps, the first pose after
 the jump, and delta. x is estimated from the window and from the baseline, earlier poses without a
 jump. A wrong table is part of x, so a new working region raises no alarm. Errors that successive
-poses share raise the threshold. The number of poses that share an error is estimated. Within the
-first 60 poses this estimate may be too small, so shared errors can then still raise an alarm.
+poses share raise the threshold. The number of poses that share an error is estimated. The estimate
+can be too small, so shared errors may still raise an alarm, mostly within the first 70 poses.
 """
 
 import math
