@@ -161,7 +161,7 @@ class Header:
         words = f'{start} const char *' if self.cpp else f'{start} char *const '
         for name, texts in {'joint_names': robot.joint_names, 'factor_names': names}.items():
             if texts:
-                lines.append(f'{words}{before}{name}[] = {{{", ".join(map(_quoted, texts))}}};')
+                lines.append(f'{words}{before}{name}[] = {{{", ".join(map(quoted, texts))}}};')
         return [one for line in lines for one in wrapped(line)]
 
     def _kernel(self) -> list[str]:
@@ -207,7 +207,7 @@ class Header:
         begins = [robot.chain.frames_at + 16 * k for k in range(robot.chain.frames)]
         frames = [begin + k for begin in begins for k in T]
         lines = self._evaluation('frames', robot.chain, kernel.ALL_FRAMES, {'T': frames})
-        for point, end in {'tool': '', **_function_ends(robot)}.items():
+        for point, end in {'tool': '', **function_ends(robot)}.items():
             chain = robot.point(point).chain
             lines += self._evaluation(f'pose{end}', chain, kernel.POSE, {'T': T})
             lines += self._evaluation(f'jacobian{end}', chain, kernel.JACOBIAN, {'T': T, 'J': J})
@@ -339,14 +339,15 @@ def _plain(text: str) -> str:
     return re.sub(r'[^ -~]|[\\?]', '_', text)
 
 
-def _quoted(text: str) -> str:
-    # Returns a literal of C. Octal escapes have three digits, so that a digit may follow.
+def quoted(text: str) -> str:
+    """Return a text as a literal of C or C++."""
+    # Octal escapes have three digits, so that a digit may follow.
     plain = (chr(k) if 32 <= k < 127 and k not in b'"\\?' else f'\\{k:03o}' for k in text.encode())
     return f'"{"".join(plain)}"'
 
 
-def _function_ends(robot: Robot) -> dict[str, str]:
-    # Returns for each named point the end of the names of its functions.
+def function_ends(robot: Robot) -> dict[str, str]:
+    """Return for each named point of an arm the end of the names of its functions."""
     ends = {name: '_of_' + re.sub(r'\W', '_', name, flags=re.ASCII) for name in robot.points[1:]}
     if len(set(ends.values())) < len(ends):
         raise KinematicsError(

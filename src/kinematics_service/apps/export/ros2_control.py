@@ -8,7 +8,6 @@ base, the tool and the points of the robot file as links. Texts between @ are re
 the arm.
 """
 
-import json
 import re
 from collections.abc import Iterator, Mapping
 from html import escape
@@ -20,7 +19,7 @@ from ...output_file import write_file
 from ...robot.loops import moving_variables
 from ...robot.robot import Robot
 from ...version import __version__
-from .header import header_of
+from .header import function_ends, header_of, quoted
 
 CMAKE = """\
 cmake_minimum_required(VERSION 3.16)
@@ -132,7 +131,7 @@ def package_files(robot: Robot) -> dict[str, str]:
         'ROBOT': robot.name,
         'DOF': str(robot.dof),
         'ABOUT': f'{robot.name}, made by kinematics_service {__version__}',
-        'LINKS': ',\n'.join(f'  {{{_quoted(name)}, {rest}}}' for name, rest in links),
+        'LINKS': ',\n'.join(f'  {{{quoted(name)}, {rest}}}' for name, rest in links),
         'ENTRIES': ', '.join(f'{{{joint}, {row}}}' for joint, row in _entries(robot)),
     }
     plugin = files(__package__).joinpath('plugin.cpp').read_text(encoding='utf-8')
@@ -156,9 +155,9 @@ def _links(robot: Robot) -> Iterator[tuple[str, str]]:
     # Yield name and other values of each Link of plugin.cpp: the base, the tool and the points.
     yield robot.base_frame, '0, nullptr'
     yield robot.tool_frame, f'{robot.rows}, arm::jacobian'
+    ends = function_ends(robot)
     for point in robot.description.points:
-        end = re.sub(r'\W', '_', point.name, flags=re.ASCII)  # as header.py names functions
-        yield point.name, f'{point.row}, arm::jacobian_of_{end}'
+        yield point.name, f'{point.row}, arm::jacobian{ends[point.name]}'
 
 
 def _entries(robot: Robot) -> Iterator[tuple[int, int]]:
@@ -167,11 +166,6 @@ def _entries(robot: Robot) -> Iterator[tuple[int, int]]:
     for row in range(1, robot.rows + 1):
         moving = moving_variables(robot.description, links[row - 1 : row])
         yield from ((j, row) for j, name in enumerate(robot.variables) if name in moving)
-
-
-def _quoted(text: str) -> str:
-    # Return a text as a literal of C++. JSON escapes quotes and backslashes alike.
-    return json.dumps(text, ensure_ascii=False)
 
 
 def _filled(template: str, values: Mapping[str, str]) -> str:
