@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Write an arm as one C++ or C header."""
+"""
+Write an arm as one C++ or C header. The kernel's source gives the operations: for open arms they
+are recorded and written as straight code, and functions with branches are translated.
+"""
 
 import math
 import re

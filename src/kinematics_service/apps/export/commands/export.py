@@ -48,7 +48,7 @@ def export(
     sentence on standard error says so.
 
     A header is for controllers and firmware. It needs only the standard library, and allocates no
-    memory. Its results have the bits of this package.
+    memory. In double, its pose and Jacobian have the bits of this package.
 
     --ros2-control writes an ament package with such headers and a plugin for kinematics_interface,
     which controllers such as admittance_controller load. Its links are the base, the tool and the
