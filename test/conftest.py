@@ -7,6 +7,7 @@ Library tests need no ROS: nothing here imports rclpy unless a test asks for an 
 """
 
 import gc
+import itertools
 import os
 import random
 import signal
@@ -174,16 +175,28 @@ def store() -> Any:
 
 
 @pytest.fixture(scope='session')
-def ros_domain() -> Iterator[int]:
-    """Return a domain no other test process uses, set for this process and its children."""
+def domain_candidates() -> Iterator[int]:
+    """Return the domains of this process: those of xdist's other processes are other ones."""
+    first = int(os.environ.get('PYTEST_XDIST_WORKER', 'gw0').removeprefix('gw'))
+    step = int(os.environ.get('PYTEST_XDIST_WORKER_COUNT', '1'))
+    domains = range(1 + first, 101, step)
+    start = random.SystemRandom().randrange(len(domains))
+    return itertools.cycle([*domains[start:], *domains[:start]])
+
+
+@pytest.fixture(scope='module')
+def ros_domain(domain_candidates: Iterator[int]) -> Iterator[int]:
+    """
+    Return a domain no other test file uses, set for this process and its children.
+
+    A process that a test killed is listed by others for 20 s more, so each file has its own.
+    """
     coordinator = pytest.importorskip('domain_coordinator', reason='needs ros-domain-coordinator')
-    start = random.SystemRandom().randrange(100)
-    candidates = iter(range(start, start + 100))
     before = dict(os.environ)
     from kinematics_service.node.process import middleware
 
     with (
-        coordinator.domain_id(lambda: next(candidates) % 100 + 1) as domain,
+        coordinator.domain_id(lambda: next(domain_candidates)) as domain,
         pytest.MonkeyPatch.context() as patch,
     ):
         # A command that is called within this process would give each node that is made here later
