@@ -11,7 +11,7 @@ from .cells import is_quarter
 from .report import TableReport
 
 ORDER = 'is the order of the heads another one? (--columns)'
-MARK = '@'  # replaces the variable of a row in its cell, until the variable has a name
+MARK = '@'  # stands for the row's own variable in a cell, until the variable has a name
 # Match names without a number, such as `theta` or `q_i`. In a row, such a name means the joint
 # variable of this row.
 OWN = {
@@ -24,7 +24,7 @@ ANGLE = re.compile(r'(?:theta|th|t|phi|psi|q|joint|j)_?\d+', re.IGNORECASE)
 SLIDING = re.compile(r'[dqs]\w*', re.IGNORECASE)
 # Matches an angle such as pi/2 or 1.5708, but not 1.57. An angle in column a or d is a mistake.
 AN_ANGLE = re.compile(r'(?:\d+\*)?pi(?:/\d+)?|\d\.\d{4,}')
-# Matches numbers that are probably lengths in m, not angles.
+# Matches numbers in column theta that are probably lengths in m, not angles.
 IN_METRES = re.compile(r'-?[01]?\.\d{1,2}')
 LENGTH = re.compile(r'[adlhb]_?\d+', re.IGNORECASE)
 # Matches a name with a star, which marks a joint variable: `theta3* - 90` means theta3 - 90.
@@ -57,8 +57,8 @@ class MovingRow(NamedTuple):
     """
     A table row with the expressions d and theta, and the joint variable of the row.
 
-    `variable` is empty if the row has no new variable. `place` is the quantity that moves, 'd' or
-    'theta', or '' for a fixed row.
+    `variable` is empty if the row has no variable, or the variable of an earlier row. `place` is
+    the quantity that moves, 'd' or 'theta', or '' for a fixed row.
     """
 
     row: NumberedRow
@@ -122,7 +122,8 @@ def moving_rows(
         own = _moving(row, place, constants) if place else frozenset()
         new = sorted(name for name in own - {MARK} if bare(name) not in map(bare, known))
         if len(new) > 1 and len(angles := list(filter(ANGLE.fullmatch, new))) == 1:
-            # The other names do not look like angles, so they are constants without a value.
+            # Only one name in the cell looks like an angle. The other names are constants without
+            # a value.
             new = angles
         free = f'joint_{free}' if free in taken else free
         variable = free if place and (MARK in own or not own) else new[0] if new else ''
@@ -251,8 +252,9 @@ def _faults(
 def _judge_fixed(
     arm: Sequence[MovingRow], joints: Sequence[NumberedRow], report: TableReport
 ) -> None:
-    # A row without a new variable is fixed, or an earlier joint moves it, or its variable is
-    # missing. Add a note about fixed and moved rows, and report a missing variable as a fault.
+    # If a row has no variable of its own, it is fixed, or the joint of an earlier row moves it, or
+    # its variable is missing. Add a note to the report for a fixed or moved row, and a fault for a
+    # missing variable.
     rows = [one.row for one in arm if not one.place and 'type' not in one.row.cells]
     fixed = [row for row in rows if row in joints]
     moving = [one.variable for one in arm if one.variable]

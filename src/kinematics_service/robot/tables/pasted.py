@@ -57,7 +57,7 @@ def without_comments(text: str) -> str:
 
 
 def rows_of(text: str, report: TableReport) -> list[PastedRow]:
-    """Return the rows of a pasted table, without empty rows and lines of signs."""
+    """Return the rows of a pasted table, without empty rows and lines such as `-----`."""
     # Do not read the text after the lower left corner of a box that is drawn around the table.
     text = ENDS.sub('', re.split('[└┗╚╰]', text, maxsplit=1)[0])
     if '&' in text and '\\\\' in text:

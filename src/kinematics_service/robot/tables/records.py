@@ -19,8 +19,8 @@ PAIR = re.compile(
 )
 ITEM = re.compile(r'(?m)^[ \t]*- ')
 BLOCK_LIST = re.compile(r'(?m)^([ \t]*)(\w+):[ \t]*\n((?:[ \t]*- [^\n:]*(?:\n|\Z))+)')
-# Matches signs between the records of two rows. At least one of these signs is between the numbers
-# of two different rows.
+# Matches the signs that separate the records of two table rows, such as braces. A text between the
+# numbers of two different rows has at least one of these signs.
 BETWEEN_ROWS = re.compile(r'[{}()]|\[\[|(?m:^[ \t]*-[ \t])|(?m:^[ \t]*[\w"\']+:[ \t]*$)|(?m:^\[)')
 OTHER_LIST = re.compile(r'\][^\[]*:\s*\[|(?m:^[ \t]*\w+:[ \t]*\n[ \t]*-[ \t])')
 TOML_LISTS = re.compile(r'(?m)^\[\[([\w.]+)\]\]')
@@ -36,7 +36,7 @@ class _Pair(NamedTuple):
 
 
 def rows_of_records(text: str, report: TableReport) -> list[PastedRow]:
-    """Return heads and rows of a table in which each number has a name; [] for any other text."""
+    """Return the heads and rows of a table whose numbers have names; [] for any other text."""
     text = _with_lists(text)
     pairs = _pairs(text)
     keys = [head_of(pair.key).meaning for pair in pairs]
@@ -54,8 +54,8 @@ def rows_of_records(text: str, report: TableReport) -> list[PastedRow]:
 
 def rows_of_substitutions(text: str, report: TableReport) -> list[PastedRow]:
     """
-    Return heads and rows of numbers with indexed names, such as `alpha0: 0, a0: 0, d1: 0.75`, else
-    [].
+    Return the heads and rows of a table whose numbers have indexed names, such as `alpha0: 0, a0:
+    0, d1: 0.75`; [] for any other text.
     """
     text = without_comments(text)
     pairs = [pair for pair in _pairs(text) if NUMBERED.fullmatch(pair.key)]

@@ -273,7 +273,7 @@ def _constants(
     constants: Mapping[str, str], arm: Sequence[MovingRow], ends: str, report: TableReport
 ) -> Iterator[str]:
     # Yield the lines of the section `constants` of the robot file. The section has the constants
-    # that expressions use, and names without a value.
+    # that expressions use, and the names to which the pasted text gives no value.
     texts = [ends, *chain.from_iterable(_texts(row) for row in arm)]
     used = [name for text in texts for name in sorted(names_in(text) - KEPT)]
     kept: list[str] = []

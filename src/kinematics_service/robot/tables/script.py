@@ -74,8 +74,8 @@ def end_lines(text: str, settings: Mapping[str, str], report: TableReport) -> It
                 report.refuse(f'{fault}, or write {end} into the robot file', 'syntax')
             yield _line(end, *found)
     for end, xyz, order, angles in BOXED.findall(text):
-        # In the toolbox, the order xyz means R = Rx(yaw) Ry(pitch) Rz(roll). So the three angles
-        # are printed in the reverse order of a robot file.
+        # In the toolbox, the order xyz means R = Rx(yaw) Ry(pitch) Rz(roll). So the toolbox prints
+        # the three angles in the reverse of the order in a robot file.
         rpy = angles.replace(' ', '').split(',')[:: -1 if order == 'xyz' else 1]
         if order == 'xyz' and sum(re.search('[1-9a-z]', angle) is not None for angle in rpy) > 1:
             message = f'{end}: rpy/xyz has several angles; write {end} into the robot file'

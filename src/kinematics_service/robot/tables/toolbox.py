@@ -34,7 +34,7 @@ OF_MATRIX = re.compile(r'\bSerialLink\s*\(\s*(\w+|(?=\[))\s*[,)\[]')
 LATER_OF_LINKS = re.compile(r'\w+[\[(]\w+[\])]\.\w+\s*=\s*[^;\n]+')
 # Known arguments of a link. The reader ignores the arguments for dynamics and drawing.
 KNOWN = {*VECTOR, 'mdh', 'flip', 'qlim', 'name', 'mesh', 'm', 'r', 'I', 'Jm', 'G', 'B', 'Tc'}
-# Matches the arguments of a link that LINK does not match.
+# Matches the arguments of a link call that the pattern LINK has missed.
 UNREAD = re.compile(r"\([^()]*\balpha\b'?\s*[=,]")
 HEADS = ('a', 'alpha', 'd', 'theta', 'offset', 'type', 'limits')
 FALSE = (None, '', '0', '0.0', 'False', 'false')
@@ -44,7 +44,8 @@ class ToolboxLinks(NamedTuple):
     """
     The links of a robot in a script, as rows of cells. The first row has the heads.
 
-    `convention` is the convention of the links, and `settings` has the robot's settings as text.
+    `convention` is the convention of the links, and `settings` has the robot's base, tool and
+    joint offsets as text.
     """
 
     rows: list[PastedRow]
@@ -150,8 +151,8 @@ def _call(text: str, found: re.Match[str], report: TableReport) -> _LinkCall:
 
 def _row(link: _LinkCall, report: TableReport) -> PastedRow:
     values = link.values
-    # In MATLAB, a call Link(...) has theta or d as an argument. This quantity is constant, and the
-    # other quantity moves.
+    # In MATLAB, a call Link(...) gives either theta or d, the one that is constant. The other one
+    # moves.
     names_theta = link.function == 'Link' and 'theta' in values and 'd' not in values
     slides = link.has('sigma', 'prismatic', 'p') or link.function.startswith('Prismatic')
     moving = 'd' if slides or names_theta else 'theta'

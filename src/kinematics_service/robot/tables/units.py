@@ -23,8 +23,8 @@ WORDS = {
     'mm': re.compile(r'\bmm\b|\bmillimet(?:er|re)s?\b', re.IGNORECASE),
     'm': re.compile(r'\bmet(?:er|re)s?\b', re.IGNORECASE),
 }
-# For each kind of numbers: the columns with such numbers, the two accepted units, and the largest
-# plausible number in the first unit.
+# For angles, and for lengths: the columns of the table that have them, the two accepted units, and
+# the largest plausible number in the first unit.
 KINDS = {
     'angles': (('alpha', 'theta', 'offset'), ('rad', 'deg'), LARGEST_USUAL_ANGLE),
     'lengths': (('a', 'd'), ('m', 'mm'), LARGEST_USUAL_LENGTH),
