@@ -147,8 +147,8 @@ class _XmlReader:
         self.elements = 0
 
     def read(self, content: bytes) -> XmlElement:
-        # The file may begin with blank lines before the XML declaration. Move these lines behind
-        # it, because expat refuses such a file, but the parsers of ROS accept it.
+        # expat refuses a file with blank lines before the XML declaration, but the parsers of ROS
+        # accept such a file. So move the blank lines behind the declaration.
         content, encoding = self._in_utf_8(BLANK_BEGINNING.sub(rb'\2\1', content))
         self.parser = expat.ParserCreate(encoding)
         self.parser.StartDoctypeDeclHandler = self._doctype
@@ -164,7 +164,7 @@ class _XmlReader:
         except UrdfError:
             raise  # a handler of the parser refused the file; UrdfError is also a ValueError
         except (ValueError, LookupError) as error:
-            # The encoding is unknown to expat.
+            # The file declares an encoding that expat does not know.
             refuse(self.file, f'not valid XML: {error}', 'syntax')
         assert self.root is not None  # without a root element, expat has raised an error
         return self.root

@@ -23,10 +23,10 @@ from .tree import UrdfTree
 # Matches the places in the generated robot file whose warnings also apply to the URDF: the joints,
 # and the table (for the sum of the lengths).
 MAPPED_PLACES = re.compile(r'joints\[(\d+)\]|links$')
-# Least similarity (difflib) of an unknown element to a known element that a warning suggests. The
-# value is the similarity of `axes` to `axis`.
+# A warning about an unknown XML element suggests a known element if the similarity (difflib) of
+# their names is at least this. The value is the similarity of `axes` to `axis`.
 SIMILARITY = 0.75
-# The attributes of an `<origin>`, with the kind of their numbers.
+# The attributes of an `<origin>`, and whether their numbers are lengths or angles.
 ORIGIN_KINDS: tuple[tuple[str, Kind], ...] = (('xyz', 'length'), ('rpy', 'angle'))
 
 

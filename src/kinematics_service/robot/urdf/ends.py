@@ -67,9 +67,9 @@ def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
 
     1. at a joint that is named after a finger, a thumb, a jaw, a claw or a gripper;
     2. at a link to which a link is fixed that is named after a tool, unless a tool comes later;
-    3. at a link with several similar branches, none with more moving joints than lead to the link:
-       three branches or more, or two branches of one or two joints each. Two longer branches may
-       be limbs of a trunk.
+    3. at a link with three or more similar branches, or with two branches of one or two moving
+       joints each, if no branch has more moving joints than the path from the base to the link.
+       Two longer branches may be limbs of a trunk.
 
     Parameters
     ----------

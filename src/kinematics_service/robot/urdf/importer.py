@@ -192,8 +192,8 @@ def _imported(
     written = text(str(certificate))
     _refuse_large(root, written)
     doubts = chain_doubts(tree, chain, robot.description.warnings)
-    # Use the robot that was measured. Its text differs from the written text only in the
-    # certificate, which is in the source of the robot.
+    # `robot` was made from a text without the certificate. Put the certificate into its `source`,
+    # so that the robot is that of the written text.
     certified = printable_source(source(str(certificate)))
     description = replace(robot.description, source=certified)
     robot = replace(robot, source=certified, description=description)

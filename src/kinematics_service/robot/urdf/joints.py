@@ -107,7 +107,7 @@ def read_joint(element: XmlElement, version: str, rounds: bool = False) -> UrdfJ
     ------
     UrdfError
         A robot file cannot express the type, an attribute is not a number, or `rpy` and
-        `quat_xyzw` are two rotations.
+        `quat_xyzw` are different rotations.
     """
     kind = element.attributes.get('type', '')
     if kind not in (*MOVING, 'fixed'):

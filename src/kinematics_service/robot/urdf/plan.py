@@ -54,8 +54,9 @@ def _motions(row: Row, index_of: Mapping[str, int]) -> list[_JointTerm]:
 
 def _with_leaders(robot: Robot, rows: list[list[_JointTerm]]) -> list[list[_JointTerm]]:
     # Mark the first term of each variable as the variable's joint, with the factor 1 or -1. If the
-    # term has another factor, add a second term with the difference, which becomes a mimic joint.
-    # In each row, put joints before mimic joints, because Pinocchio needs this order.
+    # factor in the table is another number, add a second term with the difference of both factors,
+    # which becomes a mimic joint. In each row, put joints before mimic joints, because Pinocchio
+    # needs this order.
     led: set[int] = set()
     result = []
     for row in rows:

@@ -12,9 +12,10 @@ from ...typography import number_text
 ROUND_OFF = 2e-15
 DECIMALS = 12  # round a value to 12 decimals if the change is at most ROUND_OFF
 PARTS = 12  # write multiples of pi/12 (15 degrees) as fractions of pi
-# Largest difference between a part of pi and its rounded value, in units of the last digit.
+# An angle such as 1.57 counts as a rounded multiple of pi/12 if its distance to the multiple is
+# less than LAST_DIGITS units of its last digit, and less than ROUNDED.
 LAST_DIGITS = 2.5
-ROUNDED = 1e-3  # largest difference between a part of pi and its rounded value, rad
+ROUNDED = 1e-3  # rad
 # Largest error of a right angle from a CAD program, rad. The value is the round-off of 32 bit
 # numbers (6e-8) after a few products.
 CAD_NOISE = 1e-6

@@ -124,8 +124,8 @@ def read_tree(root: XmlElement) -> UrdfTree:
     Raises
     ------
     UrdfError
-        A link or joint has no name, two have one name, a joint names a link that does not exist,
-        or a link is below itself.
+        A link or joint has no name, two links or joints have the same name, a joint names a link
+        that does not exist, or a link is below itself.
     """
     links, joints = _named(root, 'link'), _named(root, 'joint')
     if not links:
