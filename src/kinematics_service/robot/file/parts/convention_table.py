@@ -37,8 +37,8 @@ class Convention:
         The name of the convention in robot files.
     product
         The transform T of a row as a product of elementary motions, each with a named quantity.
-        Rz(theta) and Tz(d) may move and are side by side; the other motions are constant. Empty if
-        rows do not have named quantities.
+        Only Rz(theta) and Tz(d), which are neighbours, may contain joint variables. Empty if rows
+        do not have named quantities.
     rows
         The content of a row: named quantities, one elementary motion, or a motion between two
         shape matrices.
@@ -112,9 +112,9 @@ class Convention:
     @property
     def others(self) -> 'tuple[Convention, ...]':
         """
-        Return the other conventions whose rows have the quantities of this convention.
+        Return the other conventions whose rows have the same quantities as this convention.
 
-        The transforms of these conventions multiply the motions in another order.
+        Their transform T multiplies the elementary motions of the quantities in another order.
         """
         return tuple(
             other

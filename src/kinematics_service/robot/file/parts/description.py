@@ -24,8 +24,8 @@ class Constant:
     A named number of the robot file, in the units of the file, not in SI units.
 
     A constant may be a length, an angle or a ratio. Only the expressions that use the constant
-    show this, so a constant is not converted to SI units. If `letter` is true, the file gives no
-    value for the constant, and `value` is an arbitrary substitute number.
+    show which of the three it is, so its value is not converted to SI units. If `letter` is true,
+    the file gives no value for the constant, and `value` is an arbitrary substitute number.
     """
 
     name: str
@@ -109,8 +109,8 @@ class ElementaryMotion:
     @property
     def motions(self) -> 'tuple[ElementaryMotion, ...]':
         """
-        Return a tuple with only this motion, because other kinds of table rows have several
-        motions.
+        Return a tuple with only this motion. Every kind of table row has this property, and a DH
+        row has several motions.
         """
         return (self,)
 

@@ -84,9 +84,9 @@ def _known_pose(
 
 
 def _half_digit(texts: Sequence[str | None], kind: Kind, units: Units) -> float:
-    # Return the largest rounding error of some numbers, m or rad: half a unit of the last digit,
-    # or 0 if the numbers count as exact. The number with the most decimals gives the last digit,
-    # because zeros at the end of other numbers may be omitted.
+    # Return the largest rounding error of the numbers in `texts`, m or rad: half a unit of the
+    # last digit, or 0 if the numbers count as exact. The number with the most decimals gives the
+    # last digit, because zeros at the end of other numbers may be omitted.
     decimals = [found for text in texts if (found := DECIMALS.fullmatch(text or ''))]
     most = max((len(found[1]) for found in decimals), default=0)
     if any(unit_doubt(float(found[0]), kind) for found in decimals):

@@ -11,15 +11,15 @@ from .... import kernel
 @dataclass(frozen=True)
 class Measure:
     """
-    A measure of singularity. The kernel computes its value. The value is in the field of
-    `Singularity` that has the name of the measure.
+    A measure of singularity: its names, unit and thresholds. The kernel computes its value. A
+    result `Singularity` has the value in the field with the name of the measure.
 
     Attributes
     ----------
     name, meaning
         The name in robot files, topics and parameters; the definition for the reference page.
     column
-        The column in which `kernel.measure` writes the measure.
+        Index of the column in which `kernel.measure` writes the value in its result array.
     small_is_bad
         Whether the measure decreases toward a singular pose.
     unit

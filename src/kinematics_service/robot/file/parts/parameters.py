@@ -80,7 +80,8 @@ class ArmParameter:
 
 class PlacedParameter(NamedTuple):
     """
-    A calibration parameter, the axis (x, y or z) of its motion, and a flag for extra corrections.
+    A calibration parameter, and the axis (x, y or z) of its motion. `extra` is true if the
+    parameter is a correction beside the numbers of the table, such as `beta2`.
     """
 
     parameter: ArmParameter

@@ -237,8 +237,8 @@ class Quantities:
             hidden |= strange
         if not hidden:
             return True
-        # Accept the names in `hidden` as joint variables, because their definitions, which have
-        # faults, may define joints.
+        # `hidden` has names whose definitions have faults. Accept them as joint variables, because
+        # the definitions may be those of joints.
         varying = tuple(dict.fromkeys((*scope.variables, *sorted(hidden))))
         refused = {name: why for name, why in scope.refused.items() if name not in hidden}
         check_function(text, replace(scope, variables=varying, refused=refused, wanted=None))
@@ -269,8 +269,9 @@ class Quantities:
         for variable, factor in affine.coefficients:
             own = KIND_OF[self.joint_types[variable]]
             if own != kind:
-                # In a length, the coefficient of a helical joint's angle is a length per angle. In
-                # an angle, the coefficient of a length is an angle per length.
+                # A length such as d may have a term with the angle of a helical joint; its factor
+                # is a length per angle. An angle may have a term with a length; its factor is an
+                # angle per length.
                 factor = self.units.to_si(factor, kind) / self.units.to_si(1.0, own)
             coefficients.append((variable, factor))
         return Affine(self.units.to_si(affine.constant, kind), tuple(coefficients))

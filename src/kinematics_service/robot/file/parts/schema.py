@@ -53,7 +53,7 @@ POSITIONS = 'joints angles positions'
 class RobotEntry(Entry):
     """
     The keys at the top level of a robot file. Other entry classes of this module have the keys of
-    the parts.
+    inner mappings, such as a point or a loop.
     """
 
     noun = 'a robot file'

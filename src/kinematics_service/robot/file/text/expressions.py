@@ -72,7 +72,8 @@ class Scope:
     refused
         Names that the file defines but the expression may not use, each with the reason.
     wanted
-        1 for an angle, 0 for a length or a ratio, None if both are accepted.
+        The expected quantity: 1 for an angle, 0 for a length or a ratio, None for any of the
+        three.
     """
 
     angle_unit: str = 'rad'
@@ -234,7 +235,7 @@ def _quotient(one: Affine, other: Affine) -> Affine:
     if other.constant == 0.0:
         raise ExpressionError('division by zero', code='division-by-zero')
     divisor = other.constant
-    # Divide each factor by the divisor itself, because a product with its reciprocal would be
+    # Divide each coefficient by the divisor. A product with the reciprocal of the divisor would be
     # rounded twice.
     coefficients = tuple((name, value / divisor) for name, value in one.coefficients)
     return Affine(one.constant / divisor, coefficients)

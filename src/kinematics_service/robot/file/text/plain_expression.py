@@ -35,7 +35,8 @@ def plain_expression(
     angle_unit
         The file's unit of angles: 90° becomes `pi/2` for 'rad', and `90` for 'deg'.
     wanted
-        1 for an angle, 0 for a length or a ratio, None if both are accepted.
+        The expected quantity: 1 for an angle, 0 for a length or a ratio, None for any of the
+        three.
 
     Raises
     ------

@@ -18,8 +18,9 @@ MAX_REASON_LENGTH = 200  # characters; longer reasons of the YAML parser are cut
 # A text with a syntax error is parsed a second time for a better message if it has at most this
 # number of characters.
 MAX_EXPLAINED_LENGTH = 256 * 1024
-# Matches the characters that the reader refuses. YAML does not accept most of these characters.
-# Three others end a line only in YAML 1.1, and would make line numbers ambiguous.
+# Matches the characters that the reader refuses. YAML does not accept most of them. The other
+# three (U+0085, U+2028, U+2029) end a line only in YAML 1.1, and would make line numbers
+# ambiguous.
 UNACCEPTED = re.compile(
     '[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]'
 )
@@ -159,7 +160,7 @@ class YamlReader(Generic[Read]):
             alias = quoted('*' + event.anchor)
             raise _refusal(event, f'aliases are not accepted: {alias}', 'unsupported')
         elif kind is yaml.DocumentStartEvent:
-            # The line after the directives (%YAML, %TAG) of the document.
+            # The line of `---`, which comes after the directives (%YAML, %TAG) of the document.
             line = event.end_mark.line + 1
             if self._second and self._documents:
                 raise YamlError(line, self._second, 'too-many')

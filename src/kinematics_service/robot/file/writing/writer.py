@@ -85,8 +85,8 @@ def written_entries(text: str, value: Node, without: Sequence[str]) -> dict[str,
 
 
 def _comments(lines: list[str]) -> dict[str, str]:
-    # Return the comments at the ends of lines by the name of the factor in the line. The name is
-    # empty for the line of the key `factors`.
+    # Return the comments at the ends of the lines of `factors`, by the name of the factor in each
+    # line. The name is empty for the line of the key `factors`.
     found = {}
     for line in lines:
         comment = re.search(r'\s+#.*$', line.rstrip('\n'))
