@@ -13,8 +13,8 @@ from typing import NamedTuple
 from ..errors import RobotNotFoundError
 from .file.translation import translator_of
 
-# Titles of groups, each with the names of its bundled robots. The command `robots` lists the
-# groups in this order, and after these groups the robots without a group.
+# The bundled robots in groups: the title of each group, and the names of its robots. The command
+# `robots` lists the groups in this order, then the robots without a group.
 GROUPS: Mapping[str, tuple[str, ...]] = {
     title: tuple(names.split())
     for title, names in {

@@ -30,7 +30,7 @@ from .points import ending_at, moved_base
 from .relative_motion import relative_motion
 
 FLOOR = 'cell'
-MAX_ARMS = 128  # limits the reading time; 128 arms take half a second
+MAX_ARMS = 128  # limits the time to read the file of a cell; 128 arms take half a second
 
 
 @dataclass(frozen=True)
@@ -71,9 +71,10 @@ class Cell:
         ----------
         base
             The base frame: the frame of the cell, the tool of an arm, or a point of an arm such as
-            `left/elbow`. Default: the first arm, or the frame of the cell if there is one arm.
+            `left/elbow`. Default: the first arm, or the frame of the cell if the cell has only one
+            arm.
         tip
-            An arm, or a point of an arm. Default: the first arm other than that of `base`.
+            An arm, or a point of an arm. Default: the first arm that `base` does not name.
 
         Raises
         ------
@@ -152,7 +153,8 @@ def cell_of(name: str) -> Cell | None:
         source = find_robot(name)
         whole = is_cell(source) and not (source.base or source.tip)
     except (RobotNotFoundError, RobotFileError):
-        # The caller then reads the name as a single arm, which raises this error again.
+        # Ignore the error here. The caller then reads the name as a single arm, and gets the same
+        # error.
         return None
     return read_cell(source.file) if whole else None
 

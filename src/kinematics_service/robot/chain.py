@@ -36,7 +36,7 @@ class FrozenArrays:
     READ_ONLY: ClassVar[tuple[str, ...]] = ()
 
     def __init_subclass__(cls) -> None:
-        """List the fields of the subclass whose annotation is an array type."""
+        """Note which fields of the subclass are annotated as arrays."""
         super().__init_subclass__()
         own = (name for name, kind in cls.__annotations__.items() if kind in ARRAYS)
         cls.READ_ONLY = (*cls.READ_ONLY, *own)
@@ -55,8 +55,8 @@ class FrozenArrays:
 
 
 def _entries(row: Row, variables: Sequence[str]) -> list[tuple[int, float, float]]:
-    # Return a tuple for each variable that moves the row: its joint index, and its coefficients in
-    # theta and in d.
+    # Return, for each joint variable in theta or d of the row: the index of its joint, and the
+    # coefficients of the variable in theta and in d.
     theta, d = dict(row.theta.coefficients), dict(row.d.coefficients)
     entries = ((j, theta.get(v, 0.0), d.get(v, 0.0)) for j, v in enumerate(variables))
     return [entry for entry in entries if entry[1:] != (0.0, 0.0)]
@@ -70,7 +70,7 @@ def fold(
     closure: Closure | None = None,
 ) -> Chain:
     """
-    Return the kernel's chain of a table: constant motions, and between each two a screw about z.
+    Return the kernel's chain of a table: constant motions, separated by screws about z.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def fold(
     elements: list[Row] = []
     entries: list[list[tuple[int, float, float]]] = []
     frame_parents, frame_offsets = [-1], [base]
-    still = base  # the product of the constant motions after the last screw
+    still = base  # product of the constant motions since the previous moving row
     for row in rows:
         if moved := _entries(row, variables):
             constants.append(still @ row.before)

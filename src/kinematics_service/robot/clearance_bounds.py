@@ -19,24 +19,26 @@ MAX_BOUNDED_ENTRIES = 12
 # Two axes count as parallel if the sine of the angle between them is below this number. Parallel
 # axes have no unique nearest points.
 PARALLEL_SINE = 1e-6
-# Relative error of a sum of lengths: a few thousand times machine epsilon.
+# Relative round-off by which `reach_of` enlarges the radius, which is a sum of lengths. The value
+# is a few thousand times machine epsilon.
 LENGTH_SUM_ERROR = 1e-12
 
 
 class ClearanceBounds(NamedTuple):
     """
-    The arguments of `kernel.Clearance` (the proved radius without singular poses) that depend only
-    on the arm.
+    The constants of an arm with which `kernel.Clearance` proves that no pose within a radius, in
+    joint space, is singular.
 
     Attributes
     ----------
     moving : shape (d,)
-        The joints that can change the rank of J_t.
+        Indices of the joints that can change the rank of J_t (the task rows of the Jacobian).
     point : shape (3,), m
         The reference point of J: the vector from the origin of the tool to the point, in the axes
         of the tool.
     bend, twist, fourth
-        Upper bounds of the second, third and fourth derivative of J_t; infinite if not computed.
+        Upper bounds of the second, third and fourth derivatives of J_t by the joint positions;
+        infinite if not computed.
     """
 
     moving: Integers
@@ -114,9 +116,10 @@ class _Feet(NamedTuple):
 
 
 def _feet(chain: Chain, elements: _Elements, point: Floats, strokes: Floats) -> _Feet:
-    # Drop a perpendicular from the point to the last axis, then from its foot to the previous
-    # axis, and so on. The perpendiculars have constant lengths. So the distance to an axis is at
-    # most the sum of these lengths and of the strokes of sliding joints.
+    # Drop a perpendicular from `point` to the last joint axis, then from the foot of this
+    # perpendicular to the previous axis, and so on. The perpendiculars have constant lengths. So
+    # the distance to an axis is at most the sum of these lengths and of the strokes of sliding
+    # joints.
     count = len(elements.turns)
     first = chain.table.first_entry
     hops, foot = np.zeros(count), point
@@ -160,11 +163,11 @@ def moving_joints(chain: Chain, task: Task) -> Integers:
     """
     Return the indices of the joints that can change the rank of J_t, shape (d,).
 
-    The first joint moves all columns of J_t as one rigid body. The function leaves out the first
-    joint, unless it turns and J_t has only some of the linear or angular rows. The function leaves
-    out the last joint if J_t has six rows, because the last joint changes no column. If a joint is
-    left out, the next joints on its axis are also left out. A joint is kept if it moves two rows
-    of the table, or is part of a closed loop.
+    The first joint moves the arm as one rigid body, and is left out. Exception: it turns, and the
+    rows of J_t are not x y z, rx ry rz, or all six. If J_t has six rows, the last joint is also
+    left out, because it moves no joint axis. If a joint is left out, the next joints on its axis
+    are also left out. A joint is kept if it moves two rows of the table, or is part of a closed
+    loop.
     """
     six_rows = len(task.rows) == 6
     table = chain.table
@@ -200,10 +203,12 @@ def _alone_about_one_axis(table: ChainTable, order: range) -> Iterator[int]:
 
 def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Floats:
     # Return upper bounds of the norms of the derivatives of each column of J_t by `order` joints,
-    # shape (n, ..., n). The linear part is at most a product: the speed of the entry that is last
-    # in the chain, times the angular velocities of the other entries. The angular part is at most
-    # the product of all angular velocities. It is zero unless the entry of the column comes after
-    # all other entries in the chain.
+    # shape (n, ..., n). First compute them for entries, which are joints that move a screw. A
+    # derivative has `order` + 1 entries: one for the column, and one for each joint. Its linear
+    # part is at most a product: the speed of the reference point due to the entry that is last in
+    # the chain, times the angular velocities due to the other entries. Its angular part is at most
+    # the product of all angular velocities. The angular part is zero unless the entry of the
+    # column comes after all other entries in the chain.
     table, E = chain.table, chain.entries
     element = np.repeat(np.arange(len(table.theta_0)), np.diff(table.first_entry))
     w = np.abs(table.by_theta)
@@ -216,8 +221,8 @@ def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Fl
     has_linear = any(axis < 3 for axis in task.axes)
     has_angular = any(axis >= 3 for axis in task.axes)
     parts = np.hypot(linear * has_linear, angular * task.length * has_angular)
-    # Sum the bounds over the entries of each joint. Multiply the bounds of sliding joints by the
-    # characteristic length.
+    # Some joints move several screws: add up the bounds of their entries, joint by joint. Multiply
+    # the bounds of sliding joints by the characteristic length.
     scales = np.zeros((chain.dof, E))
     scales[table.joint, np.arange(E)] = task.column_scales[table.joint]
     for axis in range(order + 1):
@@ -262,8 +267,9 @@ def find_bounds(chain: Chain, task: Task, strokes: Floats) -> ClearanceBounds:
     for order in (2, 3, 4) if chain.entries <= MAX_BOUNDED_ENTRIES else (2,):
         parts = _largest_parts(chain, task, farthest, order)
         parts = parts[np.ix_(np.arange(n), *[moving] * order)]
-        # Write the components of the derivative as a matrix. The 2-norm of this matrix bounds the
-        # derivative along unit vectors. Take the smallest norm over all such matrices.
+        # Write `parts`, which has an axis for the columns of J_t and for each joint, as a matrix.
+        # Its 2-norm bounds the derivative along unit vectors. Each choice of the axes that become
+        # rows gives a matrix; take the smallest norm.
         flat = (parts.reshape(n * d**k, -1) for k in range(order))
         flat = (part if len(part) < len(part.T) else part.T for part in flat)
         bounds[order - 2] = min(float(np.linalg.norm(part, 2)) for part in flat)

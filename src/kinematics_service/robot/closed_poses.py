@@ -21,8 +21,8 @@ SEED = 20240523
 
 def close_at(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
     """
-    Solve the loop equations of a chain at joint positions. Return the kernel's results for the
-    loops, and the number of the group of loops that cannot be closed.
+    Return the kernel's solution of the loop equations of a chain at joint positions, and whether
+    the loops close.
 
     Parameters
     ----------
@@ -31,10 +31,12 @@ def close_at(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
     q : shape (N, n), rad or m
         Joint positions.
 
-    Returns ------- Two arrays: the results that `kernel.Closure` documents, shape (N, width), and
-    for each row of q the number of the failed group, shape (N,). A failed group is a group of
-    loops that cannot be closed. The number is 0 if all loops close. The last group has the number
-    1.
+    Returns
+    -------
+    Two arrays with a row for each row of q. The first array, shape (N, width), has the numbers
+    that `kernel.Closure` documents. The second array, shape (N,), is 0 if all loops close.
+    Otherwise it is the number of the group of loops that cannot be closed, counted from the last
+    group, which has the number 1.
     """
     sections = np.empty((len(q), chain.closure.width))
     failed = np.empty(len(q))

@@ -29,7 +29,8 @@ from .task import Task
 # error below 1e-12 away from its zeros.
 LOG_DIFFERENCE_TOLERANCE = 1e-9
 # Compare the product of the factors with det J_t only at poses where |det J_t| is at least this
-# fraction of the median. Closer to 0, the relative round-off of the determinant is large.
+# fraction of its median over the sampled poses. Closer to 0, the relative round-off of the
+# determinant is large.
 MIN_DETERMINANT_RATIO = 1e-3
 # A zero of a factor counts as a singular pose if the smallest singular value of J_t is at most
 # this fraction of the largest singular value.
@@ -60,8 +61,10 @@ class Factors(FrozenArrays):
         Whether a product of powers of the factors is the determinant of J_t up to a constant. If
         so, every singular pose is a zero of a factor.
     operations : shape (steps, 3), constants : shape (steps,)
-        For each step of the tape, `operations` has the operation and the indices of two operands.
-        `constants` has the value of a constant, or the scale of a joint position or of an angle.
+        For each step of the tape, `operations` has the operation and the indices of the two steps
+        that are its operands. `constants` has the number that the step needs: the value of a
+        constant, the factor from rad or m to the file's unit for a joint position, or the file's
+        unit of angles (rad) for a function such as sin.
     ends : shape (factors,)
         For each factor on the tape, the index of the step that computes its value.
     """
@@ -76,7 +79,7 @@ class Factors(FrozenArrays):
 
     @cached_property
     def tape(self) -> kernel.Tape:
-        """Return the tape of the factors as an object of the kernel."""
+        """Return the tape (elementary operations) of the factors as an object of the kernel."""
         return kernel.Tape(self.operations, self.constants, self.ends)
 
     def __bool__(self) -> bool:
@@ -151,7 +154,8 @@ def _taped(description: RobotDescription) -> Factors:
     numbers: list[float] = []
     angle, length = description.radians, description.metres
     constants = {'pi': math.pi, **{one.name: one.value for one in description.constants}}
-    # Map each variable to its joint index and to the scale from rad or m to the file's unit.
+    # Map each joint variable to the index of its joint, and to the factor from rad or m to the
+    # file's unit.
     variables = {
         joint.variable: (j, 1.0 / (length if joint.type == 'prismatic' else angle))
         for j, joint in enumerate(description.joints)

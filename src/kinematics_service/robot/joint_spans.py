@@ -19,7 +19,8 @@ def joint_spans(chain: Chain, task: Task, limits: Floats) -> Floats:
     Return, for each joint, the range in which it is sampled: begin, length and period, (n, 3),
     rad.
 
-    If a joint has a period, its range is one period. If a joint has no period, its range goes
+    The period of a joint is the angle after which all links have the same poses again. If a joint
+    has a period, its range is one period. If a joint has no period, its range goes
     `kernel.FARTHEST` beyond the joint limits, or is one turn if the joint has no limits. Then the
     period is infinite. For an arm with closed loops, the range ends at the limits, because the
     loops may not close beyond the limits. The length is 0 if the joint never changes the rank of
@@ -46,7 +47,7 @@ def joint_spans(chain: Chain, task: Task, limits: Floats) -> Floats:
 
 def _period(chain: Chain, j: int) -> float:
     # Return the period of joint j in rad: the smallest number of whole turns after which all links
-    # of the arm have their first poses again. Return infinity if the number is above MAX_TURNS.
+    # of the arm have the same poses again. Return infinity if the number is above MAX_TURNS.
     moved = chain.table.joint == j
     if np.any(chain.table.by_d[moved] != 0.0):
         return math.inf

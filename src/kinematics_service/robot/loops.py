@@ -31,7 +31,8 @@ from .file.parts.loop_groups import loop_groups, names_in_loop, passive_of
 from .file.parts.singularity import ROWS
 from .file.reader import refuse
 
-# Rotations (rad) and translations (m) up to this number count as zero.
+# A rotation (rad) or translation (m) between the ends of a loop's two chains counts as zero up to
+# this number.
 ROTATION_TOLERANCE = 1e-9
 # Step, rad or m, by which the test in `_idle_rows` moves a passive joint to see which components
 # of the pose change.
@@ -158,7 +159,7 @@ def _chains(
 
 
 def _size(chain: Chain) -> float:
-    # Return the sum of the lengths of a chain, m.
+    # Return the sum of the constant lengths of a chain, m.
     lengths = np.linalg.norm(chain.table.before[:, :, 3], axis=1)
     return float(np.sum(lengths) + np.sum(np.abs(chain.table.d_0)))
 
@@ -166,9 +167,9 @@ def _size(chain: Chain) -> float:
 def _units(
     description: RobotDescription, chains: Sequence[tuple[Chain, Chain]], size: float
 ) -> Floats:
-    # Return, for each variable, the motion that weighs as much as a rotation by 1 rad. This is 1
-    # rad for a joint that turns, and `size` (m) for a joint that slides. It is infinite for a
-    # variable that moves no loop.
+    # Return the unit of motion of each joint and passive joint. In the loop equations, a motion by
+    # one unit has the weight of a rotation by 1 rad. The unit is 1 rad for a joint that turns,
+    # `size` (m) for a joint that slides, and infinite for a joint that moves no loop.
     kinds = [joint.type for joint in description.joints]
     kinds += [joint.type for joint in passive_of(description.loops)]
     inside = {int(j) for pair in chains for chain in pair for j in chain.table.joint}
@@ -263,9 +264,10 @@ def _gap_in_words(loop: LoopDescription, pair: tuple[Chain, Chain], x: Floats) -
 def _idle_rows(
     loop: LoopDescription, pair: tuple[Chain, Chain], passive: kernel.Integers, x: Floats
 ) -> list[str]:
-    # Return the components of the pose (such as x) that the loop must close but no passive joint
-    # moves. `passive` has the indices of the passive joints in the loop's group. Test at a
-    # position away from x, because at x the loop equations may be singular.
+    # Return the components of the pose (such as x) that must agree at the ends of the loop's two
+    # chains, but that no passive joint changes. `passive` has the indices of the passive joints in
+    # the loop's group. Test at a position away from x, because at x the loop equations may be
+    # singular.
     away = np.array(x)
     away[passive] += JOINT_STEP * (1.0 + np.arange(len(passive)))
     moved = np.zeros(len(ROWS))

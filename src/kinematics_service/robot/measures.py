@@ -43,9 +43,9 @@ class Thresholds:
         """
         Return the values of the measure at which WARN and ERROR begin after the level `previous`.
 
-        A threshold that the level `previous` has reached includes the hysteresis. Both values are
-        less than the largest value of the measure (1 rad for `distance`), so that the largest
-        value is always OK.
+        A threshold that the level `previous` has reached is stricter by the factor HYSTERESIS.
+        Both values are less than the largest value of the measure (1 rad for `distance`), so that
+        the largest value is always OK.
         """
         measure = MEASURES[self.measure]
         factor = HYSTERESIS if measure.small_is_bad else 1.0 / HYSTERESIS
@@ -82,7 +82,8 @@ def thresholds_for(
     ------
     KinematicsError
         The measure is unknown, the determinant does not exist or is always zero, the arm has too
-        many joints for the distance, or the thresholds are missing or in the wrong order.
+        many joints for the measure `distance`, or the thresholds are missing or in the wrong
+        order.
     """
     joints = len(task.column_scales)
     measure = measure or default_measure(joints).name

@@ -55,8 +55,8 @@ class Point:
     @cached_property
     def first_entries(self) -> Integers:
         """
-        Return, for each entry of the chain, the index of the first entry that moves the same
-        screw.
+        Return, for each entry of the chain (a joint that moves a screw), the index of the first
+        entry that moves the same screw.
         """
         return first_entries(self.chain)
 
@@ -161,8 +161,8 @@ def _texts(numbers: npt.ArrayLike, unit: float) -> tuple[str, ...]:
 
 
 def _moved(motion: RigidMotion, place: Floats, unit: float) -> RigidMotion:
-    # Move the origin of a frame to `place`, (3,), m, in the frame's own axes. The new motion has
-    # new texts for xyz; its texts for rpy stay.
+    # Move the origin of a frame to `place`, (3,), m, in the frame's own axes. The result has new
+    # texts for xyz, and the old texts for rpy.
     matrix = motion.matrix.copy()
     matrix[:3, 3] += matrix[:3, :3] @ place
     return RigidMotion(matrix, (*_texts(matrix[:3, 3], unit), *motion.texts[3:]))

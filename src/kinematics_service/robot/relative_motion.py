@@ -38,14 +38,14 @@ from .file.text.expressions import Affine, Expression
 # most this tolerance. A joint that both arms have is in the chain twice, with different round-off,
 # so the tolerance is above 0.
 AXIS_TOLERANCE = 1e-12
-# Set entries of a matrix (rotation, or m) below this to zero, because they are round-off.
+# Set entries of a pose matrix below this (translations in m) to zero, because they are round-off.
 ZERO_TOLERANCE = 1e-15
 SCREW_AXES: tuple[Axis, Axis] = ('Rz', 'Tz')
 
 
 class _JointChain(NamedTuple):
-    # A kinematic chain: constant motions, (4, 4) each, with a screw about z between each two. The
-    # angle and the length of a screw are linear in the joint variables, without a constant.
+    # A kinematic chain: constant motions, (4, 4) each, separated by screws about z. The angle and
+    # the length of a screw are linear in the joint variables, without a constant.
     motions: Sequence[Floats]
     screws: 'Sequence[tuple[Affine, Affine]]'
 

@@ -253,8 +253,8 @@ def build_robot(description: RobotDescription, in_letters: bool = False) -> Robo
 
 
 def _build_for_its_joints(description: RobotDescription) -> Robot:
-    # Build a robot, and choose its task without the columns of its unused joints. If the arm has
-    # closed loops, choose the task from all joints.
+    # Build a robot, and choose its task without the Jacobian columns of its unused joints. If the
+    # arm has closed loops, choose the task from all joints.
     if description.loops:
         return build_robot(description)
     joints = [joint for joint in description.joints if not joint.unused]

@@ -18,21 +18,22 @@ from .closed_poses import closed_poses
 ROW_NAMES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 TWIST_ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
 
-# Number of random joint positions at which the generic properties of an arm are computed.
+# Number of random joint positions from which generic properties of an arm, such as the rank of J,
+# are computed.
 SEEDED_POSES = 1000
 SEED = 20240523
 
-# A joint moves a row of J if the row has an entry above this fraction of the largest entry. The
-# largest entry is that of the three linear rows, or of the three angular rows. An entry of a
-# linear row must also exceed `least_motion`.
+# A joint moves a linear row of J if the row has an entry above this fraction of the largest entry
+# of the three linear rows, and above `least_motion`. A joint moves an angular row if the row has
+# an entry above this fraction of the largest entry of the three angular rows.
 MOVED_ROW_RATIO = 1e-9
 # Round-off of the tool's position, relative to the sum of the constant lengths before the first
 # joint.
 ROUND_OFF_RATIO = 1e-14
 
-# If all entries of a row of J are below this fraction of the largest entry, the axes are probably
-# not exactly parallel, and only this error moves the row. The value is an angle between axes: 0.01
-# rad, or 0.57 deg.
+# If all entries of a row of J are below this fraction of the largest entry, the row probably moves
+# only because joint axes are not exactly parallel. The value is the largest such angle between two
+# axes: 0.01 rad, or 0.57 deg.
 TILT_RATIO = 0.01
 
 # Number of joint configurations at which the rank of J is computed first. Nearly all arms have
@@ -40,8 +41,8 @@ TILT_RATIO = 0.01
 # needed.
 FIRST_POSES = 20
 
-# Number of joint configurations whose null spaces determine `dependent_joints`, if the null space
-# of J_t depends on q.
+# If the null space of J_t depends on q, the search for `dependent_joints` uses the null spaces at
+# this number of joint configurations.
 CLEAREST_POSES = 20
 
 
@@ -73,8 +74,8 @@ class Task(FrozenArrays):
         Scale factors of the rows and columns of J_t: `length` for angular rows and prismatic
         joints, 1 for the others.
     plain_rows
-        `rows` without the rows that move only because axes are not exactly parallel. For most
-        arms, `plain_rows` is equal to `rows`.
+        `rows` without the rows that joints move only because axes are not exactly parallel. For
+        most arms, `plain_rows` is equal to `rows`.
     """
 
     rows: tuple[str, ...]
@@ -179,8 +180,9 @@ def least_motion(chain: Chain) -> float:
 
 
 def _moved(J: Floats, least: float, share: float = MOVED_ROW_RATIO) -> list[bool]:
-    # Return, for each of the six rows of J, (N, 6, n), whether a joint moves the row. An entry of
-    # a linear row must also exceed `least`, m.
+    # Return, for each of the six rows of J, (N, 6, n), whether a joint moves the row. A joint
+    # moves the row if an entry exceeds `share` times the largest entry of all linear rows (or of
+    # all angular rows). An entry of a linear row must also exceed `least`, m.
     largest = np.max(np.abs(J), axis=(0, 2))
     linear, angular = np.max(largest[:3]), np.max(largest[3:])
     limits = [max(share * linear, least)] * 3 + [share * angular] * 3
@@ -275,8 +277,9 @@ def _dependent_joints(J_t: Floats, joint_names: Sequence[str], rank: int) -> tup
     _, sigma, right = np.linalg.svd(J_t.reshape(-1, n), full_matrices=False)
     idle = right[sigma <= kernel.RANK_TOLERANCE * sigma[0]]
     if len(idle) < n - rank and n <= m:
-        # The other null directions of J_t depend on q. Compute them at the configurations with the
-        # largest singular value number `rank`, because there they are most accurate.
+        # `idle` has only null directions of J_t that are the same at every q. Compute the other
+        # null directions at the configurations where the smallest nonzero singular value (number
+        # `rank`) is largest, because they are most accurate there.
         _, sigma, right = np.linalg.svd(J_t)
         clearest = np.argsort(sigma[:, rank - 1])[-CLEAREST_POSES:]
         idle = right[clearest, rank:].reshape(-1, n)
