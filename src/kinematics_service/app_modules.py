@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Find the module that does a task. The module belongs to an app, an optional part of the package in
-the folder `apps`.
+Find the module that does a task, such as `check`. The module belongs to an app, an optional part
+of the package in the folder `apps`.
 
 The core of the package does not import apps, and an app imports few other apps. The core finds the
 commands of apps in the table `APPS` of `cli/commands.py`, and other modules of apps in the table

@@ -107,8 +107,8 @@ def broken_name(name: str, width: int) -> str:
 
 def number(value: float, decimals: int = 6) -> str:
     """
-    Return a number as text with a fixed number of decimals. From 10,000 on, numbers have a short
-    form.
+    Return a number as text with a fixed number of decimals. From 10,000 on, the text has
+    `decimals` significant digits.
     """
     if not math.isfinite(value) or abs(value) >= 1e4:
         return f'{value:.{decimals}g}'

@@ -80,8 +80,8 @@ def rotation_of_quaternion(quaternion_xyzw: npt.ArrayLike) -> Floats:
     """
     q = np.moveaxis(np.asarray(quaternion_xyzw, dtype=np.float64), -1, 0)
     with np.errstate(invalid='ignore'):
-        # Divide by the largest number, because the square of the quaternion's length might
-        # overflow.
+        # Divide by the largest of the four numbers, because the square of the quaternion's length
+        # might overflow.
         x, y, z, w = q / np.max(np.abs(q), axis=0)
     s = 2.0 / (x * x + y * y + z * z + w * w)
     R = np.empty((*q.shape[1:], 3, 3))

@@ -172,8 +172,8 @@ def with_short_help(command: Any) -> Any:
     return command
 
 
-# Arguments have the type Any, because some versions of typer have their own copies of click's
-# classes.
+# The arguments of the methods have the type Any, because some versions of typer have their own
+# copies of click's classes.
 class CommandGroup(typer.core.TyperGroup):
     """
     The group of all commands, with equal behaviour in every version of typer.
@@ -214,7 +214,7 @@ class CommandGroup(typer.core.TyperGroup):
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """
-        Return the name and the object of the command in the first argument, and the other
+        Return the command that the first argument names (its name and its object), and the other
         arguments.
         """
         name, others = args[0], args[1:]
@@ -334,8 +334,8 @@ def _node(
         raise WrongUsage(message)
     if context.obj and command not in WITH_ROS:
         raise WrongUsage(f'{command} takes no --ros-args: it needs no ROS')
-    # Print a notice if the kernel is not compiled. If the environment variable VARIABLE is set,
-    # the user chose this, so print nothing. The node logs the notice itself.
+    # Print a notice if the kernel is not compiled, unless the user chose the uncompiled kernel by
+    # the environment variable VARIABLE. The node logs the notice itself.
     if VARIABLE not in os.environ and (notice := kernel.notice()):
         print(f'kinematics_service: {notice}', file=sys.stderr)
 

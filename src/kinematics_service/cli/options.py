@@ -302,7 +302,7 @@ def joint_values(robot: Robot, text: str, option: str, degrees: bool) -> Floats:
     Commas or spaces separate the numbers; brackets around all numbers are allowed.
     """
     words = _words(text)
-    # Treat numbers beyond the number of joints as angles; they are refused below.
+    # Read surplus numbers, for which the arm has no joint, as angles; they are refused below.
     turning = [*~robot.prismatic, *(True for _ in words)]
     values = []
     for word, turns in zip(words, turning):

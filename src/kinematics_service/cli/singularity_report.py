@@ -25,7 +25,7 @@ from ..robot.robot import Robot
 
 LEVEL_STYLES = {Level.OK: 'bold green', Level.WARN: 'bold yellow', Level.ERROR: 'bold red'}
 DEGREES = 180.0 / math.pi
-# Print rates of a measure below this, 1/s, as 0, because such rates are round-off.
+# Print the rate of change of a measure as 0 if it is below this, 1/s, because it is round-off.
 RATE_TOLERANCE = 1e-8
 # If the time to the WARN threshold is longer than this, s, the motion counts as not approaching
 # the threshold.
@@ -101,8 +101,8 @@ def short_measures(state: ToolState, singularity: Singularity) -> Iterator[tuple
     """
     Yield pairs of label and text that describe how near a pose is to a singular pose.
 
-    The pairs are the level with its measure, the determinant, the worst direction of the tool, and
-    the joints beyond their limits.
+    The pairs are the level (OK, WARN or ERROR) with the watched measure, the determinant, the
+    direction in which the tool moves least, and the joints beyond their limits.
     """
     robot = state.robot
     thresholds = robot.singularity.thresholds
@@ -141,7 +141,8 @@ def print_singularity(out: Output, state: ToolState, singularity: Singularity) -
 
 def _print_joints(out: Output, state: ToolState, singularity: Singularity) -> None:
     # Print one line for each joint: its position, its position at the nearest singular pose, and
-    # its components of `way_out` and `joint_motion`.
+    # its components of `way_out` (the motion away from that pose) and `joint_motion` (the motion
+    # that moves the tool least).
     robot = state.robot
     outside = beyond_limits(robot, state.q)
     nearest = singularity.nearest_singular
@@ -209,9 +210,9 @@ def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str
 
 
 def _degree(robot: Robot, singularity: Singularity) -> str:
-    # Return `lost` if the tool loses its worst direction at this pose, or at a singular pose that
-    # is near enough for WARN or ERROR. Otherwise return `weakest`: the tool can move in this
-    # direction, but the joints move most.
+    # Return a word for the direction in which the tool moves least. The word is `lost` if the tool
+    # cannot move in this direction at this pose, or at a singular pose near enough for WARN or
+    # ERROR. Otherwise it is `weakest`.
     at_pose = singularity.rank < singularity.generic_rank
     near = singularity.level != Level.OK and not flat_loop(robot, singularity)
     return 'lost' if at_pose or near else 'weakest'
