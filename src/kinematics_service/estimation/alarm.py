@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Decide when the node publishes a singularity warning: if the level changes, and repeatedly while
-the level is WARN or ERROR.
+Decide when the node publishes a singularity warning: at each change of the singularity level (OK,
+WARN, ERROR, STALE), and repeatedly while the level is WARN or ERROR.
 """
 
 import math
@@ -14,11 +14,12 @@ from ..robot.measures import Level
 # The lost direction is the direction in which the tool cannot move. The node repeats the warning
 # if this direction has turned by at least this angle, rad.
 TURNED = math.radians(30.0)
-# Cosine of the angle `TURNED`: the warning is repeated if two lost directions have a smaller
-# cosine.
+# Cosine of the angle `TURNED`. The warning is repeated if the cosine of the angle between the
+# present lost direction and that of the last warning is smaller.
 TURNED_COSINE = math.cos(TURNED)
-# Smallest time between two warnings if the lost direction keeps turning, ns. If two directions are
-# lost at once, the computed lost direction is arbitrary and turns with every message.
+# Smallest time between two warnings if the lost direction keeps turning, ns. If the tool loses two
+# directions at once, the lost direction is computed as an arbitrary combination of the two, and
+# turns with every message.
 MIN_TURN_PERIOD = 50_000_000
 # Period at which the warning is repeated while the level is WARN or ERROR, ns.
 REPEAT_PERIOD = 1_000_000_000
@@ -27,8 +28,8 @@ _QUIET = (Level.OK, Level.STALE)
 
 class Alarm(NamedTuple):
     """
-    The level, lost direction, time and nearest factor of the last published warning. `step`
-    returns the next `Alarm`.
+    The last published singularity warning: its level, lost direction, time, and nearest singular
+    factor. `step` returns the next `Alarm`.
 
     Attributes
     ----------
@@ -39,7 +40,8 @@ class Alarm(NamedTuple):
     last : ns
         Time of the last warning, steady clock; None before the first warning.
     factor
-        Index of the nearest named factor at the last warning; None for an arm without factors.
+        Index of the singular factor of the robot file that was nearest to zero at the last
+        warning; None for an arm without singular factors.
     """
 
     level: Level = Level.OK
@@ -50,7 +52,7 @@ class Alarm(NamedTuple):
     def is_settled(self, level: Level, arrival: int) -> bool:
         """
         Return True if `step` would publish no warning at this level and time, for any lost
-        direction and any factor.
+        direction and any nearest factor.
         """
         if self.last is None or level is not self.level:
             return False
@@ -64,7 +66,7 @@ class Alarm(NamedTuple):
 
         The node must publish for the first state and for each change of level. While the level is
         WARN or ERROR, it must publish once a second. It must also publish if the lost direction
-        turns or another factor becomes the nearest.
+        turns, or if another singular factor becomes the one nearest to zero.
         """
         if self.last is None or level != self.level:
             say = True

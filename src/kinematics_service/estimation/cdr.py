@@ -50,7 +50,10 @@ class CdrWriter:
         self.written = bytearray(ENCAPSULATION_SAYS)
 
     def room(self, size: int, count: int = 1) -> int:
-        """Reserve aligned space for `count` numbers of `size` bytes; return the first offset."""
+        """
+        Append aligned space for `count` numbers of `size` bytes; return the offset of the first
+        number.
+        """
         skipped = -(len(self.data) - BODY) % size if count else 0
         self.data += bytes(skipped + count * size)
         self.written += bytes(skipped) + b'\xff' * (count * size)
@@ -84,7 +87,8 @@ class CdrReader:
         Whether the message is little-endian, with doubles at multiples of eight, and without
         padding at its end.
     shape
-        Byte ranges of the lengths and texts that were read so far.
+        Byte ranges of the lengths and texts read so far. Messages that are equal in these bytes
+        have their numbers at equal offsets.
 
     Raises
     ------
@@ -110,7 +114,7 @@ class CdrReader:
         return self._at == len(self._data)
 
     def skip(self, size: int) -> slice:
-        """Return the byte range of the next `size` bytes, and move behind these bytes."""
+        """Return the byte range of the next `size` bytes, and continue reading behind it."""
         at = self._at
         self._at += size
         if self._at > len(self._data):
@@ -141,7 +145,7 @@ class CdrReader:
         return count
 
     def doubles(self, count: int) -> slice:
-        """Return the byte range of the next `count` doubles, and move behind these bytes."""
+        """Return the byte range of the next `count` doubles, and continue reading behind it."""
         if count:
             self.skip(-(self._at - BODY) % self._aligned[1])
         return self.skip(DOUBLE * count)
@@ -151,8 +155,8 @@ class Ros1Reader(CdrReader):
     """
     Finds the byte ranges of the fields of a serialized ROS 1 message.
 
-    The sequence number of the message replaces the encapsulation of CDR. Fields are not aligned,
-    and texts do not end with a zero.
+    The message begins with its sequence number (4 bytes), where CDR has the encapsulation. Fields
+    are not aligned, and texts do not end with a zero.
     """
 
     def __init__(self, data: bytes) -> None:

@@ -78,7 +78,8 @@ class EstimatorOutput(NamedTuple):
     velocity_source
         Source of the velocities: `message`, `difference`, or `none`.
     quantities
-        The requested quantities; None for a quantity that is unknown.
+        Values of the quantities that were requested from `Estimator.take`, such as accelerations;
+        None for a quantity that is unknown.
     """
 
     state: ToolState
@@ -96,7 +97,8 @@ class EstimatorOutput(NamedTuple):
 
 class StreamQuantity(ABC):
     """
-    A quantity that depends on several past messages, not only on the newest state of the tool.
+    A quantity, such as joint acceleration, that depends on several past messages, not only on the
+    newest state of the tool.
 
     Parameters
     ----------
@@ -175,8 +177,8 @@ class RefusedMessage(NamedTuple):
 
 class MessageOutcome(NamedTuple):
     """
-    The result of the kernel for one message: a new state, a refusal, or neither if the general
-    reader must read the message.
+    The kernel's result for one message: a new state of the arm, a refusal, or neither. If neither,
+    the message must be decoded to a `JointSample` and read again.
 
     Attributes
     ----------
@@ -184,7 +186,7 @@ class MessageOutcome(NamedTuple):
         `message`, `difference` or `none` if there is a new state; otherwise empty.
     refusal
         The reason why the message gave no new state. None if there is a new state, or if the
-        message must be read as a sample.
+        message must be decoded and read again.
     starts_anew
         Whether all joints were forgotten, because the stamp stepped back by more than the timeout.
     """
@@ -212,8 +214,8 @@ _OUTCOMES |= {
     kernel.STARTED_ANEW + code: outcome._replace(starts_anew=True)
     for code, outcome in _OUTCOMES.items()
 }
-# If the kernel returns one of these codes, the estimator reads the message again as a sample, and
-# an error sentence names the fault of the message.
+# With these two codes the kernel has stored nothing. A message given as bytes must then be decoded
+# and given again. A decoded message is refused, with a sentence that names the bad position.
 _OUTCOMES |= {kernel.NOT_THIS_FORM: _UNREAD, kernel.BAD_POSITION: _UNREAD}
 _NOTHING = np.empty(0)
 # Largest number of message forms that the estimator remembers. A form is the list of joint names
@@ -223,9 +225,9 @@ MAX_FORMS = 16
 
 class Estimator:
     """
-    Merges joint samples by name and time, and evaluates the arm in the kernel.
+    Merges JointState messages by joint name and time, and evaluates the arm in the kernel.
 
-    The estimator's memory does not grow with time, and no sample raises an exception.
+    The estimator's memory does not grow with time, and no message raises an exception.
 
     Parameters
     ----------
@@ -237,7 +239,8 @@ class Estimator:
     Attributes
     ----------
     counts
-        Number of messages for each outcome; the keys are the texts of the module `outcomes`.
+        Number of messages for each outcome (accepted, or why refused); the keys are the texts of
+        the module `outcomes`.
     joints
         The last position, velocity and times of each joint.
     integration
@@ -258,7 +261,9 @@ class Estimator:
         former = self.joints
         if robot is not self.robot:
             self._search = kernel.NearestSearch(robot.singularity.arm)
-            former.is_closed = False  # close the loops from the joint positions in the robot file
+            # Solve the loops of the new arm from the assembled position in its file, not from the
+            # last positions of the former arm.
+            former.is_closed = False
         moves_alike = robot.chain is self.robot.chain
         self.robot, self.settings = robot, settings
         same_names = joint_names(robot, settings.joint_prefix) == former.names
@@ -276,8 +281,8 @@ class Estimator:
 
     def anew(self, answer: EstimatorOutput) -> EstimatorOutput | None:
         """
-        Return `answer` with the state of the present arm at the last joint positions. Returns None
-        if a joint position is unknown.
+        Return an earlier output with a new state: that of the present arm at the last joint
+        positions. Returns None if a joint position is unknown.
         """
         known = self.joints.joint_vectors()
         if known is None:
@@ -295,7 +300,7 @@ class Estimator:
     def _new_joints(self) -> NamedJoints:
         settings = self.settings
         # For each message form, the kernel's description of that form. None if messages of that
-        # form must be read as samples.
+        # form must be decoded before the kernel reads them.
         self._forms: dict[JointStateForm, kernel.IncomingForm | None] = {}
         self._quantities: dict[type[StreamQuantity], StreamQuantity] = {}
         self.integration = Integration(self.robot)
@@ -315,11 +320,11 @@ class Estimator:
 
     def clock_stepped_back(self, now: int, back: int) -> bool:
         """
-        Forget all joints if the ROS clock stepped back by `back` to `now` (ns); return True if
-        they were forgotten.
+        Forget all joint positions if the ROS clock stepped back by `back` to `now` (ns). Return
+        False if nothing was forgotten.
 
-        If a message with a new stamp came before this call, that message has already reset the
-        estimator.
+        Nothing is forgotten if a message with a stamp of the new time came before this call,
+        because that message has already reset the estimator.
         """
         latest = self.joints.newest()
         # If the latest stamp is nearer to the clock's new time than to its old time, the stamp was
@@ -335,8 +340,9 @@ class Estimator:
 
     def is_settled(self, state: ToolState, arrival: int) -> bool:
         """
-        Return True if `judge` would return OK without a warning. The test reads only the level
-        that the kernel computed. If the result is False, call `judge`.
+        Return True if `judge` would return OK without a warning. This test takes less time than
+        `judge`, because it reads only the singularity level that the kernel computed. If the
+        result is False, call `judge`.
         """
         alarm, measures = self._alarm, state.measures
         if measures is None or alarm.level is not Level.OK:
@@ -345,14 +351,17 @@ class Estimator:
         return level == 0.0 and alarm.is_settled(Level.OK, arrival)
 
     def judge(self, singularity: Singularity, arrival: int) -> tuple[Level, bool]:
-        """Return the level of a new state, with hysteresis, and whether to publish a warning."""
+        """
+        Return the singularity level of a new state, with hysteresis, and whether to publish a
+        warning.
+        """
         alarm = self._alarm
         if alarm.level is Level.OK or alarm.level is Level.STALE:
             level: Level = singularity.level  # no hysteresis after OK and STALE
         else:
             value = watched_value(self.robot, singularity)
-            # Take the higher level, because a nearly singular pose is at least WARN for every
-            # watched value.
+            # Take the higher of two levels: the level of `value` with hysteresis, and the kernel's
+            # level, which is WARN for a nearly singular J even if the distance is large.
             level = max(
                 self.robot.singularity.thresholds.level(value, alarm.level), singularity.level
             )
@@ -364,7 +373,7 @@ class Estimator:
 
     def go_stale(self, arrival: int) -> bool:
         """
-        Set the level to STALE; return whether the node must publish a warning of the stale state.
+        Set the singularity level to STALE; return whether the node must publish this as a warning.
         """
         self._alarm, say = self._alarm.step(Level.STALE, None, arrival)
         return say
@@ -377,23 +386,24 @@ class Estimator:
         quantities: Sequence[type[StreamQuantity]] = (),
     ) -> EstimatorOutput | RefusedMessage | None:
         """
-        Return the tool's state and measures after a message, or the reason why the message was
-        refused.
+        Return the tool's state and singularity measures after a message, or the reason why the
+        message was refused.
 
-        Returns None if the bytes must be read as a sample. This is so if they have another form,
-        no stamp, or a fault that an error sentence must name. In these cases the estimator's
-        memory has not changed.
+        Returns None if a message given as bytes must be decoded and given again as a
+        `JointSample`: if its joint names or lengths are not those of the expected form, if it has
+        no stamp, or if it has a fault that an error sentence must name. The estimator's memory is
+        then unchanged.
 
         Parameters
         ----------
         message
-            The message, as a sample or as its bytes.
+            The message, decoded (`JointSample`) or as bytes (`SerializedSample`).
         depth
             `kernel.JACOBIAN`, or `kernel.ALL_FRAMES` if the link frames are needed.
         answers
             Outgoing messages that the kernel fills if `message` is bytes.
         quantities
-            The kinds of quantities that the result must have.
+            Classes of the quantities that the result must contain.
         """
         robot = self.robot
         row = np.empty(robot.chain.single_widths[depth])
@@ -412,13 +422,15 @@ class Estimator:
 
     def accept(self, sample: JointSample) -> AcceptedMessage | RefusedMessage:
         """
-        Return the joint positions and velocities after a sample, or the reason why it was refused.
+        Return the joint positions and velocities after a message, or the reason why it was
+        refused.
 
         `accept` updates the memory like `take`, but does not evaluate the arm. Readers of
         recordings call `accept` for each message, and then evaluate the arm in one batch.
         """
         chain = self.robot.chain
-        # The array `row` gets no columns for a pose, unless the kernel must close loops.
+        # The array `row` receives the results of the kernel. It needs no columns for the tool's
+        # pose, unless the kernel must close loops.
         pose = 0 if chain.loops else chain.widths[kernel.POSE]
         row = np.empty(chain.single_widths[kernel.POSE] - pose)
         outcome = self._observe(sample, row)
@@ -434,8 +446,8 @@ class Estimator:
         measures: Floats | None = None,
         answers: kernel.OutgoingMessages | None = None,
     ) -> MessageOutcome:
-        # Reads a message into the memory of joints, writes the new state into `row`, and counts
-        # the message by its outcome.
+        # Stores the joints of a message in memory, writes the arm's new state into `row`, and
+        # counts the message by its outcome.
         if isinstance(message, SerializedSample):
             assert measures is not None
             outcome = self._read_bytes(message, row, measures, answers)
@@ -522,14 +534,14 @@ class Estimator:
 
     def _explained(self, refusal: RefusedMessage) -> RefusedMessage:
         if refusal is _NOT_COMPUTABLE:
-            # Forget all joint positions, because positions that overflow in the kernel must not
-            # stay in memory.
+            # Forget all joint positions, because positions so large that the kernel's results
+            # overflowed must not stay in memory.
             kernel.forget(self.joints)
         return self._not_closed() if refusal.reason == outcomes.NOT_CLOSED else refusal
 
     def _not_closed(self) -> RefusedMessage:
-        # Only the first message with open loops gets a sentence, because making the sentence takes
-        # 100 times as long as reading a message.
+        # Explain only the first of successive messages at whose positions a loop does not close,
+        # because making the sentence takes 100 times as long as reading a message.
         if self._is_open:
             return RefusedMessage(outcomes.NOT_CLOSED)
         self._is_open = True

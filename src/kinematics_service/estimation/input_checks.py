@@ -28,8 +28,8 @@ MESSAGE_LIMIT = 1000
 SIZE_LIMIT = 8192
 # Age up to which messages are checked, ns. In 5 s a driver of 2 Hz sends ten messages.
 WINDOW = 5 * SECOND
-# Largest number of different lists of joint names that are checked. The number is small, because a
-# topic has few drivers.
+# Largest number of different lists of joint names among the checked messages. It is small, because
+# a topic has few drivers, and each driver sends one list.
 FORM_LIMIT = 8
 # The pace is the time that passed by stamps divided by the time that passed by arrivals. A pace
 # above PACE or below 1 / PACE is a fault.
@@ -38,10 +38,11 @@ MICROSECONDS = 'nanosec most likely holds microseconds; write nanoseconds'
 MILLISECONDS = 'nanosec most likely holds milliseconds; write nanoseconds'
 # For each pace (time by stamps divided by time of arrival), the most likely cause of this pace.
 PACE_CAUSES = {1e3: 'sec most likely holds milliseconds', 1e-3: MICROSECONDS, 1e-6: MILLISECONDS}
-# A cause is named if the measured pace agrees with a key of PACE_CAUSES within this relative
-# tolerance. In half a second, jitter of stamps changes the pace by less.
+# A cause of a wrong pace (time by stamps divided by time of arrival) is named if the measured pace
+# agrees with its key in PACE_CAUSES within this relative tolerance. Over half a second, jitter of
+# stamps changes the pace by less.
 PACE_TOLERANCE = 0.1
-# For each bound, the most likely cause if the field nanosec of stamps stays below this bound for
+# For each bound, the most likely fault of a driver whose stamps have nanosec below this bound for
 # more than a second.
 NANOSEC_CAUSES = {
     1: 'their stamps are whole seconds; fill nanosec',
@@ -53,8 +54,9 @@ NANOSEC_CAUSES = {
 # A measured speed may exceed the velocity limit by this factor, because jitter of stamps adds 10 %
 # to a speed averaged over SPEED_BASELINE.
 SPEED_TOLERANCE = 1.1
-# Lags at which a mimic joint is compared with the joint that it follows, s. At 1 rad/s the nearest
-# lag leaves a difference of at most 0.01 rad, half of POSITION_TOLERANCE.
+# Lags at which a mimic joint is compared with the joint that it follows, s. They are 0.02 s apart,
+# so one of them is wrong by at most 0.01 s. At 1 rad/s this is 0.01 rad, half of
+# POSITION_TOLERANCE.
 MIMIC_LAGS = np.linspace(0.0, 0.5, 26)
 
 
@@ -173,7 +175,8 @@ def input_faults(
 
 def arrival_jitter(groups: Sequence[JointMessages], names: Sequence[str]) -> str:
     """
-    Return a sentence with the relative error of speeds that are computed from times of arrival.
+    Return a sentence with the relative error of joint speeds that are computed from times of
+    arrival, because these times jitter.
     """
     text = 'no stamps: speeds are differences over times of arrival'
     for group in groups:
@@ -219,8 +222,8 @@ def _stamp_fault(group: JointMessages, simulated: bool) -> str:
         return f'{total}, all with the stamp {stamp}: the driver must stamp each message anew'
     total, largest = f'{len(group.q)} messages in {group.duration}', int(group.nanoseconds.max())
     dropped, cause = ~_advances(group.stamps), _cause_of_nanosec(group)
-    # If most messages of the last second would be dropped, leave out messages that a relay sent
-    # twice, and count again.
+    # The estimator drops messages whose stamps do not advance. If that is most messages of the
+    # last second, leave out copies that a relay has sent, and count again.
     if 2 * np.sum(dropped & late) > np.sum(late):
         late &= ~(dropped & _came_twice(group))
     if 2 * np.sum(dropped & late) > np.sum(late):
@@ -257,8 +260,8 @@ def _came_twice(group: JointMessages) -> Flags:
 
 
 def _cause_of_nanosec(group: JointMessages) -> str:
-    # Returns the cause of the first bound in NANOSEC_CAUSES below which the field nanosec stays;
-    # otherwise ''.
+    # Returns the cause from NANOSEC_CAUSES for the smallest bound that no field nanosec of the
+    # stamps reaches; '' if there is none.
     gaps = np.diff(group.arrivals)
     within = gaps[np.diff(group.seconds) == 0].sum()
     if 2 * within < gaps.sum() or np.ptp(group.seconds) == 0:
@@ -291,8 +294,8 @@ def _motion_faults(
     places = {name: group.names.index(name) for name in ours if name in group.names}
     sizes = [np.abs(values[:, list(places.values())]) for values in (group.q, group.qdot)]
     known, told = (np.all(values <= LARGEST, axis=1) for values in sizes)
-    # Replace all velocities of a message by NaN if one of them is not usable, because the
-    # estimator uses either all of them or none.
+    # Replace all velocities of a message by NaN if one of its velocities is not usable, because
+    # the estimator uses either all velocities of a message or none.
     group = group._replace(qdot=np.where(reported & told[:, None], group.qdot, np.nan))
     unstamped = group.stamps[-1] == 0
     group = group.taken(known & (unstamped | _advances(group.stamps)))

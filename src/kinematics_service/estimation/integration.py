@@ -13,8 +13,8 @@ from ..robot.robot import Robot
 from .joint_memory import NamedJoints
 from .joint_sample import JointSample
 
-# A velocity above its limit times this factor is refused. The factor is above 1 because encoder
-# noise may exceed the limit.
+# A velocity above the joint's velocity limit times this factor is refused. The factor is above 1,
+# because encoder noise may exceed the limit.
 LIMIT_MARGIN = 1.1
 
 
@@ -31,7 +31,7 @@ class Integration:
 
     def __init__(self, robot: Robot) -> None:
         self._seconds = np.zeros(robot.dof)
-        self._squares = np.zeros(robot.dof)  # sum of squared time steps, s^2
+        self._squares = np.zeros(robot.dof)  # sum of squared time steps of each joint, s^2
         limits = robot.velocity_limits
         self._fastest = np.where(np.isfinite(limits), LIMIT_MARGIN * limits, FASTEST_JOINT)
 
@@ -57,7 +57,8 @@ class Integration:
 
     def forget(self, joints: slice | Integers = slice(None)) -> None:
         """
-        Set the time of integration of joints to 0, because a message has reported their positions.
+        Restart the integration of `joints` with time 0, because a message has reported their
+        positions.
         """
         self._seconds[joints] = self._squares[joints] = 0.0
 

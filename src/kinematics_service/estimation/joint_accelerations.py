@@ -9,8 +9,8 @@ from ..robot.robot import Robot
 from .estimator import EstimatorOutput, EstimatorSettings, JointMessage, StreamQuantity
 from .joint_memory import NamedJoints
 
-# Number of velocities that are kept for each joint. If a window contains more velocities, only the
-# last SAMPLE_COUNT velocities are fitted.
+# Number of velocities that are kept for each joint. If the time `acceleration_window` contains
+# more velocities, the line is fitted to the last SAMPLE_COUNT of them.
 SAMPLE_COUNT = 64
 
 
@@ -32,7 +32,7 @@ class JointAccelerations(StreamQuantity):
     Attributes
     ----------
     delay
-        Mean age of the fitted velocities, s; the largest of all joints.
+        Mean age of the velocities to which the line is fitted, s; the largest of all joints.
     """
 
     def __init__(self, robot: Robot, settings: EstimatorSettings) -> None:

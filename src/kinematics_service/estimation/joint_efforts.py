@@ -15,7 +15,8 @@ from ..robot.robot import Robot
 from .estimator import EstimatorOutput, EstimatorSettings, JointMessage, StreamQuantity, doubles
 from .joint_memory import NamedJoints
 
-# Number of last messages whose mean effort becomes the bias.
+# Number of messages over which efforts are averaged for the bias: the last ones before the
+# request.
 AVERAGED = 100
 
 
@@ -40,7 +41,10 @@ class JointEfforts(StreamQuantity):
     def take(
         self, answer: EstimatorOutput, message: JointMessage, joints: NamedJoints
     ) -> Floats | None:
-        """Return the efforts minus the bias, shape (n,); None if an effort is unknown."""
+        """
+        Return the joint efforts minus the bias, shape (n,), N m or N; None if an effort is
+        unknown.
+        """
         ours = joints.joints_in(message.names).ours
         self.note(ours, len(message.names), doubles(message.efforts))
         if np.isnan(self.efforts).any():

@@ -22,12 +22,12 @@ DISPUTE_WINDOW = 2_000_000_000
 # DISPUTE_WINDOW.
 JUMPS = 4
 
-# A joint position may exceed its limit by this, rad or m, because encoders round the position of a
-# joint at its limit.
+# Tolerance of joint limits, rad or m. A joint may exceed its limit by this and still count as
+# inside, because encoders round the position of a joint at its limit.
 LIMIT_TOLERANCE = 1e-6
 
-# Columns of the memory that a joint keeps if the node replaces the arm by an arm with a joint of
-# the same name.
+# Columns of `JointMemory` that are kept for a joint if the node replaces the arm by another arm
+# with a joint of the same name.
 JOINT_COLUMNS = (
     *('position', 'before', 'velocity', 'differenced', 'known', 'stamped', 'stamp', 'arrival'),
     *('jump_count', 'jumps'),
@@ -41,7 +41,8 @@ class MessageJoints(NamedTuple):
     Attributes
     ----------
     ours
-        For each joint found, its index in the arm and its index in the message, for the kernel.
+        For each of the arm's joints in the message, its index in the arm and its index in the
+        message.
     duplicates
         Names of the arm's joints that occur more than once in the message.
     """
@@ -120,9 +121,7 @@ class NamedJoints(JointMemory):
         return self.columns.position.copy()
 
     def fits(self, robot: Robot) -> bool:
-        """
-        Return whether this memory stores as many numbers about closed loops as `robot` needs.
-        """
+        """Return whether the memory stores closed loops with as many numbers as `robot` needs."""
         return self.closure == _closure_width(robot)
 
     def joints_in(self, names: Sequence[str]) -> MessageJoints:
@@ -158,7 +157,7 @@ class NamedJoints(JointMemory):
 
     def missing(self, arrival: int) -> tuple[str, ...]:
         """
-        Return the names of the joints that no message has had within the timeout before `arrival`
+        Return the names of the joints that were in no message within the timeout before `arrival`
         (steady clock, ns).
         """
         columns = zip(self.names, self.columns.arrival.tolist(), self.columns.known.tolist())

@@ -33,8 +33,8 @@ class JointStateForm:
     size
         Bytes of a message.
     positions, velocities, efforts
-        Byte ranges of the positions, velocities and efforts, which are doubles of this machine.
-        The stamp is at `cdr.STAMP_AT`.
+        Byte ranges of the positions, velocities and efforts, doubles in the byte order of this
+        machine. The stamp is at `cdr.STAMP_AT`.
     fixed : shape (size,)
         Bit mask for each byte: bits that are equal in all messages are 1. A fixed byte has 255.
     same : shape (size,)
@@ -139,8 +139,8 @@ def form_of(data: bytes, ros1: bool = False) -> JointStateForm | None:
     Return the form of a serialized JointState message; `ros1` is True for a message of ROS 1.
 
     Returns None if the message is not a whole JointState in plain CDR, if a text has a zero
-    elsewhere than at its end, or on a big-endian machine. The caller must then use the general
-    reader.
+    elsewhere than at its end, or on a big-endian machine. The caller must then decode the message
+    by another reader.
     """
     try:
         reader = Ros1Reader(data) if ros1 else CdrReader(data)

@@ -3,9 +3,9 @@
 """
 Check the motion of one joint for jumps and for velocities that contradict the positions.
 
-Reported velocities are integrated by trapezoids and compared with the positions at the best lag.
-Lags, bursts and noise of healthy drivers are not faults. The node and the command `audit` use
-these rules.
+Reported velocities are integrated by trapezoids, shifted in time by the lag at which they agree
+best with the positions, and compared with the positions. Lags, bursts and noise of healthy drivers
+are not faults. The node and the command `audit` use these rules.
 """
 
 import math
@@ -17,21 +17,21 @@ from ..kernel import Floats, Integers
 from ..robot.robot import Robot
 from .joint_state_columns import Flags
 
-# Differences of positions below this are not faults, rad and m, because encoders round and joints
-# have backlash.
+# A joint's position may differ by this, rad and m, from that of the message before or from its
+# integrated velocities without a fault, because encoders round and joints have backlash.
 POSITION_TOLERANCE = (0.02, 0.005)
 # A step of position is a jump if it exceeds this factor times the motion at the reported speed.
-SPEED_MARGIN = 3.0  # by trial, because filters of drivers report accelerations late
+SPEED_MARGIN = 3.0  # by trial; above 1, because filters of drivers report a rise of speed late
 # If no speed is reported, a step of position is a jump if it exceeds this factor times the motion
 # at the velocity limit.
-LIMIT_MARGIN = 2.0  # by trial, because jitter of stamps can halve an interval
+LIMIT_MARGIN = 2.0  # by trial; above 1, because jitter of stamps can halve an interval
 # Velocity limit of a joint without a limit in the robot file, rad/s and m/s. Industrial arms are
 # slower.
 FREE_SPEED = (10.0, 2.0)
 # Longest interval for which reported speeds bound the motion, s. Within a longer interval a joint
 # can start and stop without a reported speed.
 START_AND_STOP = 0.05
-# Time over which a speed is averaged, s. Jitter of stamps adds 10 % to such a speed.
+# Time over which a speed is averaged, s. Jitter of stamps changes the average by up to 10 %.
 SPEED_BASELINE = 0.2
 # Time over which reported velocities are compared with the positions, s.
 VELOCITY_WINDOW = 1.0
@@ -41,11 +41,12 @@ INTERVAL_LIMIT = 0.15
 # Largest delay or lead of velocities relative to positions, s. Filters delay velocities; commanded
 # velocities lead.
 LAG_LIMIT = 0.1
-# Largest difference between the integrated and the reported motion, relative to the larger motion.
-# Filters of drivers smooth velocities, so the two motions differ.
+# Largest accepted difference between two motions of a joint, that by integrated velocities and
+# that by reported positions, relative to the larger motion. The two differ because filters of
+# drivers smooth velocities.
 VELOCITY_SHARE = 0.3
-# Smallest number of positions for a check. Five positions give two intervals in each half of the
-# time.
+# Smallest number of positions of a joint for a check of its motion. Five positions give two
+# intervals in the first half of the time and two in the second.
 SAMPLE_MINIMUM = 5
 
 
@@ -118,8 +119,8 @@ def path_errors(t: Floats, q: Floats, qdot: Floats, lags: Floats) -> Floats:
 
 def scale_in_words(scale: float) -> str:
     """
-    Return a text with `scale`, the ratio of integrated to reported motion, and the likely cause of
-    this ratio.
+    Return a text with `scale`, a joint's motion by integrated velocities divided by its motion by
+    reported positions, and the likely cause of this ratio.
     """
     degrees, flipped = abs(scale - math.degrees(1.0)) < 2.0, abs(scale + 1.0) < 0.1
     cause = ': degrees?' if degrees else ': wrong sign' if flipped else ''
@@ -159,8 +160,8 @@ def contradiction(t: Floats, q: Floats, qdot: Floats, tolerance: float, unit: st
         return ''
     if moved <= tolerance:
         return f'up to {fastest:.3g} {unit}/s, but its position moves by {moved:.1g} {unit}'
-    # Fit the ratio of the motions to the second half of the time, because the fault may have begun
-    # in the first half.
+    # Fit the ratio of integrated velocities to positions over the second half of the time, because
+    # the fault may have begun in the first half.
     x, y = (half - np.mean(half) for half in (q[len(q) // 2 :], path[len(q) // 2 :]))
     scale = float(np.dot(x, y) / max(np.dot(x, x), np.finfo(float).tiny))
     if np.ptp(y - scale * x) > VELOCITY_SHARE * np.ptp(y):

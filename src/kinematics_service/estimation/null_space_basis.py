@@ -14,7 +14,8 @@ from .joint_memory import NamedJoints
 class NullSpaceBasis(StreamQuantity):
     """
     Computes a basis (n, k) of the joint velocities that give the tool no velocity in the rows of
-    the task. It chooses the basis nearest to the basis of the last message.
+    the task. Among all bases of this null space, it chooses the one nearest to the basis after the
+    last message.
     """
 
     _last: Floats | None = None

@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Name the outcomes of JointState messages: keys of `Estimator.counts`, as the diagnostics show them.
+Name what may happen to a JointState message (accepted, or why refused): the keys of
+`Estimator.counts`, as the diagnostics show them.
 """
 
 UNREADABLE = 'not a JointState'

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Write the singularity warning as a level, a sentence, and keys with values."""
+"""Write the singularity warning as a level, a sentence, and pairs of key and value."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -22,17 +22,21 @@ from ..robot.file.parts.loop_groups import closed_together, group_in_words, grou
 from ..robot.measures import MEASURES, Level, Measure
 from ..robot.robot import Robot
 
-# A component is left out of texts if its ratio to the largest component is below this.
+# Texts about a direction of the tool or a joint motion leave out components whose ratio to the
+# largest component is below this.
 NEGLIGIBLE_RATIO = 0.1
 
-# Longest expression that the warning sentence shows, characters. Longer expressions are only in
-# the keys and values.
+# Longest expression of a singular factor, in characters, that the warning sentence shows. A longer
+# expression is only in the value `factor_expression`.
 MAX_EXPRESSION_LENGTH = 24
 
 
 @dataclass(frozen=True)
 class StatusText:
-    """The singularity warning as a level, one sentence, and keys with values."""
+    """
+    A status of the node, such as the singularity warning: a level, one sentence, and pairs of key
+    and value.
+    """
 
     level: Level
     sentence: str
@@ -171,16 +175,16 @@ def flat_position(loop: str) -> str:
 
 def lost_hold(loop: str) -> str:
     """
-    Return a text that names the load that the motors cannot hold if the equations of a loop are
-    singular.
+    Return a text for joint positions at which the equations of a loop are singular: the motors do
+    not hold the part that the loop moves.
     """
     moves = 'move' if closed_together(loop) else 'moves'
     return f'there the motors do not hold what the {group_in_words(loop)} {moves}'
 
 
 def _head(robot: Robot, singularity: Singularity, level: Level, loop: str) -> str:
-    # Returns the beginning of the warning sentence. It names a singular pose of the arm, or a loop
-    # whose equations are singular.
+    # Returns the beginning of the warning sentence. The text says whether the arm or a loop is
+    # singular, and whether the arm is near or at the singular pose.
     thresholds, condition = robot.singularity.thresholds, singularity.condition_number
     none_near = thresholds.measure == 'distance' and singularity.distance > thresholds.warn
     if none_near and level == Level.WARN and condition > kernel.NEARLY_SINGULAR:
