@@ -30,24 +30,24 @@ from .losses import Losses
 from .waiting_messages import take_waiting
 
 RELIABLE, BEST_EFFORT = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT
-# Largest number of remembered messages. Messages are remembered while two subscriptions receive
-# every message, so that the copy from the second subscription is ignored.
+# Largest number of remembered messages. While two subscriptions exist, both receive every message.
+# The messages from either are remembered, so that the copy from the other is ignored.
 MAX_REMEMBERED = 4096
-# Time (s) for which the former subscription is kept after the new subscription is connected to
-# every publisher.
+# Time (s) for which a replaced subscription is kept after its successor is connected to every
+# publisher.
 OVERLAP_TIME = 1.0
 # Largest size of the queue in the middleware (bytes), unless a single message is larger. The node
 # reads a queue of this size in 0.5 s. Reading one message of 10,000 joints takes 16 ms.
 MAX_QUEUE_SIZE = 1 << 23
 # Size (bytes) of a message above which 1000 such messages exceed `MAX_QUEUE_SIZE`.
 LARGE_SIZE = MAX_QUEUE_SIZE // 1000
-# Time (s) without large messages after which the queue gets its full depth again.
+# Time (s) without large messages after which a shortened queue gets its full depth again.
 DEPTH_RECOVERY_TIME = 10.0
 
 Take = Callable[[bytes], None]
 Info = Mapping[str, Any]
-# The remembered messages in the order of arrival. The keys of the dictionary are the sequence
-# number and the send time of each message.
+# The messages remembered while two subscriptions exist, in the order of arrival. A key of the
+# dictionary is the sequence number and the send time of a message.
 Recent = dict[tuple[int | None, int], None]
 
 
@@ -93,15 +93,16 @@ class BestSubscription:
         self._node, self.given_topic, self._take = node, topic, take
         self._size = size
         self._adapts = False
-        # Number of messages that former subscriptions lost. `_lost_more` is true if the number is
-        # a lower bound.
+        # Number of messages that replaced subscriptions had lost. `_lost_more` is true if the
+        # number is a lower bound.
         self._lost: int | None = 0
         self._lost_more = False
         # The remembered messages; None if no message can arrive from two subscriptions.
         self._recent: Recent | None = None
         self._former: _CountedSubscription | None = None
         self._all_connected_since = 0.0  # time since which all publishers are connected, s
-        # Time of arrival (s) of the last message that was too large for a queue of full depth.
+        # Time of arrival (s) of the last message so large that a queue of full depth could exceed
+        # `MAX_QUEUE_SIZE`.
         self._large_message_time = 0.0
         self._qos = copy.copy(qos)  # a copy, because rclpy writes overrides into this profile
         self._open = partial(_CountedSubscription, node, kind, topic, self._on_message)
@@ -112,7 +113,7 @@ class BestSubscription:
         self._full_depth = self._qos.depth
         # the ids of the publishers at the last call of `settle`
         self._known_publishers: set[tuple[int, ...]] = set()
-        # whether the queue of the executor may contain events of an ended subscription
+        # whether events of a subscription that was ended may still be in the executor's queue
         self._is_ending = False
 
     def _settle_reliability(self, qos: QoSProfile) -> SetParametersResult:
@@ -186,7 +187,8 @@ class BestSubscription:
             self._want(depth=depth)
 
     def _want(self, **policies: Any) -> None:
-        # Store the wanted policies. `_replace` applies these policies between two messages.
+        # Store quality-of-service policies. `_replace` applies them between two messages, by a new
+        # subscription.
         wanted = copy.copy(self._wanted)
         for policy, value in policies.items():
             setattr(wanted, policy, value)
@@ -211,7 +213,7 @@ class BestSubscription:
 
     def _end(self, former: '_CountedSubscription') -> None:
         if former is not self._former or former.subscription not in self._node.subscriptions:
-            return  # `former` has ended, or an executor has released the subscription
+            return  # `former` has ended, or `PassedOver` holds its subscription at present
         self._former = None
         if self._counting is former:
             lost, now = self.lost, self._current.losses.count
@@ -240,7 +242,7 @@ class BestSubscription:
                 self._take_waiting(former)
             self._take_once(self._recent, data, info)
             if former is not None and former.qos.depth > self._qos.depth:
-                # Empty the queue of the former subscription, because this queue is too long for
+                # Empty the former subscription's queue, because its depth is too large for
                 # messages of this size.
                 self._take_waiting(former)
                 if subscription is self._current:
@@ -262,8 +264,8 @@ class BestSubscription:
         if former is not self._former or recent is None:
             return  # the former subscription has ended already
         newest, count = take_waiting(former.subscription, self._qos.depth)
-        # End the former subscription if more messages were in its queue than the present queue can
-        # hold.
+        # End the former subscription if its queue contained more messages than the present
+        # subscription's queue can hold.
         is_full = count > len(newest)
         for data, info in (newest[-1],) if is_full else newest:
             former.losses.take(info['publication_sequence_number'], info['source_timestamp'])

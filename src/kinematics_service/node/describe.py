@@ -19,7 +19,10 @@ def _finite(value: float) -> float | None:
 def description_of(
     settings: NodeSettings, joint_states: str, topics: Sequence[str], resolve: Callable[[str], str]
 ) -> dict[str, Any]:
-    """Return the data with which a program can interpret the topics; a missing limit is None."""
+    """
+    Return what a program needs to interpret the node's topics: joints, frames, units and row
+    orders, limits. A joint limit that does not exist is None.
+    """
     # Import the version only when it is needed, because the import takes 15 ms.
     from ..version import __version__
 

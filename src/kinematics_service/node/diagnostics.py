@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Make the diagnostic status of a node's input: received messages, outcomes, missing joints."""
+"""
+Make the diagnostic status of a node's input: numbers of joint states accepted and refused, missing
+joints, lost messages.
+"""
 
 import math
 from collections import Counter
@@ -28,21 +31,22 @@ REJECTED = (
     outcomes.NOT_CLOSED,
     outcomes.TOO_FAST,
 )
-# Reasons for which messages are refused only with few arms or settings. The status shows such a
-# reason only if it occurred.
+# Reasons for refusing a message that only some arms (closed loops) or settings (integration of
+# velocities) have. The status shows them only after they occurred.
 RARE = (outcomes.NOT_CLOSED, outcomes.TOO_FAST)
 INTERNAL_ERROR = 'internal error'
-# Time (s) for which the status reports lost messages and resets after they occurred.
+# Time (s) for which the status reports lost messages, and resets of the estimator, after they
+# occurred.
 REPORTED_TIME = 10.0
-# Largest number of resets within `REPORTED_TIME` that cause no warning, because a recording that
-# is played in a loop also causes resets.
+# Largest number of resets of the estimator within `REPORTED_TIME` that cause no warning. A
+# recording that is played in a loop also causes resets.
 MAX_RESETS = 3
 LEFT_OUT = 'left out'
 
 
 class InputState(NamedTuple):
     """
-    Counts of received joint states by outcome (accepted, or why refused), for the diagnostics.
+    The state of the node's input, joint states, from which the diagnostics are made.
 
     Attributes
     ----------
@@ -56,7 +60,7 @@ class InputState(NamedTuple):
     publishers
         Full names of the nodes that publish joint states.
     recent_losses, recent_resets
-        Number of lost messages, and of resets, within `REPORTED_TIME`.
+        Number of lost messages, and of resets of the estimator, within `REPORTED_TIME`.
     at_least
         The text `at least ` if the number of lost messages is a lower bound; otherwise empty.
     work : ns
@@ -237,8 +241,8 @@ def input_warnings(arm: Estimator, state: InputState) -> Iterator[str]:
 
 def message_warnings(state: InputState) -> Iterator[str]:
     """
-    Yield a sentence for each cause that left messages unanswered. The node has already logged
-    these causes.
+    Yield a sentence for each reason why joint states were not answered. The node has logged each
+    of these reasons before.
     """
     if rejected := [reason for reason in REJECTED if state.news[reason]]:
         yield f'messages rejected: {", ".join(rejected)}'

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Publish the diagnostics of a node once a second: the status of its input, and other statuses."""
+"""
+Publish the diagnostics of a node once a second: the status of its input (joint states), and
+statuses of its other functions.
+"""
 
 import math
 import re
@@ -26,11 +29,11 @@ from .steady_time import Throttle, steady_timer
 
 # Period of the diagnostics, s.
 DIAGNOSTICS_PERIOD = 1.0
-# Shortest time over which a rate of messages is computed, s. Calls of the timer after a shorter
-# time are skipped, because the timer makes several calls at once after a stall of the process.
+# Shortest time over which a rate of messages is computed, s. Diagnostics that are due after a
+# shorter time are skipped. After a stall of the process, the timer makes several calls at once.
 MIN_INTERVAL = 0.5 * DIAGNOSTICS_PERIOD
-# If the time between two calls of the timer is above this, s, the process was stalled and cannot
-# have received messages.
+# If the time between two diagnostics is above this, s, the process was stalled and cannot have
+# received messages.
 STALL_INTERVAL = 2.0 * DIAGNOSTICS_PERIOD
 # Time (s) without joint states after which the node logs the probable reason.
 SILENCE_TIMEOUT = 5.0
@@ -43,8 +46,8 @@ UNKNOWN = '_NODE_NAME_UNKNOWN_'
 
 def why_no_joint_states(node: Node, topic: str, given: str) -> str:
     """
-    Return a text that says why no joint state arrives on a topic, and which topics have joint
-    states.
+    Return a text that says why no joint state arrives on a topic, and which other topics have
+    joint states.
 
     `given` is the name of the topic before remapping.
     """
@@ -53,7 +56,7 @@ def why_no_joint_states(node: Node, topic: str, given: str) -> str:
     who = 'its publishers are silent' if node.count_publishers(topic) else 'it has no publisher'
     if kinds:
         who = f'it is published as {", ".join(sorted(kinds))}, not as {JOINT_STATES}'
-    # Skip joint states that a kinematics node publishes, because these are answers to targets.
+    # Skip topics of kinematics nodes, because their joint states are answers to targets.
     nodes = tuple(f'{name}/' for name in kinematics_nodes(node))
     own = {topic, *(publisher.topic_name for publisher in node.publishers)}
     others = sorted(
@@ -91,8 +94,8 @@ def _name_of(info: TopicEndpointInfo) -> str:
 
 def without_numbers(sentence: str) -> str:
     """
-    Return the part of a sentence before the first colon, without numbers. Faults with the same
-    cause have the same part.
+    Return the part of a fault's sentence before the first colon, without numbers. Two faults of
+    one kind have this part in common.
     """
     return re.sub(r'[\d.]+', '', sentence.partition(':')[0])
 
@@ -119,7 +122,7 @@ class Health:
     work : ns
         Processing times of messages since the last diagnostics.
     warnings
-        The faults of the input in the last diagnostics.
+        The faults of the input, as sentences, that the last diagnostics reported.
     """
 
     def __init__(
@@ -141,13 +144,14 @@ class Health:
         self._published_at = self._answered = time.monotonic()
         self._throttle, self._first_time = Throttle(LOG_PERIOD), Throttle(math.inf)
         self.warnings: list[str] = []
-        # For each diagnostics within `REPORTED_TIME`: time (s), number of lost messages, number of
-        # resets.
+        # For each diagnostics within `REPORTED_TIME`: its time (s), and the numbers, since the
+        # start of the node, of lost messages and of estimator resets.
         self._losses: deque[tuple[float, int, int]] = deque([(self._published_at, 0, 0)])
         steady_timer(node, DIAGNOSTICS_PERIOD, self.say_when_due)
 
     def _recent_counts(self, now: float, lost: int, resets: int) -> tuple[int, int]:
-        # Return the numbers of lost messages and of resets within `REPORTED_TIME`.
+        # Return the numbers of lost messages and of estimator resets within `REPORTED_TIME`, given
+        # the numbers since the start.
         losses = self._losses
         losses.append((now, lost, resets))
         while now - losses[0][0] > diagnostics.REPORTED_TIME:

@@ -58,7 +58,7 @@ class Input:
         self._take, self._refuse = take, refuse
         self._clock = node.get_clock()
         self._reader = JointStateReader()
-        # Form of the last message: its size, names and offsets.
+        # Form of the last message: its size, joint names, and offsets of numbers.
         self._form: JointStateForm | None = None
         self.recent: deque[tuple[int, bytes]] = deque(maxlen=MESSAGE_LIMIT)
         self.subscription = BestSubscription(

@@ -5,17 +5,18 @@
 from collections.abc import Callable
 
 NANOSECOND = 1e-9  # s
-# Smallest number of messages from which a publisher's rate is computed. After four times this
-# number of messages, the rate is computed from a later first message. The reason is that the first
-# message may have come from another publisher with similar numbers.
+# A publisher's rate is computed from an earlier and its last message, if at least this number of
+# messages was sent between them. After four times this number, a later message replaces the
+# earlier one, which may have come from another publisher with similar sequence numbers.
 MIN_RATE_MESSAGES = 20
 # Time (s) by which a message may be sent earlier or later than the publisher's rate predicts.
 SEND_TIME_TOLERANCE = 0.02
-# Gaps with at most this number of lost messages are accepted at any rate of the publisher.
+# A message may follow a publisher's last message after a gap of at most this number, whatever the
+# publisher's rate is.
 MAX_GAP_AT_ANY_RATE = 3
-# Largest rate of a publisher whose rate is not known yet, messages per s.
+# Largest rate that is assumed for a publisher before any rate has been measured, messages per s.
 MAX_RATE = 20_000.0
-# Largest rate of a publisher, divided by the largest rate measured so far.
+# Largest rate that is assumed for a publisher, divided by the largest rate measured so far.
 MAX_RATE_RATIO = 2.0
 
 
@@ -32,10 +33,7 @@ class _Publisher:
         self.number, self.stamp = number, stamp
 
     def look_back(self) -> None:
-        """
-        Replace the first message from which the rate is computed by a later message, if enough
-        messages have come since that later message.
-        """
+        """Compute the rate from a later message on, if enough messages have come since then."""
         if self.number - self._between[0] >= 4 * MIN_RATE_MESSAGES:
             self._from, self._between = self._between, (self.number, self.stamp)
 
@@ -50,7 +48,10 @@ class _Publisher:
         return max(NANOSECOND * (stamp - self.stamp), 0.0)
 
     def is_due(self, number: int, stamp: int) -> bool:
-        """Return whether the publisher should send the message with this number at this time."""
+        """
+        Return whether this publisher, at its rate, has its message `number` due at the time
+        `stamp` (ns).
+        """
         rate = self.rate()
         expected = self.number + rate * self.time_since(stamp)
         return (
@@ -64,9 +65,9 @@ class Losses:
     Counts lost messages of a topic, as gaps in the sequence numbers of each publisher.
 
     A message does not name its publisher. This class attributes a message to the publisher with
-    the nearest smaller number, if that publisher can have sent the missing messages since then. If
-    two publishers have similar numbers, a message may be attributed to the wrong publisher, which
-    does not change the sum of all gaps.
+    the nearest smaller number, if that publisher can have sent the missing messages in the time
+    since its last message. If two publishers have similar numbers, a message may be attributed to
+    the wrong publisher, which does not change the sum of all gaps.
 
     Parameters
     ----------
@@ -97,7 +98,8 @@ class Losses:
 
     def take(self, number: int | None, stamp: int) -> None:
         """
-        Count the gap before a received message, given its sequence number and send time (ns).
+        Count the messages lost before a received message, given its sequence number and send time
+        (ns).
         """
         known = self._publishers
         if number is None:
@@ -120,8 +122,9 @@ class Losses:
             known_publisher.look_back()
         publisher = self._publisher_of(number, stamp, count)
         if publisher is None:
-            # Add a new publisher. The new publisher replaces a publisher that has ended, or a
-            # publisher whose gap is too long for its rate. This gap is not counted.
+            # Add a new publisher. If the list is full, it replaces the publisher that has been
+            # silent for longest: that one has ended, or has sent this message after a gap too long
+            # for its rate. Such a gap is not counted.
             self.is_lower_bound |= len(known) >= count > 1 and not self._have_changed
             del known[: max(len(known) + 1 - count, 0)]
             publisher = _Publisher(number, stamp)
@@ -145,8 +148,8 @@ class Losses:
 
         fitting = [*filter(fits, below)]
         if len(self._publishers) < publishers:
-            # Attribute the message to an unknown publisher, unless a known publisher should send
-            # this number at this time.
+            # Not all publishers are known yet. Attribute the message to an unknown one, unless a
+            # known publisher should send the message `number` at the time `stamp`.
             below = [publisher for publisher in below if publisher.is_due(number, stamp)]
             self.is_lower_bound |= len(fitting) > 0 and not below
         elif publishers > 1 or self._have_changed:

@@ -75,6 +75,6 @@ class ManagedNode(KinematicsNode, LifecycleNodeMixin):
     on_shutdown = on_error = on_deactivate
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Forget the state of the joints; the next configuration reads the robot again."""
+        """Forget all joint positions; the next transition `configure` reads the robot again."""
         self.forget_joints()
         return DONE

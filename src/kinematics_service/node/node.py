@@ -43,8 +43,8 @@ from .wrench import WrenchBias
 
 NODE_NAME = 'kinematics'
 
-# Period of the check for stale joints, divided by `joint_state_timeout`, and the bounds of this
-# period. A stale state is thus reported at most a quarter of the time-out late.
+# Period of the check for stale joint states, divided by `joint_state_timeout`; then the bounds of
+# this period. So the node reports stale joint states at most a quarter of the time-out late.
 WATCHDOG_TIMEOUT_RATIO = 0.25
 MIN_WATCHDOG_PERIOD = 0.02  # s
 MAX_WATCHDOG_PERIOD = 0.25  # s
@@ -52,7 +52,8 @@ MAX_WATCHDOG_PERIOD = 0.25  # s
 
 class KinematicsNode(Node):
     """
-    The ROS node of one arm: it answers JointState messages with results of its estimator.
+    The ROS node of one arm: it answers each JointState message with pose, Jacobian, twist and
+    singularity measures.
 
     Parameters
     ----------
@@ -119,7 +120,7 @@ class KinematicsNode(Node):
         settings = self.settings = self._own_parameters.settings
         self._estimator = Estimator(settings.robot, settings.estimator)
         self._latest: EstimatorOutput | None = None
-        self._resets = 0  # the number of estimator resets that the node has handled
+        self._resets = 0  # the number of resets of the estimator that the node has handled
         self._grid = StampGrid()
         transport = self._own_parameters.transport
         self._outputs = Outputs(self, settings, transport)
@@ -176,7 +177,8 @@ class KinematicsNode(Node):
 
     def set_parameters_atomically(self, parameter_list: Any) -> Any:
         """
-        Set parameters as rclpy does; the result's `reason` says why accepted values are doubtful.
+        Set parameters as rclpy does. If accepted values are doubtful, for example in mm, the
+        result's `reason` says why.
         """
         result = super().set_parameters_atomically(parameter_list)
         if result.successful and self.is_started:
@@ -226,14 +228,14 @@ class KinematicsNode(Node):
             self._publish_warning(stale_status(self.settings.robot, reason))
 
     def forget_joints(self) -> None:
-        """Forget the state of the joints, as if no joint state had arrived."""
+        """Forget all joint positions, as if no joint state had arrived."""
         self._estimator.reset()
         self._latest = None
         self._follow_reset()
 
     def read_robot_again(self) -> None:
         """
-        Read the robot file again, and apply the new arm.
+        Read the robot file again, and answer with the arm that it describes now.
 
         Raises
         ------
@@ -249,8 +251,8 @@ class KinematicsNode(Node):
         self._reject(RefusedMessage(outcomes.UNREADABLE, sentence))
 
     def _take(self, message: JointMessage) -> bool:
-        # Answer a message. Return False if the bytes do not have the form of the last message,
-        # which the node remembers.
+        # Answer a message. Return False if it was given as bytes whose joint names or lengths
+        # differ from those of the message before; it must then be given decoded.
         if self.silent:
             return True
         try:
@@ -288,9 +290,9 @@ class KinematicsNode(Node):
         arrival = message.arrival
         self._latest = outcome
         self._reference.note(outcome)
-        # Compare the state with the thresholds before the first message is published, because
-        # subscribers that wake take processor time from this process. The warning is published
-        # after the pose.
+        # Compare the state with the thresholds before any result is published, because subscribers
+        # that a result wakes take processor time from this process. The warning itself is
+        # published after the pose.
         warned = None
         if not self._estimator.is_settled(outcome.state, arrival):
             singularity = singularity_of(outcome.state)
@@ -303,7 +305,8 @@ class KinematicsNode(Node):
             if wanted and self._grid.passes(outcome.stamp, self.settings.period):
                 self._outputs.publish(outcome, active, isinstance(message, SerializedSample))
         finally:
-            # Publish the warning even after an error, because the estimator relies on it.
+            # Publish the warning even after an error, because the estimator has counted it as
+            # published and does not repeat it at once.
             if warned is not None:
                 robot, base = self.settings.robot, self.settings.base_frame
                 self._publish_warning(singularity_status(robot, *warned, base))
@@ -315,7 +318,7 @@ class KinematicsNode(Node):
 
     def _present(self) -> EstimatorOutput:
         # Return the newest state of the arm, which the answer to a target needs. Raise
-        # RefusedTargetError if positions are missing or out of date.
+        # RefusedTargetError if a joint position is unknown or stale.
         missing, latest = self._estimator.joints.missing(time.monotonic_ns()), self._latest
         if self.silent or missing or latest is None:
             names = missing or self.settings.joint_names
@@ -396,7 +399,7 @@ class KinematicsNode(Node):
         if not moves_alike:
             self._reference.forget()
             self._latest = self._latest and self._estimator.anew(self._latest)
-            self._watchdog.reset()  # check again, because joints of the new arm may be stale
+            self._watchdog.reset()  # check for stale joints: some of the new arm may be stale
             if settings.robot.description.tool.motion != before.description.tool.motion:
                 self.get_logger().info(tool_in_words(settings.robot))
 

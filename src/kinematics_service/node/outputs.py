@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Publish answers to every accepted message, and find which numbers the subscribers need."""
+"""
+Publish the results for every accepted joint state on the node's topics, and find which numbers the
+subscribers need.
+"""
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -37,10 +40,10 @@ class Channel(NamedTuple):
     publisher, topic
         The publisher, and the row of the topic in the table of topics.
     grid
-        The grid of stamps that limits the rate of a topic whose content has a period.
+        The grid of stamps that limits the topic's rate, used if `content` has a period.
     content, layout
-        The content of the topic's messages, and the offsets of the numbers in a message. Content
-        that builds whole messages has no layout.
+        The content of the topic's messages, and the layout: the offsets of the numbers in a
+        message. Content that is a whole message has no layout.
     as_bytes
         Whether messages are published as bytes that this package fills.
     """
@@ -82,13 +85,13 @@ class ActiveTopics(NamedTuple):
     channels
         The channels in the order of publication.
     depth
-        How much of the state the kernel must compute.
+        `kernel.JACOBIAN`, or `kernel.ALL_FRAMES` if a channel needs the link frames.
     messages
-        The messages that the kernel fills; None if it fills no message.
+        The messages that the kernel itself fills with numbers; None if it fills none.
     filled
         For each channel, its message among `messages`; None if the kernel does not fill it.
     quantities
-        The kinds of additional quantities that an answer must have.
+        Classes of the quantities, such as accelerations, that the channels need besides the state.
     """
 
     channels: tuple[Channel, ...]
@@ -101,7 +104,10 @@ class ActiveTopics(NamedTuple):
 def filled_by_the_kernel(
     channels: Sequence[Channel], settings: NodeSettings, depth: int
 ) -> tuple[OutgoingMessages | None, tuple[memoryview | None, ...]]:
-    """Return the messages that the kernel fills, and for each channel its message or None."""
+    """
+    Return the messages that the kernel fills with numbers, and for each channel its message among
+    them, or None.
+    """
     row = settings.robot.chain.single_widths[depth]
     measures = settings.robot.singularity.measure_places.width
     data, filled, uncertain = bytearray(), list[slice | None](), list[WithCovariance]()
@@ -134,7 +140,8 @@ def filled_by_the_kernel(
 
 class Outputs:
     """
-    Publishes state reports on all topics with subscribers; for other topics it computes nothing.
+    Publishes the results for each joint state on all topics with subscribers; for other topics it
+    computes nothing.
 
     Attributes
     ----------
@@ -187,16 +194,17 @@ class Outputs:
 
     def publish(self, answer: EstimatorOutput, active: ActiveTopics, is_filled: bool) -> None:
         """
-        Publish an answer on channels, pose first, and on /tf if `publish_tf` is set.
+        Publish the results for a joint state on the active topics, pose first, and on /tf if
+        `publish_tf` is set.
 
         Parameters
         ----------
         answer
-            The new state.
+            The arm's new state, and the quantities that `active` lists.
         active
             The channels with subscribers, as `active` returns them.
         is_filled
-            Whether the kernel has filled the messages with this answer.
+            Whether the kernel has filled `active.messages` with these results.
         """
         reports: dict[str, StateReport] = {}
         moving = answer.state.moving
@@ -223,8 +231,8 @@ class Outputs:
         return StateReport(answer, settings)
 
     def _configured(self, channel: Channel) -> Channel:
-        # Return the channel with the content and message layout for the settings. A layout for
-        # bytes is first checked against ROS's serializer.
+        # Return the channel with content and message layout renewed for the present settings.
+        # Before messages are published as bytes, their layout is checked against ROS's serializer.
         topic = channel.topic
         settings = self._settings.points[topic.of] if topic.of else self._settings
         content = topic.content(settings) or SILENT
@@ -232,7 +240,7 @@ class Outputs:
             return channel._replace(content=content)
         layout = MessageLayout(topic.blank(settings))
         if channel.layout is not None and channel.layout.data == layout.data:
-            # A layout with these bytes was checked before.
+            # Keep the old layout, which has equal bytes and was checked before.
             return channel._replace(content=content)
         as_bytes = self._transport == 'bytes' and layout.is_official()
         if self._transport == 'bytes' and not as_bytes and channel.layout is None:
@@ -243,8 +251,8 @@ class Outputs:
         return channel._replace(content=content, layout=layout, as_bytes=as_bytes)
 
     def _offered(self, settings: NodeSettings) -> list[Channel]:
-        # Return the channels for the settings. Another robot file may have other topics. Keep the
-        # publishers of the topics that both files have.
+        # Return the channels for the settings. Another robot file may have other topics:
+        # publishers of topics that it lacks are destroyed, the others are kept.
         present = {channel.topic.name: channel for channel in self.channels}
         topics = topics_of(settings)
         for name in present.keys() - {topic.name for topic in topics}:

@@ -11,14 +11,17 @@ from ..robot.robot import Robot
 
 
 class PointStates:
-    """Computes answers for points, with quaternions whose sign does not jump between answers."""
+    """
+    Computes the states of points of the arm. The sign of a quaternion does not jump between two
+    successive states of a point.
+    """
 
     def __init__(self) -> None:
         self._last: dict[str, Floats] = {}
 
     def answer(self, of: str, robot: Robot, answer: EstimatorOutput) -> EstimatorOutput:
         """
-        Return the answer for a point of the arm.
+        Return the state of a point of the arm, given the state of the tool.
 
         Parameters
         ----------
@@ -27,7 +30,7 @@ class PointStates:
         robot
             The arm.
         answer
-            The answer for the tool, from which the joint positions and velocities are taken.
+            The tool's state, from which the joint positions and velocities are taken.
         """
         q, qdot = answer.state.q, answer.state.qdot
         state = evaluate(robot, q, qdot, point=robot.point(of))

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Receive tool poses from a second source. Report in the status `frames` how they differ from the
-node's poses.
+Receive poses of the tool from a second source. Report in the status `frames` how they differ from
+the node's poses.
 
 The app calibration compares the received poses with poses of the node
 (`apps/calibration/second_source_watch.py`). The app is loaded at the first received pose, because
@@ -32,28 +32,28 @@ WITHOUT_APP = (
     'the app calibration, which compares poses, was removed; record both, and run '
     '`kinematics_service audit`'
 )
-# Shortest time between two log lines about a rise of the level, s.
+# Shortest time between two log lines that report a worse level of the status `frames`, s.
 LOG_PERIOD = 5.0
 
 
 class Reference:
     """
-    Passes poses of a second source, and states of the arm, to the app that compares the two.
+    Passes tool poses of a second source, and states of the arm, to the app that compares the two.
 
-    The first result is logged. Later a result is logged if its level is higher than the level of
-    the result before.
+    The first result of the comparison is logged. A later result is logged if its level (OK, WARN,
+    ERROR) is worse than that of the result before.
 
     Parameters
     ----------
     node
         The node that subscribes.
     robot, limits
-        Functions that return the present arm and the present limits.
+        Functions that return the present arm, and the present thresholds of the difference.
 
     Attributes
     ----------
     watch
-        The object of the app that compares poses; None before the first pose.
+        The app's object that compares poses; None before the first pose of the second source.
     """
 
     def __init__(
@@ -69,7 +69,8 @@ class Reference:
 
     def forget(self) -> None:
         """
-        Forget all poses; call this method after the arm or the clock of the stamps has changed.
+        Forget all poses of the second source; call this method after the arm or the clock of the
+        stamps has changed.
         """
         self.watch, self._level = None, -1
 
@@ -98,8 +99,8 @@ class Reference:
 
     def status_text(self) -> StatusText | None:
         """
-        Return the status `frames`, or None if there is no second source. Log each rise of the
-        level.
+        Return the status `frames`; None without a second source. Log the status if its level
+        becomes worse.
         """
         if self.watch is None:
             text = f'pose of {self._topic} refused: {self._refused}'

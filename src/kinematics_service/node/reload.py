@@ -28,10 +28,11 @@ CHECK_PERIOD = 0.005
 
 class Reload:
     """
-    Answers the service `~/reload` after reading the robot, with the robot in force or the faults.
+    Answers the service `~/reload` after the robot has been read: with the robot that is now in
+    force, or with the faults that were found.
 
-    A request during a reading is answered after another reading, because the robot may have
-    changed since the present reading began.
+    A request that arrives while the robot is being read is answered after another reading, because
+    the robot's file or description may have changed since the present reading began.
 
     Parameters
     ----------
@@ -49,12 +50,12 @@ class Reload:
         self._node, self._parameters, self._apply = node, parameters, apply
         self._asked: list[Any] = []  # headers of requests that the next reading answers
         self._answered: list[Any] = []  # headers of requests that the present reading answers
-        # whether a reading is running, and whether another reading must follow
+        # whether a thread is reading the robot, and whether it must be read again after that
         self._reading = self._again = False
         self._outcome: CheckedArm | Exception | None = None
         self._timer = steady_timer(node, CHECK_PERIOD, self._check_outcome, autostart=False)
-        # Number of readings since the last log line, and the outcome of the last reading. The next
-        # log line, after the time `_log_pause`, reports this outcome.
+        # How often the robot was read since the last log line, and the outcome of the last time.
+        # The next log line, after the time `_log_pause`, reports this outcome.
         self._unlogged, self._outcome_in_words = 0, (True, '')
         self._log_pause = steady_timer(node, LOG_PERIOD, self._log_outcome, autostart=False)
         self._service = node.create_service(

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute the scale of a commanded joint velocity: the allowed fraction, and the reason for it. The
-scale is not a safety function.
+Compute the scale of a commanded joint velocity: the allowed fraction, 0 to 1, and the limit or
+singular pose that is the reason. The scale is not a safety function.
 """
 
 import math
@@ -36,29 +36,29 @@ SLOWED_SCALES = (0.95, 0.99)
 # Scale below which a command counts as stopped, and scale above which the command no longer counts
 # as stopped.
 STOPPED_SCALES = (0.01, 0.05)
-# The cause in the status changes only if the scale of another constraint is smaller by more than
-# this.
+# The status names one constraint (a limit, the singularity) as cause of the scale. The cause
+# changes to a constraint with a smaller scale only if the difference of the scales is above this.
 CAUSE_HYSTERESIS = 0.05
 NO_SAFETY = 'no safety function: it knows positions and commands as they are reported'
 # Codes of moveit_msgs/ServoStatus.
 INVALID = -1
 NO_WARNING = 0
 HALT_FOR_SINGULARITY = 2
-# These codes mean DECELERATE_FOR_APPROACHING_SINGULARITY, DECELERATE_FOR_LEAVING_SINGULARITY and
-# JOINT_BOUND.
+# For each cause, its code: DECELERATE_FOR_APPROACHING_SINGULARITY (1),
+# DECELERATE_FOR_LEAVING_SINGULARITY (3), JOINT_BOUND (6).
 SERVO_CODES = {SINGULARITY: 1, LEAVING: 3, POSITION: 6}
 
 
 class _Reason(NamedTuple):
-    # The reason that was published last: the level, and the index of the constraint (-1 for none).
+    # The reason for a scale that was published last: the level (OK, WARN for slowed, ERROR for
+    # stopped), and the index of the constraint that is its cause (-1 for none).
     level: Level
     k: int = -1
 
 
 class Scaling:
     """
-    Answers each commanded joint velocity with its scale, the fraction of the motion that is
-    allowed.
+    Answers each commanded joint velocity with its scale, the allowed fraction of this velocity.
 
     Parameters
     ----------
@@ -67,8 +67,8 @@ class Scaling:
     settings
         The settings in force.
     present
-        A function that returns the present state; it raises RefusedTargetError if no state is
-        known.
+        A function that returns the arm's present state; it raises RefusedTargetError if no state
+        is known.
     """
 
     def __init__(
@@ -106,8 +106,8 @@ class Scaling:
     def _scales_of(self, message: JointState) -> MotionScales:
         settings, present = self._settings, self._present()
         qdot = _velocities(message, settings.joint_names)
-        # Compare the command's stamp with the stamp of the joint state, because this process may
-        # have another ROS clock.
+        # Compare the command's stamp with the stamp of the joint state, not with the node's clock,
+        # because this process may have another ROS clock than the sender of the joint states.
         stamp, timeout = stamp_of(message), settings.estimator.timeout
         if stamp and present.stamp - stamp > timeout:
             raise RefusedTargetError(
@@ -137,8 +137,8 @@ class Scaling:
         return value
 
     def _reason_for(self, scales: MotionScales) -> _Reason:
-        # Return the level, and the constraint that causes the level. Both follow from the scales
-        # before `_limit_rise` limits their rise.
+        # Return the level (OK, WARN for slowed, ERROR for stopped), and the constraint that causes
+        # it. Both follow from the scales as computed, without `_limit_rise`.
         former, values = self._reason or _Reason(Level.OK), scales.values[0]
         level, value = Level.OK, float(np.min(values))
         if value < STOPPED_SCALES[former.level is Level.ERROR]:

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Limit the rate of answers by the stamps of the answers."""
+"""Limit the rate of published results by their stamps."""
 
 
 class StampGrid:
-    """Passes only the first answer in each interval of a fixed grid of stamps."""
+    """Passes only the first result in each interval of a fixed grid of stamps."""
 
     def __init__(self) -> None:
         self._last: int | None = None
@@ -23,5 +23,5 @@ class StampGrid:
         return True
 
     def forget(self) -> None:
-        """Forget the last interval, so that the next answer passes."""
+        """Forget the last interval, so that the next result passes."""
         self._last = None

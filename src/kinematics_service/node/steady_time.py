@@ -45,7 +45,10 @@ class Throttle:
         return True
 
     def reason_of(self, node: Node, what: str, error: Exception) -> str:
-        """Return a text with the reason why `what` is refused; log an internal error."""
+        """
+        Return a text with the reason why `what`, such as a target, is refused. Log the error if it
+        is internal.
+        """
         if isinstance(error, KinematicsError):
             return str(error)
         self.internal_error(node, what, error)

@@ -20,7 +20,7 @@ def pose_status(result: IkResult, choice: Choice, near: Floats, redundancy: str)
     Parameters
     ----------
     near : shape (n,)
-        The present joint positions; the status has the distance from these positions to the
+        The present joint positions; the status reports the largest joint motion from them to the
         answer.
     redundancy
         The criterion that selects the solution of a redundant arm.

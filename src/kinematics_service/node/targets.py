@@ -53,10 +53,10 @@ from .target_status import pose_status, twist_status
 # Period of the check that target twists still arrive, divided by `ik.target_timeout`. So the
 # joints stop at most a quarter of the time-out too late.
 WATCHDOG_TIMEOUT_RATIO = 0.25
-# Longest wait for the acknowledgement of the last message while the node ends.
+# Longest wait until subscribers have acknowledged the last message, when the node ends.
 ACKNOWLEDGEMENT_TIMEOUT = Duration(seconds=0.2)
-# Longest wait (s) for the answer to a pose while the node ends, and for the executor before an
-# answer is computed.
+# Two longest waits (s): when the node ends, for a pose that is being answered; before an answer is
+# computed, for the executor to empty its queue.
 ANSWER_TIMEOUT = 0.5
 
 
@@ -74,14 +74,14 @@ class Targets:
     settings
         The settings in force.
     present
-        A function that returns the present state; it raises RefusedTargetError if no state is
-        known.
+        A function that returns the arm's present state; it raises RefusedTargetError if no state
+        is known.
 
     Attributes
     ----------
     in_force
-        A lock that is held while an answer to a pose is published. Hold the lock while settings
-        change, so that an answer fits the settings and the state at its publication.
+        A lock that is held while the answer to a target pose is published. Hold it while settings
+        change, so that an answer fits the settings in force when it is published.
     """
 
     def __init__(
@@ -111,13 +111,16 @@ class Targets:
         self._timer = steady_timer(node, self._watch_period(), self._watch, autostart=False)
 
     def configure(self, settings: NodeSettings) -> None:
-        """Apply new settings; stop the motion of the last twist."""
+        """Apply new settings; stop the motion of the last target twist."""
         self._stop()
         self._settings = self._prepared(settings)
         self._timer.timer_period_ns = round(self._watch_period() * 1e9)
 
     def stop(self) -> None:
-        """Stop the motion of the last twist; wait for an answer that is being published."""
+        """
+        Stop the motion of the last target twist; wait for the answer to a pose that is being
+        published.
+        """
         with self.in_force:
             pass
         if self._moving_since is not None:
@@ -142,8 +145,8 @@ class Targets:
             self._thread.start()
 
     def _take_poses(self) -> None:
-        # Answer only the newest pose, which replaces other poses that arrived during the last
-        # answer.
+        # Answer only the newest target pose; it replaces older poses that arrived while the last
+        # answer was computed.
         waiting = self._poses.get()
         while waiting is not None:
             self._wait_for_executor()

@@ -17,7 +17,8 @@ def take_waiting(subscription: Subscription, keep: int) -> tuple[deque[Any], int
     Take all messages that wait for a subscription. Return the newest messages, and the number of
     messages that were taken.
 
-    The function takes at most one full queue; later messages are left to the executor.
+    The function takes at most as many messages as the queue can hold; later messages are left to
+    the executor.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Take the bias of the topic `~/wrench`, and make the status of the wrench.
+Take the bias of the joint efforts for the topic `~/wrench`, and make the status `wrench`.
 
 The bias is the mean of recent joint efforts, which is subtracted from later joint efforts.
 """

@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute the axes of the moving rows of an arm at one configuration, for any DH convention.
+Compute the joint axes of an arm at one configuration: an axis for each moving row of its DH table,
+in any DH convention.
 
 `axes_of` uses the screws that the kernel computes. A row that turns with angular velocity w
 about a point c moves the tool p with v = w x (p - c). So the point p + (w x v) / w.w is on the
@@ -22,13 +23,13 @@ from ...robot.robot import Robot
 
 class RowAxis(NamedTuple):
     """
-    The axis of one moving row of the table, in the base frame.
+    The axis about or along which one row of the DH table moves, in the base frame.
 
     Attributes
     ----------
     point : shape (3,), m
-        The point of the axis that is nearest to the origin of the link frame before or after the
-        row.
+        The point of the axis nearest to the origin of the link frame before or after the row,
+        whichever origin is nearer to the axis.
     direction : shape (3,)
         Unit vector, along the positive motion of the first joint in `joints`.
     slides
@@ -46,8 +47,9 @@ class RowAxis(NamedTuple):
 
 def axes_of(state: ToolState) -> Iterator[RowAxis]:
     """
-    Yield the axes of the moving rows of the table, from base to tool. `state` must contain all
-    link frames. Rows that are coordinates of a platform, and not links, are left out.
+    Yield the axes of the moving rows of the DH table, from base to tool. `state` must contain all
+    link frames. Rows that describe coordinates of a platform carried by loops, not links, are left
+    out.
     """
     chain = state.robot.chain
     first, joints = chain.table.first_entry, chain.table.joint
@@ -65,7 +67,7 @@ def axes_of(state: ToolState) -> Iterator[RowAxis]:
 
 
 def motor_axes(robot: Robot, loops: Sequence[LoopLinks]) -> Iterator[RowAxis]:
-    """Yield the axes of those joints in closed loops that a motor moves."""
+    """Yield the axes of the motor-driven joints in the second chains of closed loops."""
     places = {joint.variable: k for k, joint in enumerate(robot.description.joints)}
     for joint in (joint for loop in loops for joint in loop.joints if joint.motors):
         joints = tuple(sorted(places[name] for name in joint.motors))
@@ -79,8 +81,9 @@ def _axis(screw: Floats, tool: Floats, beside: Floats, joints: tuple[int, ...]) 
         return RowAxis(beside[0].copy(), v / np.linalg.norm(v), True, joints)
     direction = w / speed
     point = tool + np.cross(w, v) / speed**2
-    # Choose the nearest link frame. In every convention, the frame before or after the row has its
-    # origin on the axis.
+    # Project the origins of the link frames before and after the row onto the axis, and take the
+    # projection that is nearer to its origin. In every convention one of the two origins is on the
+    # axis.
     feet = point + np.outer((beside - point) @ direction, direction)
     return RowAxis(
         feet[int(np.argmin(np.linalg.norm(feet - beside, axis=1)))], direction, False, joints

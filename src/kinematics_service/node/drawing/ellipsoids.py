@@ -21,7 +21,7 @@ from ...robot.task import seeded_poses
 # Drawn length of an ellipsoid's longest radius, divided by the arm's size. The length is a median
 # over random configurations, because the radius changes with the configuration.
 MEDIAN_RADII = {'linear': 0.3, 'angular': 0.15}
-# Number of random configurations for the median of the longest radius.
+# Number of random configurations for the median of an ellipsoid's longest radius.
 MEDIAN_POSES = 200
 
 
@@ -42,7 +42,10 @@ class Ellipsoid(NamedTuple):
 
 
 class EllipsoidScales(NamedTuple):
-    """The lengths (m) that represent a singular value of 1, for linear and for angular rows."""
+    """
+    The lengths (m) that represent a singular value of 1 in a drawing, for linear and for angular
+    rows of the Jacobian.
+    """
 
     linear: float
     angular: float

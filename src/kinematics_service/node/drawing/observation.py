@@ -17,7 +17,10 @@ from .axes import RowAxis, axes_of, motor_axes
 
 
 class CommandScale(NamedTuple):
-    """The scale of the last commanded velocity, the cause of a scale below 1, and the level."""
+    """
+    The scale (0 to 1) of the last commanded joint velocity, the constraint that makes it less than
+    1, and the level: WARN if the command is slowed, ERROR if it is stopped.
+    """
 
     value: float
     cause: str
@@ -27,7 +30,8 @@ class CommandScale(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Observation:
     """
-    A configuration of an arm with its measures, computed or received from a node.
+    An arm at one configuration: frames, Jacobian, twist and singularity measures, computed here or
+    received from a node.
 
     Attributes
     ----------
@@ -73,7 +77,7 @@ def observation_of(
 ) -> Observation:
     """
     Return the observation of an arm in a state. `state` must contain all link frames. If `level`
-    is given, it replaces the computed level.
+    is given, it replaces the singularity level in `singularity`.
     """
     loops = loop_links(state)
     corners = [np.stack([loop.corners[:-1], loop.corners[1:]], axis=1) for loop in loops]

@@ -24,8 +24,8 @@ from .axes import RowAxis
 from .ellipsoids import Ellipsoid, EllipsoidScales, ellipsoid_of, ellipsoid_scales
 from .observation import Observation
 
-# Colours of the levels, which people with any colour vision can distinguish (Okabe and Ito).
-# Pictures also show the level as text.
+# Colours of the singularity levels, which people with any colour vision can distinguish (Okabe and
+# Ito). Pictures also show the level as text.
 LEVEL_COLOURS = {
     Level.OK: (0, 114, 178),
     Level.WARN: (230, 159, 0),
@@ -189,8 +189,8 @@ def _lost(seen: Observation, size: float) -> LostDirection:
         share = float(np.linalg.norm(part))
         if share < NEGLIGIBLE_RATIO * float(np.linalg.norm(direction)):
             return None
-        # Divide by the square root of the norm of `part`, so that a small component of the
-        # direction stays visible.
+        # Draw the linear or angular part of the direction with half length LOST_LENGTH times the
+        # square root of its norm, so that a small part stays visible.
         half = LOST_LENGTH * size * part / share**0.5
         return np.stack([tool - half, tool + half])
 

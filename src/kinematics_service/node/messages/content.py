@@ -22,15 +22,16 @@ from .messages import StateReport
 @dataclass(frozen=True, eq=False)  # eq=False, because arrays have no single truth value
 class Copied:
     """
-    Numbers that are copied from the kernel's results for a state (one row of an array), or from
-    the singularity measures of the state.
+    A topic's numbers, copied from one of two arrays of the kernel: the row of results for a state
+    (pose, Jacobian, twist), or the state's singularity measures.
 
     Attributes
     ----------
     columns
-        The columns to copy; negative columns count from the end.
+        Indices of the numbers to copy; negative ones count from the end of the array.
     of_measures
-        Whether `columns` are columns of the measures; otherwise `columns` are columns of the row.
+        Whether `columns` are indices in the singularity measures; otherwise they are indices in
+        the row of results.
     of_motion
         Whether the numbers exist only if the joint velocities are known.
     """
@@ -44,7 +45,8 @@ class Copied:
 
     def of(self, report: StateReport) -> Floats | None:
         """
-        Return the topic's numbers for a state report; None if the numbers need unknown velocities.
+        Return the topic's numbers for a state report; None if they need joint velocities that are
+        unknown.
         """
         state = report.answer.state
         if self.of_motion and not state.moving:
@@ -55,24 +57,26 @@ class Copied:
 
     def sources(self, row: int, measures: int) -> Integers:
         """
-        Return the indices of the numbers in an array that contains first the row of the state,
-        with `row` numbers, then the measures.
+        Return, for each number of the message, its index in the kernel's array of `row` results
+        for a state, followed by `measures` singularity measures.
         """
         return self.columns + row if self.of_measures else self.columns % row
 
 
-NO_NUMBERS = Copied(np.empty(0, dtype=np.int64))  # content of messages that have only a stamp
+NO_NUMBERS = Copied(np.empty(0, dtype=np.int64))  # content of a message that has only a stamp
 
 
 @dataclass(frozen=True, eq=False)
 class WithCovariance:
     """
-    Numbers copied from the kernel's results for a state (one row), and their covariance (36,).
+    A topic's pose or twist, copied from the kernel's results for a state, and its covariance
+    (36,).
 
     Attributes
     ----------
     copied
-        The numbers: the twist if `of_motion` is True, otherwise the pose.
+        The copied numbers: those of the twist if `copied.of_motion` is True, otherwise those of
+        the pose.
     errors
         The uncertainty of the arm.
     """
@@ -90,8 +94,8 @@ class WithCovariance:
 
     def of(self, report: StateReport) -> Floats | None:
         """
-        Return the topic's numbers and covariance for a state report; None if velocities are
-        unknown.
+        Return the topic's numbers and their covariance for a state report; None for a twist if
+        joint velocities are unknown.
         """
         numbers = self.copied.of(report)
         if numbers is None:
@@ -101,8 +105,9 @@ class WithCovariance:
 
     def sources(self, row: int, measures: int) -> Integers:
         """
-        Return the indices of the numbers and of their covariance in an array. The array contains
-        the row of the state, the measures, and the covariances of pose and twist.
+        Return the indices of the numbers and of their covariance in an array of the kernel: `row`
+        results for a state, `measures` singularity measures, then the covariances of pose and
+        twist (36 numbers each).
         """
         begin = row + measures + (36 if self.of_motion else 0)
         return np.concatenate([self.copied.sources(row, measures), begin + np.arange(36)])
@@ -111,16 +116,17 @@ class WithCovariance:
 @dataclass(frozen=True, eq=False)
 class Computed:
     """
-    Numbers of a topic that a function computes from each report.
+    Numbers of a topic that a function computes from each state report.
 
     Attributes
     ----------
     of
-        A function that returns the numbers of a report, of any shape, or None.
+        A function that returns the numbers for a state report, an array of any shape, or None.
     depth
-        How much of the state the kernel must compute.
+        `kernel.JACOBIAN`, or `kernel.ALL_FRAMES` if `of` needs the link frames.
     quantities
-        The kinds of additional quantities that the answer must contain.
+        Classes of the quantities, such as accelerations, that `of` needs in the report besides the
+        state.
     """
 
     of: Callable[[StateReport], npt.ArrayLike | None]
@@ -133,16 +139,16 @@ class Computed:
 @dataclass(frozen=True, eq=False)
 class Built:
     """
-    A whole message of a topic that a function builds from each report.
+    A whole message of a topic that a function builds from each state report.
 
     Attributes
     ----------
     message
-        A function that returns the message of a report.
+        A function that returns the message for a state report.
     depth
-        How much of the state the kernel must compute.
+        `kernel.JACOBIAN`, or `kernel.ALL_FRAMES` if `message` needs the link frames.
     period : ns
-        Smallest difference between the stamps of two published messages.
+        Period of a grid of stamps; one message is published in each interval of the grid.
     """
 
     message: Callable[[StateReport], Any]
@@ -154,10 +160,10 @@ class Built:
 
 
 Content = Copied | WithCovariance | Computed | Built
-# A function of the settings that returns the content of a topic. If the robot lacks this content,
-# the function returns None, and the node does not offer the topic.
+# A function that returns the content of a topic for a node's settings. It returns None if the
+# topic has no meaning for the arm; the node then does not offer the topic.
 ContentOf = Callable[[NodeSettings], Content | None]
-# Content of a topic that the node offers, but never publishes for this arm.
+# Content of a topic that exists but has no messages, because the arm lacks the topic's measure.
 SILENT = Computed(lambda report: None)
 
 
@@ -167,7 +173,6 @@ def computed(
     depth: int = kernel.JACOBIAN,
 ) -> ContentOf:
     """
-    Return a function that ignores the settings and returns `Computed` content with the function
-    `of`.
+    Return a function that returns, for any settings, `Computed` content with the function `of`.
     """
     return lambda settings: Computed(of, depth, quantities)

@@ -43,7 +43,8 @@ def markers_message(report: StateReport) -> MarkerArray:
     """
     Return the markers of an arm: links, joints, axes, ellipsoid, twist, null direction and texts.
     """
-    # Compute the level without hysteresis, because markers keep no memory of the last level.
+    # Compute the singularity level without hysteresis, because markers keep no memory of the last
+    # level.
     seen = observation_of(report.answer.state, report.singularity)
     scene = scene_of(seen)
     maker = _Maker(time_message(report.answer.stamp), report.settings.base_frame)

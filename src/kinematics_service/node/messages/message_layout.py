@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Fill a message whose texts are constant with a stamp and numbers, as Python object or as CDR bytes.
+Fill a message with a stamp and numbers, as Python object or as CDR bytes. The message's texts are
+constant.
 
 Both forms are filled from one array of numbers, in the order of the fields in the message type.
 """
@@ -20,16 +21,17 @@ from ...estimation.cdr import DOUBLE, SECOND, WHOLE, CdrWriter
 from ...kernel import LARGEST_SECOND, Bytes, Floats, OutgoingMessages, OutgoingTable
 from .messages import set_time
 
-# Stamps (ns) for the check of a layout: a usual stamp, one before the epoch, and two out of the
-# range of a message. These stamps detect a wrong offset or a missing limit of the range.
+# Stamps (ns) with which a message layout is checked: a usual stamp, one before the epoch, and two
+# out of the range of a message. These stamps detect a wrong offset or a missing limit of the
+# range.
 STAMPS = (
     1_732_000_000_123_456_789,
     -1,
     (LARGEST_SECOND + 7) * SECOND + 5,
     -(LARGEST_SECOND + 7) * SECOND + 5,
 )
-# Numbers that a conversion to another type would change: negative zero, the smallest and largest
-# doubles, infinities, and a NaN with a payload.
+# Numbers with which a message layout is checked, because a conversion to another type would change
+# them: negative zero, the smallest and largest doubles, infinities, and a NaN with a payload.
 NUMBERS = (
     *(-0.0, 5e-324, -2.2250738585072014e-308, 1.7976931348623157e308),
     *(float('inf'), -float('inf'), float('nan'), 1 / 3),
@@ -81,7 +83,8 @@ class MessageLayout:
 
     def offsets(self, begin: int) -> tuple[Any, Any]:
         """
-        Return the offsets of stamp and numbers in a buffer in which the message begins at `begin`.
+        Return the offsets of the stamp and of each number in a buffer in which the message begins
+        at the offset `begin`.
         """
         stamps = [] if self.stamp_at is None else [begin + self.stamp_at]
         numbers = begin + self.number_at + DOUBLE * np.arange(self.count, dtype=np.int64)

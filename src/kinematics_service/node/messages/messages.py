@@ -27,7 +27,9 @@ from ..parameters.settings import NodeSettings
 
 
 class StateReport(NamedTuple):
-    """All results that the node computes for one accepted message."""
+    """
+    All results that the node has computed for one accepted joint state, and the settings in force.
+    """
 
     answer: EstimatorOutput
     settings: NodeSettings
@@ -35,7 +37,8 @@ class StateReport(NamedTuple):
     @property
     def singularity(self) -> Singularity:
         """
-        Return the singularity measures of the state; only reports for the tool have measures.
+        Return the singularity measures of the state. Only the tool's report has them; reports for
+        other points do not.
         """
         return singularity_of(self.answer.state)
 
@@ -84,7 +87,7 @@ def transform_message(report: StateReport) -> TransformStamped:
 
 def full_name(node: Node) -> str:
     """
-    Return the name of a node with its namespace, because statuses of two arms share /diagnostics.
+    Return the name of a node with its namespace, which distinguishes two arms on /diagnostics.
     """
     return str(node.get_fully_qualified_name()).lstrip('/')
 

@@ -149,8 +149,8 @@ def _twist_in_tool_axes(report: StateReport) -> Floats | None:
 
 def acceleration(report: StateReport) -> Floats | None:
     """
-    Return J qddot + dJ/dt qdot in the axes of the twist, shape (6,); None if qddot is unknown or
-    the result is not finite.
+    Return the tool's acceleration J qddot + dJ/dt qdot in the axes of the twist, shape (6,); None
+    if qddot is unknown or the result is not finite.
     """
     settings, state = report.settings, report.answer.state
     qddot = report.answer.quantities.get(JointAccelerations)
@@ -190,7 +190,8 @@ def _self_motions(settings: NodeSettings) -> int:
 def of_null_space(part: Callable[[ToolState, Floats], Floats]) -> ContentOf:
     """
     Return a function of the settings that returns the content of a null space topic. `part`
-    computes the content from a basis of the self-motions. Arms without self-motions have none.
+    computes the topic's numbers from a state and a basis of the self-motions. For an arm without
+    self-motions the content is None.
     """
 
     def numbers(report: StateReport) -> Floats | None:
@@ -238,8 +239,8 @@ def twist_with_covariance_numbers(settings: NodeSettings) -> Content | None:
 
 def measure_numbers(measure: Measure) -> ContentOf:
     """
-    Return a function of the settings that returns the content of a measure's topic: one column of
-    the measures, or `SILENT` if the arm lacks the measure.
+    Return a function of the settings that returns the content of the topic of a singularity
+    measure: one number of the singularity measures, or `SILENT` if the arm lacks this measure.
     """
 
     def numbers(settings: NodeSettings) -> Content:
@@ -277,7 +278,8 @@ class OutputTopic(NamedTuple):
     name, type
         The name and the message type of the topic.
     content
-        A function of the settings that returns the content; None if the topic is not offered.
+        A function of the settings that returns the content of the messages; None if the arm does
+        not have the topic.
     template
         A function of the settings that returns the message without stamp and numbers.
     of
@@ -331,7 +333,7 @@ TOPICS = (
     ),
     *(
         OutputTopic(f'~/singularity/{measure.name}', Float64, measure_numbers(measure))
-        # The order is reversed, so that the distance is published last.
+        # MEASURES begins with the distance. Reverse its order, so that the distance is last.
         for measure in reversed(MEASURES.values())
     ),
     OutputTopic(

@@ -36,7 +36,7 @@ class Stamp(NamedTuple):
 
 
 class ScaleReading(NamedTuple):
-    """The scale of a command, 0 to 1: the fraction of the commanded motion that is allowed."""
+    """The scale of a commanded joint velocity, 0 to 1: the allowed fraction of the velocity."""
 
     scale: float
 
@@ -51,7 +51,8 @@ class JacobianReading(NamedTuple):
 
 class VectorReading(NamedTuple):
     """
-    Two vectors (3,) by name, in the axes of `frame`; a wrench refers to the origin of this frame.
+    Two vectors (3,) by name, such as a twist, in the axes of `frame`; a wrench refers to the
+    origin of this frame.
     """
 
     stamp: Stamp
@@ -85,7 +86,10 @@ TWIST = VectorPair('twist', {'linear': ('vx vy vz', 'm/s'), 'angular': ('wx wy w
 
 
 class WarningReading(NamedTuple):
-    """A warning, or the reason of a scale: level, sentence, and values by key."""
+    """
+    A singularity warning, or the reason why a command is slowed: level, sentence, and values by
+    key.
+    """
 
     level: str
     sentence: str
@@ -95,8 +99,8 @@ class WarningReading(NamedTuple):
     @property
     def cause(self) -> str:
         """
-        Return what slows a command, such as `position limit of elbow`; empty if the command is not
-        slowed.
+        Return what slows a commanded joint velocity, such as `position limit of elbow`; empty if
+        the command is not slowed.
         """
         cause, of = (self.values.get(key, '') for key in ('cause', 'of'))
         return f'{cause} of {of}' if of else cause

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Convert target messages to poses and twists in the base frame; convert answers to messages."""
+"""
+Convert target messages to poses and twists in the base frame; convert the joint positions and
+velocities that answer them to messages.
+"""
 
 import math
 from array import array
@@ -32,12 +35,13 @@ QUATERNION_NORM_TOLERANCE = 1e-3
 
 class Choice(NamedTuple):
     """
-    The feasible answers to a target pose, ordered by distance from the present joint positions.
+    The joint positions inside the limits that answer a target pose, ordered by distance from the
+    present joint positions.
 
     Attributes
     ----------
     answers
-        Isolated solutions, and one representative of each family (curve) of solutions.
+        Isolated solutions, and one posture of each family (curve) of solutions.
     best
         The best point on the solution curve of the first answer, by the criterion that
         `ik.redundancy` selects. None if no criterion is selected.
@@ -54,7 +58,8 @@ class Choice(NamedTuple):
 
 def choice_of(result: IkResult, robot: Robot, near: Floats) -> Choice:
     """
-    Return the feasible solutions, and a representative of each family, nearest to `near` first.
+    Return the solutions inside the joint limits, and one posture of each family that has such a
+    posture, nearest to `near` first.
     """
     scales = robot.singularity.task.column_scales
 
@@ -184,7 +189,7 @@ def solutions_message(choice: Choice, settings: NodeSettings) -> Float64MultiArr
     Return all answers as a message: a row for each solution, a column for each joint, and labels.
 
     The label of the rows names their postures, separated by commas: `left/up/no_flip,...`, or
-    `solution` for arms without postures. The representative of a family is marked `family`.
+    `solution` for arms without postures. The posture of a family is marked `family`.
     """
     rows = ','.join(map(_row_label, choice.answers))
     joints = ','.join(settings.joint_names), settings.robot.dof

@@ -48,7 +48,9 @@ def overridable(qos: QoSProfile) -> dict[str, Any]:
 
 
 def output_publisher(node: Node, kind: type, name: str) -> Publisher:
-    """Return a publisher of answers. Parameters can override its quality of service."""
+    """
+    Return a publisher for results of the node. Parameters can override its quality of service.
+    """
     return node.create_publisher(kind, name, **overridable(OUTPUT_QOS))
 
 

@@ -144,8 +144,8 @@ class NodeParameters:
             robot = read_settled(self._load, files)
             fitting = _fitting(values, former, robot)
             settings = settings_from(fitting, robot, self._points)
-            # Prepare the searches for singular poses and joint positions in this thread, while the
-            # node still answers with the former arm.
+            # Prepare the new arm's searches (singular poses, inverse kinematics) in this thread,
+            # while the node still answers with the former arm.
             settings.robot.singularity.arm.atlas()
             plan_for(settings.robot, settings.target_rows, settings.target_axis or '')
             if settings.robot.description.uncertainty is not None:
@@ -156,7 +156,7 @@ class NodeParameters:
 
     def take(self, read: CheckedArm) -> NodeSettings:
         """
-        Apply an arm that was read again, with the present parameter values.
+        Apply an arm that `reading_again` has read, with the present parameter values.
 
         Raises
         ------
@@ -199,7 +199,8 @@ class NodeParameters:
         return {name: self._node.get_parameter(name).value for name in NAMES}
 
     def _judge(self, robot: Robot, values: dict[str, Any]) -> CheckedArm:
-        # Reuse the settings that the check of this change of parameters has computed.
+        # Reuse the last settings if they were computed from this arm and these values: rclpy asks
+        # for a check of a change before it applies the change.
         last = self._checked
         if last is not None and last.robot is robot and last.values == values:
             return last
@@ -240,8 +241,8 @@ class NodeParameters:
 
 
 def _fitting(values: dict[str, Any], former: Robot, robot: Robot) -> dict[str, Any]:
-    # If the parameter for the measure has the value of the former file, replace it by the value of
-    # the new file.
+    # If the parameter `singularity.measure` has the value of the former robot file, replace it by
+    # that of the new file.
     if values[MEASURE] != former.singularity.thresholds.measure:
         return values
     return {**values, MEASURE: robot.singularity.thresholds.measure}

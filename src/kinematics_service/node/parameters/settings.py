@@ -34,7 +34,8 @@ ROW_LABELS = {
 
 class ReferenceLimits(NamedTuple):
     """
-    Thresholds of WARN and ERROR for the RMS difference (m, rad) from poses of a second source.
+    Thresholds of WARN and ERROR for the RMS difference (m, rad) between the node's tool poses and
+    those of a second source.
     """
 
     position_warn: float
@@ -400,7 +401,7 @@ def _reduced(values: Mapping[str, Any], robot: Robot) -> bool:
 
 @contextmanager
 def _refused_as(what: str) -> Iterator[None]:
-    # Turns an error in the block into an error about the parameters `what`.
+    # Turns a KinematicsError in the `with` block into a SettingsError about the parameters `what`.
     try:
         yield
     except KinematicsError as error:
@@ -423,8 +424,8 @@ def _servo(values: Mapping[str, Any], rows: tuple[str, ...], robot: Robot) -> Se
 
 
 def _judged(values: Mapping[str, Any], robot: Robot) -> Robot:
-    # Prefer the thresholds of the parameters. The thresholds of the file apply only to the measure
-    # of the file.
+    # Take the thresholds from the parameters if they are set, otherwise from the robot file. The
+    # file's thresholds apply only to the file's own measure.
     measure, file_thresholds = values['singularity.measure'], robot.singularity.thresholds
     is_measure_of_file = measure == file_thresholds.measure
     warn = values['singularity.warn'] or (file_thresholds.warn if is_measure_of_file else None)

@@ -81,7 +81,7 @@ class Parameter(NamedTuple):
     description: str
     choices: tuple[str, ...] = ()
     range: tuple[float, float] | None = None
-    least: float = 0.0  # smallest allowed value besides 0, if 0 has a special meaning
+    least: float = 0.0  # smallest allowed value other than 0, if the value 0 has a special meaning
     numbers: int = 0  # required length of a list of numbers; the list may also be empty
     # kind of the number: lengths and angles are checked for values in mm and degrees
     kind: Kind = 'number'

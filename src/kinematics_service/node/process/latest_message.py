@@ -78,8 +78,8 @@ class LatestMessage:
 
     def rate(self) -> float:
         """
-        Return the rate of messages, 1/s, counted since an earlier call of this method: the call
-        that was about `RATE_WINDOW` ago.
+        Return the mean rate of messages, 1/s, since the call of this method about `RATE_WINDOW`
+        ago.
         """
         now = time.monotonic()
         self._marks.append((now, self.count))

@@ -12,16 +12,17 @@ from pathlib import Path
 # file in the working directory, and version 3 reads the variable of version 2 with a warning.
 VARIABLES = {2: 'FASTRTPS_DEFAULT_PROFILES_FILE', 3: 'FASTDDS_DEFAULT_PROFILES_FILE'}
 LOCAL = ('DEFAULT_FASTRTPS_PROFILES.xml', 'DEFAULT_FASTDDS_PROFILES.xml')
-# If this variable is set, ROS takes the memory policy of histories from the profiles.
+# If this variable is set, ROS takes the memory policy of Fast DDS's message histories from the
+# profiles.
 MEMORY_BY_PROFILE = 'RMW_FASTRTPS_USE_QOS_FROM_XML'
-# The Fast DDS profiles read this environment variable. With the value `OWN_PORTS`, service
-# requests use network ports of their own; with `SHARED_PORT`, they use a shared port. Fast DDS
-# takes own ports from `PORTS`. A node takes nine of these ports, and does not start if too few
-# are free.
+# Environment variable that the Fast DDS profiles read. With the value `OWN_PORTS`, each service of
+# a node receives requests on a UDP port of its own, which Fast DDS picks from `PORTS`. A node
+# needs nine such ports, and does not start if fewer are free. With the value `SHARED_PORT`,
+# services share a port.
 REQUESTS = 'KINEMATICS_SERVICE_REQUESTS'
 OWN_PORTS, SHARED_PORT = 'fastdds.unique_network_flows', 'none'
 PORTS = range(7000, 7400)
-# Least number of free ports at which a node gets ports of its own.
+# `OWN_PORTS` is used only if the number of free ports in `PORTS` is above this.
 MIN_FREE_PORTS = 100
 # Major version of rclpy in Kilted, the first ROS distribution with Fast DDS 3.
 RCLPY_VERSION_OF_FAST_DDS_3 = 9
@@ -52,7 +53,10 @@ def profiles(version: int) -> Path:
 
 
 def ports_are_free(table: Path = Path('/proc/net/udp')) -> bool:
-    """Return whether enough ports for requests are free; False if the free ports are unknown."""
+    """
+    Return whether more than MIN_FREE_PORTS of the UDP ports in `PORTS` are free; False if the free
+    ports are unknown.
+    """
     try:
         rows = table.read_text().splitlines()[1:]
     except OSError:

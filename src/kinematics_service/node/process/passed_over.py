@@ -15,15 +15,17 @@ from rclpy.subscription import Subscription
 
 from ..waiting_messages import take_waiting
 
-# Number of newest messages that the node answers from the subscription with the most messages.
+# When messages are skipped, number of newest messages that the node answers from the subscription
+# with the most messages.
 KEPT_OF_FULLEST = 10
-# Number of newest messages that the node answers from each other subscription: the messages of
-# 2.5 s at 200 Hz.
+# When messages are skipped, number of newest messages that the node answers from every other
+# subscription: the messages of 2.5 s at 200 Hz.
 KEPT_OF_OTHERS = 500
 
 
 class _Passed:
-    # A subscription that keeps its newest messages unanswered until the executor's queue is empty.
+    # A subscription of a node, changed so that it keeps its newest messages unanswered until the
+    # executor's queue is empty.
 
     def __init__(
         self, node: Node, subscription: Subscription, at_first: Callable[[], None]
@@ -94,8 +96,8 @@ class PassedOver:
             for node in nodes
             for subscription in node.subscriptions
         ]
-        # Release the subscriptions when the present events are handled. `_Passed.keep` releases
-        # them earlier, at the first message.
+        # Release the subscriptions after the events that are now in the queue. If a message comes
+        # first, `_Passed.keep` releases them at that message.
         executor.create_task(self._let_go)
 
     def _let_go(self) -> None:
@@ -116,9 +118,9 @@ class PassedOver:
             passed.take_waiting()
             passed.node._subscriptions.append(passed.subscription)
         self._executor.wake()
-        # Messages that arrive before the executor has woken share one event. Keep these messages
-        # and answer them later. If the executor answered all of them now, it could handle no other
-        # event meanwhile.
+        # Call `_end` two turns of the queue later. Messages that arrive before the executor has
+        # woken share one event; keep them too. If the executor answered them all at once now, it
+        # could handle no other event meanwhile.
         self._executor.create_task(lambda: self._executor.create_task(self._end))
 
     def _end(self) -> None:

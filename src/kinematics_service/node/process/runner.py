@@ -33,7 +33,7 @@ STOP_CHECK_PERIOD = 60.0
 # threads read robots and answer target poses. With this value the 90th percentile of the
 # executor's wait is 0.35 ms; with Python's default, 5 ms, it is 5.2 ms.
 SWITCH_INTERVAL = 1e-4
-# Name of the node that publishes the motion of the second arm of a cell relative to the first arm.
+# Name of the node that publishes the motion of a cell's second arm relative to its first arm.
 RELATIVE = 'relative'
 # Matches a namespace that ROS accepts, with or without the leading slash.
 NAMESPACE = re.compile(r'/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*')
@@ -41,7 +41,7 @@ NAMESPACE = re.compile(r'/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*')
 
 class ArmChoice(NamedTuple):
     """
-    The choices for a node that will be started: robot, namespace, name, and topic of joint states.
+    A node that will be started: its robot, namespace, name, and topic of joint states.
 
     The robot is a file, a bundled name, a topic, or None for the parameter `robot`.
     """
@@ -93,7 +93,8 @@ def _of_cell(arm: ArmChoice) -> list[ArmChoice]:
     if cell is None:
         return [arm]
     space = arm.namespace or ''
-    # use one topic, because the relative motion needs the joints of both arms
+    # Let all nodes of the cell read one topic, because the relative motion needs the joints of
+    # both arms.
     topic = f'{space}/{JOINT_STATES}'
     nodes = [
         ArmChoice(f'{arm.robot}:{cell.frame}:{name}', f'{space}/{name}', topic=topic)

@@ -29,20 +29,22 @@ STOP_CHECK_PERIOD = 0.1
 # Longest duration (s) of a self-test. If the events executor fires no timer within this time, the
 # default executor is used.
 SELF_TEST_TIMEOUT = 1.0
-# After this number of successive failures, the spinner assumes that the executor is the cause, not
-# a message, and stops.
+# After this number of successive exceptions from the executor, the spinner assumes that the
+# executor is broken, not that a message was bad, and stops.
 MAX_FAILURES = 100
-# Messages are skipped if an event waits longer than this, s. A subscription keeps the messages of
-# one second, so a process that stalled for a moment catches up without a loss.
+# Messages are skipped if an event's wait in the executor's queue is above this, s. A subscription
+# keeps the messages of one second, so a process that stalled for a moment catches up without a
+# loss.
 MAX_QUEUE_DELAY = 2.5
-# Messages are also skipped if the queue takes more processor time than this, s. The messages of
-# one second at 1 kHz take less than half of this time.
+# Messages are also skipped if the events before a newly appended one take more processor time than
+# this, s. The messages of one second at 1 kHz take less than half of this time.
 MAX_QUEUE_PROCESSOR_TIME = 0.25
 
 
 class _Mark(NamedTuple):
-    # A task in the queue of the executor. `put` and `worked` are the time, s, and the processor
-    # time of the executor's thread, s, when the task was appended.
+    # A task in the queue of the executor, by which the delay of the queue is measured. When the
+    # task was appended, `put` was the time, s, and `worked` the processor time of the executor's
+    # thread, s.
     task: Any
     put: float
     worked: float
@@ -104,8 +106,8 @@ class Spinner:
         failures = 0
         self._thread = threading.get_ident()
         while True:
-            # Renew the future, which `interrupt` sets to end a turn. Renew it before `stopped` is
-            # called, so that a later interrupt ends the next turn.
+            # Renew the future that `interrupt` sets to end a turn of the executor. Renew it before
+            # `stopped` is called, so that an interrupt after that call ends the next turn.
             self._over = Future()
             if stopped():
                 return True
@@ -132,8 +134,8 @@ class Spinner:
 
     def obey(self, stop: StopSignal) -> None:
         """
-        Let the stop signal end the present turn of `spin`. Let `watch` be called until a signal
-        arrives.
+        Register with the stop signal: it will end the present turn of `spin`, and will call
+        `watch` periodically until a signal arrives.
         """
         stop.then, stop.meanwhile = self.interrupt, self.watch
 
