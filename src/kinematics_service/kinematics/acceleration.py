@@ -4,15 +4,16 @@
 Compute the exact time derivative of the Jacobian from its screws, and the acceleration of the
 tool.
 
-An element is a moving row of the DH table. Each column of the Jacobian is a sum of screws of
-elements, which the kernel computes with the pose. The elements before an element move its screw
-(s, w). These earlier elements give the reference point the velocity V, and turn with the angular
-velocity W. So dw/dt = W x w and ds/dt = W x s + w x (V_all - V), where V_all is the velocity of
-the reference point by all elements.
+An element is a moving row of the DH table. Each column of the Jacobian is a sum of screws (s, w)
+of elements: linear velocity s of the reference point and angular velocity w. The screw of an
+element is moved by the elements nearer to the base. Together these move the reference point with
+the velocity V and turn with the angular velocity W. So dw/dt = W x w and ds/dt = W x s + w x
+(V_all - V), where V_all is the velocity of the reference point by all elements.
 
 If the arm has closed loops, J = J_open [1; C], where C = d psi / d q has the derivatives of the
-passive joints psi by the joints q. The passive joints move so that Phi_x [1; C] = 0 at all times,
-so Phi_psi dC/dt = -dPhi_x/dt [1; C]. The derivatives Phi_x of a loop's residual are also screws.
+passive joints psi by the joints q. Let Phi be the residual of the loops, and Phi_x its derivatives
+by x = (q, psi), which are also screws. The passive joints keep Phi at 0, so Phi_x [1; C] = 0 at
+all times, and Phi_psi dC/dt = -dPhi_x/dt [1; C].
 """
 
 import numpy as np
@@ -135,7 +136,7 @@ def _rate(state: ToolState, point: Point, at: npt.ArrayLike | None) -> Floats:
     if not chain.loops:
         rates = _screw_rates(chain, point.first_entries, screws, qdot)
         if chain.form != kernel.MIXED:
-            return rates  # each joint has one entry (screw), so nothing is summed
+            return rates  # each joint moves one row of the table, so its column is one screw
         return _by_variable(chain, rates)
     closure = chain.closure
     section = state.row[..., chain.closure_at : chain.closure_at + closure.width]
@@ -153,7 +154,7 @@ def _screw_rates(chain: Chain, first: Integers, screws: Floats, rates: Floats) -
     sums = np.zeros((*screws.shape[:-1], entries + 1))
     np.cumsum(screws * rates[..., None, chain.table.joint], axis=-1, out=sums[..., 1:])
     # For each entry, compute the twist of the elements before the element of this entry. Entries
-    # of one element share an axis, so they do not move each other.
+    # of one element (several joints move one row) share an axis, so they do not move each other.
     before = sums[..., first]
     W, V = before[..., 3:, :], sums[..., :3, -1:] - before[..., :3, :]
     halves = screws.reshape(*screws.shape[:-2], 2, 3, entries)

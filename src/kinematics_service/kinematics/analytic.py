@@ -164,7 +164,7 @@ def _of_rotation_vector(R: Floats) -> _Map:
     half = 0.5 * angle
     small = angle < 1e-3
     safe = np.where(small, 1.0, angle)
-    # Compute (1 - half cot(half)) / angle^2; near zero use the series.
+    # Compute (1 - h cot(h)) / angle^2, where h is half of the angle; near zero use the series.
     share = np.where(
         small,
         1.0 / 12.0 + angle * angle / 720.0,

@@ -27,10 +27,11 @@ def numbers_of(
     shapes: str = '',
 ) -> Floats:
     """
-    Return an argument as a new float64 array, or raise an error of the class `refusal`.
+    Return the argument `given`, called `name`, as a new float64 array, or raise an error of the
+    class `refusal`.
 
-    If leading dimensions are accepted, `shapes` is a text with the expected shapes, for the error
-    sentence.
+    `shapes` is a text with the expected shapes for the error sentence. It is needed if the
+    argument may have leading dimensions.
     """
     try:
         return np.array(given, dtype=np.float64, order='C')
@@ -58,7 +59,8 @@ def finite_rows(
     """
     Return an argument as an array of finite numbers, shape (..., count).
 
-    If `q_shape` is given, the leading dimensions must fit those of joint positions of this shape.
+    If `q_shape` is given, the leading dimensions of the argument must fit those of joint positions
+    with this shape.
 
     Raises
     ------
@@ -81,7 +83,10 @@ def finite_rows(
 def finite_vector(
     refusal: type[ArgumentError], name: str, given: npt.ArrayLike, components: Sequence[str]
 ) -> Floats:
-    """Return an argument as a finite number for each of the components, or raise `refusal`."""
+    """
+    Return an argument as an array with a finite number for each of `components`, or raise an error
+    of the class `refusal`.
+    """
     shape = (len(components),)
     vector = numbers_of(name, given, refusal, [shape])
     if vector.shape == shape and np.isfinite(vector).all():

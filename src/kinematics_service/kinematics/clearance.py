@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Prove radii around joint positions within which no pose is singular, by bounds of the Jacobian's
-change.
+Prove radii around joint positions within which no pose is singular, by bounds of the change of the
+Jacobian.
 """
 
 import functools

@@ -48,8 +48,8 @@ class LoopClosure:
 
 def closure_in(robot: Robot, section: Floats) -> LoopClosure:
     """
-    Return the state of the closed loops, read from the array `section` (..., width) that the
-    kernel has filled.
+    Return the state of the closed loops, read from `section` (..., width), the part of the
+    kernel's results that is about loops.
     """
     n, closure = robot.dof, robot.chain.closure
     P, variables = closure.passive, closure.variables

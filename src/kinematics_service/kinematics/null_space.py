@@ -98,8 +98,9 @@ def basis_of(task: Task, J: Floats, before: Floats | None = None) -> Floats:
     """
     rank, matrix = task.generic_rank, task.row_scales[:, None] * task_jacobian(task, J)
     if before is not None:
-        # If more than k motions leave the tool at rest, prefer the motions of the earlier basis.
-        # All other motions get an added cost of the size of round-off.
+        # If more than k independent joint motions leave the tool at rest, prefer the motions of
+        # the basis `before`: add rows of the size of round-off to J_t that are zero only for those
+        # motions.
         least = kernel.RANK_TOLERANCE * np.linalg.norm(matrix, axis=(-2, -1), keepdims=True)
         others = least * (np.eye(J.shape[-1]) - before @ np.swapaxes(before, -1, -2))
         leading = others.shape[:-2]
@@ -108,7 +109,7 @@ def basis_of(task: Task, J: Floats, before: Floats | None = None) -> Floats:
         )
     basis = np.swapaxes(np.linalg.svd(matrix)[2][..., rank:, :], -1, -2)
     if before is None:
-        # Make the largest number of each column positive.
+        # Choose the sign of each basis vector (column) so that its largest number is positive.
         largest = np.argmax(np.abs(basis), axis=-2)[..., None, :]
         return np.asarray(basis * np.sign(np.take_along_axis(basis, largest, axis=-2)))
     # Rotate the basis within the null space so that it is nearest to `before` (orthogonal

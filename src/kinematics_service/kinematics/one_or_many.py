@@ -8,8 +8,8 @@ poses.
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    # A result type without brackets means one pose. This needs type variables with defaults, which
-    # `typing` has from Python 3.13 on.
+    # A result type that is written without brackets, such as `Singularity`, means one pose. This
+    # needs type variables with defaults, which `typing` has from Python 3.13 on.
     from typing_extensions import TypeVar
 
     from ..kernel import Floats

@@ -35,13 +35,14 @@ from .tool_state import ToolState, evaluate, velocities_of
 
 SINGULARITY, POSITION, VELOCITY = 'singularity', 'position limit', 'velocity limit'
 SPEED, TURNING = 'speed limit', 'turning limit'
-# Cause that occurs only with MoveIt Servo's rule, because this rule also slows motion away from a
-# singular pose.
+# Cause of a factor below 1 that occurs only with MoveIt Servo's rule, which also slows motion away
+# from a singular pose.
 LEAVING = 'leaving a singularity'
 # Largest number of poses along a stopping motion at which the distance to a singular pose is
 # computed.
 MAX_SEARCHES = 16
-# Tolerance of the computed distance along a stopping motion, rad.
+# Tolerance, rad, of the computed joint motion to the place at which the distance to a singular
+# pose is `stop`.
 DISTANCE_TOLERANCE = 1e-3
 
 
@@ -57,7 +58,7 @@ class Constraint(NamedTuple):
     of
         Name of the joint, `tool`, or name of the point; empty for the singularity.
     unit
-        Unit of the margin.
+        Unit of the margin, the distance that is left before the limit or singular pose.
     """
 
     cause: str
@@ -86,10 +87,11 @@ class MotionScale(FrozenArrays, Generic[Number, Text]):
     cause, of
         As in `Constraint`; empty if the value is 1.
     margin
-        The margin of the cause. Singularity: joint motion to the distance `stop`, rad; with MoveIt
-        Servo's rule, the condition number of a stop minus the present one. Position limit:
-        distance from the limit, rad or m. Speed: limit minus speed. If the value is 1, `margin` is
-        that of the constraint with the smallest time.
+        The distance that is left before the constraint `cause`. Singularity: the present distance
+        minus the threshold `stop`, rad; with MoveIt Servo's rule, the condition number at which it
+        stops the arm minus the present one. Position limit: distance from the limit, rad or m.
+        Speed: limit minus speed. If `value` is 1, `margin` belongs to the constraint with the
+        smallest `times`.
     time_left
         Seconds until the unscaled motion has used up the margin; infinite if it never does.
     constraints
@@ -120,8 +122,8 @@ MotionScales: TypeAlias = MotionScale[Floats, npt.NDArray[np.str_]]
 
 class _Shares(NamedTuple):
     """
-    Factors, margins and times of some constraints on a motion. Each array has the shape (...,
-    number of constraints).
+    Factors, margins and times, as in `MotionScale`, of some of the constraints on a motion. Each
+    array has the shape (..., number of constraints).
     """
 
     constraints: tuple[Constraint, ...]
@@ -133,8 +135,8 @@ class _Shares(NamedTuple):
 class _Braking(NamedTuple):
     """
     The times of a stop. `horizon` is the reaction time (s). `stopping` (...) is the time in which
-    the unscaled motion brakes to rest (s). In `due` (N,) seconds the unscaled motion, without
-    braking, covers the distance of a stop.
+    the unscaled motion brakes to rest (s). `due` (N,) is the time (s) in which the unscaled
+    motion, without braking, covers the distance that it needs for a stop.
     """
 
     horizon: float
@@ -247,8 +249,8 @@ def _braked(
 
 
 def _times(margins: Floats, speeds: Floats) -> Floats:
-    # Returns the times in which motions at these speeds use up the margins; infinite at rest and
-    # for motion away from a limit.
+    # Returns the times in which motions with `speeds` use up the margins (distances before a limit
+    # or singular pose); infinite at rest and for motion away.
     used = (speeds > AT_REST) & np.isfinite(margins)
     return np.where(used, np.maximum(margins, 0.0) / np.where(used, speeds, 1.0), np.inf)
 
@@ -333,8 +335,8 @@ def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
 def _proved(
     robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
 ) -> npt.NDArray[np.bool_]:
-    # Returns whether it is proved that a stopping motion meets no singular pose. The proof covers
-    # the motion by successive balls without singular poses.
+    # Returns whether it is proved that a stopping motion meets no singular pose. For the proof,
+    # the path of the motion is covered by balls with proved radii without singular poses.
     q, rates = (np.reshape(one, (-1, robot.dof)) for one in (state.q, qdot))
     speeds = np.linalg.norm(rates / robot.singularity.task.column_scales, axis=-1)
     passed = np.where(speeds > AT_REST, 0.0, braking.due)

@@ -36,7 +36,8 @@ class ServoRule:
         Factor by which the range between both thresholds is multiplied if the arm moves away from
         a singular pose.
     singularity_step_scale
-        Step, m and rad, by which the rule tests in which direction the condition number grows.
+        Length of the test step, m and rad, from which the rule finds in which direction the
+        condition number grows.
 
     Raises
     ------

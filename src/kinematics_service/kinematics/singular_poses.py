@@ -11,12 +11,13 @@ from ..robot.robot import Robot
 from ..robot.task import seeded_poses
 from .singularity import singularity
 
-# Number of seeded random poses from which Newton's method starts.
+# Number of seeded random poses from which Newton's method searches singular poses.
 STARTS = 200
-# Number of steps of Newton's method. Each step about squares the error, so a pose that has not
-# converged after these steps is at a limit.
+# Number of steps of Newton's method from each start. Each step about squares the distance to a
+# singular pose, so a start that has not converged after these steps is held at a joint limit.
 STEPS = 25
-# Largest motion of a joint in one Newton step, rad (prismatic joints divided by the length).
+# Largest motion of a joint in one Newton step toward a singular pose, rad (prismatic joints
+# divided by the characteristic length).
 MAX_STEP = 0.3
 # A pose is taken as singular if its distance from a singular pose is below this, rad. This
 # distance is far below the resolution of encoders.

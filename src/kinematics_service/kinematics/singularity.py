@@ -221,8 +221,9 @@ class _TakenMeasures(Singularity[Any, Any, Any, Any]):
     Attributes
     ----------
     _first : shape (width,), or (..., width) for a batch
-        The rows of measures from the kernel. In a batch the distance is a first-order estimate.
-        The search starts when a measure that needs it is first read.
+        The kernel's measures, one row for each pose. In a batch the distance in them is a
+        first-order estimate. The search for the nearest singular poses starts when a measure that
+        needs it is first read.
     """
 
     _state: ToolState
@@ -243,13 +244,14 @@ class _TakenMeasures(Singularity[Any, Any, Any, Any]):
 
     @property
     def _watched(self) -> Floats:
-        # Returns the rows of measures from which the level is read. These rows need the search
-        # only if the thresholds apply to the distance.
+        # Returns the rows of measures from which the level is read: those after the search for the
+        # nearest singular poses only if the thresholds apply to the distance.
         by_distance = self._robot.singularity.thresholds.measure == 'distance'
         return self._found if by_distance else self._first
 
     def _shown(self, numbers: Floats) -> Any:
-        # Returns an array with one number for each pose (N,), in the shape of the batch.
+        # Returns `numbers` (N,), one for each pose, in the shape of the batch; for a single pose,
+        # the number.
         leading = self._first.shape[:-1]
         return _read_only(numbers.reshape(leading)) if leading else numbers.item()
 

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute singularity measures of many poses, the rate of the measure that has thresholds, and the
-time until this measure reaches the threshold `warn`.
+Compute singularity measures of many poses. For the measure to which the robot's thresholds apply,
+also compute its rate along qdot, and the time until it reaches the threshold `warn`.
 """
 
 import numpy as np
@@ -47,7 +47,8 @@ def measures_of(state: ToolState) -> Floats:
 
 def searched(state: ToolState, measures: Floats) -> Floats:
     """
-    Return the rows of `measures_of`, with the results of a search for the nearest singular poses.
+    Return a copy of `measures`, an array from `measures_of`, with the distance and the nearest
+    singular pose of each row as a search finds them.
     """
     rows, q = _rows(state)
     found = measures.copy()
@@ -74,10 +75,11 @@ def measured_in_order(state: ToolState, search: kernel.NearestSearch) -> ToolSta
 
 def measured_before(state: ToolState, distance: Floats, nearest_singular: Floats) -> ToolState:
     """
-    Return a state with singularity measures that use known distances and nearest singular poses.
+    Return a state with singularity measures, in which the distances and the nearest singular poses
+    are given, not searched.
 
     `distance` (N,) is in rad, and `nearest_singular` (N, n) has joint positions, rad or m. The
-    level in the measures is that of the first-order distance.
+    level in the measures stays that of the first-order estimate of the distance.
     """
     measures, judged = measures_of(state), state.robot.singularity
     measures[:, kernel.DISTANCE] = distance
@@ -103,7 +105,8 @@ def watched(robot: Robot, measures: Floats) -> Floats:
 
 def rates(state: ToolState, measures: Floats) -> Floats:
     """
-    Return the rate, along qdot, of the measure that has thresholds, shape (N,), 1/s.
+    Return the rate, along qdot, of the measure to which the robot's thresholds apply, shape (N,),
+    1/s.
 
     The rate of the distance is the exact derivative of the distance to the nearest singular pose
     found, and 0 if no singular pose was found. The rate of other measures is a forward difference.
@@ -126,15 +129,16 @@ def rates(state: ToolState, measures: Floats) -> Floats:
     ahead = evaluate(robot, q + step[:, None] * qdot)
     there = watched(robot, measures_of(ahead))
     here = watched(robot, measures)
-    # Set the change to 0 if both values are equal, so that an infinite condition number that stays
-    # infinite has the rate 0.
+    # Set the change to 0 if the measure is equal at both ends of the step, so that an infinite
+    # condition number that stays infinite has the rate 0.
     change = np.subtract(there, here, out=np.zeros_like(here), where=there != here)
     return np.divide(change, step, out=np.zeros_like(change), where=moving)
 
 
 def times_to_warning(robot: Robot, values: Floats, rates: Floats) -> Floats:
     """
-    Return the time (N,), s, until the measure with thresholds reaches the threshold `warn`.
+    Return the time (N,), s, until the measure to which the robot's thresholds apply reaches the
+    threshold `warn`.
 
     The time is 0 beyond the threshold, and inf if the measure never reaches the threshold.
     """

@@ -7,8 +7,8 @@ Run parts of a batch in several threads, because compiled functions release the 
 import os
 from collections.abc import Callable
 
-# Smallest number of rows in a part of a batch. Such a part takes milliseconds, while a thread
-# starts in 50 us.
+# Smallest number of rows (poses) in a part of a batch. A part of this size takes milliseconds,
+# while a thread starts in 50 us.
 MIN_PART = 10_000
 
 
@@ -22,7 +22,8 @@ def cores() -> int:
 
 def in_parts(count: int, work: Callable[[int, int], int], least: int = 0) -> int:
     """
-    Call `work(begin, end)` for parts of `count` rows, on all cores if that is faster.
+    Call `work(begin, end)` for successive parts of a batch of `count` rows, on all cores if that
+    is faster.
 
     Returns the smallest index of a row that failed, or -1 if no row failed.
 

@@ -74,8 +74,8 @@ class ToolState(NamedTuple):
     @property
     def numbers(self) -> Floats:
         """
-        Return the results of the kernel without q, qdot and quaternion at the end, shape (...,
-        width).
+        Return the results of the kernel without the q, qdot and second quaternion at their end,
+        shape (..., width).
         """
         if self.joints is not None:
             return self.row

@@ -28,8 +28,8 @@ from .search import DistinctSolutions, refined, starts
 # Number of random starts, inside the limits, of the search for the pose nearest to an unreachable
 # target.
 NEAREST_STARTS = 64
-# A joint is named as moving along a family of solutions if its component of a unit joint motion is
-# larger than this.
+# A joint is named as moving along a family of solutions if its component of a unit joint motion
+# along the family is above this.
 MIN_MOTION = 1e-6
 LEFT_FREE = 'the target leaves joints free to move: '
 
@@ -42,8 +42,8 @@ def answer(
     best: Floats | None = None,
 ) -> IkResult:
     """
-    Return the result of inverse kinematics for proved solutions. Some of the solutions may belong
-    to families of solutions.
+    Return the result of inverse kinematics for the proved solutions `found`. Some of them may
+    belong to families of solutions.
     """
     result = _result_of_found(problem, found, method, roots, best)
     nearest = result.nearest
@@ -51,7 +51,8 @@ def answer(
         return result
     if not problem.target.is_reached_at(nearest.q, nearest.residual):
         return result
-    # The search for the nearest pose has found a solution inside the limits, so add this solution.
+    # The search for the nearest pose has found a solution inside the limits that was missing, so
+    # add it to the result.
     more = DistinctSolutions(nearest.q[None], np.array([nearest.residual]))
     return _result_of_found(problem, found.joined(more), 'search', None, best)
 
@@ -83,7 +84,7 @@ def result_of(
     Return the result of inverse kinematics for isolated solutions, families of solutions, and
     traced curves.
 
-    `best` (n,) is an additional start of the search for the nearest pose.
+    `best` (n,) are joint positions from which the search for the nearest pose also starts.
     """
     solutions = _solutions(problem, found)
     near = (_moved_near(problem, family) for family in families)
@@ -93,7 +94,8 @@ def result_of(
     nearest = None if inside else _nearest(problem, (*solutions, *continua), continua, best)
     if problem.respect_limits:
         solutions, continua = inside, tuple(one for one in continua if one.feasible)
-    # Families make the result incomplete, because the solver finds only some postures of a family.
+    # A result with families is not proved complete, because the solver finds only some postures of
+    # a family.
     complete: Complete = 'found' if method == 'search' or families else 'proved'
     return IkResult(solutions, continua, status, reason, method, nearest, complete, roots)
 
@@ -145,7 +147,7 @@ def _status(
     families: tuple[IkFamily, ...],
     method: Method,
 ) -> tuple[Status, str]:
-    # Write into the reason that a search without solutions does not prove that no solution exists.
+    # If a search has found no solution, the reason also says that this proves nothing.
     searched = ' (by search, which proves nothing)' if method == 'search' else ''
     target = problem.target
     if inside:
@@ -199,7 +201,8 @@ def _named(robot: Robot, which: npt.NDArray[np.bool_]) -> tuple[str, ...]:
 
 def family_of(problem: IkProblem, family: SolutionFamily, moved: Floats | None = None) -> IkFamily:
     """
-    Return a family of solutions as `IkFamily`, at its joint positions near `problem.near`.
+    Return a family of solutions as `IkFamily`, at the posture `family.q` with those full turns
+    that bring it nearest to `problem.near`.
 
     `moved` (k, n) are joint motions along the family, by default `family.motions`. They determine
     which joints are named as moving.
@@ -223,7 +226,8 @@ def family_of(problem: IkProblem, family: SolutionFamily, moved: Floats | None =
 
 
 def _moved_near(problem: IkProblem, family: SolutionFamily) -> SolutionFamily:
-    # Returns the family with the joint positions moved along it, as near to `near` as possible.
+    # Returns the family at the posture to which `nearer` moves it along the family, toward
+    # `problem.near`.
     plan = problem.plan
     if plan.redundant:
         return family
@@ -271,13 +275,14 @@ def nearest_pose(problem: IkProblem, q: Floats, error: float) -> NearestPose:
 
 class Representatives(NamedTuple):
     """
-    Joint positions after full turns were added or removed.
+    Joint positions to which full turns were added, to bring them inside the limits and near
+    preferred positions `near`.
 
     Attributes
     ----------
     q : shape (m, n), rad or m
-        Joint positions, inside the limits if possible. If several choices of full turns are inside
-        the limits, the positions are those nearest to `near`.
+        Joint positions, inside the limits if possible. If several numbers of full turns lead
+        inside the limits, that nearest to `near` is taken.
     outside : shape (m, n)
         Whether each joint is beyond its limits.
     margin : shape (m,)

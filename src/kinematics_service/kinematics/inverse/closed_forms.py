@@ -34,7 +34,8 @@ def closed_solutions(
     """
     Return all solutions of an arm with a closed form, or only the nearest one inside the limits.
 
-    If `only_inside`, solutions far beyond the limits are left out.
+    If `only_inside`, solutions that are clearly outside the limits, even with the closed form's
+    errors, are left out.
     """
     solutions = room_for(1 if only_one else kernel.MAX_CANDIDATES, problem)
     refining = refinement(problem.target, problem.plan)

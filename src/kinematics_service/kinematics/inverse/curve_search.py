@@ -5,10 +5,10 @@ Find the solution curves of an arm with one redundant joint, by continuation fro
 solutions.
 
 The start solutions, called seeds, come from slices and from random starts. A slice holds one
-joint, and solves the other six joints completely. Random starts are refined by the method of
-Levenberg and Marquardt. A seed that is on no known curve is traced by numerical continuation
-(Allgower and Georg). The search proves nothing: if no seed is on a curve, the search misses this
-curve.
+joint, and solves the other six joints for all their solutions. Random starts are refined by the
+method of Levenberg and Marquardt. A seed that is on no known curve is traced by numerical
+continuation (Allgower and Georg). The search proves nothing: if no seed is on a curve, the search
+misses this curve.
 """
 
 import numpy as np
@@ -20,18 +20,20 @@ from .search import refined, starts
 from .self_motion.curve import SolutionCurve, point_of, traced
 from .self_motion.sliced_arm import SlicedArm
 
-# Number of slices: values of the held joint, evenly spaced over a turn.
+# Number of slices. Each slice holds one joint of the arm at another position; these positions are
+# evenly spaced over a turn.
 SLICES = 8
-# Angle of the held joint in the first slice, rad. It is not 0, because arms with right angles are
-# singular at multiples of 90 degrees.
+# Angle at which the first slice holds its joint, rad. It is not 0, because arms with right angles
+# are singular at multiples of 90 degrees.
 FIRST_SLICE = 0.05
-# Number of random start positions for Levenberg-Marquardt.
+# Number of random joint positions that Levenberg-Marquardt refines to start solutions of the curve
+# search.
 STARTS = 96
 # Step of the central differences that differentiate J, rad or m. The step is about the cube root
 # of round-off.
 DIFFERENCE = 1e-5
-# Length of the step from a crossing of two curves to a seed on one of the curves, rad. It is half
-# of the first step of a continuation.
+# Length of the step from a crossing of two curves to a new start solution on one of the curves,
+# rad. It is half of the first step of a continuation.
 STEP_TO_SEED = 0.01
 # Largest number of solution curves that are traced.
 MAX_CURVES = 64
@@ -42,8 +44,8 @@ def curves_of(problem: IkProblem, arm: SlicedArm) -> tuple[SolutionCurve, ...]:
     point = point_of(problem)
     curves: list[SolutionCurve] = []
     seeds = _seeds(problem, arm)
-    # Trace a curve from each seed. A curve may end where it crosses other curves, so add seeds
-    # near its ends. The list `seeds` grows during the loop.
+    # Trace a curve from each start solution in `seeds`. A curve may end where it crosses other
+    # curves, so add start solutions near its ends to the list.
     for q in seeds:
         if any(kernel.passes(point, curve.samples, q) for curve in curves):
             continue
@@ -88,9 +90,9 @@ def _near_crossing(point: kernel.CurvePoint, q: Floats) -> Floats:
     ahead = [_jacobian(point, q + DIFFERENCE * way) for way in N]
     behind = [_jacobian(point, q - DIFFERENCE * way) for way in N]
     form = np.array([e @ (a - b) @ N.T for a, b in zip(ahead, behind)])
-    # Compute the roots of the quadratic form. In the axes of its eigenvectors the equation is a^2
-    # low + b^2 high = 0. It has two real roots if the eigenvalues low and high have opposite
-    # signs.
+    # Compute the tangents of the curves, the roots of the quadratic form `form`. In the axes of
+    # its eigenvectors the equation is a^2 low + b^2 high = 0. It has two real roots if the
+    # eigenvalues low and high have opposite signs.
     (low, high), axes = np.linalg.eigh(0.5 * (form + form.T))
     if not low < 0.0 < high:
         return np.empty((0, len(q)))

@@ -23,9 +23,9 @@ from .problem.screws import Screws, screws_of
 from .problem.target import residual_of
 from .search import BATCH, DistinctSolutions, distinct, refined, refinement, starts
 
-# At a degenerate target solutions coincide, or all determinants of the elimination vanish. Instead
-# of this target, targets displaced by these two distances are solved. The distances are relative
-# to the characteristic length for positions, and in rad for rotations.
+# At a degenerate target solutions coincide, or all determinants of the elimination vanish. Targets
+# displaced from it by these two amounts are solved instead: translations relative to the
+# characteristic length, rotations in rad.
 BESIDE = (1e-6, 1e-4)
 
 
@@ -43,8 +43,8 @@ class Eliminated(NamedTuple):
         Number of real roots. It equals the number of solutions unless some roots are double.
     proved
         Whether it is proved that every real root was found. It is proved if the largest possible
-        number of roots was found. It is also proved if every root of the determinant that may be
-        real has led to a solution.
+        number of roots was found. It is also proved if every root of the elimination's determinant
+        that may be real (a position of one joint) has led to a solution.
     """
 
     solutions: kernel.Solutions
@@ -118,8 +118,8 @@ def solutions_beside(problem: IkProblem, arm: kernel.SixJoints) -> Beside:
     Return the solutions of a degenerate target, refined from the solutions of displaced targets.
 
     If the target is displaced, the determinants do not all vanish, and solutions that coincide at
-    the target become distinct. These solutions are real for one sign of the displacement, so both
-    signs are tried.
+    the target become distinct. The distinct solutions may be real for only one sign of the
+    displacement, so both signs are tried.
     """
     robot, target, plan = problem.robot, problem.target, problem.plan
     random, screws = problem.random(), screws_of(robot.chain)
@@ -146,7 +146,8 @@ def solutions_beside(problem: IkProblem, arm: kernel.SixJoints) -> Beside:
 
 
 def _positions(screws: Screws, psi: Floats) -> Floats:
-    # Returns the joint positions (m, 6) at which the screws have the positions psi (m, 6).
+    # Returns the joint positions q (m, 6) from the positions psi (m, 6) of the joint screws: psi =
+    # coupling q.
     return np.asarray(np.linalg.solve(screws.coupling, psi.T).T, np.float64)
 
 

@@ -18,13 +18,14 @@ from .problem.problem import IkProblem
 from .result import off_motions
 from .search import DistinctSolutions, apart, errors_at, refined
 
-# A joint motion (right singular vector of J) may lead along a family of solutions. It is tested if
-# its singular value, divided by the largest singular value, is below this.
+# A joint motion that hardly moves the tool (right singular vector of J) may lead along a family of
+# solutions. Trial steps test the motion if its singular value, divided by the largest one, is
+# below this.
 FREE_SINGULAR_VALUE_RATIO = 1e-5
 # If the ratio of the last pivot of J to the largest pivot is above this, singular values are not
 # computed. No ratio of singular values is then below FREE_SINGULAR_VALUE_RATIO.
 SUSPECT_PIVOT_RATIO = 1e-3
-# Trial step along a joint motion that may lead along a family of solutions, rad.
+# Trial step along a joint motion that hardly moves the tool, rad.
 TRIAL_STEP = 0.05
 # After a trial step, a correction brings the tool back to the target. If the joints are then
 # further than this (rad) from the solution, the solution belongs to a family (a continuum). The
@@ -38,7 +39,7 @@ RESIDUAL_ROUND_OFF = 1e-13
 # Steps along a family of solutions, rad. The family is straight if the tool is at the target after
 # each of these steps.
 CHECKED_STEPS = (-2.0, 0.7, 3.0)
-# Largest number of steps along a family of solutions toward the joint positions `near`.
+# Largest number of steps along a family of solutions toward the preferred joint positions `near`.
 MAX_STEPS = 6
 
 
@@ -55,7 +56,7 @@ class SolutionFamily(NamedTuple):
     motions : shape (k, n)
         Joint motions that keep the tool at the target, scaled and orthonormal.
     straight
-        Whether the tool stays at the target for every multiple of the motions.
+        Whether the tool stays at the target after a joint motion of any length along `motions`.
     """
 
     q: Floats
@@ -90,8 +91,8 @@ def isolated_or_not(problem: IkProblem, found: DistinctSolutions) -> Sorted:
     none = np.zeros(len(found.q), dtype=np.bool_)
     shares = np.empty(len(found.q))
     kernel.pivots(target.residual, plan.scales, found.q, shares)
-    # Skip the test if J has full rank at all solutions. Do not skip it if some joint motions never
-    # move the target's rows, because every solution is then in a family.
+    # If J has full rank at all solutions, all are isolated. This does not hold if some joint
+    # motions never move the target's rows, because every solution is then in a family.
     if not len(plan.idle) and not np.any(shares < SUSPECT_PIVOT_RATIO):
         return Sorted(found, none, ())
     m = len(found.q)
@@ -115,7 +116,8 @@ def isolated_or_not(problem: IkProblem, found: DistinctSolutions) -> Sorted:
 
 
 def _along(problem: IkProblem, q: Floats, null: Floats, error: float) -> Floats:
-    # Returns the joint motions (k, n) of the null space along which the tool stays at the target.
+    # Returns joint motions (k, n), combinations of the null vectors `null`, along which the tool
+    # stays at the target also after a trial step.
     robot, target, plan, *_ = problem
     trials = np.concatenate([null, -null]) * TRIAL_STEP
     gone = refined(target, plan, q + trials * plan.scales, far=True)
@@ -125,7 +127,8 @@ def _along(problem: IkProblem, q: Floats, null: Floats, error: float) -> Floats:
     kept = (gone.errors < as_good) & (size > MIN_TRIAL_MOTION) & (size < 4 * TRIAL_STEP)
     if not np.any(kept):
         return np.empty((0, len(q)))
-    # Project the steps onto the null space to get tangents, because the family may be curved.
+    # Project the joint motions of the trial steps onto the null space to get tangents, because the
+    # family may be curved.
     tangents = ways[kept] @ null.T @ null
     _, strength, right = np.linalg.svd(tangents, full_matrices=False)
     along = right[strength > 0.2 * TRIAL_STEP]
@@ -135,14 +138,14 @@ def _along(problem: IkProblem, q: Floats, null: Floats, error: float) -> Floats:
 def _straight(problem: IkProblem, q: Floats, along: Floats) -> bool:
     robot, target, plan, *_ = problem
     out = np.concatenate([q + t * along * plan.scales for t in CHECKED_STEPS])
-    # Allow residuals above round-off, because the numbers in `along` have only about ten correct
-    # digits.
+    # Allow residuals above round-off, because the joint motions in `along` are known to about ten
+    # digits only.
     return bool(np.all(errors_at(target, plan, out) < 1e-6 * robot.singularity.task.length))
 
 
 def _merged(plan: InversePlan, families: list[SolutionFamily]) -> list[SolutionFamily]:
-    # Removes repeated families: keeps one straight family for each line, and one curved family for
-    # each set of joint positions.
+    # Removes families that were found twice: straight families on one line, and curved families at
+    # equal joint positions.
     kept: list[SolutionFamily] = []
     for family in families:
         for one in kept:
@@ -159,7 +162,8 @@ def _merged(plan: InversePlan, families: list[SolutionFamily]) -> list[SolutionF
 
 def nearer(problem: IkProblem, family: SolutionFamily, limits: Floats) -> SolutionFamily:
     """
-    Return the family at a solution nearer to `problem.near`, after at most `MAX_STEPS` steps.
+    Return the family at another of its solutions, nearer to `problem.near` and inside `limits` (n,
+    2), after at most `MAX_STEPS` steps along the family.
     """
     _, target, plan, near, *_ = problem
     q, error, motions, _ = family

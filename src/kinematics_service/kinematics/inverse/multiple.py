@@ -28,19 +28,21 @@ from .search import DistinctSolutions, apart, errors_at
 SAMPLED_SPAN = 0.02
 # Number of samples of the reduced equation g(s).
 SAMPLE_COUNT = 13
-# Degree of the polynomial that is fitted to the samples of g(s).
+# Degree of the polynomial that is fitted to the samples of the reduced equation g(s).
 POLYNOMIAL_DEGREE = 9
-# Simple roots of g(s) are separate solutions if |s| / SAMPLED_SPAN is at most this.
+# Simple roots s of the reduced equation g(s) = 0 are separate solutions of inverse kinematics if
+# |s| / SAMPLED_SPAN is at most this.
 SIMPLE_ROOT_RANGE = 0.05
-# Largest multiplicity of a root of g(s) that is tried.
+# Largest multiplicity that is tried for a solution (a root of the reduced equation g(s) = 0).
 MAX_ORDER = 6
-# Round-off of g(s) and its derivatives, relative to the characteristic length. The bound is about
-# 5 machine epsilons.
+# Bound of the round-off of the reduced equation g(s) and its derivatives, relative to the
+# characteristic length: about 5 machine epsilons.
 REDUCED_ROUND_OFF = 1e-15
-# Largest number of Newton steps that solve all equations except the one along the lost direction.
+# Largest number of Newton steps that solve all equations of the target except the one along the
+# tool's lost direction.
 MAX_NEWTON_STEPS = 12
-# Two solutions are taken as one if their distance is below this, rad (prismatic joints divided by
-# the characteristic length).
+# Two solutions are taken as one if the distance of their joint positions is below this, rad
+# (prismatic joints divided by the characteristic length).
 SAME_SOLUTION_DISTANCE = 1e-7
 
 
@@ -124,8 +126,8 @@ def _multiples(problem: IkProblem, q: Floats, error: float) -> list[Multiple]:
 
 
 def _roots(coefficients: Floats, nothing: float) -> list[tuple[int, float]]:
-    # Returns the multiplicities and positions of the roots of g(s) near 0: one multiple root, or
-    # all simple roots.
+    # Returns the multiplicities and positions of the roots near 0 of the reduced equation g(s) =
+    # 0: one multiple root, or all simple roots. `coefficients` are those of the polynomial g.
     order, at = _root(coefficients, nothing)
     if order != 1:
         return [(order, at)] if order else []
@@ -135,8 +137,8 @@ def _roots(coefficients: Floats, nothing: float) -> list[tuple[int, float]]:
 
 
 def _root(coefficients: Floats, nothing: float) -> tuple[int, float]:
-    # Returns the highest multiplicity m of a root of g(s) near 0, and its position. At this
-    # position the (m - 1)-th derivative of g has a simple root.
+    # Returns the highest multiplicity m of a root near 0 of the reduced equation g(s) = 0, and the
+    # position of this root. At this position the (m - 1)-th derivative of g has a simple root.
     derivatives = [np.polynomial.Polynomial(coefficients)]
     for _ in range(MAX_ORDER):
         derivatives.append(derivatives[-1].deriv())
@@ -156,9 +158,9 @@ def _root(coefficients: Floats, nothing: float) -> tuple[int, float]:
 def _way(
     problem: IkProblem, q: Floats, s: float, parts: tuple[Floats, Floats, Floats]
 ) -> Floats | None:
-    # Returns the scaled step from q whose component along the null vector of J is s. The other
-    # components solve all equations except the one along the lost direction (Newton's method).
-    # Returns None if Newton's method diverges.
+    # Returns the scaled joint step from q whose component along the null vector of J is s.
+    # Newton's method finds the other components, so that all equations of the target are solved
+    # except the one along the tool's lost direction. Returns None if Newton's method diverges.
     along, across, kept = parts
     y = np.zeros(len(across))
     for _ in range(MAX_NEWTON_STEPS):

@@ -31,11 +31,11 @@ from .self_motion.curve import SolutionCurve
 from .self_motion.cut import arcs_of
 from .self_motion.sliced_arm import sliced_arm_of
 
-# Number of random starts in the first round of the search (inside the limits), and in the last
-# round (without limits).
+# The search for a solution of a redundant arm has up to three rounds. Number of random starts in
+# the first round (inside the limits), and in the third round (without limits).
 START_COUNT = 24
-# Number of random starts inside the limits in the second round, if the first round finds no
-# solution.
+# Number of random starts in the second round of the search for a solution of a redundant arm
+# (inside the limits).
 REPEATED_START_COUNT = 240
 
 
@@ -58,8 +58,9 @@ def redundant_result(problem: IkProblem) -> IkResult:
 def _near_alone(
     problem: IkProblem, curves: Sequence[SolutionCurve], families: list[IkFamily]
 ) -> list[IkFamily]:
-    # Returns the joint positions `near` as a separate family if they are a solution that is on no
-    # arc and no curve found. Such a solution is singular, so no curve can be traced from it.
+    # Returns the joint positions `problem.near` as a separate family if they are a solution, but
+    # none of the arcs and curves found passes through them. They are then singular, so no curve
+    # can be traced from them.
     robot, target, plan, near, *_ = problem
     error = float(errors_at(target, plan, near[None])[0])
     if not target.is_reached_at(near, error):
@@ -115,8 +116,8 @@ def _family_of_curve(
 
 
 def _on_turns_of(near: Floats, arc: IkArc, plan: InversePlan) -> IkArc:
-    # Shifts the arc by full turns inside the limits; returns the shifted arc that passes nearest
-    # to `near`.
+    # Returns a copy of the arc, shifted by full turns of the joints and inside the limits, that
+    # passes nearest to `near`.
     return min(shifted_past(arc, near, plan), key=lambda one: _away(near, one, plan), default=arc)
 
 
@@ -139,11 +140,12 @@ def _away(near: Floats, arc: IkArc, plan: InversePlan) -> float:
 
 def redundant_family(problem: IkProblem) -> tuple[SolutionFamily | None, Floats]:
     """
-    Return the family of solutions through a posture near `problem.near`, and the best posture.
+    Return the family of solutions through a posture near `problem.near`, and the joint positions
+    that come closest to the target.
 
     The posture of the family is inside the limits if possible. The family is None if the search
-    finds no solution. The best posture has the joint positions (n,) inside the limits with the
-    least residual found.
+    finds no solution. The joint positions that come closest, shape (n,), have the least residual
+    that was found inside the limits.
     """
     robot, target, plan, near, *_ = problem
     random, best, least = problem.random(), near, np.inf

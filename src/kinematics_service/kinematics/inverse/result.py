@@ -110,7 +110,7 @@ class IkFamily(FrozenArrays):
         Orthonormal joint motions (prismatic ones divided by the arm's length) along the family at
         `q`; k is the dimension of the family at `q`.
     straight
-        Whether q + any multiple of the motions is in the family, as for two joints on one axis
+        Whether q plus any multiple of `motions` is in the family, as for two joints on one axis
         (`theta1 + theta2` constant).
     joints
         Names of the joints that move along the family.
@@ -159,10 +159,10 @@ class IkFamily(FrozenArrays):
 
 def off_motions(away: Floats, motions: Floats) -> Floats:
     """
-    Return a joint difference `away` (n,) after k of its components were made 0. They are made 0 by
-    subtraction of multiples of the motions (k, n).
+    Return the joint difference `away` (n,) minus that combination of the motions (k, n) which
+    makes k of its components 0 (Gaussian elimination).
 
-    Full turns of the k joints of these components do not change the result.
+    Full turns of these k joints in `away` do not change the result.
     """
     left = motions.copy()
     for i in range(len(left)):
@@ -175,7 +175,10 @@ def off_motions(away: Floats, motions: Floats) -> Floats:
 
 
 def without_turns(away: Floats, periods: Floats) -> Floats:
-    """Return joint differences (..., n) without full turns; joints without one have period inf."""
+    """
+    Return joint differences (..., n) without full turns, that is, reduced by multiples of
+    `periods` (n,). A joint without a full turn has the period inf.
+    """
     turns = np.where(np.isfinite(periods), np.round(away / periods), 0.0)
     return np.asarray(away - turns * np.where(np.isfinite(periods), periods, 0.0))
 

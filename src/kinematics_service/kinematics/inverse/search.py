@@ -22,13 +22,16 @@ from .problem.problem import IkProblem
 from .problem.target import IkTarget
 from .result import without_turns
 
-# Number of random starts that are refined in one call of the kernel.
+# Number of random starts of the inverse kinematics search that are refined in one call of the
+# kernel.
 BATCH = 48
-# The search ends if every solution was found from at least this number of starts.
+# The search for inverse kinematics solutions ends if every solution was found from at least this
+# number of starts.
 MIN_MEETINGS = 4
-# Largest number of random starts.
+# Largest number of random starts of the search for inverse kinematics solutions.
 MAX_STARTS = 1920
-# The search ends after this number of starts if none of them has led to a solution.
+# The search for inverse kinematics solutions ends after this number of starts if none of them has
+# led to a solution.
 MAX_FAILED_STARTS = 384
 
 
@@ -106,7 +109,7 @@ def refined(
     limits : shape (n, 2), rad or m
         Range of the joints; default: no limits.
     held
-        Whether the joints that the plan holds keep their positions.
+        Whether joints with `plan.held` = 0 keep their positions.
     """
     return _refined(refinement(target, plan, far, limits, held), q)
 
@@ -133,8 +136,8 @@ def distinct(
     target: IkTarget, plan: InversePlan, found: DistinctSolutions
 ) -> tuple[DistinctSolutions, Integers]:
     """
-    Return each proved solution once, and the number of given joint positions that led to each
-    solution.
+    Return each different solution among the joint positions `found` once, and how many of these
+    positions are that solution. Positions that do not reach the target are left out.
     """
     order = np.argsort(found.errors, kind='stable')
     q, errors = found.q[order], found.errors[order]
@@ -145,7 +148,7 @@ def distinct(
 
 
 def reached(target: IkTarget, found: DistinctSolutions) -> DistinctSolutions:
-    """Return the found solutions whose residual is within the tolerance of the target."""
+    """Return those of the joint positions `found` that reach the target."""
     which = [target.is_reached_at(q, error) for q, error in zip(found.q, found.errors)]
     return DistinctSolutions(found.q[which], found.errors[which])
 
@@ -174,12 +177,13 @@ def search(
     Return all solutions that the search finds, also outside the limits, and the joint positions
     (n,) with the least residual.
 
-    The search begins with the `known` solutions, each taken as found once. If a solution is within
-    `limits` (n, 2), only solutions within the limits must be found `MIN_MEETINGS` times.
+    The search begins with the `known` solutions, each taken as found once. It ends when every
+    solution has been found `MIN_MEETINGS` times; if one is within `limits` (n, 2), only solutions
+    within the limits count.
     """
     robot, target, plan, near, *_ = problem
     random, arrivals, best, least = problem.random(), known or no_solutions(robot), near, np.inf
-    # The joints that the plan holds keep their positions in `near`.
+    # The joints with `plan.held` = 0 keep their positions in `near`.
     frozen = plan.held == 0.0
     for tried in range(BATCH, MAX_STARTS + 1, BATCH):
         q = starts(robot, plan, random, BATCH)
@@ -192,7 +196,7 @@ def search(
             best, least = arrived.q[k], arrived.errors[k]
         arrivals = arrivals.joined(arrived)
         found, met = distinct(target, plan, arrivals)
-        # Stop if very many distinct solutions were found, because they are points of a continuum.
+        # Stop if very many distinct solutions were found: they are then points of a continuum.
         if (not len(met) and tried >= MAX_FAILED_STARTS) or len(met) > MAX_STARTS // 40:
             break
         inside = np.all((found.q >= limits[:, 0]) & (found.q <= limits[:, 1]), axis=1)

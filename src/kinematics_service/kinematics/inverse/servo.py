@@ -28,10 +28,10 @@ from ..arguments import check_positive, finite_vector, rows_in_order
 from ..task_jacobian import task_of
 from ..tool_state import ToolState, evaluate
 
-# A wanted twist is lost if the tool moves with less than this fraction of the twist.
+# A wanted twist is lost if the tool follows it with a fraction below this.
 LOST_FRACTION = 0.05
-# A wanted twist is followed if at most this fraction of the twist is missing. The fraction is the
-# round-off of the least squares.
+# A wanted twist is followed if at most this fraction of it is missing in the resulting twist. The
+# fraction is the round-off of the least squares.
 FOLLOWED_ROUND_OFF = 1e-9
 
 

@@ -64,14 +64,14 @@ from .search import (
     starts,
 )
 
-# Default tolerance of a target, m and rad. The tolerance is 1e-6, because typed numbers have about
-# seven digits.
+# Default tolerance of the tool's error at a target, m and rad. It is 1e-6, because targets that
+# people type have about seven digits.
 TOLERANCE = 1e-6
-# Number of random starts in the search for a single solution. If none of the starts leads to a
-# solution, all solutions are searched.
+# Number of random starts in the search for a single solution of inverse kinematics. If none of the
+# starts leads to a solution, all solutions are searched.
 STARTS = 256
-# If a candidate is within this distance of a solution (rad), refinement moves the candidate to
-# this solution (see kernel/inverse/solving.py).
+# Refinement moves a candidate to a solution if their joint positions differ by at most this, rad
+# (see kernel/inverse/solving.py).
 CANDIDATE_ERROR = 1e-2
 # Methods that are tried for an arm of five joints, in this order.
 FIVE_JOINTS: tuple[Method, ...] = ('closed form', 'algebraic')
@@ -246,9 +246,9 @@ def _all(problem: IkProblem) -> IkResult:
 
 
 def _result_of_five(problem: IkProblem) -> IkResult | None:
-    # Solves an arm of five joints as an arm of six joints, whose added sixth joint is held at 0.
-    # The pose of the first solution found replaces the target, because the arm reaches it exactly.
-    # Returns None if the number of solutions is not proved.
+    # Solves an arm of five joints as an arm of six: takes the solutions in which the added sixth
+    # joint is at 0. The arm cannot exactly reach a rounded target, so the pose of the first
+    # solution found replaces the target. Returns None if the number of solutions is not proved.
     robot, target, plan, *_ = problem
     known = target.rows == ROW_NAMES and not plan.redundant and not len(plan.idle)
     if not known or target.tolerance > CANDIDATE_ERROR**2:
@@ -280,16 +280,16 @@ def _poses_beside(pose: Floats, tolerance: float) -> Iterator[Floats]:
 
 
 def _method_of(roots: tuple[int, int] | None) -> Method:
-    # If elimination has at most two roots, return the name `closed form`, because three prismatic
-    # joints lead to a quadratic equation.
+    # `roots` ends with the largest possible number of solutions. If that is 2, the arm has three
+    # prismatic joints, and elimination leads to a quadratic equation, which is a closed form.
     return 'algebraic' if roots and roots[1] > 2 else 'closed form'
 
 
 def _proved(
     problem: IkProblem, proved: kernel.Solutions, roots: tuple[int, int] | None = None
 ) -> IkResult:
-    # Returns the result if `proved` is known to have all solutions. Nearly singular solutions may
-    # belong to families, so `answer` sorts them.
+    # Returns the result for the solutions `proved`, of which none is missing. Nearly singular
+    # solutions may belong to families, so `answer` sorts them.
     which = range(proved.count)
     simple = proved.sure or all(proved.share(k) >= SUSPECT_PIVOT_RATIO for k in which)
     solved = _solved(problem, proved, which, roots) if simple else None
@@ -302,8 +302,8 @@ def _solved(
     which: range,
     roots: tuple[int, int] | None = None,
 ) -> IkResult | None:
-    # Returns the result if all solutions are simple and none is missing. Returns None if no wanted
-    # solution is inside the limits.
+    # Returns the result for the solutions `proved`, which are all simple and of which none is
+    # missing. Returns None if none of them is inside the limits.
     wanted = solutions_of(problem, proved, problem.respect_limits, which)
     inside = sum(one.feasible for one in wanted)
     if not inside:
@@ -356,9 +356,10 @@ def _degenerate(problem: IkProblem, arm: kernel.SixJoints, eliminated: Eliminate
     isolated, singular, families = isolated_or_not(problem, known)
     if not families and np.count_nonzero(~singular) == real:
         found = with_multiplicities(problem, isolated, singular)
-        # The result is proved only if all multiplicities of singular solutions exceed 1. A
-        # multiplicity of 0 is unknown, and a solution of multiplicity 1 may already be counted in
-        # `certified`.
+        # The solutions are proved complete if their number, with multiplicities, is the largest
+        # possible one. `certified` counts simple solutions. Singular solutions are added only if
+        # all their multiplicities exceed 1: 0 means unknown, and one of multiplicity 1 may be in
+        # `certified` already.
         multiples = found.multiplicities[np.count_nonzero(~singular) :]
         if all(m > 1 for m in multiples) and certified + sum(multiples) == arm.bound:
             return result_of(problem, found, (), _method_of(every), every)
@@ -370,9 +371,9 @@ def _searched(problem: IkProblem, known: DistinctSolutions | None = None) -> IkR
     out = _beyond_reach(problem)
     if out is not None:
         return out
-    # If the arm has loops, require several starts only for solutions inside the limits. Beyond the
-    # limits loops seldom close. Several finds of such a solution would need many starts, which are
-    # slow.
+    # The search ends when each solution was found from several starts. For an arm with loops,
+    # require this only of solutions inside the limits. Beyond the limits loops seldom close, so
+    # finding a solution there several times would need very many starts.
     inside = plan.limits if problem.respect_limits and robot.chain.loops else plan.unlimited
     found, best = search(problem, inside, known)
     return answer(problem, reached(checked, found), 'search', best=best)
@@ -404,7 +405,8 @@ def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
         reason = LEFT_FREE + ', '.join(continuum.joints) + not_exact(target, error)
         return IkResult((), (continuum,), 'family', reason, method, nearest, 'partial')
     if proved.share(0) < SUSPECT_PIVOT_RATIO:
-        # Let `answer` check whether the solution is isolated, because J is nearly singular.
+        # J is nearly singular at this solution, so let `answer` check whether the solution is
+        # isolated.
         inside = problem._replace(respect_limits=True)
         return replace(answer(inside, _found(proved), method), complete='partial')
     reason = f'a solution inside the limits{not_exact(target, error)}; others were not looked for'

@@ -35,7 +35,7 @@ from ..tool_state import ToolState
 from .corrected_chain import CorrectedChain, error_screws, seen_from
 from .parameters import every_parameter_of, parameters_of, placement
 
-# Number of robots whose errors are cached. A node needs the errors of one robot.
+# Number of robots whose `PoseErrors` are cached. A node needs those of one robot.
 CACHE_SIZE = 8
 
 
@@ -52,11 +52,12 @@ class TableErrors(NamedTuple):
         The screw of each parameter in its frame: linear velocity of the frame's origin, angular
         velocity.
     gears : shape (P,)
-        If the parameter is a gear error, the index of the joint whose motion it multiplies;
-        otherwise -1.
+        If the parameter is the error of a gear ratio, the index of the joint whose motion it
+        multiplies; otherwise -1.
     factor : shape (P, causes)
-        A factor F of the covariance F F^T of the parameters; its rows are in rad, in m, or without
-        unit for gear ratios.
+        A matrix F such that F F^T is the covariance of the parameters. Each column is the effect
+        of one independent cause of error. The rows are in rad, in m, or without unit for gear
+        ratios.
     """
 
     frames: Integers
@@ -83,8 +84,8 @@ class NamedErrors(NamedTuple):
 
 def frames_of_elements(robot: Robot) -> Integers:
     """
-    Return for k = 0, 1, ... the index of the first frame of the table behind the first k joint
-    screws.
+    Return, for k = 0, 1, ..., the index of the first frame of the table that is moved by exactly
+    the first k joint screws.
     """
     parents = robot.chain.table.frame_parent
     return np.array([int(np.argmax(parents == k - 1)) for k in range(robot.chain.elements + 1)])
@@ -100,7 +101,8 @@ def screws_in_frames(
     Parameters
     ----------
     robot
-        The arm that has the poses of the chain with the corrections `values`.
+        The arm with the corrections `values` built in, so that its poses are those of the
+        corrected chain.
     """
     found = error_screws(chain, values)
     if len(found.starts) != robot.chain.elements + 1:
@@ -174,8 +176,8 @@ def joint_screws(robot: Robot) -> JointScrews:
 
 
 def _deviations(robot: Robot, given: Mapping[str, float]) -> dict[str, float]:
-    # Returns the standard deviation of each parameter by name. A value for a group of parameters
-    # is given to each parameter of the group.
+    # Returns the standard deviation of each parameter by name. A standard deviation that the robot
+    # file gives for a group of parameters applies to each parameter of the group.
     groups = {name: value for name, value in given.items() if name in GROUPS}
     found = {}
     if groups:
@@ -221,10 +223,11 @@ def pose_errors(
     Parameters
     ----------
     joints, velocities : shape (n,)
-        Standard deviations of joint positions and of joint velocities. All these errors are
-        independent.
+        Standard deviations of joint positions (rad or m) and of joint velocities (rad/s or m/s).
+        The errors of all joints are independent.
     floor : m, rad
-        Additional standard deviations of the pose.
+        Standard deviations of the tool's position and rotation that are added to those from the
+        parameters.
     """
     of_joints = joint_screws(robot)
     count = len(of_joints.joints)

@@ -22,8 +22,9 @@ from ...kernel import Floats, Integers
 
 class CorrectingMotion(NamedTuple):
     """
-    A correction of a chain: a rotation (rad) about, or a translation (m) along, axis 0, 1 or 2 of
-    a frame. The frame is that at the position of the correction in the product of motions.
+    A correction of a chain: a small rotation (rad) about, or translation (m) along, axis 0, 1 or
+    2, as one factor in the product of motions that makes the chain. `column` is its index among
+    all corrections.
     """
 
     turns: bool
@@ -34,7 +35,7 @@ class CorrectingMotion(NamedTuple):
 class GearMotion(NamedTuple):
     """
     The relative error of a joint's gear ratio as a correction. The fields are the index of the
-    joint and the column of the correction.
+    joint, and the index of the correction among all corrections.
     """
 
     joint: int
@@ -59,9 +60,10 @@ class MovingScrews(NamedTuple):
 
 
 class _PartPlaces(NamedTuple):
-    # The products of constant motions between the joints, as arrays: `parts` has the constant
-    # motions, (levels, elements + 1, 4, 4). A level is a position within a product. The other
-    # arrays have level, product, kind, axis and column of each correction.
+    # Before, between and after the joints, the chain has products of constant motions and
+    # corrections. `parts` has the constant motions, (levels, elements + 1, 4, 4), where a level is
+    # a position within a product. The other arrays have, for each correction, its level, its
+    # product, its kind, its axis, and its column in the Jacobian.
     parts: Floats
     depths: Integers
     places: Integers
@@ -118,9 +120,10 @@ class PoseChange(NamedTuple):
 
 
 class _Stills(NamedTuple):
-    # The evaluated products between the joints. `motions` has the products, (elements + 1, 4, 4).
-    # The other arrays have product, column and kind of each correction, and its axis and origin in
-    # the frame where the product begins.
+    # The products of constant motions and corrections before, between and after the joints,
+    # multiplied: `motions`, (elements + 1, 4, 4). The other arrays have, for each correction, its
+    # product, its column in the Jacobian, its kind, and its axis and origin in the frame where the
+    # product begins.
     motions: Floats
     places: Integers
     columns: Integers
@@ -138,8 +141,9 @@ def small_motion(turns: bool, axis: int, value: float) -> Floats:
 
 
 def _stills(chain: CorrectedChain, values: Floats) -> _Stills:
-    # Multiplies the motions and corrections of all products between the joints at once, level by
-    # level.
+    # Multiplies out the products of constant motions and corrections before, between and after the
+    # joints. All products are computed at once: by the first factors, the second factors, and so
+    # on.
     parts, depths, places, turns, along, columns = chain._layout
     parts, by = parts.copy(), values[columns]
     parts[depths[~turns], places[~turns], along[~turns], 3] = by[~turns]
@@ -245,10 +249,10 @@ class ErrorScrews(NamedTuple):
     after : shape (P,)
         Number of joint screws before each correction in the chain.
     screws : shape (P, 6)
-        Linear velocity of the frame's origin and angular velocity, in the frame behind the joint
-        screws that `after` counts.
+        Each correction as a screw: linear velocity of the origin and angular velocity of the frame
+        that follows `after` joint screws, in the axes of this frame.
     starts : shape (elements + 1, 4, 4)
-        Poses of the frames behind 0, 1, ... joint screws, with all joints at zero.
+        Poses of the frames that follow 0, 1, ... joint screws, with all joints at zero.
     """
 
     after: Integers

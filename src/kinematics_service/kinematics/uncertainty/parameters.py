@@ -41,16 +41,18 @@ from .corrected_chain import (
 )
 from .triangle import triangle_of
 
-# An extra parameter is added only if other parameters cannot produce its tool motion. The part of
-# the motion that they cannot produce must exceed this, relative to LENGTH.
+# An extra parameter is added only if the other parameters cannot produce the tool motion that its
+# usual error causes. The RMS of the part that they cannot produce must exceed this times LENGTH,
+# the usual error of a length.
 MIN_EXTRA_MOTION = 0.1
-# If a combination of parameters moves the tool by less than this, relative to LENGTH, its tool
-# motion is ignored in the test of an extra parameter.
+# The test of an extra parameter ignores a combination of parameters if usual errors in it move the
+# tool by an RMS below this times LENGTH.
 MIN_SPAN_MOTION = 0.02
 # Number of random poses at which the tool motions by different parameters are compared.
 POSES = 60
 
-# Names of the places in a row of the table at which extra corrections are added.
+# Corrections that a row of the table may get besides its own parameters: a rotation about y and a
+# translation along y.
 EXTRA_PLACES = ('Ry', 'Ty')
 
 
@@ -99,15 +101,16 @@ def placement(
 
 def every_parameter_of(description: RobotDescription) -> ArmParameters:
     """
-    Return all parameters of an arm and their chain, with extra parameters that depend on others.
+    Return all parameters of an arm and their chain, also those extra parameters whose tool motions
+    other parameters can produce.
     """
     return _built(description, None)
 
 
 def parameters_of(robot: Robot, gears: bool = False) -> ArmParameters:
     """
-    Return the parameters of an arm's table, and the extra parameters that are independent of the
-    table's parameters.
+    Return the parameters of an arm's table, and the extra parameters whose tool motions the
+    table's parameters cannot produce.
 
     Parameters
     ----------
@@ -159,7 +162,7 @@ def scaled_jacobian(
     positions: bool = False,
 ) -> Floats:
     """
-    Return the triangular factor R (P, P) of the tool's Jacobian by P parameters.
+    Return the triangular factor R (P, P) of the Jacobian of the tool's pose by P parameters.
 
     The Jacobian has six rows for each of POSES random poses, and R is from its QR factorisation.
     Each column is multiplied by the usual error of its parameter. The matrix is divided by LENGTH
@@ -232,7 +235,8 @@ def _arranged(
     if isinstance(link, ShapeRow):
         if link.joint is None:
             return [row.before], [row.after]
-        # Put the corrections between the matrix `in` and the joint, in the joint's own axes.
+        # Put the corrections between the row's matrix `in` and its joint, in the axes of this
+        # joint.
         rest = np.asarray(np.linalg.solve(link.inner.matrix, row.before), np.float64)
         return [link.inner.matrix, *motions.values(), rest], [row.after]
     return [*motions.values(), row.before], [row.after]

@@ -6,9 +6,9 @@ import numpy as np
 
 from ...kernel import Floats
 
-# Number of rows of a block divided by its number of columns. For 45 columns, blocks of this size
-# are so small that OpenBLAS uses one thread. Several threads would wait for each other and take
-# six times the processor time.
+# Number of rows of a block divided by its number of columns. With 45 columns, OpenBLAS uses one
+# thread for blocks of this size. In larger blocks its threads wait for each other and take six
+# times the processor time.
 BLOCK = 2
 
 

@@ -19,8 +19,8 @@ GEOMETRY_TOLERANCE = 1e-9
 # Size of an arm whose lengths are all 0, m. It is not 0, because distances are divided by the
 # size.
 MIN_SIZE = 1e-300
-# Two links turn together if their rotations per joint motion differ by at most this. The tolerance
-# is 45 machine epsilons.
+# Two links turn together, as in a parallelogram, if their rotations per joint motion differ by at
+# most this: 45 machine epsilons.
 RATIO_TOLERANCE = 1e-14
 
 
@@ -34,8 +34,8 @@ def size_of(screws: Screws) -> float:
 
 def made_exact(screws: Screws, axes: Floats, points: Floats, coupling: Floats) -> Screws:
     """
-    Return the screws with new axes, points and coupling. The error `off` of the screws is
-    increased by twice the change of axes and points.
+    Return the screws with new axes, points and coupling, which make a special geometry exact. The
+    error bound `off` of the screws increases by twice the change of axes and points.
     """
     turns = np.linalg.norm(np.cross(axes, screws.axes), axis=1)
     ways = np.linalg.norm(np.cross(points - screws.points, screws.axes), axis=1)
@@ -169,7 +169,7 @@ def with_turn(screws: Screws, axis: Floats, point: Floats) -> Screws:
 
 def with_links_merged(screws: Screws) -> Screws:
     """
-    Return the screws with the last parallel rotations merged to two rotations.
+    Return the screws with the parallel rotations at the end of the arm merged to two rotations.
 
     The motion of the tool's origin does not change.
 

@@ -40,10 +40,10 @@ from .target import IDENTITY, residual_of
 
 # Number of random joint positions at which the rank of J is computed.
 RANK_POSES = 50
-# Singular values below this ratio to the largest one are taken as zero.
+# Singular values of J below this ratio to the largest one are taken as zero.
 RANK_RATIO = 1e-9
-# One turn of a joint is k turns of its screw. k is a whole number if it differs from a whole
-# number by at most this value.
+# While a joint makes one turn, its screw makes k turns (gear ratio). k is taken as a whole number
+# if it differs from the nearest whole number by at most this.
 WHOLE_TOLERANCE = 1e-12
 # Relative round-off of a closed form, after a product of ten matrices. The round-off is 9 machine
 # epsilons.
@@ -51,18 +51,20 @@ CLOSED_FORM_ROUND_OFF = 2e-15
 # If no imaginary part of a complex solution exceeds this, rad or m, the solution may be real.
 # Refinement then decides whether the solution is real.
 IMAGINARY_TOLERANCE = 1e-6
-# Largest number of turns that is tried as the period of a joint that moves several screws.
+# A joint that moves several screws has as period the number of turns after which all these screws
+# have made whole turns. Numbers up to this are tried.
 MAX_TURNS = 1000
-# Axes of the turn that is added to an arm of five joints. They are unit vectors that are parallel
-# to no axis of usual arms. If the six joints are singular with the first axis, they are regular
-# with the second axis.
+# Axes of the sixth joint that is added to an arm of five joints: unit vectors that are parallel to
+# no axis of usual arms. If the extended arm is singular with the first axis, it is regular with
+# the second.
 ADDED_AXES = np.array([[0.48, 0.6, 0.64], [0.64, -0.48, 0.6]])
 
 
 @dataclass(frozen=True, eq=False)
 class InversePlan(FrozenArrays):
     """
-    The method that solves the inverse kinematics of an arm for all targets with certain rows.
+    The method that solves the inverse kinematics of an arm, for all targets that prescribe the
+    same rows (components of the pose).
 
     Attributes
     ----------
@@ -76,7 +78,7 @@ class InversePlan(FrozenArrays):
         Joint motions are divided by these scales: 1 for revolute joints, the characteristic length
         (m) for prismatic joints.
     held : shape (n,)
-        The scales, with 0 for joints that are held so that solutions are isolated.
+        As `scales`, but 0 for joints that a search holds so that solutions are isolated.
     idle : shape (k, n)
         Scaled joint motions that never move the target's rows. Two joints on one axis have one
         such motion.
@@ -87,7 +89,7 @@ class InversePlan(FrozenArrays):
         family of solutions has this dimension.
     overdetermined
         Whether J has fewer independent rows than the target has equations. The arm then cannot
-        reach rounded targets exactly.
+        exactly reach a target whose numbers are rounded.
     periods : shape (n,)
         Joint motion after which the tool has the same pose: 2 pi, another number if the joint has
         a gear ratio, or infinite.
@@ -175,8 +177,8 @@ def _idle_motions(
     # Take any pose as target, because J depends only on the rows of the target.
     residual = residual_of(robot, IDENTITY, rows, axis)
     kernel.free_motions(residual, scales, q, sigma, motions)
-    # Take singular values below `least` as zero, because J is only round-off if the joints do not
-    # move the target's rows.
+    # Take singular values below `least` as zero: if no joint moves the target's rows, J is only
+    # round-off.
     least = least_motion(robot.chain)
     rank = int(np.max(np.sum(sigma > np.maximum(RANK_RATIO * sigma[:, :1], least), axis=1)))
     # Find the null space common to all joint positions. At each joint position the matrix sigma
@@ -190,15 +192,16 @@ def signed(motions: Floats) -> Floats:
     """
     Return joint motions (k, n) with new signs: the first large number of each motion is positive.
 
-    So the motions are equal on every machine. Numbers that are round-off become 0.
+    The signs make the motions equal on every machine. Numbers that are only round-off become 0.
     """
     signs = np.sign(motions[np.arange(len(motions)), np.argmax(np.abs(motions) > 0.1, axis=1)])
     return np.asarray(np.where(np.abs(motions) < 1e-9, 0.0, motions) * signs[:, None])
 
 
 def _pivots(idle: Floats) -> list[int]:
-    # Returns for each idle motion the index of a joint to hold, chosen by Gaussian elimination. It
-    # is the joint that the motion moves most, or the last of several such joints.
+    # Returns for each idle motion (a joint motion that never moves the target's rows) the index of
+    # a joint to hold, chosen by Gaussian elimination: the joint that the motion moves most, or the
+    # last of several such joints.
     left, pivots = idle.copy(), []
     for k in range(len(left)):
         j = left.shape[1] - 1 - int(np.argmax(np.round(np.abs(left[k][::-1]), 9)))
@@ -229,8 +232,8 @@ def _periods_by(robot: Robot, ratios: Iterable[Floats], periodic: npt.NDArray[np
 
 
 def _turns(ratios: Floats) -> float:
-    # Returns the least number of turns of a joint after which all screws moved by the joint have
-    # made whole turns.
+    # Returns the least number of turns of a joint after which all its screws have made whole
+    # turns. `ratios` has the turns of each screw per turn of the joint.
     moving = np.abs(ratios[ratios != 0.0])
     if not len(moving):
         return 1.0
@@ -247,7 +250,10 @@ def _whole(numbers: Floats) -> bool:
 
 
 def one_to_one(screws: Screws, robot: Robot) -> bool:
-    """Return whether positions of screws and of joints correspond one to one, up to full turns."""
+    """
+    Return whether each set of screw positions belongs to exactly one set of joint positions, up to
+    full turns.
+    """
     C = screws.coupling
     if C.shape[0] != C.shape[1] or abs(np.linalg.det(C)) < WHOLE_TOLERANCE:
         return False
@@ -299,7 +305,7 @@ class SixSolver(NamedTuple):
     def candidates(self, pose: Floats) -> tuple[Floats, float]:
         """
         Return candidate solutions (m, 6) for a pose (4, 4), and a bound of their distance from
-        solutions, rad. If no bound is proved, the bound is infinite.
+        solutions, rad. The bound is infinite if none is proved.
         """
         motion = pose @ self.home_inverse
         motion = np.ascontiguousarray(inverse(motion) if self.backwards else motion)
@@ -335,8 +341,8 @@ def _closed_solver(given: Screws, backwards: bool) -> SixSolver | None:
 
 def eliminating_solver(screws: Screws, poses: Floats) -> SixSolver | None:
     """
-    Return a solver by elimination for six screws, or None if elimination fails. The options of the
-    elimination are ranked at reachable poses (m, 4, 4).
+    Return a solver by elimination for six screws, or None if elimination fails. Its variants of
+    the elimination are ranked at the reachable poses `poses` (m, 4, 4).
     """
     form = six_joints_of(screws, poses)
     return None if form is None else _solver(form, screws, False)
@@ -352,8 +358,8 @@ def _solver(
 @functools.lru_cache(maxsize=128)
 def as_six(robot: Robot, eliminated: bool) -> tuple[SixSolver, ...]:
     """
-    Return solvers for an arm of five joints, extended by a sixth joint at its end. The caller
-    holds the added joint at 0.
+    Return solvers for an arm of five joints that is extended by a sixth joint at its end. The
+    caller then takes the solutions in which the sixth joint is at 0.
 
     With the added joint the arm has a closed form (Pieper 1968). The joint completes a spherical
     wrist, or it is the last joint after three parallel axes. If `eliminated`, the solver uses

@@ -29,13 +29,14 @@ class Screws(FrozenArrays):
     slides : shape (k,)
         Whether a screw is a translation; otherwise it is a rotation.
     coupling : shape (k, n)
-        Derivatives of the k screw positions by the n joint positions.
+        Derivatives of the k screw positions psi (angles or displacements) by the n joint
+        positions: psi = coupling q.
     home : shape (4, 4)
         The tool's pose with every joint at zero.
     off
         Bound of the difference between these screws and the screws of the arm, in rad for
-        directions and relative to the arm's size for points. It is not 0 if nearly parallel axes
-        were made parallel, or nearly meeting axes were made to meet.
+        directions and relative to the arm's size for points. It is not 0 if axes that were
+        parallel or met within a tolerance were made exactly so.
     """
 
     axes: Floats

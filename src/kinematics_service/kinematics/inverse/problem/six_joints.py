@@ -16,12 +16,12 @@ from ....kernel import Floats, Integers
 from ....rigid_motion import inverse
 from .screws import Screws
 
-# Largest number of isolated complex solutions for each number of prismatic joints (Raghavan and
-# Roth 1993; for two or three see kernel/six_joints/spherical_linkage.py).
+# For each number of prismatic joints among six, the largest number of isolated complex solutions
+# (Raghavan and Roth 1993; for two or three see kernel/six_joints/spherical_linkage.py).
 BOUNDS = {0: 16, 1: 16, 2: 8, 3: 2}
-# Number of target poses at which each option (variant of the elimination) is tried.
+# Number of target poses at which each variant of the elimination (option) is tried.
 POSE_COUNT = 4
-# Number of best options of the elimination that are kept.
+# Number of variants of the elimination (options) that are kept: the best ones.
 OPTION_COUNT = 4
 
 
@@ -57,9 +57,10 @@ def six_joints_of(screws: Screws, targets: Floats) -> kernel.SixJoints | None:
 def _rank_of(
     form: kernel.SixJoints, motions: list[Floats], option: Option
 ) -> tuple[int, int, float, Option] | None:
-    # Returns three numbers that rank an option; smaller is better. They are the number of poses
-    # without a proof, the number of missing solutions, and the largest error of a candidate.
-    # Returns None if the option is singular.
+    # Returns three numbers that rank a variant of the elimination; smaller is better. They are the
+    # number of poses at which its solutions are not proved complete, the number of missing
+    # solutions, and the largest error of a candidate solution. Returns None if the variant finds
+    # no solution at a pose.
     psi, accuracy = np.empty((kernel.MAX_CANDIDATES, 6, 2)), np.empty(3)
     unproved, missing, worst = 0, 0, 0.0
     for T in motions:
@@ -80,8 +81,9 @@ def _options(slides: tuple[bool, ...]) -> list[Option]:
         for first in range(6):
             turned = ordered[first:] + ordered[:first]
             if sum(slides) < 2:
-                # The third joint from `first` is the unknown of the polynomial (the hidden joint).
-                # The sixth joint is eliminated first. Both must be revolute.
+                # Counted cyclically from joint `first`: the third joint is the unknown of the
+                # polynomial (hidden joint), the sixth joint is eliminated first. Both must be
+                # revolute.
                 allowed = not turned[2] and not turned[5]
             else:
                 # With two or more prismatic joints, the elimination needs a prismatic first joint.

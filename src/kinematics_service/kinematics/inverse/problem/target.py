@@ -55,7 +55,7 @@ class IkTarget(NamedTuple):
     tolerance
         Largest position error (m) and largest rotation error (rad).
     bound
-        The residual, m, if position error and rotation error equal their tolerances.
+        The residual, m, of a pose whose position error and rotation error equal their tolerances.
     exact
         Largest residual of an exact solution, m.
     proved
@@ -99,8 +99,8 @@ class IkTarget(NamedTuple):
 
     def within_tolerance(self) -> 'IkTarget':
         """
-        Return the target with a larger `proved`, so that solutions within the tolerance are
-        accepted.
+        Return the target with a larger bound `proved`, so that solutions are accepted that are not
+        exact but within the tolerance.
         """
         return self._replace(proved=max(self.bound, self.exact))
 
@@ -152,7 +152,7 @@ def ik_target_of(
     if axis is not None and shape != (4, 4):
         sentence = f'axis {axis} needs a pose (4, 4) as target, not a position (3,)'
         raise TargetError(sentence, 'axis', TOOL_AXES, axis, code='conflict')
-    # A direction replaces the three rows of a rotation.
+    # The direction of a tool axis replaces the three rows of the rotation.
     known = ROW_NAMES if axis is None and shape == (4, 4) else ROW_NAMES[:3]
     ordered = known if rows is None else rows_in_order(TargetError, rows, known)
     counted = _counted(robot, ordered, axis or '')
@@ -197,8 +197,8 @@ def _rigid(given: Floats) -> Floats:
 
 class _Counted(NamedTuple):
     # The arguments of `kernel.Residual` for certain rows: weights of the rows, index of the tool's
-    # axis or -1, and reach. `off_by_one` is the residual if the errors are 1 m and 1 rad. `exact`
-    # is the largest residual of an exact solution, m.
+    # axis or -1, and reach. `off_by_one` is the residual of a pose with errors of 1 m and 1 rad.
+    # `exact` is the largest residual of an exact solution, m.
     weights: Floats
     tool_axis: int
     reach: float

@@ -63,8 +63,8 @@ class IkArc(FrozenArrays):
     curve
         The solution curve of which the arc is a part.
     places : shape (m,)
-        Place of each sample on the curve. A place is the index of a curve sample, plus a fraction
-        between samples.
+        Place of each sample on the curve. A place is the index of a sample of the curve, plus a
+        fraction between two of its samples.
     turn_offset : shape (n,), rad or m
         Full turns, in rad, that are added to joint positions of the curve to get joint positions
         of the arc.
@@ -87,8 +87,8 @@ class IkArc(FrozenArrays):
     @property
     def scales(self) -> Floats:
         """
-        Return the divisors of joint motions in lengths along the arc, shape (n,): 1 for revolute
-        joints, the arm's length (m) for prismatic joints.
+        Return the numbers (n,) by which joint motions are divided before lengths along the arc are
+        computed: 1 for revolute joints, the arm's length (m) for prismatic joints.
         """
         return self.curve.plan.scales
 
@@ -151,8 +151,8 @@ class IkArc(FrozenArrays):
         return np.array(rows[int(squares_of((rows - q) / self.scales).argmin())])
 
     def _with_neighbours(self, values: Floats) -> Floats:
-        # Returns the values at the samples with one more value at each end. On a closed arc the
-        # added values are those of the neighbouring laps; otherwise the end values are repeated.
+        # `values` has a number for each sample. Returns them with one more at each end: on a
+        # closed arc those of the neighbouring laps, otherwise the first and the last value again.
         before, behind = values[:1], values[-1:]
         if self.closed:
             lap = behind - before
@@ -161,8 +161,8 @@ class IkArc(FrozenArrays):
 
     def with_largest_clearance(self, robot: Robot) -> Floats:
         """
-        Return the sample (n,) of the arc with the largest clearance, the proved radius without
-        singular poses.
+        Return the joint positions (n,) of that sample of the arc which has the largest clearance
+        (proved radius without singular poses).
         """
         return np.array(self.q[int(np.argmax(clearances(robot, np.array(self.q))))])
 

@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Find the best posture of a redundant arm on the arc through its present posture: the one with the
-largest margin from the joint limits, or the largest clearance from singular poses.
+Find the best posture of an arm with one redundant joint, on the arc of solutions through its
+present posture: the one farthest from the joint limits (margin), or from singular poses
+(clearance).
 """
 
 from collections.abc import Callable, Iterator
@@ -27,7 +28,8 @@ Cost = Callable[[Floats], Floats]
 SAMPLE_DISTANCE = 0.2
 # A posture is on an arc if its distance from the arc is less than this, rad.
 ON_ARC = 1e-6
-# Number of samples of an arc whose clearance is computed first. Each computation takes 0.1 ms.
+# Number of samples, spread over an arc, whose clearance is computed first. Each computation takes
+# 0.1 ms.
 CLEARANCE_SAMPLES = 48
 # Each rad of distance from the present posture reduces the margin or clearance of a posture by
 # this, rad. Without this cost the result would jump between equally good postures.
@@ -46,7 +48,8 @@ class BestPosture(NamedTuple):
     q : shape (n,), rad or m
         The posture that was reached.
     arc
-        The arc inside the limits, with the full turns of the posture from which the motion starts.
+        The arc, with those full turns that make it pass through the posture from which the motion
+        starts.
     left : rad
         Distance along the arc from this posture to the best posture.
     """
@@ -74,8 +77,8 @@ def _of_largest_margin(arc: IkArc, robot: Robot, away: Cost) -> float:
     return arc.place_of_least(lambda q: COST_OF_DISTANCE * away(q) - arc.margin(q))
 
 
-# For each criterion, the function that returns the best posture of an arc, as length (rad) along
-# the arc.
+# For each criterion of `best_posture`, the function that returns the best posture of an arc, as
+# length (rad) along the arc.
 CRITERIA = {'clearance': _of_largest_clearance, 'margin': _of_largest_margin}
 
 
@@ -83,8 +86,8 @@ def best_posture(
     robot: Robot, target: IkTarget, q: Floats, criterion: str, farthest: float
 ) -> BestPosture | None:
     """
-    Return the best posture on the arc through q. If this posture is farther than `farthest` from
-    q, return the posture on the way at the distance `farthest`.
+    Return the best posture on the arc of solutions through q. If it is farther from q than
+    `farthest`, return the posture on the way to it at the distance `farthest` from q.
 
     Returns None if q is singular or not a solution, or if the arm does not have exactly one
     redundant joint.

@@ -17,9 +17,9 @@ from ....kernel import Floats
 from ..problem.problem import IkProblem
 from ..problem.target import TOOL_AXES
 
-# Largest number of samples of a curve. The longest curve in experiments had a sixth of this
-# number. Without a largest number, the tracing of a curve might not end if the arm's lengths are
-# very different, or if all postures are singular.
+# Largest number of samples of a solution curve. The longest curve in experiments had a sixth of
+# this number. Without a largest number, the tracing of a curve might not end if the lengths of an
+# arm's links are very different, or if all its postures are singular.
 MAX_SAMPLES = 1 << 12
 # Number that replaces the period of a joint without a period, rad or m. The number is larger than
 # any motion of a joint.
@@ -87,8 +87,8 @@ def point_of(problem: IkProblem) -> kernel.CurvePoint:
     robot, target, plan, *_ = problem
     residual = target.residual
     if target.axis:
-        # Express the error in the axes of the target, so that the turn about the tool's axis is
-        # one row. The target does not fix this turn, so the weight of the row is 0.
+        # Express the tool's error in the axes of the target, so that the turn about the tool's
+        # axis is one row. The target does not fix this turn, so the weight of the row is 0.
         k = TOOL_AXES.index(target.axis)
         weights = np.array([1.0] * 3 + [robot.singularity.task.length] * 3)
         weights[3 + k] = 0.0
@@ -108,12 +108,12 @@ def traced(problem: IkProblem, point: kernel.CurvePoint, start: Floats) -> Solut
     if count < 0:
         return SolutionCurve(problem, point, samples[0, :-count].copy(), True)
     behind = kernel.trace(point, -1.0, samples[1])
-    # Reverse the samples of the second direction, so that they lead in the first direction; change
-    # the signs of their tangents.
+    # The curve is traced from `start` in both directions. Reverse the samples of the second
+    # direction, so that they lead in the first direction; change the signs of their tangents.
     rows = samples[1, : abs(behind)][::-1] * np.repeat([1.0, -1.0], n)
     if behind < 0:
-        # Return the closed curve of the second direction, because near a singular pose only one
-        # direction may succeed.
+        # The second direction has followed the whole closed curve. Near a singular pose only one
+        # of the two directions may succeed.
         return SolutionCurve(problem, point, rows, True)
     both = np.vstack([rows[:-1], samples[0, :count]])
     return SolutionCurve(problem, point, both, False) if len(both) > 1 else None

@@ -30,8 +30,9 @@ Flags = npt.NDArray[np.bool_]
 # A joint passes a limit if its position is beyond the limit by this, rad or m. The distance, half
 # of kernel.AT_LIMIT, keeps a joint that rests at a limit inside despite round-off.
 EXIT_MARGIN = 5e-10
-# A joint reverses between two samples if the product of its slopes at both samples is below this.
-# If the product is between this and 0, the joint rests, or reverses at a sample.
+# A joint reverses between two samples of a solution curve if the product of its slopes at both
+# samples is below this. If the product is between this and 0, the joint rests, or reverses at a
+# sample.
 MAX_SLOPE_PRODUCT = -1e-18
 # Two places of the curve are taken as equal if they differ by less than this fraction of a sample
 # distance. For samples 0.1 rad apart this is 2e-10 rad.
@@ -68,9 +69,9 @@ def arcs_of(curve: SolutionCurve) -> tuple[IkArc, ...]:
 
 
 def _is_near(curve: SolutionCurve) -> Flags:
-    # Returns for each step between samples whether no joint is far beyond its limits. If the
-    # distance of a joint beyond its limit exceeds the motion of all joints in the step, the joint
-    # cannot come inside during the step.
+    # Returns for each step between two samples of the curve whether no joint is far beyond its
+    # limits. If the distance of a joint beyond its limit exceeds the motion of all joints in the
+    # step, the joint cannot come inside during the step.
     q, ((low, high), periods, _) = curve.q, _counted(curve.plan)
     turned = q - periods * np.floor((q - low) / periods)
     away = np.minimum(turned - high, low + periods - turned) / curve.plan.scales
@@ -128,8 +129,9 @@ class _CutCurve:
 
     def _add(self, k: Integers, roots: Sequence[Floats | Integers], side: Integers | int) -> None:
         # Adds a row to the table after each row k, at the place where a joint has the position
-        # `level` or reverses. `roots` are the joint, the level, and the values of the function at
-        # both ends of the step.
+        # `level` or reverses. This place is the zero of a function: joint position minus level, or
+        # slope of the joint. `roots` are the joint, the level, and the function's values at both
+        # ends of the step.
         joint, level, low, high = roots
         rows, places = np.empty((len(k), self.table.shape[1])), self.table[:, 0]
         rows[:, -2], rows[:, -1] = joint, side
@@ -179,8 +181,8 @@ class _CutCurve:
         joint, side = int(row[-2]), int(row[-1])
         if side == NO_SIDE:
             return IkArcEnd('', 'singular')
-        # Find the joint at whose limit the arc ends. After full turns were added, the joint of
-        # this row may be inside its limits. Then another joint is at a limit.
+        # Find the joint at whose limit the arc ends. If the joint of this row is inside its limits
+        # after full turns were added, another joint is at a limit.
         away = np.abs(self.limits - q)
         if away[:, joint].min() > kernel.AT_LIMIT:
             joint = int(away.min(axis=0).argmin())

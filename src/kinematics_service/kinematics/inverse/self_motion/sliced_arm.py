@@ -27,8 +27,8 @@ from ..problem.plan import SixSolver, closed_solvers, eliminating_solver, one_to
 from ..problem.screws import Screws, screws_of
 from ..problem.target import TOOL_AXES
 
-# The tool's rotation in slices for a position target. It is arbitrary, but the three added joints
-# are not singular at this rotation.
+# Rotation of the tool for a target that is only a position. The solver then adds three joints
+# about the tool's origin. The rotation is arbitrary, but the three joints are not singular at it.
 ADDED_ROTATION = turn_about(np.array([0.48, 0.6, 0.64]), 1.1)
 
 

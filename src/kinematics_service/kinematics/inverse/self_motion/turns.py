@@ -33,7 +33,8 @@ class PieceRun(NamedTuple):
     first, pieces
         Index of the first piece, and the number of pieces; a run may continue over several laps.
     turns
-        A vector of turns with which the run is maximal, one number for each joint.
+        A vector of full turns, one number for each joint, with which the run is maximal: neither
+        the piece before nor the piece after is inside the limits.
     closed
         Whether the last piece leads to the first piece with equal turns.
     windings
