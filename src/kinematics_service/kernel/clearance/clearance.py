@@ -7,8 +7,8 @@ A first radius follows from Weyl's inequality. For a larger radius, the task Jac
 written in the bases of its singular vectors. One block of J_t contains all singular values except
 the smallest. This block stays invertible while a bound of its relative change is below 1. Then J_t
 has full rank if the Schur complement of the block is not zero. The bases move with the joints, so
-that the entries of J_t beside the block are zero to first order. The Schur complement is expanded
-to third order, and bounds are added for the higher orders.
+that the entries of J_t to the right of the block and below it are zero to first order. The Schur
+complement is expanded to third order; bounds cover the higher orders.
 
 The Schur complement of a redundant arm has several entries, and J_t has full rank unless all
 entries are zero. The proof shows that a sum of the entries, with polynomials as weights, is
@@ -31,7 +31,9 @@ from .expansion import Expansion
 HALVINGS = 32
 # The bisection ends if the relative error of the proved radius is below this number.
 RADIUS_TOLERANCE = 1e-5
-# The proof is tried for this number of weighted sums of the entries of the Schur complement.
+# Number of weighted sums of the entries of the Schur complement for which the proof is tried. A
+# sum that is never 0 proves that the entries are never all 0. The sum that `take_away` changes is
+# tried in addition.
 MAX_SUMS = 4
 
 
@@ -122,16 +124,16 @@ class Clearance:
         return radius
 
     def _mix(self, share: float) -> None:
-        # Fills `across` with weights of the entries of the Schur complement; the vector of weights
-        # has length 1. If `share` is 0, only the first entry counts. If `share` is 1, the weighted
-        # sum has the smallest slope.
+        # Fills `across` with weights, a vector of length 1, for the entries of the Schur
+        # complement. If `share` is 0, only the first entry has a weight. If `share` is 1, `across`
+        # equals `shares`: the weighted sum has the smallest gradient relative to its value.
         for i in range(self.directions.count):
             self.across[i] = share * self.shares[i] + (1.0 - share) * self.first[i]
         unit(self.across, self.directions.count)
 
     def _set_sum(self, cubic: Cubic, shares: Flat) -> None:
         # Sets `cubic` to the sum of the entries of the Schur complement, each multiplied by its
-        # number in `shares`.
+        # weight in `shares`.
         count = self.directions.count
         smallest = self.directions.sigma[self.arm.task.generic_rank - 1]
         cubic.set_sum(self.expansion, self.F, shares, count, shares[0] * smallest)
@@ -160,9 +162,10 @@ class Clearance:
 
     def _condition(self) -> float:
         # The search for singular poses uses J_t of the tool's origin. The clearance uses J_t of
-        # `point`. This change of the point multiplies J_t by the matrix [1, p x / length; 0, 1].
-        # Returns the condition number of this matrix. The ratio of the smallest to the largest
-        # singular value decreases at most by this factor.
+        # `point`. This change of the point multiplies J_t by the matrix [1, P / length; 0, 1],
+        # where P v is the vector product of `point` and v. Returns the condition number of this
+        # matrix. The ratio of the smallest to the largest singular value of J_t decreases at most
+        # by this factor.
         away = 0.0
         for i in range(self.arm.task.count):
             if self.arm.task.axis[i] >= 3:
@@ -190,10 +193,9 @@ class Clearance:
         return good
 
     def _write_complement(self) -> None:
-        # Fills F with the Taylor terms of each entry of the Schur complement, to third order.
-        # Fills B and C with the second-order terms of the two blocks beside the invertible block:
-        # B for its rows (turns), C for its columns (lines; see `Directions`). In the moving bases
-        # B and C have no first-order terms.
+        # Fills F with the Taylor terms, to third order, of each entry of the Schur complement.
+        # Fills B and C with the second-order terms of two blocks of J_t: B to the right of the
+        # invertible block, C below it. In the moving bases B and C have no first-order terms.
         d, k, count = self.count, self.arm.task.generic_rank - 1, self.directions.count
         terms, pairs = self.expansion.terms, self.expansion.sizes[2]
         for a in range(k):
@@ -218,13 +220,14 @@ class Clearance:
                 self._subtract(turn, arrays.after(line, d), 2, cubed)
 
     def _cell(self, turn: int, line: int) -> Flat:
-        # Returns the Taylor terms of the entry of J_t in row `turn` and column `line`;
-        # `Directions` defines turns and lines.
+        # Returns the Taylor terms of the entry of J_t in row `turn` and column `line` (see
+        # `Directions`).
         cell = turn * self.directions.length + line
         return arrays.after(self.expansion.G, cell * self.expansion.terms)
 
     def _subtract(self, a: Flat, b: Flat, order: int, product: Flat) -> None:
-        # Subtracts the product of `a` (first order) and `b` (of order 1 or 2) from `product`.
+        # Subtracts from the Taylor terms `product` the product of two polynomials: `a`, of first
+        # order, and `b`, of order `order` (1 or 2).
         d, pair, triple = self.count, self.expansion.pair, self.expansion.triple
         for i in range(d):
             for j in range(d):
@@ -235,9 +238,9 @@ class Clearance:
                     product[triple[(i * d + j) * d + p]] -= a[i] * b[pair[j * d + p]]
 
     def _write_norms(self) -> None:
-        # Computes bounds of the change of three blocks of J_t by a joint motion of length 1, one
-        # bound for each order. The blocks are the invertible block, the block to the right of it
-        # (turns), and the row below it (lines).
+        # Computes bounds of the change of three blocks of J_t by joint motions of length 1, one
+        # bound for each order of the Taylor expansion. The blocks are the invertible block, the
+        # block to its right (turns), and the row below it (lines).
         k, count, d = self.arm.task.generic_rank - 1, self.directions.count, self.count
         terms, pairs = self.expansion.terms, self.expansion.sizes[2]
         step, cubed = self.directions.length * terms, d + pairs
@@ -254,10 +257,11 @@ class Clearance:
         self.twist_of_lines = self.expansion.norm(lines, k, terms, 1, 0, 1, 3)
 
     def _choose_shares(self) -> bool:
-        # Chooses two vectors of weights for the entries of the Schur complement. With the weights
-        # `shares`, the weighted sum has the smallest slope relative to its value. With the weights
-        # `steepest`, which are orthogonal to `shares`, the sum has the largest slope. Returns
-        # False if `shares` or `steepest` would be zero.
+        # Chooses two weight vectors for the entries of the Schur complement. The sum with the
+        # weights `shares` has the smallest gradient relative to its value. `steepest` is
+        # orthogonal to `shares`: of the coordinate vectors made orthogonal to `shares`, the one
+        # whose sum has the largest gradient. Returns False if `shares` or `steepest` would be
+        # zero.
         d, count, terms = self.count, self.directions.count, self.expansion.terms
         trace, most = 0.0, 0.0
         for i in range(count):
@@ -306,12 +310,14 @@ class Clearance:
         return good
 
     def _is_proved(self, r: float) -> bool:
-        # Returns whether `self.sum` is proved to be positive for all joint motions |d| <= r. P, B
-        # and C are the changes of the invertible block, of the turns and of the lines. B1 and C1
-        # are the first-order parts of B and C. Let B' = B - (1 + P) B1 and C' = C - C1 (1 + P). In
-        # the moving bases the Schur complement is f - C1 B' - C B1 - C' (1 + P)^-1 B'. Singular
-        # values up to `singular` are taken as zero. So `singular` is added to the change of J_t,
-        # and the proof holds for each perturbation of that size.
+        # Returns whether `self.sum`, a weighted sum of the entries of the Schur complement, is
+        # proved to be positive for all joint motions |d| <= r. The motion d changes the invertible
+        # block by P, the block to its right by B, and the row below it by C. f has the entries of
+        # J_t in this row, to the right of the invertible block. B1 and C1 are the first-order
+        # parts of B and C. Let B' = B - (1 + P) B1 and C' = C - C1 (1 + P). In the moving bases
+        # the Schur complement is f - C1 B' - C B1 - C' (1 + P)^-1 B'. Singular values up to
+        # `singular` are taken as zero. So `singular` is added to the bounds of the changes, and
+        # the proof holds for each perturbation of J_t of that size.
         square, singular = r * r, self.share * (self.largest + self._changed(r))
         third = self.twist * square * r / 6.0 + singular
         fourth = self.fourth * square * square / 24.0 + singular
@@ -328,9 +334,10 @@ class Clearance:
         twisted = min(third / root, self.twist_of_lines * square * r + fourth / root)
         behind = self.bend_of_lines * square + twisted + self.by_lines * r * bent
         rest += twisted * turns + behind * before / (1.0 - inside)
-        # `take_away` has added to the sum the product of the steepest sum and a polynomial.
-        # Multiply the remainder by a bound of the polynomial, and add the terms of the product
-        # beyond third order.
+        # `take_away` has added to the sum a product: a quadratic polynomial times the sum with the
+        # weights `steepest`. Multiply `rest`, the bound of the higher orders, by 1 plus a bound of
+        # the quadratic polynomial. Then add a bound of the terms of the product beyond third
+        # order.
         slope, bend = self.sum.size_of_l * r, self.sum.size_of_M * square
         steep = self.steep.size_of_T * square * r
         rest *= 1.0 + abs(self.sum.weight) + slope + bend

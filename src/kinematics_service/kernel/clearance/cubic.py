@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Compute a lower bound of a cubic polynomial in a joint motion over a ball (Lagrange dual)."""
+"""Compute a lower bound of a cubic polynomial over a ball of joint motions (Lagrange dual)."""
 
 from ..layout import arrays
 from ..layout.arrays import Flat
@@ -9,14 +9,14 @@ from . import directions
 from .expansion import Expansion
 from .norms import Norms
 
-# Number of bisections for the Lagrange multiplier. The lower bound of the polynomial is valid
-# after any number of bisections. More bisections increase the lower bound.
+# Number of bisections to find the best Lagrange multiplier of the constraint |d| <= r. The lower
+# bound of the polynomial is valid after any number of bisections; more bisections increase it.
 MULTIPLIER_HALVINGS = 20
-# Number of polynomial divisions in `take_away`. Each division removes a further part of the terms
-# along the slope of the other polynomial.
+# Number of polynomial divisions in `take_away`. A division cancels the terms along the gradient of
+# the other polynomial, but adds new terms along the gradient. The next division cancels them.
 DIVISIONS = 4
-# Smallest denominator in the formula of the lower bound, relative to the polynomial's curvature
-# and slope.
+# Smallest denominator in the formula of the lower bound, so that no number is divided by 0. It is
+# relative to the length of the interval in which the Lagrange multiplier is searched.
 MIN_DENOMINATOR = 1e-14
 
 
@@ -35,8 +35,8 @@ class Cubic:
     constant, g, Q, T
         Coefficients: a number, (d,), symmetric (d, d), and symmetric (d, d, d).
     weight, l, M
-        Coefficients of the quadratic polynomial by which `take_away` multiplied the other
-        polynomial.
+        Coefficients of the quadratic polynomial weight + l.d + d'Md by which `take_away`
+        multiplied its argument `other`.
     size_of_l, size_of_M, size_of_Q, size_of_T
         Bounds of l.d, d'Md, d'Qd and T(d, d, d) for motions of length 1.
     """
@@ -57,7 +57,8 @@ class Cubic:
     ) -> None:
         """
         Set this polynomial to a weighted sum of `count` polynomials. Each row of F has the
-        coefficients of one polynomial, and `shares` has the weights.
+        coefficients of one polynomial, `shares` has the weights, and `constant` is the constant
+        term of the sum.
         """
         d, begins = self.count, expansion.begins
         self.constant, self.weight, self.size_of_l, self.size_of_M = constant, 0.0, 0.0, 0.0
@@ -77,10 +78,10 @@ class Cubic:
     def take_away(self, other: 'Cubic') -> None:
         """
         Add to this polynomial the product of `other` and a quadratic polynomial. The product
-        cancels the terms of this polynomial along the slope of `other`.
+        cancels the terms of this polynomial along the gradient of `other`.
 
-        If `other` is 0 at a joint motion d, the value of this polynomial at d changes at most its
-        sign.
+        If `other` is 0 at a joint motion d, this polynomial keeps its absolute value at d. Its
+        sign is changed for all d if `constant` is negative after the addition.
         """
         d = self.count
         slope = directions.length_of(other.g, d)
@@ -103,9 +104,10 @@ class Cubic:
                 self.T[p] = -self.T[p]
 
     def _divide(self, slope: float) -> None:
-        # Computes the quadratic polynomial along[0] + more.d + d' half d. `_add_product` adds its
-        # product with the other polynomial, whose linear part is slope way.d. The product of the
-        # quadratic polynomial and this linear part cancels the parts of g, Q and T along `way`.
+        # Computes the quadratic polynomial along[0] + more.d + d' half d that `_add_product`
+        # multiplies by the other polynomial. The linear part of the other polynomial is slope
+        # way.d, where `way` is the direction of its gradient. The product of the quadratic
+        # polynomial and slope way.d cancels the parts of this polynomial's g, Q and T along `way`.
         d, way, whole = self.count, self.way, 0.0
         for a in range(d):
             self.more[a], self.along[a] = 0.0, 0.0
@@ -175,9 +177,9 @@ class Cubic:
         """
         Return a lower bound of this polynomial over all joint motions |d| <= r.
 
-        Call `write_sizes` and `diagonalise` before. The bound of g.d + d'Qd is the Lagrange dual.
-        The dual is a lower bound for each multiplier for which the matrix 2 Q + multiplier 1 is
-        positive (Boyd and Vandenberghe, Convex Optimization, 5.2).
+        Call `write_sizes` and `diagonalise` before. The bound of g.d + d'Qd is its Lagrange dual.
+        Each multiplier for which the matrix 2 Q + multiplier 1 is positive definite gives a valid
+        bound (Boyd and Vandenberghe, Convex Optimization, 5.2).
         """
         d = self.count
         least, size = 0.0, 0.0

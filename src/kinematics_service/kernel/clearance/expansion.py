@@ -34,7 +34,8 @@ class Expansion:
     moving
         Indices, from 0, of the joints whose motions are variables.
     orders
-        The highest order, 1 or 3. If there are many joints, the third order has many terms.
+        The highest order, 1 or 3. The number of terms of third order grows as the cube of the
+        number of joints.
 
     Attributes
     ----------
@@ -44,7 +45,8 @@ class Expansion:
         For each order: the index of its first term, and its number of terms.
     pair, triple : shape (d, d), (d, d, d)
         pair[a, b] is the index of the product of joint motions a and b among the terms of second
-        order. triple[a, b, c] is the index of a product of three among the terms of third order.
+        order. triple[a, b, c] is the index of the product of joint motions a, b and c among the
+        terms of third order.
     share : shape (terms,)
         1 over the number of permutations of the factors of each term. The array `root` has the
         square roots of `share`.
@@ -114,10 +116,11 @@ class Expansion:
         """
         Fill K with the Taylor terms of J_t. `row` has the results of `evaluate` at q.
 
-        Let a, b, ..., c be entries (joints) in the order of the chain, with angular velocities w
-        and linear velocities v. Each entry has a column of J. The derivative of the linear
-        velocity of one column by the other entries is w_a x (w_b x ... v_c). The derivative of the
-        angular velocity of a later column i by a, b, ..., c is w_a x (w_b x ... w_i).
+        An entry is a joint that moves an element of the chain. Entry i adds its angular velocity
+        w_i and linear velocity v_i to a column of J. Let a, b, ..., c be entries in the order from
+        base to tool. The derivative of the linear velocity of any of them by all the others is w_a
+        x (w_b x ... v_c). The derivative of the angular velocity w_i of an entry i after c by a,
+        b, ..., c is w_a x (w_b x ... (w_c x w_i)).
         """
         d, entries, joint = self.count, self.chain.entries, self.chain.joint
         arrays.fill(self.K, self.terms * self.turns * self.length, 0.0)
@@ -151,14 +154,14 @@ class Expansion:
         return self.task.column_scale[self.chain.joint[entry]]
 
     def _add(self, term: int, order: int, share: float, row: Flat) -> None:
-        # Adds to term `term` of K the derivative of all columns of J by the entries chosen[0] to
-        # chosen[order - 1], times `share`.
+        # Adds to term `term` of K, times `share`, the derivative of all columns of J by the
+        # variables of the entries chosen[0] to chosen[order - 1].
         entries = self.chain.entries
         v = arrays.after(row, self.chain.screws_at)
         w = arrays.after(v, 3 * entries)
         K = arrays.after(self.K, term * self.turns * self.length)
         for i in range(entries):
-            # Find `last`: of entry i and the chosen entries, the entry nearest to the tool. The
+            # `last` is the entry nearest to the tool among entry i and the chosen entries. The
             # other entries rotate the linear velocity of `last`.
             last = max(i, self.chosen[order - 1])
             moved = vectors.apart(v, last, entries)
@@ -224,10 +227,12 @@ class Expansion:
         Return an upper bound of the norm of a matrix whose entries are sums of Taylor terms of one
         order.
 
-        The bound holds for all joint motions of length 1. In `terms`, successive rows are `step`
-        numbers apart, successive columns `stride` numbers, and successive terms `apart` numbers.
-        The numbers are arranged as up to three matrices: one row for each given row, for each
-        given column, or for each term. The norm of each matrix is a bound; the least is returned.
+        The bound holds for all joint motions of length 1. `terms` has the coefficients of all
+        terms of a matrix with `outer` rows and `inner` columns. Successive rows of the matrix are
+        `step` numbers apart, successive columns `stride` numbers, and successive terms of an entry
+        `apart` numbers. The coefficients are a tensor with three axes: row, column and term. The
+        tensor is unfolded to matrices, each with one of the axes as its rows. The norm of each
+        unfolded matrix is a bound; the least is returned.
         """
         count, W = self.sizes[order], self.norms.W
         root = arrays.after(self.root, self.begins[order])
@@ -235,8 +240,8 @@ class Expansion:
         for rows in range(3 if order == 1 else 2):
             if rows == 1 and inner == 1:
                 continue
-            # Choose the shape (number, length) of the matrix in W. Choose by how many numbers the
-            # given rows, columns and terms are apart in W.
+            # Choose the shape (number, length) of the unfolded matrix in W, and by how many
+            # numbers successive rows, columns and terms are apart in W.
             number, length = outer, inner * count
             by_outer, by_inner, by_term = length, count, 1
             if rows == 1:

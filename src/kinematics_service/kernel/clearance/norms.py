@@ -9,21 +9,22 @@ from ..measures import symmetric
 
 # Bound of the relative round-off error of a computed norm: about 5,000 machine epsilons.
 ROUND_OFF = 1e-12
-# Diagonalization stops if off-diagonal entries are below this tolerance, relative to the largest
-# diagonal entry. The remaining entries make the bound of the norm too large by a relative error of
-# at most OFF_DIAGONAL_TOLERANCE times the number of rows.
+# The diagonalization of the matrix of scalar products of rows stops if off-diagonal entries are
+# below this tolerance, relative to the largest diagonal entry. The off-diagonal entries that are
+# left make the bound of the norm too large by a relative error of at most OFF_DIAGONAL_TOLERANCE
+# times the number of rows.
 OFF_DIAGONAL_TOLERANCE = 1e-4
 
 
 class Norms:
     """
     Computes upper bounds of the spectral norm of matrices with at most `rows` rows and `size`
-    numbers.
+    entries.
 
     Attributes
     ----------
     W
-        The numbers of the matrix, row by row. The caller writes them before `norm`.
+        The entries of the matrix, row by row. The caller writes them before `norm`.
     """
 
     def __init__(self, rows: int, size: int) -> None:
@@ -34,7 +35,8 @@ class Norms:
         Return an upper bound of the largest singular value of the matrix in W, shape (count,
         length).
         """
-        # If the matrix has more rows than columns, return the Frobenius norm.
+        # If the matrix has more rows than columns, return the Frobenius norm, which is a bound,
+        # too.
         if count > length:
             squares = arrays.dot(self.W, self.W, count * length)
             return (1.0 + ROUND_OFF) * math.sqrt(squares)
