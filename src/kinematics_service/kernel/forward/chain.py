@@ -29,7 +29,7 @@ class ChainTable(NamedTuple):
         The constant motion before each element, and after the last element; each is the first
         three rows of a 4 x 4 matrix.
     theta_0, d_0 : shape (elements,), rad, m
-        Angle and translation of each element if all joints are 0.
+        Angle and translation of each element if all joint positions are 0.
     first_entry : shape (elements + 1,)
         First entry of each element; the last number is the number of entries.
     joint : shape (entries,)
@@ -56,7 +56,8 @@ class ChainTable(NamedTuple):
 
 
 def _goes_together(table: ChainTable, variables: int) -> bool:
-    # Returns whether all indices in the table are valid.
+    # Returns whether all indices in the table are valid for a chain with `variables` joints and
+    # passive variables.
     elements, entries = len(table.theta_0), len(table.joint)
     first = table.first_entry
     return bool(
@@ -100,8 +101,9 @@ class Chain:
     Attributes
     ----------
     table
-        The arrays of the chain, read-only. The kernel reads these arrays, flat, in fields of equal
-        names. In the compiled kernel these fields are addresses that Python does not see.
+        The arrays of the chain, read-only. The kernel reads each array, flat, from the field of
+        `Chain` that has the name of the array. In the compiled kernel these fields are addresses
+        that Python does not see.
     dof, elements, entries, frames
         Numbers of joints, elements, entries and frames.
     form
@@ -110,9 +112,9 @@ class Chain:
         Number of joints and passive variables together, number of loops, and number of groups of
         loops.
     screws_at, closure_at, frames_at, width
-        `width` is the length of a row of results. The others are indices in this row, at which the
-        screws of the entries (6, entries), the numbers of the closure, and the frames of the table
-        begin.
+        `width` is the length of a row of results. The other three are indices in this row: the
+        first number of the screws of the entries (6, entries), of the closed loops (a section, see
+        `Closure`), and of the frames of the table.
     widths, single_widths
         Length of a row at each depth (POSE, JACOBIAN, ALL_FRAMES). Rows of `single_widths` have q,
         qdot and a quaternion at the end; `evaluate_one` fills such rows.
@@ -183,13 +185,14 @@ class Loop:
     Parameters
     ----------
     there, back
-        The chains. The residual is the pose of the end of `back` relative to the end of `there`.
+        The two chains. The residual is the pose of the end of `back` relative to the end of
+        `there`.
     axes : shape (r,)
         Indices of the components in which the two end frames coincide, in the axes of the common
         first frame. 0 to 2 are components of the position, 3 to 5 of the rotation.
     row
-        Index of this loop's first component in its group: the number of components of the earlier
-        loops.
+        Index of this loop's first component in the residual of its group: the number of components
+        of the earlier loops of the group.
     following
         The next loop of the group; None for the last loop.
 
@@ -253,16 +256,19 @@ class LoopGroup:
     size : m
         Length scale by which position residuals are divided.
     units : shape (variables,), rad or m
-        The motion of each variable that weighs as much as a rotation by 1 rad.
+        Unit of motion of each variable, taken as equivalent to a rotation by 1 rad; infinite for a
+        joint outside of all loops.
     following
-        The next group, which variables of this group may move; None for the last group.
+        The next group of loops; None for the last group. Variables of this group may move the
+        loops of the next groups.
 
     Attributes
     ----------
     loops
         Number of loops.
     count
-        Number p of components, which is also the number of passive variables of the group.
+        Number p of components of the residual, which is also the number of passive variables of
+        the group.
     entries
         Number of entries of all chains of the group.
     variables
@@ -421,9 +427,8 @@ class Closure:
 
     def units(self) -> Floats:
         """
-        Return the unit of motion of each joint, rad or m, shape (n,). In loop residuals, a motion
-        by one unit weighs as much as a rotation by 1 rad. The unit is infinite for a joint outside
-        of all loops.
+        Return the unit of motion of each joint, rad or m, shape (n,): the motion that is taken as
+        equivalent to a rotation by 1 rad. The unit is infinite for a joint outside of all loops.
         """
         units: Floats = self.first.arguments[3]
         return units[: self.dof].copy()

@@ -4,9 +4,10 @@
 Compute pose, quaternion, Jacobian, twist and frames from joint positions in one pass over the
 chain.
 
-The pass evaluates one pose, or LANES poses at once. Number k of the pose in a lane is at index k *
-lanes + lane. Each pose needs the same operations in the same order, whether one pose or LANES
-poses are evaluated. So the results of a pose are bit for bit equal.
+The pass evaluates one pose, or LANES poses at once. In arrays with several poses, number k of the
+pose in a lane is at index k * lanes + lane. Each pose needs the same operations in the same order,
+whether one pose or LANES poses are evaluated. So a pose has bit for bit the same results in both
+cases.
 
 An element k is one moving screw of the chain. Its axis is the unit vector z through the point o.
 Its motion is Rz(theta) Tz(d) with theta = theta_0 + sum(c_theta q_j) and d = d_0 + sum(c_d q_j).
@@ -20,9 +21,10 @@ from ..layout import arrays, blocks, places
 from ..layout.arrays import Flat, Int32, Numbers
 from .chain import Chain
 
-# Coefficients of sine and cosine. The kernel computes both together, in 0.4 of the time of two
-# calls of the C library. The coefficients and the parts of pi/2 are from fdlibm (Sun Microsystems
-# 1993: k_sin.c, k_cos.c, e_rem_pio2.c). The comments have the names in fdlibm.
+# Coefficients of the polynomials for sine and cosine. The kernel computes both together, in 0.4 of
+# the time of two calls of the C library. The coefficients and the parts of pi/2 are from fdlibm
+# (Sun Microsystems 1993: k_sin.c, k_cos.c, e_rem_pio2.c). The comment at each constant has its
+# name in fdlibm.
 SIN_3 = -1.66666666666666324348e-01  # S1 of fdlibm
 SIN_5 = 8.33333333332248946124e-03  # S2 of fdlibm
 SIN_7 = -1.98412698298579493134e-04  # S3 of fdlibm
@@ -47,7 +49,8 @@ HALF_PI_3 = 2.02226624879595063154e-21  # pio2_2t of fdlibm
 
 def _sincos_reduced(x: float) -> tuple[float, float]:
     # Returns the sine and cosine of an angle x, rad, with |x| up to LARGEST_REDUCED. The function
-    # has no branch and no call, so that a loop over lanes computes several lanes at once.
+    # has no branch and no call, so that the compiler can compute the angles of several lanes
+    # (poses) at once.
     turns = (x * TWO_BY_PI + ROUNDER) - ROUNDER
     first = x - turns * HALF_PI_1
     second = turns * HALF_PI_2
@@ -62,8 +65,8 @@ def _sincos_reduced(x: float) -> tuple[float, float]:
     half = 0.5 * z
     w = 1.0 - half
     cosine = w + (((1.0 - w) - half) + (z * p - y * tail))
-    # Write the next conditions so that the compiler makes selections instead of branches. The
-    # processor would predict branches wrongly.
+    # The next conditions are written so that the compiler makes selections instead of branches,
+    # which the processor would often predict wrongly.
     quarter: Int32 = int(turns)
     if quarter & 1:
         sine, cosine = cosine, sine
@@ -197,8 +200,8 @@ def _write_quaternion(T: Numbers, quaternion: Flat, lanes: int) -> None:
 
 
 def _write_point_and_axis(T: Numbers, step: int, screw: Flat, lanes: int) -> None:
-    # Stores the point and the axis of an element where the screw of its entry belongs. Once the
-    # tool pose is known, `_finish` replaces point and axis by the screw.
+    # Writes the point and the axis of an element to `screw`, the place of the screw of its entry
+    # in the row. Once the tool pose is known, `_finish` replaces point and axis by the screw.
     for i in range(3):
         for lane in range(lanes):
             screw[i * step + lane] = T[(4 * i + 3) * lanes + lane]
@@ -207,8 +210,8 @@ def _write_point_and_axis(T: Numbers, step: int, screw: Flat, lanes: int) -> Non
 
 
 def _write_frames(chain: Chain, element: int, frame: int, T: Numbers, row: Flat) -> int:
-    # Writes the poses of the frames whose parent is `element` (-1: fixed frames), beginning with
-    # frame number `frame`. Returns the number of the first frame of the next element.
+    # Writes the poses of the frames whose parent is `element` (-1: fixed frames), from index
+    # `frame` on. Returns the index of the next frame, which has another parent.
     pose = [0.0] * 12
     while frame < chain.frames and chain.frame_parent[frame] == element:
         offset = arrays.after(chain.frame_offset, 12 * frame)

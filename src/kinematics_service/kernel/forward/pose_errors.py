@@ -6,8 +6,8 @@ Compute covariances of the tool's pose and twist by linear error propagation.
 An error of a joint position or of a number of the DH table moves the tool along a screw. The screw
 is fixed in one frame of the arm. One pass over the chain computes the poses of the frames. These
 poses give the derivatives of pose and twist by the errors. The derivative of the tool pose by an
-error is the screw of the error. The derivative of the twist follows from the twists of the parts
-of the arm before and after the screw.
+error is the screw of the error. The derivative of the tool's twist follows from the twists of the
+parts of the arm before and after the screw.
 """
 
 from typing import NamedTuple
@@ -139,10 +139,10 @@ def _write_column(errors: PoseErrors, s: int, row: Flat, column: Numbers) -> Non
 
 
 def _write_rate(column: Numbers, before: Numbers, twist: Flat, rate: Numbers) -> None:
-    # Writes to `rate` the change of the twist by a unit motion along a screw. The motion rotates
-    # the twist of the part of the arm after the screw. The motion also moves the tool's origin.
-    # This changes the linear velocity that the tool gets from the part of the arm before the
-    # screw.
+    # Writes to `rate` the change of the tool's twist by a unit motion along a screw. The motion
+    # rotates the twist of the part of the arm after the screw. The motion also moves the tool's
+    # origin, which changes the linear velocity that the tool gets from the part of the arm before
+    # the screw.
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
         vj, vk = twist[j] - before[j], twist[k] - before[k]
@@ -154,8 +154,8 @@ def _write_rate(column: Numbers, before: Numbers, twist: Flat, rate: Numbers) ->
 
 
 def _turn_into_tool_axes(row: Flat, column: Numbers, twist: Flat, rate: Numbers) -> None:
-    # Converts `rate`, the change of the twist in base axes, to the change in tool axes. The error
-    # rotates the tool axes, too.
+    # Converts `rate`, the change of the tool's twist by an error, from base axes to tool axes. The
+    # error moves the tool along `column`, so it also rotates the tool axes.
     turned = [0.0] * 6
     for part in range(0, 6, 3):
         for i in range(3):
@@ -198,8 +198,8 @@ def _add_causes(errors: PoseErrors, s: int, column: Numbers, moved: Flat) -> Non
 
 
 def _write_noise(errors: PoseErrors, row: Flat, in_tool_axes: bool, moved: Flat) -> None:
-    # Writes to `moved` (n, 6) the change of the twist if each joint velocity changes by one
-    # standard deviation.
+    # Writes to row j of `moved` (n, 6) the change of the tool's twist if the velocity of joint j
+    # changes by one standard deviation.
     n = errors.chain.dof
     twist = arrays.after(row, places.JACOBIAN_AT + 6 * n)
     still, rate = [0.0] * 6, [0.0] * 6
@@ -267,7 +267,9 @@ def write_covariances(
             _write_rate(column, before, twist, rate)
         gear = errors.gear[s]
         if gear >= 0:
-            for i in range(6):  # the motion along screw s is q s, so its rate is q ds/dt + qdot s
+            # A relative error of the scale of a joint moves the tool along screw s in proportion
+            # to the joint position q. So the motion is q s, and its rate is q ds/dt + qdot s.
+            for i in range(6):
                 rate[i] = q[gear] * rate[i] + qdot[gear] * column[i]
                 column[i] = q[gear] * column[i]
         if of_pose:
