@@ -5,8 +5,8 @@ Solve the inverse kinematics of three joints, or of six joints with a spherical 
 parallel axes, in closed form.
 
 - Three joints for a position: three_joints.py (Pieper 1968).
-- Axes 4, 5 and 6 meet in a point: joints 1 to 3 move this point to its position, and joints 4 to 6
-  give the rotation (Pieper 1968).
+- Axes 4, 5 and 6 meet in a point: joints 1 to 3 move this point to its position at the target, and
+  joints 4 to 6 give the rotation (Pieper 1968).
 - Axes 2, 3 and 4 are parallel: the height of the wrist point along these axes gives joint 1, and
 the direction of axis 2 in the tool frame gives joints 5 and 6. Joints 2 to 4 are a planar arm.
 
@@ -70,9 +70,10 @@ def _angles_to_height(
 def _wrist(
     screws: Numbers, T: Numbers, arms: Numbers, i: int, turn: float, free: Numbers, angles: Numbers
 ) -> int:
-    # Solves joints 4 to 6. Joints 1 to 3 have the positions of candidate i in `arms`, and joints 4
-    # to 6 must make the rest of the rotation. Writes to `angles` up to two solutions of three
-    # angles, and to angles[6] the error of the angles. Returns the number of solutions.
+    # Solves joints 4 to 6 for the rotation of T. Joints 1 to 3 have the positions of candidate i
+    # in `arms`, and joints 4 to 6 must make the remaining rotation. Writes to `angles` up to two
+    # solutions of three angles, and to angles[6] the error of the angles, rad. Returns the number
+    # of solutions.
     a, b = vectors.axis_of(screws, 3), vectors.axis_of(screws, 4)
     c = vectors.axis_of(screws, 5)
     goal = _back(screws, arms, 3 * i, vectors.times_vector(T, c))
@@ -112,8 +113,9 @@ class ClosedForm:
     to_joints, to_screws : shape (n, n)
         Matrices from positions of the screws to joint positions, and back.
     error
-        Bound of the difference between the axes of the arm and the screws, including round-off.
-        For directions the difference is in rad. For points it is divided by the size of the arm.
+        Bound of the difference between the axes of the arm and `screws`, whose axes meet or are
+        parallel exactly; includes round-off. For directions the difference is in rad. For points
+        it is divided by the size of the arm.
     """
 
     def __init__(
@@ -199,7 +201,7 @@ class ClosedForm:
         self, T: Numbers, turn: float, way: float, free: Numbers, psi: Numbers, accuracy: Numbers
     ) -> int:
         # Solves an arm whose axes 4 to 6 meet in `point`. Joints 4 to 6 do not move this point, so
-        # joints 1 to 3 alone must move it to `goal`.
+        # joints 1 to 3 alone must move it to `goal`, its position at the target.
         arms, wrists = [0.0] * 25, [0.0] * 7
         count, point = 0, vectors.three(self.point, 0)
         goal = vectors.times_point(T, point)
@@ -230,7 +232,8 @@ class ClosedForm:
         lever = math.sqrt(vectors.dot(to_goal, to_goal))
         lever += math.sqrt(vectors.dot(to_wrist, to_wrist))
         # Solve joint 1. Joints 2 to 6 do not change the height of `point` along axis 2. So the
-        # inverse motion of joint 1 must move the goal to the height that `point` has at rest.
+        # inverse motion of joint 1 must move the position of `point` at the target to the height
+        # that `point` has at rest.
         height = vectors.dot(z, vectors.plus(point, -1.0, o1))
         first_count = _angles_to_height(z1, to_goal, -1.0, z, height, 4.0 * way, free[0], firsts)
         accuracy[0] = firsts[2]
@@ -266,9 +269,9 @@ class ClosedForm:
         psi: Numbers,
         accuracy: Numbers,
     ) -> int:
-        # Solves joints 2 to 4 of an arm with parallel axes 2 to 4. E2 E3 E4 = E1^-1 T E6^-1 E5^-1
-        # is a motion in the plane perpendicular to z: it rotates by `total` and moves the point of
-        # axis 4 to `goal`.
+        # Solves joints 2 to 4 of an arm with parallel axes 2 to 4. Let Ek be the motion of joint
+        # k. E2 E3 E4 = E1^-1 T E6^-1 E5^-1 is a motion in the plane perpendicular to z, the
+        # direction of axis 2: it rotates by `total` and moves the point of axis 4 to `goal`.
         screws = self.screws
         z1, z = vectors.axis_of(screws, 0), vectors.axis_of(screws, 1)
         z5, z6 = vectors.axis_of(screws, 4), vectors.axis_of(screws, 5)

@@ -34,7 +34,8 @@ def free_motions(
         Singular values, descending. If an arm has n > 6 joints, the last n - 6 singular values are
         0.
     motions : shape (N, n, n)
-        Right singular vectors: unit joint motions, scaled, one row for each singular value.
+        Right singular vectors, one row for each singular value: joint motions of length 1 in units
+        of `scales`.
     """
     n, count = residual.n, arrays.extent(q, 0)
     width = 6 + n
@@ -61,7 +62,8 @@ def free_motions(
 
 def pivot_ratio(residual: Residual, scales: Flat, q: Flat) -> float:
     """
-    Return the ratio of the last to the first pivot of J at q (n,), which is 0 if J has lost rank.
+    Return the ratio of the last to the first pivot of J at q (n,), in elimination with complete
+    pivoting. The ratio is 0 if J has lost rank.
     """
     if residual.n > 6:
         return 0.0
@@ -72,10 +74,11 @@ def pivot_ratio(residual: Residual, scales: Flat, q: Flat) -> float:
 
 def pivots(residual: Residual, scales: Floats, q: Floats, shares: Floats) -> None:
     """
-    Fill `shares` (N,) with the ratio of the last to the first pivot of J at each q. The ratio is 0
-    if J has lost rank.
+    Fill `shares` (N,) with the ratio of the last to the first pivot of J at each q, in elimination
+    with complete pivoting. The ratio is 0 if J has lost rank.
 
-    The ratio is rarely more than ten times the ratio of the least to the largest singular value.
+    The pivot ratio is rarely more than ten times the ratio of the least to the largest singular
+    value of J.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Add full turns to joint positions. If possible, the resulting positions are inside the limits, and
-among these nearest to given positions.
+Add full turns to joint positions. The turns are chosen so that the positions are inside the
+limits, if possible, and nearest to given positions.
 """
 
 import math
@@ -13,8 +13,8 @@ from ..layout.arrays import Flat, Floats
 
 class Joints:
     """
-    The periods, limits and weights of the joints of an arm, with functions of joint positions that
-    use these numbers.
+    The periods, limits and scales of the joints of an arm. The methods add full turns to joint
+    positions, and compute distances to other positions and to the limits.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ class Joints:
         Motion of a joint, rad or m, after which the tool has the same pose; infinite for a joint
         without such a motion.
     limits : shape (n, 2), rad or m
-        Limits of positions; infinite for none.
+        Position limits; infinite for a joint without limits.
     """
 
     def __init__(self, scales: Floats, periods: Floats, limits: Floats) -> None:
@@ -35,7 +35,7 @@ class Joints:
     def without_turns(self, j: int, motion: float) -> float:
         """
         Return a motion of joint j minus full turns. The size of the result is at most half a
-        period.
+        period of the joint.
         """
         period = self.periods[j]
         if not math.isfinite(period):

@@ -6,8 +6,9 @@ elbow up or down, wrist flipped or not.
 
 The posture is three signs, one for shoulder, elbow and wrist. Each is the sign of a triple
 product. If a sign is 0, two solutions of inverse kinematics coincide. The sign of the shoulder is
-0 if the end of joint 3 is in the plane of axes 1 and 2. The sign of the elbow is 0 if the elbow is
-stretched. The sign of the wrist is 0 if axes 4 and 6 are parallel.
+0 if the end of the arm (the tool or the wrist: `ClosedForm.point`) is in the plane of axes 1 and
+2. The sign of the elbow is 0 if the elbow is stretched. The sign of the wrist is 0 if axes 4 and 6
+are parallel.
 """
 
 import math
@@ -17,8 +18,8 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat, FlatIntegers, Floats, Integers, Vector
 from .closed_forms import ClosedForm
 
-# A triple product is taken as 0 if its ratio to the product of the lengths of its factors is at
-# most this number. The number is 1e-9, because poses are written with nine digits.
+# A triple product is taken as 0 if its ratio to the product of the lengths of its three vectors is
+# at most this number. The number is 1e-9, because poses are written with nine digits.
 ZERO_RATIO = 1e-9
 # An arm has a shoulder if the squared sine of the angle between axes 1 and 2 exceeds this number:
 # the angle must exceed 3e-5 rad.
@@ -35,16 +36,16 @@ def _sign(value: float, size: float) -> int:
 
 
 def _shoulder(screws: Flat, end: Vector) -> int:
-    # Returns the sign of the shoulder, 1, -1 or 0. The sign says on which side of the plane of
-    # axes 1 and 2 the end of joint 3 is.
+    # Returns the sign of the shoulder, 1, -1 or 0: on which side of the plane of axes 1 and 2 the
+    # point `end` (the tool or the wrist) is.
     side = vectors.cross(vectors.axis_of(screws, 1), vectors.axis_of(screws, 0))
     reach = vectors.plus(end, -1.0, vectors.point_of(screws, 0))
     return _sign(vectors.dot(side, reach), math.sqrt(vectors.dot(reach, reach)))
 
 
 def _elbow(screws: Flat, second: float, tip: Vector) -> int:
-    # Returns the sign of the elbow, 1, -1 or 0. The sign says on which side of the line from axis
-    # 2 to `tip` the elbow is.
+    # Returns the sign of the elbow, 1, -1 or 0: on which side of the line from axis 2 to the point
+    # `tip` the elbow (axis 3) is. `tip` is the tool, the wrist, or a point of axis 4.
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     chord = vectors.plus(tip, -1.0, o2)
     chord = vectors.plus(chord, -vectors.dot(chord, z2), z2)
@@ -88,7 +89,7 @@ def write_posture(form: ClosedForm, q: Flat, signs: FlatIntegers) -> None:
         and not vectors.slides(screws, 2)
         and vectors.dot(elbow, elbow) < MAX_ELBOW_SINE_SQUARED
     )
-    # Compute `end`, the end of joint 3, in the frame of joint 1.
+    # Compute `end`, the point of the closed form (the tool or the wrist), in the frame of joint 1.
     end = vectors.three(form.point, 0)
     if form.way == places.PARALLEL_AXES:
         end = vectors.moved(screws, 3, psi[3], end)

@@ -26,8 +26,8 @@ ERROR_TOLERANCE = 1e-15
 REFUSED_STEP_TOLERANCE = 1e-12
 # A step is slow if it decreases the squared error by less than this fraction, 0.1 %.
 MIN_DECREASE = 1e-3
-# A refused step counts as a slow step if no joint moves by more than this, rad or m. The bound is
-# 500 times the round-off of a position.
+# A refused step also counts as a slow step (MIN_DECREASE) if the largest motion of a joint is
+# below this, rad or m. The bound is 500 times the round-off of a position.
 MIN_MOTION = 1e-13
 # The iteration ends after this number of slow steps in sequence, because q is then at a local
 # minimum.
@@ -114,8 +114,8 @@ class Refinement:
             else:
                 if square <= negligible or damping > MAX_DAMPING:
                     break
-                # Keep g and A, which belong to q. Do not call `_linearise` again, because the
-                # residual now belongs to the refused step.
+                # Keep the normal equations g and A at q. Do not call `_linearise` again, because
+                # the residual was last evaluated after the refused step.
                 damping = max(8.0 * damping, MIN_STEP_DAMPING)
                 slow_steps += 1 if moved < MIN_MOTION else 0
         return math.sqrt(square)

@@ -18,7 +18,7 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Numbers, Vector
 from ..loops import closed_pass
 
-# Weighted errors are compared with a length. The length is the weight of the angular rows, but at
+# Tolerances of weighted errors are relative to a length: the weight of the angular rows, m, but at
 # least this ratio times the reach of the arm.
 MIN_LENGTH_RATIO = 1e-3
 # If the sine of a rotation angle is below this, the axis of the rotation cannot be computed. The
@@ -99,7 +99,7 @@ class Residual:
     axes : shape (3, 3)
         Rotation matrix whose columns are the axes of the error's rows, in the base frame.
     weights : shape (6,)
-        Weights of the error's rows x y z rx ry rz: 1 for linear rows, the length (m) for angular
+        Weights of the error's rows x y z rx ry rz: 1 for linear rows, a length (m) for angular
         rows, 0 for rows without a target.
     tool_axis
         0, 1 or 2: the angular rows are the error of the direction of this tool axis, and the tool
@@ -197,7 +197,7 @@ class Residual:
         return max(self.weights[3], self.weights[4], self.weights[5])
 
     def size(self) -> float:
-        """Return the length, m, with which weighted errors are compared."""
+        """Return the length, m, to which tolerances of weighted errors are relative."""
         return max(self.length(), MIN_LENGTH_RATIO * self.reach)
 
 
@@ -210,8 +210,8 @@ def parts_of_error(residual: Residual, q: Floats) -> tuple[float, float]:
     turn = arrays.after(error, 3)
     angular, linear = math.sqrt(arrays.dot(turn, turn, 3)), math.sqrt(arrays.dot(error, error, 3))
     largest: float = max(abs(error[0]), abs(error[1]), abs(error[2]))
-    # If the sum of squares overflowed, as for errors beyond 1e154 m, divide by the largest
-    # component first.
+    # If the sum of squares overflowed, as for errors beyond 1e154 m, divide the linear error by
+    # its largest component before squaring.
     if linear == places.INFINITY and largest < places.INFINITY:
         x, y, z = error[0] / largest, error[1] / largest, error[2] / largest
         linear = largest * math.sqrt(x * x + y * y + z * z)

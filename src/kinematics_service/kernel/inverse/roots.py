@@ -18,23 +18,23 @@ from ..layout import places
 from ..layout.arrays import Numbers, Vector
 from ..six_joints import complex_numbers, pairs, polynomials
 
-# If a target is beyond the border of the workspace, a cosine exceeds 1 or a square is negative.
-# Targets are given to six digits. So if the excess is at most this number (for squares relative to
-# their terms), the target is taken as on the border. Forward kinematics later rejects solutions of
-# targets beyond the border.
+# If a target is beyond the border of the workspace, the cosine of an angle exceeds 1 or the square
+# of a length is negative. Targets are given to six digits. So a target is taken as on the border
+# if a cosine exceeds 1 by at most this number, or a negative square is at most this number times
+# the size of its terms. Forward kinematics later rejects solutions of targets beyond the border.
 BORDER_TOLERANCE = 1e-6
-# If a squared sine, or a square divided by its terms, is below this number, it is round-off and is
-# replaced by this number. So two equal roots are returned as two angles 2e-8 apart. The two angles
-# give distinct positions of the other joints.
+# Least squared sine, and least square of a length relative to the size of its terms. A smaller
+# square is round-off and is replaced by this number. So two equal roots are returned as two angles
+# 2e-8 apart. The two angles give distinct positions of the other joints.
 MIN_SQUARE = 1e-16
-# If a number is at most this factor times its error, its exact value may be 0. The factor is above
-# 1, because errors are added up to first order only.
+# The exact value of a computed number may be 0 if the number is at most this factor times its
+# error. The factor is above 1, because errors are added up to first order only.
 ERROR_MARGIN = 8.0
 # Factor that enlarges the error disc of a root before the test whether it meets another disc.
-# Without this factor, round-off could separate two roots that share a disc.
+# Without this factor, round-off could separate two discs that meet.
 DISC_MARGIN = 5.0
-# If sqrt(A^2 + B^2) is at most this number times |C|, the angle x in A cos x + B sin x = C is
-# undefined. The number is 45 machine epsilons.
+# The equation A cos x + B sin x = C is taken as having no root if sqrt(A^2 + B^2) is at most this
+# number times |C|. The number is 45 machine epsilons.
 MIN_RADIUS_RATIO = 1e-14
 
 
@@ -103,8 +103,8 @@ def polynomial_roots(c: Numbers, degree: int, z: Numbers) -> None:
     """
     Write to z the complex roots of c[0] + ... + c[degree] z^degree, where c[degree] is not 0.
 
-    The iteration starts on a circle whose radius is half the bound of the roots of Fujiwara
-    (1916).
+    The iteration starts on a circle whose radius is half of Fujiwara's bound (1916) of the
+    absolute values of the roots.
     """
     radius, last = 0.0, complex_numbers.absolute(pairs.pair(c, degree))
     for k in range(degree):

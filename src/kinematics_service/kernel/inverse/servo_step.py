@@ -18,8 +18,8 @@ from ..layout.arrays import Flat, Floats
 from ..measures import singular_values
 from ..measures.task_rows import TaskRows
 
-# A joint velocity may exceed its bound by this, rad/s (scaled), because such an excess is
-# round-off.
+# A joint velocity may exceed its bound, `Servo.upper` or `Servo.lower`, by this, rad/s (scaled),
+# because such an excess is round-off.
 REST_VELOCITY = 1e-12
 # Largest entry of a twist, m/s or rad/s. A faster twist is scaled down to this value. The scaling
 # does not change the joint velocities, because the velocity limits reduce them anyway.
@@ -226,7 +226,8 @@ class ServoOutput:
     def hold(self, k: int, q: Flat) -> None:
         """
         Set joint free[k] to the largest velocity that its position limit allows, and remove it
-        from the free joints. Subtract the motion of this joint from the twist.
+        from the free joints. Subtract the twist that this joint produces from the twist that the
+        free joints must produce.
         """
         n, j = self.servo.n, self.free[k]
         upwards = self.rates[j] > 0.0
@@ -251,8 +252,8 @@ def _within_limits(step: ServoOutput, rates: Flat, factor: float) -> float:
 
 
 def _shorten_alike(step: ServoOutput, size: float) -> None:
-    # Multiplies all joint velocities by one factor, so that the twist keeps its direction and no
-    # velocity limit is exceeded.
+    # Multiplies all joint velocities by one factor, so that the tool's twist keeps its direction
+    # and no velocity limit is exceeded.
     rate = _within_limits(step, step.u, min(size, MAX_TWIST))
     if size > 0.0:
         step.shortened = rate / size
@@ -263,8 +264,8 @@ def _shorten_alike(step: ServoOutput, size: float) -> None:
 
 
 def _hold_joints(step: ServoOutput, q: Flat) -> None:
-    # Holds joints that would run into a position limit, one by one, and solves again so that the
-    # other joints compensate.
+    # Holds joints that would run into a position limit, one by one, and solves the least squares
+    # problem again, so that the other joints compensate.
     for _ in range(step.servo.n):
         worst = step.worst(q)
         if worst < 0:

@@ -38,7 +38,7 @@ class Solutions:
     near : shape (n,), rad or m
         Joint positions. Solutions nearer to these positions come first.
     proved
-        Largest error of a solution, m.
+        Joint positions are a solution if their error is below this, m.
     q : shape (N, n), rad or m
         Array that the joint positions of the solutions are written to.
 
@@ -110,8 +110,8 @@ class Solutions:
 
     def share(self, k: int) -> float:
         """
-        Return the ratio of the last to the first pivot of J at solution k. The ratio is 0 if J has
-        lost rank.
+        Return the pivot ratio of J at solution k (see `dependence.pivot_ratio`). The ratio is 0 if
+        J has lost rank.
         """
         self.require(k)
         return self.shares[k]

@@ -28,8 +28,8 @@ MAX_LIMIT_TEST_ERROR = 1e-6
 # A candidate that exceeds a limit by more than this, rad or m, is dropped. The margin is 1000
 # times MAX_LIMIT_TEST_ERROR.
 LIMIT_MARGIN = 1e-3
-# This number is added to the squared distance of a candidate outside the limits, so that such a
-# candidate is tried last.
+# This number is added to the squared distance from `near` of a candidate outside the limits, so
+# that the candidate is tried last.
 OUTSIDE_PENALTY = 1e200
 
 
@@ -50,8 +50,8 @@ def _write_candidates(
 def _add_nearest(
     refinement: Refinement, count: int, candidates: SolutionCandidates, result: Solutions
 ) -> int:
-    # Adds to `result` the nearest solution that is inside the limits; returns 1, or 0 if no such
-    # solution exists.
+    # Adds to `result` the solution inside the limits that is nearest to `result.near`; returns 1,
+    # or 0 if no such solution exists.
     for i in range(count):
         q = arrays.after(candidates.q, i * result.n)
         inside = result.represent(q)
@@ -85,8 +85,8 @@ def _drop_beyond(count: int, candidates: SolutionCandidates, result: Solutions) 
 def _add_all(
     refinement: Refinement, count: int, candidates: SolutionCandidates, result: Solutions
 ) -> int:
-    # Refines all candidates, and adds the distinct solutions to `result`, nearest first. Returns
-    # the number of solutions.
+    # Refines all candidates, and adds the distinct solutions to `result`, those nearest to
+    # `result.near` first. Returns the number of solutions.
     n = result.n
     for i in range(count):
         candidates.errors[i] = refinement.refine_one(arrays.after(candidates.q, i * n))
@@ -107,8 +107,8 @@ def closed_solutions(
     form: ClosedForm, refinement: Refinement, only_one: bool, only_inside: bool, result: Solutions
 ) -> None:
     """
-    Compute the solutions of one target for an arm with a closed form, and add them to `result`,
-    nearest first.
+    Compute the solutions of one target for an arm with a closed form. Add them to `result`, those
+    nearest to `result.near` first.
 
     Parameters
     ----------
@@ -147,13 +147,14 @@ def _solve(
     else:
         count = _add_all(refinement, wanted, candidates, result)
     # Store in `result` whether solutions may be missing. If `accuracy` is finite, no candidate is
-    # missing. If `count` equals `wanted`, each candidate converged to its own solution.
+    # missing. If `count` equals `wanted`, the number of candidates, each candidate converged to
+    # its own solution.
     result.regular = accuracy[0] < places.INFINITY and count == wanted
     result.sure = accuracy[0] < MAX_SURE_ERROR and count == wanted
     for i in range(first, first + count):
         q = arrays.after(result.rows, i * result.n)
-        # Store the pivot ratio of J, which is 0 if J has lost rank. If `result.sure` is set, J has
-        # full rank at each solution. Then store 1 instead of computing the ratio.
+        # Store the pivot ratio of J (see `dependence.pivot_ratio`). The ratio is 0 if J has lost
+        # rank. If `result.sure` is set, J has full rank at each solution; then store 1.
         result.shares[i] = 1.0
         if only_one or not result.sure:
             result.shares[i] = dependence.pivot_ratio(refinement.residual, result.joints.scales, q)
@@ -199,8 +200,8 @@ def eliminated_solutions(
     arm: SixJoints, refinement: Refinement, result: Solutions, counts: Integers
 ) -> None:
     """
-    Compute the solutions of one target for an arm of six joints by elimination, and add them to
-    `result`, nearest first.
+    Compute the solutions of one target for an arm of six joints by elimination. Add them to
+    `result`, those nearest to `result.near` first.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ from ..layout.arrays import Flat, Floats
 # accepted.
 MAX_ROTATION_ERROR = 1e-3
 # Rotations with an error up to this number are used unchanged. The number is the round-off of a
-# few products.
+# product of a few rotation matrices.
 EXACT_ROTATION_ERROR = 1e-13
 
 

@@ -11,10 +11,10 @@ across its axis. These two numbers give two equations in joints 2 and 3. Elimina
 leaves one equation in joint 3: a quartic, or A cos x + B sin x = C for special axes. Joints 2 and
 1 follow from joint 3.
 
-An equation f is stored as ten numbers: f[0] |u|^2 + f[1:4] . u + f[4] = 0 for the point u before
-joint 1 moves it, with the origin at the point of axis 1. If joint 2 is revolute, only the part v
-of u that is perpendicular to axis 2 varies, and the equation is n . v = `_right_side`. The normal
-n is f[5:8]; f[8] is the square of n, and f[9] the error of n.
+An equation f is stored as ten numbers. The first five give f[0] |u|^2 + f[1:4] . u + f[4] = 0 for
+the point u that joints 2 and 3 have moved and joint 1 has not; the origin is the point of axis 1.
+A revolute joint 2 changes only the part v of u that is perpendicular to axis 2. Then the equation
+is n . v = `_right_side`. The normal n is f[5:8]; f[8] is |n|^2, and f[9] the error of n.
 
 Errors are propagated to first order: `turn` is the error of directions, rad, and `point_error`
 that of points, m. A number that is not larger than its error may be 0. In this case the returned
@@ -29,17 +29,18 @@ from ..layout.arrays import Numbers, Vector
 from ..six_joints import complex_numbers, pairs
 from . import roots
 
-# Largest distance of a root from the unit circle for which the root is taken as real. If joint 3
-# is prismatic: largest distance from the real line, divided by 1 plus the size of the root. A
-# round-off of 1e-16 moves a double root by 1e-8, and a fourfold root by 1e-4.
+# If joint 3 is revolute, a root of the quartic is e^(i angle). Largest distance of a root from the
+# unit circle for which the angle is taken as real. If joint 3 is prismatic: largest distance of a
+# root from the real line, divided by 1 plus the size of the root. A round-off of 1e-16 moves a
+# double root by 1e-8, and a fourfold root by 1e-4.
 MAX_CIRCLE_DISTANCE = 1e-3
 # Axes 1 and 2 are taken as parallel if the squared sine of their angle is below this. Such a
 # squared sine is round-off.
 PARALLEL_SINE_SQUARED = 1e-16
 # Relative error of a computed direction or sum: five times the machine epsilon, 2.2e-16.
 ROUND_OFF = 1e-15
-# Bound of the error of a coefficient of the quartic, divided by the error of the five function
-# values from which the coefficient is computed.
+# Bound of the error of a coefficient of the quartic, divided by the largest error of the five
+# samples of the equation from which the coefficient is computed.
 COEFFICIENT_FACTOR = 3.0
 # Least length that is used as a unit, m, so that no length is divided by 0.
 MIN_SCALE = 1e-300
@@ -47,7 +48,8 @@ MIN_SCALE = 1e-300
 
 def _write_equations(screws: Numbers, p: Vector, turn: float, F: Numbers, G: Numbers) -> float:
     # Writes to F and G two equations of a point that joint 1 can move to the target. Their left
-    # sides are numbers of the point that joint 1 does not change. Returns the error of the
+    # sides have the two numbers of the point that joint 1 does not change: its height along axis 1
+    # and its distance from a point of axis 1, or two coordinates. Returns the error of the
     # directions in the equations, rad.
     z1, z2 = vectors.axis_of(screws, 0), vectors.axis_of(screws, 1)
     if not vectors.slides(screws, 0):
@@ -89,7 +91,8 @@ def _right_side(f: Numbers, b: Vector, across: float) -> float:
 
 
 def _error_of(f: Numbers, b: Vector, across: float, point_error: float) -> float:
-    # Returns the error of `_right_side` for points with an error of `point_error` meters.
+    # Returns the error of `_right_side`, the right side of equation f, if points have an error of
+    # `point_error` meters.
     if f[0] == 0.0:
         return point_error
     return 2.0 * point_error * math.sqrt(vectors.dot(b, b) + across + abs(f[4]))
@@ -98,9 +101,10 @@ def _error_of(f: Numbers, b: Vector, across: float, point_error: float) -> float
 def _eliminated(
     screws: Numbers, F: Numbers, G: Numbers, w: Vector, turn: float, point_error: float
 ) -> tuple[float, float]:
-    # Evaluates the equation in joint 3 at the point w, and returns its value and the error of the
-    # value. The value is 0 if joints 1 and 2 can move w to the target. It is quadratic in w and
-    # |w|^2, which are linear in the cosine and sine of joint 3.
+    # Evaluates the equation in joint 3 at the point w, to which joint 3 has moved the given point.
+    # Returns the value of the equation and the error of the value. The value is 0 if joints 1 and
+    # 2 can move w to the target. It is quadratic in w and |w|^2, which are linear in the cosine
+    # and sine of joint 3.
     error: float
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     if vectors.slides(screws, 1):
@@ -128,7 +132,7 @@ def _eliminated(
     value = first * first * G[8] + second * second * F[8] - across * F[8] * G[8]
     error = 2.0 * (abs(first) * error_1 * G[8] + abs(second) * error_2 * F[8])
     error += 2.0 * math.sqrt(across) * point_error * F[8] * G[8]
-    # Add the part of the error that comes from the squared normals F[8] and G[8].
+    # Add the part of the error that comes from errors of the squared normals F[8] and G[8].
     size = first * first + across * F[8]
     error += 2.0 * size * math.sqrt(G[8]) * G[9]
     size = second * second + across * G[8]
@@ -138,7 +142,7 @@ def _eliminated(
 
 def _write_coefficients(slides: bool, g: Numbers, c: Numbers) -> None:
     # Writes to c the coefficients of a quartic for joint 3. The input g has the values of the
-    # equation at five positions of joint 3.
+    # equation in joint 3 at five positions of joint 3.
     arrays.fill(c, 10, 0.0)
     if slides:
         c[0] = g[2]
@@ -147,8 +151,8 @@ def _write_coefficients(slides: bool, g: Numbers, c: Numbers) -> None:
         c[6] = (-g[0] + 2.0 * g[1] - 2.0 * g[3] + g[4]) / 12.0
         c[8] = (g[0] - 4.0 * g[1] + 6.0 * g[2] - 4.0 * g[3] + g[4]) / 24.0
         return
-    # Compute the Fourier coefficients of g = c0 + Re(c1 e^ix + c2 e^2ix). The product of g with 2
-    # e^2ix is a quartic in e^ix.
+    # Compute the Fourier coefficients of g = c0 + Re(c1 e^ix + c2 e^2ix), where x is the angle of
+    # joint 3. The product of g with 2 e^2ix is a quartic in e^ix.
     for k in range(3):
         for j in range(5):
             turn = -2.0 * places.PI * k * j / 5.0
@@ -255,8 +259,8 @@ def _second_joint_slides(
     if G[0] == 0.0:
         seconds[0], seconds[2] = free, places.INFINITY
         return 1
-    # Joint 2 is prismatic. Solve a quadratic equation for its motion d, because |w + d z2|^2 is
-    # given.
+    # Joint 2 is prismatic and moves w to w + d z2. Equation G gives the length of w + d z2, so d
+    # solves a quadratic equation.
     middle = -vectors.dot(w, z2)
     square = middle * middle - _residual(G, w)
     error = 4.0 * point_error * (abs(middle) + math.sqrt(vectors.dot(w, w) + abs(G[4])))
