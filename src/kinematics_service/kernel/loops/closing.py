@@ -28,18 +28,18 @@ from . import residual
 # The loops are taken as closed if no component of the residual exceeds this. Position components
 # are divided by the size of the loops; rotation components are in rad.
 CLOSED_TOLERANCE = 1e-13
-# Newton's method stops if the residual is at most this, because such a residual is round-off (two
-# machine epsilons).
+# Newton's method stops if the residual of the loops is at most this, because such a residual is
+# round-off (two machine epsilons).
 ROUND_OFF = 4e-16
 MAX_NEWTON_STEPS = 12
 # Largest correction of a passive variable by one Newton step of the continuation, rad. The motion
 # of a prismatic variable is divided by its unit in `LoopGroup`.
 MAX_CORRECTION = 0.1
-# Largest correction of a passive variable by one Newton step, rad, if the start is in a robot
-# file. The correction may be larger than in the continuation, because positions in a robot file
-# are only approximate.
+# Largest correction of a passive variable by one Newton step, rad, if Newton's method starts from
+# positions in a robot file. The correction may be larger than in the continuation, because
+# positions in a robot file are only approximate.
 MAX_FILE_CORRECTION = 0.35
-# Largest step of the continuation: the largest motion of a joint, rad.
+# Largest step of the continuation, rad. The length of a step is the largest motion of a joint.
 MAX_STEP_LENGTH = 0.25
 # Smallest step of the continuation, rad. If a step would have to be shorter, the branch of
 # solutions ends.
@@ -55,18 +55,18 @@ MAX_DET_RATIO = 2.5
 # Each passive variable gives one factor of the product: the largest derivative of the residual by
 # this variable.
 DETERMINANT_TOLERANCE = 1e-9
-# Least derivative of the residual that enters the product for DETERMINANT_TOLERANCE,
-# dimensionless.
+# Least factor of the product in DETERMINANT_TOLERANCE, dimensionless. It replaces smaller
+# derivatives of the residual.
 MIN_SLOPE = 0.01
-# If no joint has moved by more than this since the last joint positions, rad, the continuation
-# begins at the last joint positions. Otherwise the continuation begins at the joint positions of
-# the robot file.
+# If the largest motion of a joint from the last joint positions at which the loops were closed is
+# at most this, rad, the continuation begins at these joint positions. Otherwise it begins at the
+# joint positions of the robot file.
 MAX_MOTION = 1.0
-# If the continuation fails, joints without limits turn in the other direction. This is the largest
-# number of such joints.
+# If the continuation along the straight line fails, it is repeated with other directions of joints
+# without limits. Largest number of joints whose direction is changed.
 MAX_OTHER_WAYS = 4
-# If loop equations are singular on the straight line, the continuation goes through a point beside
-# the middle of the line. BEND is the offset of this point, rad.
+# If the loop equations are singular at a point of the straight line, the continuation goes through
+# a point beside the middle of the line. There one joint is offset from the line by BEND, rad.
 BEND = 0.3
 
 
@@ -105,8 +105,9 @@ def _solve(
 
 
 def _slope_product(group: LoopGroup, slopes: Numbers) -> float:
-    # Returns a product over the passive variables of a group. Each factor is the largest
-    # derivative of the residual by one variable, dimensionless.
+    # Returns the product to which DETERMINANT_TOLERANCE is relative. Each passive variable of the
+    # group gives one factor: the largest derivative of the residual by the variable,
+    # dimensionless.
     product: float = 1.0
     for k in range(group.count):
         longest: float = MIN_SLOPE
@@ -214,10 +215,11 @@ def _continue(closure: Closure, q: Numbers, section: Flat) -> int:
 
 
 def _begin(closure: Closure, numbers: Flat, q: Flat, other_ways: int, section: Flat) -> int:
-    # Copies `numbers` to `section`, and adds full turns to joints without limits, so that these
-    # joints are nearest to q. Each bit of `other_ways` belongs to one of the first MAX_OTHER_WAYS
-    # of these joints. If the bit is set, one more turn is added, so that the joint approaches q
-    # from the other side. Returns the number of joints that a bit can move.
+    # Copies the section `numbers` to `section`, and adds full turns to joints without limits, so
+    # that these joints are nearest to q. Each bit of `other_ways` belongs to one of the first
+    # MAX_OTHER_WAYS joints without limits that move. If the bit is set, one more turn is added, so
+    # that this joint moves to q in the other direction. Returns the number of joints that a bit
+    # can move.
     ways = 0
     arrays.copy(section, closure.width, numbers)
     for j in range(closure.dof):
@@ -256,8 +258,8 @@ def close(closure: Closure, q: Flat, section: Flat) -> int:
 
     The result depends on q only. The continuation goes along a straight line from the start to q.
     If the continuation along this line fails, joints without limits turn in the other direction.
-    If all these lines fail, the line is bent to both sides, to avoid isolated joint positions with
-    determinant 0.
+    If all these lines fail, the line is bent to both sides, to avoid isolated joint positions at
+    which a loop determinant is 0.
 
     Returns 0 if all loops close. Otherwise returns the number of groups from the first open group
     to the last group. The section then belongs to the last point of the straight line at which the

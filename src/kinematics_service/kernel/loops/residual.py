@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute the residuals of closed loops, and the derivatives (slopes) of the residuals by the
-variables.
+Compute the residuals of closed loops, and the derivatives (slopes) of the residuals by the joints
+and passive variables.
 
 The residual of a loop is the pose of the end of one of its chains relative to the end of the other
 chain. Both chains begin in one frame, and all numbers are in the axes of this frame. The residuals
@@ -20,7 +20,8 @@ from ..layout.arrays import Flat, Numbers
 
 def _write_end(chain: Chain, x: Numbers, T: Numbers, screws: Numbers, at: int) -> None:
     # Writes to T the pose of the end of a chain, and to `screws` the screw of each entry. A screw
-    # has six numbers: linear velocity of the origin of the end, and angular velocity of the end.
+    # has six numbers: linear velocity of the origin of the end frame, and angular velocity of the
+    # end frame.
     arrays.copy(T, 12, chain.before)
     for k in range(chain.elements):
         theta = chain.theta_0[k]
