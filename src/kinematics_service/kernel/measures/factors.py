@@ -4,8 +4,8 @@
 Compute the values and gradients of the singular factors that the robot file names.
 
 The method is forward automatic differentiation of a tape, a list of operations. Several poses are
-computed at once, one in each lane: number k of a step in a lane is at k * lanes + lane. The
-results of a pose are bit for bit those of a pose that is computed alone.
+computed at once, one in each lane of interleaved arrays: number k of a step in a lane is at k *
+lanes + lane. A pose has bit for bit the same results if it is computed alone.
 """
 
 import math
@@ -39,7 +39,7 @@ class Tape:
         Operation and two operands of each step. An operand is the index of an earlier step, or of
         a joint.
     constants : shape (steps,)
-        The constant of each step, or the factor of its operand.
+        For each step, the value of a constant, or the factor of the operand.
     ends : shape (factors,)
         Index of the step that computes the value of each factor.
     steps, factors
@@ -60,9 +60,9 @@ class Tape:
 
 
 def _run_tape(tape: Tape, n: int, q: Flat, steps: Flat, lanes: int) -> bool:
-    # Computes all steps of the factors at q (n,). Writes the gradient (n,) and the value of each
-    # step to `steps`. Returns False if several poses are computed at once and an angle is above
-    # LARGEST_REDUCED.
+    # Computes all steps of the tape, and so the factors, at q (n,). Writes the gradient (n,) and
+    # the value of each step to `steps`. Returns False if several poses are computed at once and an
+    # angle is above LARGEST_REDUCED.
     width = (n + 1) * lanes
     da, db = [0.0] * 16, [0.0] * 16  # one number for each of LANES poses
     for i in range(tape.steps):
@@ -158,8 +158,8 @@ def _combine(
 
 
 def _partial(operation: int, number: float, a: float, b: float) -> tuple[float, float, float]:
-    # Returns the value and the two derivatives of a quotient, square root or arc tangent; NaN if
-    # the operation is undefined.
+    # Returns the value of a quotient, square root or arc tangent, and its derivatives by the two
+    # operands; NaN if the operation is undefined.
     if operation == places.QUOTIENT and b != 0.0:
         return a / b, 1.0 / b, -a / (b * b)
     if operation == places.SQUARE_ROOT and a >= 0.0:
@@ -176,8 +176,8 @@ def _partial(operation: int, number: float, a: float, b: float) -> tuple[float, 
 
 def distance_to_zero(value: float, slope: float) -> float:
     """
-    Return the first-order distance to the zero of a factor, |value| / slope, rad, at most pi;
-    slope >= 0.
+    Return the first-order distance to the zero of a factor, |value| / slope, rad, at most pi.
+    `slope` is the norm of the scaled gradient of the factor.
     """
     if value == 0.0:
         return 0.0
@@ -191,9 +191,9 @@ def judge_factors(
     Write to `judged` the distances to the zeros of all factors, then the value and gradient of
     each factor.
 
-    The pairs of value and gradient begin at index `distances`. Returns False if several poses are
-    computed at once and an angle is above LARGEST_REDUCED. The caller must then call
-    `judge_factors` for each pose alone.
+    `distances` is the number of distances: the value of the first factor is written at this index.
+    Returns False if several poses are computed at once and an angle is above LARGEST_REDUCED. The
+    caller must then call `judge_factors` for each pose alone.
     """
     if lanes == 1:
         return _judge_factors(tape, task, distances, q, judged, steps, 1)
@@ -216,8 +216,8 @@ def _judge_factors(
 def _write_factor(
     n: int, step: Flat, scales: Flat, distances: Flat, result: Flat, lanes: int
 ) -> None:
-    # Writes the first-order distance to the zero of one factor, and the value and gradient of this
-    # factor.
+    # Writes to `distances` the first-order distance to the zero of one factor, and to `result` the
+    # value and gradient of this factor.
     squares = [0.0] * 16
     value = arrays.after(step, n * lanes)
     for lane in range(lanes):

@@ -6,11 +6,11 @@ Jacobian, and the gradients of loop determinants.
 
 If the arm has closed loops, J = J_open G with G = [1; C], and G depends on the joints. Let Phi be
 the residual of the loops, and x = (q, psi) the joints and the passive variables. An index at Phi
-or J_open means a derivative, and d a change by a joint motion. The derivatives of psi by the
-joints are C = -Phi_psi^-1 Phi_q. Phi_x G = 0 holds along every motion, so Phi_psi dC = -dPhi_x G.
-Let Y be the weights of the entries of J. Then the weighted sum of J_psi dC is a weighted sum of
-dPhi_x, with the weights mu G^T, mu = -Phi_psi^-T J_psi^T Y. The columns of Phi_x are screws, so
-the function that computes the gradient for J also computes it for Phi_x.
+or J_open means a derivative by q, psi or x; d means a change by a joint motion. The derivatives of
+psi by the joints are C = -Phi_psi^-1 Phi_q. Phi_x G = 0 holds along every motion, so Phi_psi dC =
+-dPhi_x G. Let Y be the weights of the entries of J. Then the weighted sum of J_psi dC is a
+weighted sum of dPhi_x, with the weights mu G^T, mu = -Phi_psi^-T J_psi^T Y. The columns of Phi_x
+are screws, so the function that computes the gradient for J also computes it for Phi_x.
 """
 
 from ..forward import linear_equations
@@ -28,7 +28,7 @@ def write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat) -> None
     Fill gradient[k] = sum_j Y[j] . dJ[:, j]/dq_k for the geometric Jacobian J and weights Y.
 
     `screws` are the screws of the entries, and Y is in base axes. If the arm has loops, j and k
-    run over all variables.
+    run over all joints and passive variables.
     """
     _write_of_screws(chain, screws, Y, gradient, 1)
 
@@ -106,8 +106,8 @@ def room(chain: Chain) -> int:
 
 
 def _room_of_groups(variables: int) -> int:
-    # Returns how many numbers of scratch memory `_add_residual` and the derivatives of a group
-    # need.
+    # Returns how many numbers of scratch memory `_add_residual` and the derivatives of a group's
+    # residual need.
     return 8 * variables + 6 * LOOP_SCREWS + places.MAX_LOOP_ROWS * places.MAX_LOOP_ROWS
 
 
@@ -139,7 +139,8 @@ def _write_closed(
             for j in range(n):
                 weights[6 * (n + a) + i] += coupling[a * n + j] * Y[6 * j + i]
     write_of_screws(chain, screws, weights, work)
-    # Fill mu with J_psi^T Y: the weight of each derivative of a passive variable by a joint.
+    # Fill mu with J_psi^T Y. It is the weight that each derivative of a passive variable by a
+    # joint has in the weighted sum of the entries of J.
     arrays.fill(mu, passive * n, 0.0)
     for e in range(chain.entries):
         a = chain.joint[e] - n
@@ -170,8 +171,9 @@ def _add_groups(
     mu: Flat,
     work: Flat,
 ) -> None:
-    # Adds the gradients of this group of loops and of all later groups to `work`. The last group
-    # is computed first, because it changes the weights mu of earlier groups.
+    # Adds to `work` the gradients of the weighted derivatives of the residual, for this group of
+    # loops and all later groups. The last group is computed first, because it changes the weights
+    # mu of earlier groups.
     if left > 1:
         following = arrays.after(screws, 6 * group.entries)
         _add_groups(group.following, left - 1, closure, coupling, following, mu, work)
@@ -199,8 +201,9 @@ def _slopes_in(work: Flat, variables: int) -> Flat:
 def _add_loops(
     loop: Loop, group: LoopGroup, n: int, coupling: Flat, screws: Flat, mu: Flat, work: Flat
 ) -> None:
-    # Adds to `work` the gradients of this loop and of the following loops of its group. All
-    # numbers of a loop are in the axes of the first frame that its two chains share.
+    # Adds to `work` the gradients of the weighted derivatives of the residual, for this loop and
+    # the following loops of its group. All numbers of a loop are in the axes of the first frame
+    # that its two chains share.
     first = group.first
     weights = arrays.after(work, group.variables)
     own = arrays.after(mu, (first - n + loop.row) * n)
@@ -212,8 +215,8 @@ def _add_loops(
             for a in range(first + group.count - n):
                 weights[6 * (n + a) + axis] += own[i * n + j] * coupling[a * n + j]
     _add_residual(loop, screws, work)
-    # Passive variables of earlier groups change the residual of this group, so add the weights of
-    # the derivatives by these variables to mu.
+    # Passive variables of earlier groups change the residual of this group. So add to mu the
+    # weights of the derivatives of these variables by the joints.
     back = arrays.after(screws, 6 * loop.there.entries)
     _add_to_earlier_groups(loop, loop.there, -1.0, first, n, screws, own, mu)
     _add_to_earlier_groups(loop, loop.back, 1.0, first, n, back, own, mu)
@@ -273,8 +276,8 @@ def write_determinants(chain: Chain, row: Flat, results: Flat, work: Flat) -> No
 def _write_determinant(
     group: LoopGroup, left: int, n: int, coupling: Flat, screws: Flat, results: Flat, work: Flat
 ) -> None:
-    # Computes the gradient of a determinant by Jacobi's formula d det = det trace(slopes^-1 d
-    # slopes).
+    # Writes a loop determinant and its gradient. `slopes` are the derivatives of the residual by
+    # the passive variables, and Jacobi's formula is d det = det trace(slopes^-1 d slopes).
     order = [0] * 18
     slopes = _slopes_in(work, group.variables)
     residual.write_slopes(group, screws, slopes)
@@ -297,8 +300,8 @@ def _add_inverse(
     screws: Flat,
     work: Flat,
 ) -> None:
-    # Adds to `work` the gradients of the derivatives of this loop and of the following loops,
-    # weighted by the columns of det slopes^-1.
+    # Adds to `work` the gradients of the slopes of this loop and of the following loops, weighted
+    # by the columns of det slopes^-1. Slopes are derivatives of the residual.
     gap = [0.0] * 18
     weights = arrays.after(work, group.variables)
     arrays.fill(weights, 6 * group.variables, 0.0)

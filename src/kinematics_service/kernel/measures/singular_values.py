@@ -3,11 +3,11 @@
 """
 Compute determinants of small matrices, and their singular values by one-sided Jacobi rotations.
 
-A matrix A of `count` rows is stored in W with the rotations V beside it: each row has `length`
-numbers of A, then `count` numbers of V. Several matrices can be interleaved, each in a lane:
-number k of the matrix in a lane is at k * lanes + lane. A matrix alone and interleaved with others
-give equal bits if no number is -0.0. In interleaved matrices a rotation by zero changes -0.0 to
-0.0.
+A matrix A of `count` rows is stored in W with V, the product of the rotations, beside it: each row
+has `length` numbers of A, then `count` numbers of V. Several matrices can be interleaved, each in
+a lane: number k of the matrix in a lane is at k * lanes + lane. A matrix has bit for bit the same
+results, alone or interleaved with others, if no number is -0.0. In interleaved matrices a rotation
+by zero changes -0.0 to 0.0.
 """
 
 import math
@@ -21,12 +21,12 @@ MAX_SWEEPS = 60
 # Two rows a and b are taken as orthogonal if (a.b)^2 is at most this times |a|^2 |b|^2. The
 # tolerance is the square of 4.5 machine epsilons.
 SQUARED_COSINE_TOLERANCE = 1e-15 * 1e-15
-# The iteration ends after a sweep in which the squared cosines between rows were at most this.
-# Convergence is quadratic, so the next sweep would only square this number. If singular values are
-# equal, the next sweep would not reduce it.
+# The iteration ends after a sweep in which all squared cosines between rows were at most this.
+# Convergence is quadratic, so the next sweep would only square this number. If two singular values
+# are equal, the next sweep would not reduce the squared cosines.
 LAST_SQUARED_COSINE = 1e-26
-# Tolerance of squared cosines for a matrix that has converged. A squared cosine is at most 1, so
-# with this tolerance all rows are taken as orthogonal, and the matrix is not rotated.
+# Tolerance that switches off the rotations of a matrix that has converged. It exceeds 1, the
+# largest squared cosine between two rows.
 NO_ROTATION = 2.0
 
 
@@ -60,7 +60,7 @@ def _rotate_pair(
         if lanes == 1 and square <= limit:
             return
         # Compute the tangent t, cosine c and sine s of the rotation that makes the rows
-        # orthogonal. Two angles do so; take the smaller angle.
+        # orthogonal. Two rotation angles do so; take the smaller one.
         away = bb - aa
         root = math.sqrt(away * away + 4.0 * square)
         both = abs(away) + root

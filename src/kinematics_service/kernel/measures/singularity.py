@@ -43,8 +43,8 @@ def _to_base_axes(task: TaskRows, vectors: Numbers, lanes: int) -> None:
 
 def task_component(task: TaskRows, r: int, linear: Vector, angular: Vector) -> float:
     """
-    Return the weighted component r of the task for a velocity (linear, angular) given in base
-    axes.
+    Return the weighted component of a velocity (linear, angular), given in base axes, that row r
+    of the task Jacobian J_t describes.
     """
     axis = task.axis[r]
     v = linear if axis < 3 else angular
@@ -182,9 +182,9 @@ def _fill_slopes(
     left: Numbers,
     lanes: int,
 ) -> None:
-    # Fills Y[j] with the gradient of a sum by column j of J. The sum is that of the logarithms of
-    # the singular values `first` to `last`. If `lost` is set, it is the sum of these singular
-    # values themselves. `left` is a local array of the caller with six numbers for each pose.
+    # Fills Y[j] with the derivative by column j of J of a sum over the singular values `first` to
+    # `last` of J_t. The sum adds their logarithms, or the singular values themselves if `lost` is
+    # set. `left` is a local array of the caller with six numbers for each pose.
     m = task.count
     wide = n > m
     length, width = max(m, n), m + n
@@ -206,8 +206,8 @@ def _fill_slopes(
             y = arrays.after(Y, 6 * j * lanes)
             for lane in range(lanes):
                 along[lane] = right[lane] * scale
-            # If there is one pose, compute all six components, which saves 2 % of the time of the
-            # measures.
+            # If there is one pose, compute all six components of Y[j], not only the rows of the
+            # task. This saves 2 % of the time of the measures.
             for i in range(6 if lanes == 1 else m):
                 axis = i if lanes == 1 else task.axis[i]
                 for lane in range(lanes):
@@ -217,8 +217,10 @@ def _fill_slopes(
 
 
 def _write_way_out(n: int, task: TaskRows, way_out: Flat, distances: Flat, lanes: int) -> None:
-    # Scales the gradient in `way_out` to a joint motion of length 1. Writes to `distances` the
-    # first-order distance to a singular pose, rad: 1 over the norm of the gradient, at most pi.
+    # `way_out` has the gradient of the logarithm of the manipulability, or of the smallest
+    # singular value if it is zero. Scales this gradient to a joint motion of length 1. Writes to
+    # `distances` the first-order distance to a singular pose, rad: 1 over the norm of the
+    # gradient, at most pi.
     norms = [0.0] * 16
     for lane in range(lanes):
         norms[lane] = 0.0
@@ -244,8 +246,8 @@ def _write_way_out(n: int, task: TaskRows, way_out: Flat, distances: Flat, lanes
 def _write_direction(
     n: int, task: TaskRows, direction: Flat, lost: Flat, motion: Flat, lanes: int
 ) -> None:
-    # Writes the two singular vectors of one singular value. In the tool space it is the lost
-    # direction, in base axes; in the joint space it is the joint motion.
+    # Writes two singular vectors that belong to one singular value: to `lost` that of the tool
+    # space (the lost direction, in base axes), to `motion` that of the joint space.
     m = task.count
     wide, length = n > m, max(m, n)
     arrays.fill(lost, 6 * lanes, 0.0)
