@@ -6,9 +6,9 @@ functions along the curve.
 
 A place on the curve is a number k + x: the fraction x of the way from sample k to sample k + 1.
 Cubic Hermite interpolation predicts the solution, and Newton's method corrects the prediction
-perpendicular to the chord. The Illinois method (Dowell and Jarratt 1971) finds roots. It is regula
-falsi with one change: if an end of the interval does not move, the function value at this end is
-halved.
+perpendicular to the chord between the two samples. The Illinois method (Dowell and Jarratt 1971)
+finds roots. It is regula falsi with one change: if an end of the interval does not move, the
+function value at this end is halved.
 """
 
 import math
@@ -132,8 +132,8 @@ def write_roots(path: CurvePath, brackets: Floats, roots: Floats) -> None:
         The curve.
     brackets : shape (6, m)
         The rows are: the joint; its wanted position (NaN for a turning point); a place; the value
-        of the function there; another place; the value of the function there, which has the
-        opposite sign.
+        of `CurvePath.value` at this place; another place; the value at the other place, which has
+        the opposite sign.
     roots : shape (m, k)
         Filled with the place and the joint positions (n,) of each root; columns after these do not
         change.

@@ -6,8 +6,8 @@ curve.
 
 Allgower and Georg, Introduction to Numerical Continuation Methods, section 3.3: the matrix of
 derivatives of the target's rows by the joints has one row fewer than columns. An additional last
-row, the border, makes the matrix square. The correction is perpendicular to the border. The
-tangent is the null vector of the rows above the border.
+row, the border, makes the matrix square. The correction by Newton's method is perpendicular to the
+border. The tangent is the null vector of the rows above the border.
 """
 
 import math
@@ -44,9 +44,9 @@ class CurvePoint:
     border : shape (n,)
         Direction to which corrections of q are perpendicular.
     orientation
-        The sign of the determinant of the derivative with the tangent as last row. The sign is
-        constant along a curve, and opposite on another curve that nearly crosses this curve
-        (Allgower and Georg, definition 2.1.1).
+        The sign of the determinant of a matrix: the derivatives of the target's rows by the
+        joints, with the tangent as last row. The sign is constant along a curve, and opposite on
+        another curve that nearly crosses this curve (Allgower and Georg, definition 2.1.1).
     """
 
     def __init__(self, residual: Residual, periods: Floats) -> None:
@@ -68,8 +68,8 @@ class CurvePoint:
 
     def look_along(self, side: float) -> None:
         """
-        Set `border` to the null vector of the derivatives of the target's rows at q. The null
-        vector gets the orientation `side`, 1 or -1.
+        Set `border` to the null vector of the derivatives of the target's rows at q, so that the
+        curve has the orientation `side`, 1 or -1.
 
         The elements of the null vector are cofactors: determinants with a unit vector as border.
         """
@@ -134,8 +134,8 @@ class CurvePoint:
 
     def way(self, j: int, way: float) -> float:
         """
-        Return the motion `way` of joint j minus full turns, so that its size is at most half a
-        period.
+        Return the motion `way` of joint j, rad or m, minus full turns. The size of the result is
+        at most half a period of the joint.
         """
         return way - self.periods[j] * math.floor(way / self.periods[j] + 0.5)
 

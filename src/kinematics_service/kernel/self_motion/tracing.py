@@ -26,8 +26,8 @@ MIN_STEP = 1e-7
 # A step is accepted if the cosine of the angle between the tangents before and after the step
 # exceeds this. The angle is then below 0.35 rad.
 MIN_COSINE = 0.94
-# The next step is twice as long if the cosine of the angle between the tangents exceeds this. The
-# angle is then below 0.1 rad.
+# The next step is twice as long if the cosine of the angle between the tangents before and after
+# this step exceeds this number. The angle is then below 0.1 rad.
 DOUBLING_COSINE = 0.995
 # Largest ratio of the motion by Newton's method (the corrector) to the step along the tangent. The
 # ratio is 0.18 on a circle whose tangent turns by 0.35 rad.
@@ -55,7 +55,8 @@ def trace(point: CurvePoint, side: float, samples: Floats) -> int:
     point
         The arm and its target.
     side
-        1 or -1: the orientation of the curve in the direction in which it is followed.
+        1 or -1: the direction in which the curve is followed, as the orientation of the tangent
+        (see `CurvePoint`).
     samples : shape (m, 2 n), rad or m
         Filled with joint positions and unit tangents. On input, the first joint positions must be
         near a solution.
@@ -94,8 +95,8 @@ def _write(point: CurvePoint, row: Flat) -> None:
 
 def _step_from(point: CurvePoint, sample: Flat, step: float, side: float) -> float:
     # Moves `point` to the solution one step ahead of a sample. Returns the cosine of the angle
-    # between the tangents. Returns 0 if Newton's method fails, or if the solution may be beyond a
-    # bend or on another curve.
+    # between the tangents at the sample and at this solution. Returns 0 if Newton's method fails,
+    # or if the solution may be beyond a bend or on another curve.
     n, border = point.n, point.border
     arrays.copy(border, n, arrays.after(sample, n))
     for j in range(n):
@@ -113,7 +114,7 @@ def _step_from(point: CurvePoint, sample: Flat, step: float, side: float) -> flo
 
 def _advance(point: CurvePoint, before: Flat, side: float, step: float) -> float:
     # Moves `point` to the next solution along the curve, with shorter steps until one is accepted.
-    # Returns the length of the step after this one, rad; 0 if no step is accepted.
+    # Returns the length to try for the next step, rad; 0 if no step is accepted.
     h: float = step
     while h > MIN_STEP:
         cosine: float = _step_from(point, before, h, side)
@@ -152,7 +153,8 @@ def passes(point: CurvePoint, samples: Floats, q: Floats) -> bool:
     """
     n, count = point.n, arrays.extent(samples, 0)
     rows, goal = arrays.numbers(samples, 2 * count * n), arrays.numbers(q, n)
-    # Without these types `k` would be an object of Python, which needs the interpreter's lock.
+    # Without these type annotations `k` would be an object of Python, which needs the
+    # interpreter's lock.
     k: int = 0
     is_passed: bool = False
     with arrays.without_lock():
