@@ -25,8 +25,8 @@ class Arm:
         The kinematic chain, the rows of the Jacobian for the measures, and the named singular
         factors.
     factors_complete
-        Whether the product of the factors is the determinant. If so, only the zeros of the factors
-        are singular poses.
+        Whether the product of the factors is the determinant of J_t. If so, only the zeros of the
+        factors are singular poses.
     watched
         Index, in a row of measures, of the measure that is compared with the thresholds.
     warn, stop

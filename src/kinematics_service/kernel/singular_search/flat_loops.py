@@ -30,15 +30,15 @@ from .rank_equations import RankEquations
 # the factor is halved. The factor does not fall below `projection.MIN_STEP_RATIO`, because a
 # failed attempt to close the loops takes the time of 50 steps.
 DAMPING = 0.5
-# The iteration has converged if the remaining distance to joint positions at which the loop
-# equations are singular is at most this, rad.
+# The iteration has converged if the next Newton step to joint positions at which the loop
+# equations are singular is at most this long, rad.
 FLAT_TOLERANCE = 1e-4
-# The motion stops at this distance, rad, before joint positions at which the loop equations are
-# singular. A branch of solutions may end at these joint positions. If the loops do not close at
-# this distance, the distance is multiplied by ten.
+# The motion that `look` returns ends at this distance, rad, before joint positions at which the
+# loop equations are singular. A branch of solutions may end at these joint positions. If the loops
+# do not close at this distance, the distance is multiplied by ten.
 END_BEFORE = 1e-7
-# Largest number of Newton steps. If the determinant is linear in the distance, a step multiplies
-# the remaining distance by at most 0.75.
+# Largest number of Newton steps toward a flat position (D = 0). If D is linear in the distance to
+# the flat position, each step leaves at most 0.75 of the distance.
 FLAT_STEPS = 30
 
 
@@ -87,8 +87,8 @@ def _move_along(
     equations: RankEquations, origin: Flat, group: int, step: float, d: Flat, work: Flat
 ) -> bool:
     # Moves d from the origin by `step` along the gradient of the loop determinant D. The step is
-    # shortened until the loops close at its end. If the loops close after no such step, d stays at
-    # the origin. Returns False if the loops do not close at the origin or the gradient is 0.
+    # shortened until the loops close at its end. If the loops close after no such step, d stays 0.
+    # Returns False if the loops do not close at the origin or the gradient is 0.
     n = equations.n
     slope, goal = work, arrays.after(work, n)
     arrays.fill(d, n, 0.0)
@@ -147,8 +147,9 @@ def _descend(
 def _move_before(
     equations: RankEquations, origin: Flat, length: float, goal: Flat, d: Flat
 ) -> None:
-    # Moves d to the last point before `goal` (a motion of the given length) at which the loops
-    # close. If the loops do not close within FLAT_TOLERANCE of `goal`, d does not change.
+    # Moves d to a point shortly before `goal`, on the line from the origin to `goal`, at which the
+    # loops close. `length` is the length of the motion `goal`, rad. If the loops do not close
+    # within FLAT_TOLERANCE of `goal`, d does not change.
     n, before = equations.n, END_BEFORE
     while before < length and before <= FLAT_TOLERANCE:
         for j in range(n):
@@ -175,8 +176,8 @@ def _write_step(n: int, onto: float, back: float, slope: Flat, d: Flat, step: Fl
 
 def _write_half(equations: RankEquations, group: int, slope: Flat, work: Flat) -> float:
     # Fills `slope` (n,) with the gradient of the loop determinant D and returns D / 2. A Newton
-    # step on D^2 = 0 needs only this ratio: D / 2 divided by the gradient of D equals D^2 divided
-    # by the gradient of D^2.
+    # step on D^2 = 0 needs D^2 divided by the gradient of D^2, which equals D / 2 divided by the
+    # gradient of D.
     n, groups = equations.n, equations.chain.groups
     free = arrays.after(work, groups * (1 + n))
     gradient.write_determinants(equations.chain, equations.row, work, free)

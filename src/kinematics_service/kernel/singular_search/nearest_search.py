@@ -6,7 +6,8 @@ Find the singular pose nearest to given joint positions: sequential projection f
 The starts of the projection are:
 
 - joint positions at which a singular value becomes zero to first order;
-- joint positions at which a combination (mixture) of the two least singular directions is lost;
+- joint positions at which the tool has lost a direction that is a combination (mixture) of the
+  directions of the two least singular values;
 - joint positions after a motion of one joint, for each joint in both directions;
 - the nearest samples of the atlas, a list of singular poses.
 
@@ -27,7 +28,7 @@ from .singular_atlas import SingularAtlas
 # Number of samples of the atlas (stored singular poses) from which projections start.
 SAMPLES = 24
 # Number of atlas samples from which the search starts if the arm has closed loops. The number is
-# small, because a step takes 20 times as long as without loops.
+# small, because a step of the projection takes 20 times as long as without loops.
 SAMPLES_OF_LOOPS = 6
 # Number of atlas samples from which the search starts if J is nearly singular but no singular pose
 # was found within DOUBTFUL_DISTANCE.
@@ -35,14 +36,14 @@ NEARLY_SINGULAR_SAMPLES = 96
 # If J is nearly singular but the nearest singular pose found is farther than this, rad, the search
 # tries more samples.
 DOUBTFUL_DISTANCE = 0.1
-# Number of starts that are combinations of the singular vectors of the two least singular values.
-# The weights are cosine and sine of angles 22.5 degrees apart.
+# Number of starts whose lost direction is a combination of the singular vectors of the two least
+# singular values. The weights are cosine and sine of angles 22.5 degrees apart.
 MIXTURES = 8
 # Largest number of steps of a projection along the set of singular poses.
 STEPS = 14
-# A start is dropped if its estimated distance exceeds the best distance times this factor. The
-# factor is above 1, because the estimate is linear and may be larger than the distance to the
-# curved set of singular poses.
+# A start is dropped if the estimated distance from the present joint positions to its singular
+# pose exceeds the best distance times this factor. The factor is above 1, because the estimate is
+# linear and may be larger than the distance to the curved set of singular poses.
 DROP_MARGIN = 1.3
 # Largest number of singular poses that the search follows while the joints move.
 MEMORY = 6
@@ -54,9 +55,9 @@ SAME_POSE_RATIO = 0.1
 # While the joints move by this fraction of the distance to the nearest singular pose, each start
 # is tried once.
 SEARCH_RATIO = 0.25
-# SEARCH_RATIO is multiplied by the distance to the nearest singular pose, but at least by this
-# distance, rad. At smaller distances the level is ERROR by default (stop: 0.03), so a more
-# frequent search is not needed.
+# The product of SEARCH_RATIO and the distance to the nearest singular pose is computed with at
+# least this distance, rad. At smaller distances the level is ERROR by default (stop: 0.03), so a
+# more frequent search is not needed.
 SEARCH_FLOOR = 0.02
 
 
@@ -115,7 +116,8 @@ class NearestSearch:
         self._stand_at(q, row)
         self.pose_count, self.distance, self.is_following = 0, places.INFINITY, True
         # Search first the joint positions at which the loop equations are singular. The loops do
-        # not close beyond such positions, so the projections must stay nearer.
+        # not close beyond such positions, so the distance to them limits the steps of the
+        # projections.
         self._look_for_flat_loops()
         self._take_own_pose()
         self._begin()
@@ -134,8 +136,8 @@ class NearestSearch:
         Update the nearest singular pose for the next joint positions q (n,) of a motion; `row` has
         the results at q.
 
-        If q is the first position of the motion, or after a long step, the method searches from
-        all starts.
+        If q is the first position of the motion, or far from the previous position, the method
+        searches from all starts.
         """
         if not self.is_following:
             self.look(q, row)
@@ -163,7 +165,7 @@ class NearestSearch:
             return
         reach = SEARCH_RATIO * max(min(self.distance, places.FARTHEST), SEARCH_FLOOR)
         # Try some starts again. The number of tried starts is proportional to the motion, so that
-        # all starts are tried while the joints move by `reach`.
+        # each start is tried once while the joints move by `reach`, rad.
         while self.tried * reach < self.moved * self.starts:
             if not self._try_next():
                 self.moved = 0.0
@@ -183,7 +185,8 @@ class NearestSearch:
 
     def _take_own_pose(self) -> None:
         # If the present joint positions are singular, stores them as a singular pose. If they are
-        # nearly singular, projects them onto the set of singular poses, and stores the result.
+        # nearly singular, projects them onto the set of singular poses, and stores the projected
+        # positions.
         condition, length = self.projection.equations.condition_number(), places.INFINITY
         arrays.fill(self.projection.d, self.n, 0.0)
         if condition >= 1.0 / places.RANK_TOLERANCE:

@@ -21,27 +21,28 @@ from ..measures.task_rows import TaskRows
 from . import rank_equations
 from .rank_equations import RankEquations
 
-# Longest step of the projection, rad. The sine of this angle differs from the angle by 1.5 %, so a
-# linear equation is nearly exact within the step.
+# Longest step of the projection, rad. The sine of this angle differs from the angle by 1.5 %, so
+# the equations that are linearised at the start of a step are nearly exact at its end.
 TRUST_RADIUS = 0.3
 # A projection has converged if its next step onto the set of singular poses is at most this
 # fraction of the whole motion from the given joint positions.
 STEP_TOLERANCE = 1e-9
-# STEP_TOLERANCE is multiplied by the length of the whole motion, but at least by this length, rad.
-# The least product, 1e-12 rad, is round-off.
+# STEP_TOLERANCE is multiplied by the length of the whole motion from the given joint positions,
+# but at least by this length, rad. The least product, 1e-12 rad, is round-off.
 MIN_MOTION = 1e-3
 # The motion along the set of singular poses has converged if the step along the set is at most
-# this fraction of the whole motion. The relative error of the computed distance is then at most
-# about 1e-5.
+# this fraction of the whole motion from the given joint positions. The relative error of the
+# computed distance is then at most about 1e-5.
 SLIDE_TOLERANCE = 5e-3
-# Smallest and largest ratio of the step along the set of singular poses to the step that solves
-# the linear equations.
+# Smallest and largest factor by which the step along the set of singular poses is multiplied. With
+# the factor 1, the step leads to the nearest point of the linearised set.
 MIN_STEP_RATIO = 0.1
 MAX_STEP_RATIO = 2.0  # the step may be twice as long, if the set is less curved
-# Largest number of Newton steps after the projection. If S has a double zero, each step halves the
-# remaining distance.
+# Largest number of Newton steps onto the set of singular poses, after the steps along the set. If
+# S has a double zero, each step halves the distance to the zero.
 NEWTON_STEPS = 24
-# After this number of steps, a start can be dropped because its estimated distance is too large.
+# Number of steps along the set of singular poses after which a run may be stopped, because its
+# estimated distance to a singular pose exceeds the limit.
 TRIAL_STEPS = 2
 
 
@@ -128,8 +129,9 @@ class Projection:
         return is_small or self.equations.are_singular(places.RANK_TOLERANCE)
 
     def _take_last_step(self, length: float) -> float:
-        # Writes to `result` the motion d plus those of the steps `onto` and `along` that are
-        # small. S is not evaluated again after these steps. Returns the length of `result`, rad.
+        # Writes to `result` the joint motion d. Adds the last step `onto` the set of singular
+        # poses and the last step `along` the set, each only if it is small. S is not evaluated
+        # again after these steps. Returns the length of `result`, rad.
         n, onto, along = self.n, 0.0, 0.0
         if rank_equations.length_of(self.onto, n) <= SLIDE_TOLERANCE * length:
             onto = 1.0
@@ -150,7 +152,8 @@ class Projection:
 
     def _share_along(self) -> float:
         # Returns the factor by which the step along the set of singular poses is multiplied. The
-        # factor follows from the last change of this step (Barzilai and Borwein, 1988).
+        # factor follows from how the last move along the set changed this step (Barzilai and
+        # Borwein, 1988).
         squares, change = 0.0, 0.0
         for j in range(self.n):
             squares += self.moved[j] * self.moved[j]

@@ -24,8 +24,9 @@ from ..measures import gradient, singular_values, singularity
 from ..measures.task_rows import TaskRows
 from . import jacobian_changes
 
-# A singular value of dS is taken as zero if its ratio to the largest singular value of dS is at
-# most this. Errors of 1e-5 in the DH table cause larger ratios.
+# dS are the derivatives of the equations S by the joints. A singular value of dS is taken as zero
+# if its ratio to the largest singular value of dS is at most this. Errors of 1e-5 in the DH table
+# cause larger ratios.
 RANK_SHARE = 1e-6
 
 
@@ -96,8 +97,8 @@ class RankEquations:
 
     def restart(self) -> None:
         """
-        Restore the row of results that was given to `decompose`. The next `move_to` starts from
-        this row to close the loops.
+        Restore the row of results that was given to `decompose`. The next `move_to` closes the
+        loops from the passive variables of this row.
         """
         arrays.copy(self.row, self.chain.frames_at, self.home)
 
@@ -196,7 +197,7 @@ class RankEquations:
 
     def _write_joint_motion(self, b: int) -> None:
         # Fills joint motion b, which is a column of X, in rad or m. Solves U x = -column by back
-        # substitution.
+        # substitution, where `column` is column b of those to the right of U.
         n, first, M, columns = self.n, self.pivots, self.M, self.columns
         x = arrays.after(self.X, b * n)
         arrays.fill(x, n, 0.0)
@@ -213,7 +214,7 @@ class RankEquations:
 
     def _write_tool_motion(self, a: int) -> None:
         # Fills tool motion a, which is a row of Y, in base axes. Solves y' L = -row, beginning
-        # with the last component.
+        # with the last component, where `row` is row a of the factors C U^-1 below L.
         first, y = self.pivots, self.y
         last = arrays.after(self.M, self.rows[first + a] * self.n)
         tool = arrays.after(self.Y, 6 * a)
@@ -227,7 +228,10 @@ class RankEquations:
             self.add_tool_motion(self.rows[k], value, tool)
 
     def add_tool_motion(self, row: int, share: float, tool: Flat) -> None:
-        """Add `share` times row `row` of the task to the tool motion `tool` (6,), in base axes."""
+        """
+        Add `share` times the tool motion of row `row` of the task Jacobian to the tool motion
+        `tool` (6,), in base axes.
+        """
         half = 3 if self.task.axis[row] > 2 else 0
         for k in range(3):
             tool[half + k] += share * self.axes[3 * row + k]
@@ -235,7 +239,7 @@ class RankEquations:
     def are_singular(self, ratio: float) -> bool:
         """
         Return whether J_t is singular: whether the norm of S is at most `ratio` times the largest
-        singular value of J_t.
+        singular value of J_t, or at most `TaskRows.zero`.
 
         The largest singular value is taken as the larger of `size` and the largest singular value
         in the row of `decompose`.

@@ -17,14 +17,15 @@ from ..layout.arrays import Flat, FlatIntegers, Floats
 from ..measures.task_rows import TaskRows
 from .projection import Projection
 
-# Largest number of random joint positions. For six joints the mean distance between samples is
-# then about 0.7 rad.
+# Largest number of random joint positions from which the samples are computed. For six joints the
+# mean distance between samples is then about 0.7 rad.
 SEEDS = 3000
 # If k joints change the rank of J_t, the number of random positions is SEEDS_PER_JOINT ** k, but
 # at most SEEDS.
 SEEDS_PER_JOINT = 10
-# Largest number of random joint positions for an arm with closed loops. The number is small,
-# because an evaluation takes 20 times as long as without loops.
+# Largest number of random joint positions from which the samples are computed, if the arm has
+# closed loops. The number is small, because an evaluation of the arm takes 20 times as long as
+# without loops.
 SEEDS_OF_LOOPS = 300
 SEED = 1
 

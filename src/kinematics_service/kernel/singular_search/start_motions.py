@@ -3,10 +3,10 @@
 """
 Compute joint motions that make a singular value of the task Jacobian J_t zero to first order.
 
-The motions are starts of the projection onto singular poses. The derivative of a singular value is
-u' dJ_t v (Golub and Van Loan, Matrix Computations, section 8.6). If two singular values are nearly
-zero, the direction lost at the nearest singular pose may be any combination of their singular
-vectors.
+The motions are starts of the projection onto singular poses. The derivative of a singular value
+with the singular vectors u and v is u' dJ_t v (Golub and Van Loan, Matrix Computations, section
+8.6). If two singular values are nearly zero, the direction lost at the nearest singular pose may
+be any combination of their singular vectors.
 """
 
 import math
@@ -54,7 +54,7 @@ def write_zero_between(
 ) -> float:
     """
     Fill d (n,), rad, with the joint motion to the nearest pose whose lost direction is a given
-    combination of the last two singular directions.
+    combination of the singular directions of the two least singular values.
 
     Returns the length of d, rad; infinite if it exceeds `limit`, or if the generic rank is 1. The
     elimination stops one pivot earlier than usual, so that S has two rows (or columns). The rank
@@ -90,8 +90,8 @@ def write_zero_between(
 
 
 def _mix(equations: RankEquations, turn: float) -> None:
-    # Replaces the two rows (or columns) of S by their weighted sum. Writes the derivatives of the
-    # sum by the joints as orthogonal rows.
+    # Replaces the two rows (or columns) of S by their sum with weights cos(turn) and sin(turn).
+    # Writes the derivatives of the sum by the joints as orthogonal rows.
     n = equations.n
     lines, width, other = equations.count // 2, n + equations.count, n + equations.count // 2
     by_rows = equations.lost == 2
