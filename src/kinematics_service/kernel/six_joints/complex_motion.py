@@ -4,9 +4,9 @@
 Compute six complex joint positions that reach a goal by Newton's method, and prove that a solution
 is near the computed positions.
 
-The equations compare the product of the six screw motions with the goal. The positions must be
-equal, and the relative rotation matrix must have no skew part. The derivatives are twists
-(Pluecker coordinates of the screws). The proof is the Newton-Kantorovich theorem (L. V.
+The equations compare the product of the six screw motions with the goal. Both must have the same
+position, and the rotation matrix from one to the other must have no skew part. The derivatives are
+twists (Pluecker coordinates of the screws). The proof is the Newton-Kantorovich theorem (L. V.
 Kantorovich 1948; P. Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 2.1). Let beta
 >= |J^-1|, K be a Lipschitz constant of J, and s the Newton step. If h = beta K |s| <= 1/2, there
 is a solution within 2 |s|, and no other solution within 1 / (beta K).
@@ -24,29 +24,30 @@ from .six_screws import SixScrews
 
 # Largest number of Newton steps from one candidate. Most candidates need one or two steps.
 MAX_ITERATIONS = 12
-# Largest change of a joint in one Newton step, rad or units of the loop; longer steps are
-# shortened.
+# Largest change of a joint in one Newton step, rad; for prismatic joints in the loop's unit of
+# length (`SixScrews.length`). Longer steps are shortened.
 MAX_STEP = 0.5
-# If a Newton step is at least this, rad or units of the loop, J is taken as singular and the
-# iteration ends. After such a step, shortened to MAX_STEP, the method would not converge in
+# If a Newton step is at least this, rad or the loop's unit of length, J is taken as singular and
+# the iteration ends. After such a step, shortened to MAX_STEP, the method would not converge in
 # MAX_ITERATIONS. The test saves 5 % of the time of a UR5e whose table has errors of 1e-5.
 SINGULAR_STEP = 1e6
-# Newton's method ends after a step shorter than this, rad or units of the loop. Convergence is
-# quadratic, so the next step would be about 1e-14, which is round-off.
+# Newton's method ends after a step below this length, rad or the loop's unit of length.
+# Convergence is quadratic, so the next step would be about 1e-14, which is round-off.
 STEP_TOLERANCE = 1e-7
-# Largest element of the residual at a solution, without unit for rotations and in units of the
-# loop for positions. The equations also hold if the product of screws differs from the goal by a
-# rotation of 180 degrees. Such a wrong solution has an element of at least 2/3.
+# Largest element of the residual at a solution, without unit for rotations and in the loop's unit
+# of length for positions. The equations also hold if the product of screws differs from the goal
+# by a rotation of 180 degrees. Such a wrong solution has an element of at least 2/3.
 MAX_RESIDUAL = 0.5
 # Largest accepted h of the Newton-Kantorovich theorem. If h < 1/8, two results of the iteration
-# near one solution are within half a radius of each other. The value 1/16 adds a safety factor of
-# two.
+# near one solution are within half the radius of uniqueness (`Motion.radius`) of each other. The
+# value 1/16 adds a safety factor of two.
 MAX_KANTOROVICH_H = 0.0625
 # If the product of the screws increases round-off by more than this factor, `certify` tries a
-# second proof. In the second proof, joints are weighted by the lengths of their twists. The factor
-# is about 10 at real positions, and larger only far from real positions.
+# second proof. In the second proof, joints are weighted by the lengths of their twists. The
+# increase is about 10 at real joint positions, and larger only far from real joint positions.
 MIN_GROWTH = 1e3
-# Number of columns of the linear system: six of J, one of the residual, and six of the identity.
+# Number of columns of the linear system of Newton's method: six of J, one of the residual, and six
+# of the identity.
 WIDTH = 13
 
 
@@ -84,7 +85,7 @@ class Motion:
     Attributes
     ----------
     first
-        Largest change of a joint in the first step of `improve`, rad or units of the loop.
+        Largest change of a joint in the first step of `improve`, rad or the loop's unit of length.
     weights : shape (6,)
         Factors of the joints in the norm in which `radius` is measured.
     radius
@@ -132,17 +133,17 @@ class Motion:
         pairs).
 
         Fills `weights` and `radius`. If the longest prismatic motion exceeds the loop's unit of
-        length, this motion becomes the unit. Twists are long far from real positions. So if h is
-        too large and round-off grows by more than MIN_GROWTH, each joint is weighted by the length
-        of its twist.
+        length, this motion becomes the unit. Twists are long far from real joint positions. So if
+        h of the theorem is too large and round-off grows by more than MIN_GROWTH, each joint is
+        weighted by the length of its twist.
         """
         if not self.residual(loop, t) < MAX_RESIDUAL:
             return False
         growth = self._growth(loop)
         self._fill(loop)
         unit = self._scale_by_slides(loop, t)
-        # Compute K = |axes| |twists| from the squared Frobenius norms of the axes and of the
-        # twists.
+        # Compute K = |axes| |twists|, the Lipschitz constant of J, from the squared Frobenius
+        # norms of the axes and of the twists.
         turning, reaching, sizes, inverses = 0.0, 0.0, 0.0, 0.0
         for j in range(6):
             axis, reach = 0.0, 0.0
@@ -183,9 +184,10 @@ class Motion:
         return (math.sqrt(step) + beta * error) * beta * K < MAX_KANTOROVICH_H
 
     def _growth(self, loop: SixScrews) -> float:
-        # Returns the factor by which the product of the six screws increases round-off. Each screw
-        # adds the mean squared length of the rows of the rotation before it, times 1 plus the
-        # distance of its point from the origin. At real joint positions the mean is 1.
+        # Returns the factor by which the product of the six screws increases round-off: a sum over
+        # the screws. A screw adds the mean squared length of the rows of the rotation matrix by
+        # the screws before it, times 1 plus the distance of the point of the screw from the
+        # origin. At real joint positions the mean is 1.
         growth = 0.0
         for k in range(6):
             square = 0.0
@@ -196,9 +198,9 @@ class Motion:
         return growth
 
     def _scale_by_slides(self, loop: SixScrews, t: Numbers) -> float:
-        # If the longest prismatic motion exceeds the unit of length of the loop, it becomes the
-        # unit: the lengths in J and the residual are divided by it. Returns the unit in use, in
-        # units of the loop.
+        # If the longest prismatic motion exceeds the loop's unit of length, it becomes the unit:
+        # the lengths in J and the residual are divided by it. Returns the unit in use, divided by
+        # the loop's unit of length.
         unit = 1.0
         for k in range(6):
             if vectors.slides(loop.screws, k):

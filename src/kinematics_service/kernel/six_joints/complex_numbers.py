@@ -62,7 +62,9 @@ def angle_of(unit: Complex) -> Complex:
 
 
 def angle(cosine: Complex, sine: Complex) -> Complex:
-    """Return the complex angle, rad, whose cosine and sine have the ratio of the two arguments."""
+    """
+    Return the complex angle, rad, whose cosine and sine are proportional to the two arguments.
+    """
     length = root(pairs.plus(pairs.times(cosine, cosine), 1.0, pairs.times(sine, sine)))
     if pairs.square_of(length) == 0.0:
         return (0.0, 0.0)

@@ -79,8 +79,8 @@ class Product:
                 row = arrays.after(R, 6 * i)
                 re, im = (row[0], row[2], row[4]), (row[1], row[3], row[5])
                 write_turned(re, im, axis, self.turn, row)
-                # `point` is on the axis, so the rotation does not move it. With the new R, choose
-                # p so that p + R * point is the same point o as before.
+                # `point` is on the axis of the screw, so the rotation by the screw does not move
+                # it. With the new R, choose p so that p + R * point is the same point o as before.
                 o = pairs.pair(self.points, 3 * k + i)
                 pairs.put(p, i, pairs.plus(o, -1.0, self.row_times(i, point)))
 

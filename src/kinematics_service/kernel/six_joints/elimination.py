@@ -38,8 +38,8 @@ RIGHT = 8
 # 1e-9 keeps seven digits.
 PIVOT_RATIO = 1e-9
 # A row of the equations is left out as dependent if its length, relative to the longest row, is at
-# most this ratio. The ratio is smaller than PIVOT_RATIO: to leave out a good row would lose an
-# equation, but to keep a dependent row only increases `error`.
+# most this ratio. The ratio is smaller than PIVOT_RATIO, because leaving out a good row loses an
+# equation, but keeping a dependent row only increases `error`.
 DEPENDENT_ROW_RATIO = 1e-11
 
 

@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute the six joint positions that belong to a root of the determinant, which is a function of
-joint 3 (back substitution, Raghavan and Roth 1993).
+Compute the six joint positions that belong to a root of the determinant of M(t), where t is the
+angle of joint 3 (back substitution, Raghavan and Roth 1993).
 
-The null vector of the pencil contains powers of e^(i t) of joints 4 and 5. The ratio of successive
-powers is e^(i t). So joints 3, 4 and 5 are known. Least squares solve the line equations for the
-cosine and sine of joint 2. Joints 1 and 6 each rotate a known direction onto another.
+The null vector of M(t) (pencils.py) contains powers of e^(i u), where u is the angle of joint 4 or
+5. The ratio of successive powers is e^(i u), which gives joints 4 and 5. Least squares solve the
+line equations for the cosine and sine of joint 2. Joint 1 rotates a known direction onto a known
+direction, and so does joint 6.
 """
 
 from ..forward import vectors
@@ -45,10 +46,9 @@ def _rotated(a: Complex, b: Complex, sign: float) -> Complex:
 
 
 def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
-    # Computes the position of joint 4 or 5 from the null vector of the elimination matrix, whose
-    # coefficients are x (4, 3). It is the joint by whose cosine, sine or position the equations
-    # were multiplied. Returns e^(i t) for a revolute joint at angle t, the position for a
-    # prismatic joint.
+    # Computes the position of the multiplied joint (4 or 5) from the null vector x (4, 3) of M(t).
+    # The equations were multiplied by functions of this joint (pencils.py). Returns e^(i t) for a
+    # revolute joint at angle t, the position for a prismatic joint.
     terms = [0.0] * 24
     for b in range(3):
         for i in range(4):
@@ -64,9 +64,9 @@ def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
 
 
 def _last_joint(x: Numbers, slides: bool) -> Complex:
-    # Computes the position of the joint (4 or 5) that is not multiplied from the null vector x (4,
-    # 3). Returns e^(i t) if t is the angle of a revolute joint, or the position of a prismatic
-    # joint.
+    # Computes the position of the other joint (4 or 5), by which the equations were not
+    # multiplied, from the null vector x (4, 3) of M(t) (pencils.py). Returns e^(i t) for a
+    # revolute joint at angle t, the position for a prismatic joint.
     terms = [0.0] * 24
     for k in range(4):
         constant = pairs.pair(x, 3 * k)
@@ -101,7 +101,7 @@ class Positions:
     Attributes
     ----------
     t : shape (6,)
-        Complex joint positions: angles in rad, prismatic positions in units of the loop.
+        Complex joint positions: angles in rad, prismatic positions in the loop's unit of length.
     """
 
     def __init__(self) -> None:
@@ -179,8 +179,8 @@ class Positions:
         screws = loop.screws
         lines.write_parts(screws, 1, self.line, self.parts)
         lines.write_parts(screws, 1, arrays.after(self.line, 15), self.parts_i)
-        # Fill the three columns of C: the factors of cos and sin (or d and d^2), and the right
-        # side.
+        # Fill the three columns of C, the matrix of the six equations in joint 2: the factors of
+        # cos and sin (or d and d^2), and the right side.
         for k in range(3):
             to = 2 if k == 0 else k - 1
             self._write_column(screws, arrays.after(self.parts, 15 * k), to, 0)
@@ -205,9 +205,9 @@ class Positions:
         return total
 
     def _solve_pair(self, slides: bool) -> Complex:
-        # Solves the six equations for two unknowns by least squares. The method is Gram-Schmidt,
-        # which starts with the longer column. If the columns are dependent, sets the unknown of
-        # the shorter column to 0.
+        # Solves the six equations in C for the two unknowns of joint 2 by least squares: cosine
+        # and sine, or d and d^2. The method is Gram-Schmidt, which starts with the longer column
+        # of C. If the columns are dependent, sets the unknown of the shorter column to 0.
         cosine: Complex
         sine: Complex
         longer = 0 if self._inner(0, 0)[0] >= self._inner(1, 1)[0] else 1
@@ -219,7 +219,7 @@ class Positions:
         shared = (shared[0] / square, shared[1] / square)
         wanted: Complex = self._inner(longer, 2)
         wanted = (wanted[0] / square, wanted[1] / square)
-        # Subtract from the other two columns their components along the longer column.
+        # Subtract from the other two columns of C their components along the longer column.
         for i in range(6):
             u = pairs.pair(self.C, 6 * longer + i)
             v = pairs.pair(self.C, 6 * shorter + i)

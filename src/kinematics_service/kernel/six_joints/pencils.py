@@ -113,8 +113,8 @@ class Pencil:
                 second[6 + b], second[9 + b] = -half_2, half_1
 
     def _compress(self, count: int) -> None:
-        # Combines the `count` equations into twelve: takes the first twelve rows of their discrete
-        # cosine transform.
+        # Combines the `count` equations into twelve: the first twelve rows of the discrete cosine
+        # transform of the equations.
         arrays.fill(self.M, SQUARE * 3, 0.0)
         for i in range(SIZE):
             for r in range(count):
@@ -172,8 +172,8 @@ class Pencil:
             self.samples, count, self.circle, largest, self.degree, self.coefficients
         )
         # Add to the noise a bound of the effect of errors of the matrix entries. An error of an
-        # entry changes the determinant by the error times the minor of the entry, also in
-        # harmonics below the degree.
+        # entry changes the determinant by the error times the minor of the entry. It also changes
+        # the harmonics up to the degree, in which round-off is not measured.
         error = max(self.error, complex_numbers.ROUND_OFF)
         self.noise = max(noise, error * minor / largest)
 
@@ -217,8 +217,8 @@ class Pencil:
 
     def residual(self, z: Complex, x: Numbers) -> float:
         """
-        Return the relative residual of the equations before they were combined, for products x at
-        e^(i t) = z, |z| near 1.
+        Return the relative residual of the equations before they were combined, for the null
+        vector x of M(t) at e^(i t) = z, |z| near 1.
 
         The residual is large if z solves the twelve combined equations, but not the equations
         before the combination.

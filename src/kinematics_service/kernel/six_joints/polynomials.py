@@ -145,9 +145,10 @@ def write_bounds(c: Numbers, count: int, noise: float, z: Numbers, bounds: Numbe
     """
     Write to `bounds` the radius of an error disc about each root z[k], relative to |z[k]|.
 
-    The radius is count |P(z[k])| / |c[count] product of (z[k] - z[i])|. The discs contain all
-    exact roots, and each connected set of m discs contains m exact roots (Smith 1970). Errors of
-    the coefficients, each up to `noise`, enlarge |P(z[k])|.
+    The radius is count |P(z[k])| / |c[count] product of (z[k] - z[i])|, where P is the polynomial
+    with the coefficients c. The discs contain all exact roots, and each connected set of m discs
+    contains m exact roots (Smith 1970). Errors of the coefficients, each up to `noise`, enlarge
+    |P(z[k])|.
     """
     leading = complex_numbers.absolute(pairs.pair(c, count))
     for k in range(count):

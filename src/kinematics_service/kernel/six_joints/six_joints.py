@@ -42,18 +42,19 @@ START_RADIUS = 0.7
 # the imaginary part of the angle of z, rad. If the noise is 1e-6, a double root is off by
 # sqrt(1e-6) = 1e-3, a fourfold root by 3e-2.
 MAX_REAL_DEVIATION = 0.05
-# If the relative error of a root is below this, Newton's method converges from the root, so one
-# start is enough.
+# If the relative error of a root is below this and the start from the nearest point of the unit
+# circle has led to its solution, Newton's method is not started from the root itself.
 SHARP_ROOT = 1e-6
-# The angle of a root and the angle of its solution may differ by the error of the root, but at
-# least by this tolerance, rad. The tolerance covers the round-off of a solution near a singular
-# pose.
+# The angle of a root and the angle of the hidden joint in its solution may differ by the error of
+# the root, but at least by this tolerance, rad. The tolerance covers the round-off of a solution
+# near a singular pose.
 ANGLE_TOLERANCE = 1e-9
-# The error of a root causes a residual in the equations before their combination. If the residual
-# is larger by more than this factor, the root is taken as spurious.
+# More than twelve equations are combined into twelve (pencils.py). The error of a root causes a
+# residual in the equations before this combination. A root is taken as spurious if the residual
+# exceeds this factor times the residual that the error can cause.
 RESIDUAL_MARGIN = 1e3
-# The noise times this factor bounds the error of a coefficient. The factor is above 1, because the
-# noise is estimated from only a few harmonics.
+# The noise of the determinant times this factor bounds the error of a coefficient of the
+# determinant. The factor is above 1, because the noise is estimated from only a few harmonics.
 NOISE_MARGIN = 10.0
 # Index in the loop, from 0, of the hidden joint: the determinant is a polynomial in the angle of
 # this joint.
@@ -75,9 +76,9 @@ class SixJoints:
         Matrix from screw positions to joint positions.
     options : shape (k, 3)
         Each row has the first joint of the loop (0 to 5), 1 if the loop runs backwards, and 1 if
-        joint 5 of the loop is multiplied instead of joint 4. If two joints are prismatic, the loop
-        begins with a prismatic joint. The last number is then 1 if the second revolute joint is
-        hidden.
+        the equations are multiplied by functions of joint 5 of the loop instead of joint 4
+        (pencils.py). If two joints are prismatic, the loop begins with a prismatic joint. The last
+        number of the row is then 1 if the second revolute joint is hidden.
     bound
         Largest number of isolated complex solutions of a target.
     """
@@ -131,8 +132,8 @@ class Roots:
     noise
         Relative round-off of the polynomial for the option that was tried last.
     first_step
-        Longest first Newton step from a candidate to its solution, rad or units of the loop. The
-        step measures the error of the candidates.
+        Longest first Newton step from a candidate to its solution, rad or the loop's unit of
+        length. The step measures the error of the candidates.
     """
 
     def __init__(self) -> None:
@@ -195,8 +196,8 @@ class Roots:
             c, degree = self.pencil.coefficients, self.pencil.degree
         if not self.noise < MAX_NOISE:
             return
-        # Drop leading coefficients that are noise. Such coefficients only add roots far from the
-        # unit circle, which belong to no solution.
+        # Drop leading coefficients of the polynomial that are noise. Such coefficients only add
+        # roots far from the unit circle, which belong to no solution.
         while degree > 0 and complex_numbers.absolute(pairs.pair(c, degree)) <= self.noise:
             degree -= 1
         roots = 2 * degree
@@ -234,7 +235,7 @@ class Roots:
 
     def _is_spurious(self, z: Complex, bound: float) -> bool:
         # Returns whether root z is spurious: no point in its error disc solves the equations
-        # before their combination into twelve. Without a combination no root is spurious.
+        # before they were combined into twelve. If they were not combined, no root is spurious.
         if self.pencil.count <= pencils.SIZE:
             return False
         self.pencil.write_null_vector(z, self.positions.x)
@@ -361,8 +362,9 @@ def complex_solutions(arm: SixJoints, T: Floats, psi: Floats, accuracy: Floats) 
     psi : shape (MAX_CANDIDATES, 6, 2)
         Positions of the screws: real and imaginary parts, rad or m.
     accuracy : shape (3,)
-        Three numbers: the noise of the option that was tried last, the longest first Newton step
-        to a solution, and 1 if no real solution is missing, else 0.
+        Three numbers: the noise of the polynomial for the option that was tried last; the longest
+        first Newton step from a candidate to its solution; 1 if no real solution is missing, else
+        0.
     """
     roots, positions = Roots(), arrays.results(psi, 12 * places.MAX_CANDIDATES)
     measures = arrays.results(accuracy, 3)

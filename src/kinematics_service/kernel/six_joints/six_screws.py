@@ -69,7 +69,7 @@ class SixScrews:
     def close(self, screws: Flat, T: Numbers, first: int, backwards: bool) -> None:
         """
         Fill the loop from the screws of an arm (6, 7) and a motion T, so that the loop begins at
-        screw `first`.
+        screw `first`. `backwards` reverses the direction of the loop.
         """
         back = [0.0] * 12
         write_inverse(T, back)
@@ -104,8 +104,8 @@ class SixScrews:
             mean = vectors.plus(mean, 1.0 / 6, vectors.point_of(self.screws, k))
         along = vectors.dot(axis, vectors.plus(mean, -1.0, origin))
         origin = vectors.plus(origin, along, axis)
-        # Choose as unit the median distance of the points from the origin, so that one long link
-        # does not change the unit.
+        # Choose as unit the median distance of the points of the six axes from the origin, so that
+        # one long link does not change the unit.
         for k in range(6):
             v = vectors.plus(vectors.point_of(self.screws, k), -1.0, origin)
             distance = math.sqrt(vectors.dot(v, v))

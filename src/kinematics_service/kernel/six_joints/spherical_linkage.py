@@ -38,8 +38,8 @@ from .complex_motion import Motion
 from .pairs import Complex
 from .six_screws import SixScrews
 
-# Number of samples to interpolate the resultant. Degree 4 has nine coefficients; the other
-# harmonics measure the round-off.
+# Number of samples to interpolate the resultant. A resultant of degree 4 has nine coefficients;
+# the harmonics above the degree measure the round-off.
 RESULTANT_SAMPLES = 16
 # If the coefficient of the sine is computed from three samples, the weights of two samples are
 # this number and its negative: sin(120 degrees) times 2/3.
@@ -51,8 +51,8 @@ PARALLEL_SINE = 1e-12
 
 
 def _mean(p: int, turn: int) -> float:
-    # Returns the weight of the sample at `turn` times 120 degrees in a coefficient. The
-    # coefficient is that of 1, cos or sin, for p = 0, 1 or 2.
+    # Returns the weight of the sample at `turn` times 120 degrees in the formula for a
+    # coefficient: that of 1, cos or sin for p = 0, 1 or 2.
     if p == 0:
         return 1.0 / 3
     if p == 1:
@@ -143,7 +143,8 @@ class SphericalLinkage:
 
     def _write_way(self, loop: SixScrews) -> bool:
         # Splits the vector from the tool to the goal into three parts: fixed in the base, rotated
-        # by A, and rotated by A and B. Returns False if the last two axes are parallel.
+        # by A, and rotated by A and B (the first two revolute joints). Returns False if the last
+        # two axes are parallel.
         screws, order = loop.screws, self.order
         first, last = vectors.axis_of(screws, order[0]), vectors.axis_of(screws, order[3])
         axis = vectors.axis_of(screws, order[2])
@@ -170,8 +171,9 @@ class SphericalLinkage:
         self.bound += math.sqrt(vectors.dot(carried, carried))
         self.bound += math.sqrt(vectors.dot(twice, twice)) + 3 * abs(self.offset)
         self.bound += math.sqrt(vectors.dot(between, between) / square)
-        # Test whether both prismatic joints are perpendicular to axis A, one before and one after
-        # joint A. If so, the prismatic joints span the plane normal to axis A at every angle.
+        # Test whether one prismatic joint is before joint A (the first revolute joint) and one
+        # after it, both perpendicular to axis A. If so, they span the plane normal to axis A at
+        # every angle.
         slide, other = vectors.axis_of(screws, 0), vectors.axis_of(screws, self.second)
         self.across = self.before == 1 and abs(vectors.dot(slide, first)) < PARALLEL_SINE
         self.across = self.across and abs(vectors.dot(other, first)) < PARALLEL_SINE
@@ -179,7 +181,8 @@ class SphericalLinkage:
 
     def _write_tables(self, loop: SixScrews, swapped: bool) -> None:
         # Computes E and F, the coefficients of the two equations in the products of (1, cos, sin)
-        # of two joints, from nine samples. The rows belong to the hidden joint.
+        # of two joints, from nine samples. The rows of E and F belong to 1, cos and sin of the
+        # hidden joint.
         for k in range(9):
             self.E[k], self.F[k] = 0.0, 0.0
         for i in range(3):
@@ -193,8 +196,8 @@ class SphericalLinkage:
                         self.F[at] += weight * self.vector[1]
 
     def _evaluate(self, loop: SixScrews, alpha: float, beta: float) -> None:
-        # Writes to `vector` the residuals of both equations, if the first two revolute joints have
-        # the angles alpha and beta.
+        # Writes to `vector` the residuals of the first and second equation, if the first two
+        # revolute joints have the angles alpha and beta, rad.
         screws, order = loop.screws, self.order
         y = vectors.axis_of(screws, order[self.turning - 2])
         z = vectors.axis_of(screws, order[self.turning - 1])
@@ -272,8 +275,8 @@ class SphericalLinkage:
         return self._write_slides(loop, motion, t)
 
     def _write_other(self, t: Numbers) -> bool:
-        # Computes the angle of the other joint by Cramer's rule. The vector V = E x F is
-        # proportional to (1, cos, sin) of this angle.
+        # Computes the angle of the joint that is not hidden by Cramer's rule. The vector V = E x F
+        # is proportional to (1, cos, sin) of this angle.
         turn, C = self.turn, self.columns
         complex_numbers.write_turn(pairs.pair(t, self.hidden), turn)
         for k in range(3):
