@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The kernel: the computations for each message. The installation of the package compiles them.
+The kernel: the code that runs for each message and target. Installing the package compiles it.
 
 If the kernel is not compiled, each name is imported when it is first used. So a process that only
 needs the Jacobian does not load inverse kinematics. The compiled kernel imports all modules at

@@ -33,9 +33,9 @@ def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) ->
         POSE, JACOBIAN (with the twist and the screws) or ALL_FRAMES.
     rows : shape (N, width)
         Results in the base frame: pose (4, 4) at POSE_AT, quaternion x y z w at QUATERNION_AT, J
-        (6, n) at JACOBIAN_AT, then the twist (6,), the screws of the entries (6, entries) at
-        chain.screws_at, and the frames (4, 4) at chain.frames_at. The rows of J and of the twist
-        are vx vy vz wx wy wz of the tool's origin.
+        (6, n) at JACOBIAN_AT, then the twist (6,), the screws of the chain's entries (6, entries)
+        at chain.screws_at, and the frames (4, 4) at chain.frames_at. The rows of J and of the
+        twist are vx vy vz wx wy wz of the tool's origin.
     """
     count, n = arrays.extent(q, 0), chain.dof
     if (
@@ -78,8 +78,8 @@ def evaluate_one(chain: Chain, q: Floats, qdot: Floats, row: Floats) -> int:
     Fill `row` with the results of `evaluate` at one q, followed by q, qdot and a copy of the
     quaternion.
 
-    Return -1 if the row was computed. Return 0 if a number is not finite or too large, or if a
-    loop does not close. Return -2 if q or qdot does not have n numbers.
+    Return -1 if the row was computed. Return 0 if a number of q, qdot or the results is not finite
+    or too large, or if a loop does not close. Return -2 if q or qdot does not have n numbers.
 
     Parameters
     ----------
@@ -113,11 +113,12 @@ def evaluate_one(chain: Chain, q: Floats, qdot: Floats, row: Floats) -> int:
 
 def evaluate_tail(chain: Chain, row: Flat, at: int, closed: bool) -> int:
     """
-    Evaluate the arm and fill the numbers of `row` before index `at`. The input q and qdot are in
-    `row` and begin at index `at`.
+    Read q and qdot from `row`, where they begin at index `at`. Fill the numbers of `row` before
+    this index with the results of `evaluate`.
 
     `closed` says whether the row already has the passive variables of the loops. Return -1 if the
-    row was computed, or 0 if a number is not finite or too large, or if a loop does not close.
+    row was computed. Return 0 if a number of q, qdot or the results is not finite or too large, or
+    if a loop does not close.
     """
     n = chain.dof
     nothing = 0.0

@@ -70,13 +70,15 @@ class JointMemory:
     joints
         Number of joints n.
     closure
-        Width of the closure of the arm; 0 if the arm has no loops.
+        Length of a section, the numbers that describe the closed loops of the arm
+        (`Closure.width`); 0 if the arm has no loops.
 
     Attributes
     ----------
     columns
-        The arrays of the memory. The kernel uses these arrays, flat, in fields of equal names. In
-        the compiled kernel these fields are addresses that Python does not see.
+        The arrays of the memory. The kernel uses each array, flat, through the field of
+        `JointMemory` that has the name of the array. In the compiled kernel these fields are
+        addresses that Python does not see.
     timeout : ns
         A joint is missing if no message has reported it for longer than this. If a stamp steps
         back by more than this, all joints are forgotten.

@@ -16,12 +16,13 @@ from .singular_search.nearest_search import NearestSearch
 
 
 def _judge_loops(arm: Arm, row: Flat, measures: Flat, work: Flat) -> None:
-    # Writes the distances to the zeros of the loop determinants, after the distances of the
-    # factors of the robot file. At a zero of the determinant, a branch of solutions of the loop
-    # equations ends. Near the end of a branch, the determinant is proportional to the square root
-    # of the distance, so half of the first-order distance is used. J grows toward the end of a
-    # branch, so the gradient of the manipulability leads to this end. Therefore, if the end of a
-    # branch is nearest, the way out is computed from the loop determinant.
+    # Writes the distances to the zeros of the loop determinants, after the distances to the zeros
+    # of the factors of the robot file. At a zero of the determinant, a branch of solutions of the
+    # loop equations ends. Near the end of a branch, the determinant is proportional to the square
+    # root of the distance to this end. So the first-order distance is twice the distance, and its
+    # half is written. J grows toward the end of a branch, so the gradient of the manipulability
+    # leads to this end. Therefore, if the end of a branch is nearest, the way out is computed from
+    # the loop determinant.
     n, count = arm.chain.dof, _factors(arm)
     distances = arrays.after(measures, _judged_at(arm) + places.JUDGED)
     nearest, first = measures[places.DISTANCE], -1
@@ -43,7 +44,7 @@ def _judge_loops(arm: Arm, row: Flat, measures: Flat, work: Flat) -> None:
 
 def _write_way_out(arm: Arm, determinant: Flat, measures: Flat) -> None:
     # Writes to the measure `way_out` the joint motion that leads away from the zero of a
-    # determinant. The array `determinant` has the value of the determinant and its gradient.
+    # determinant. The array `determinant` has the value of the determinant, then its gradient.
     n, squares = arm.chain.dof, 0.0
     way_out = arrays.after(measures, places.LOST_AT + 6 + n)
     sign = 1.0 if determinant[0] > 0.0 else -1.0
@@ -56,8 +57,8 @@ def _write_way_out(arm: Arm, determinant: Flat, measures: Flat) -> None:
 
 
 def _judge(arm: Arm, measures: Flat) -> None:
-    # Writes the watched measure and its level: 0 for OK, 1 for WARN, 2 for ERROR. Writes the index
-    # of the singular factor whose zero is nearest.
+    # Writes the measure that is compared with the thresholds, and its level: 0 for OK, 1 for WARN,
+    # 2 for ERROR. Writes the index of the singular factor whose zero is nearest.
     judged = arrays.after(measures, _judged_at(arm))
     distances = arrays.after(judged, places.JUDGED)
     nearest = 0
@@ -222,8 +223,8 @@ def _factors(arm: Arm) -> int:
 
 
 def _directions(arm: Arm) -> int:
-    # Returns how many numbers the singular vectors take at the beginning of `work`. `measure_row`
-    # writes these vectors.
+    # Returns how many numbers at the beginning of `work` store the singular vectors that
+    # `measure_row` writes.
     n, m = arm.chain.dof, arm.task.count
     return min(m, n) * (m + n)
 
@@ -312,8 +313,8 @@ def find_nearest(
     search: NearestSearch, rows: Floats, q: Floats, measures: Floats, in_order: bool
 ) -> None:
     """
-    Search the singular pose nearest to each of N poses, and write the distances into the rows of
-    `measure`.
+    Search the singular pose nearest to each of N poses, and write the distances into the rows that
+    `measure` has filled.
 
     Parameters
     ----------

@@ -99,8 +99,8 @@ def _latest_stamp(memory: JointMemory, ours: OurJoints) -> Nanoseconds:
 
 
 def _merge(memory: JointMemory, reported: ReportedJoints) -> int:
-    # Updates the memory with a message. Returns the result code of `observe` that is valid if the
-    # arm can then be evaluated.
+    # Updates the memory with a message. Returns a result code of `observe`. The codes that mean a
+    # new tool state are valid only if the arm can then be evaluated.
     if not _all_computable(reported.positions, reported.ours):
         return places.BAD_POSITION
 
@@ -194,8 +194,9 @@ def check_fit(arm: Arm, memory: JointMemory, ours: OurJoints, at: int) -> None:
     """
     Raise TypeError if arm, memory and message do not fit each other.
 
-    The memory or the message may lack the sizes that the arm needs. Or `at`, the count of numbers
-    before q in the row of results, may be too small for a pose.
+    The memory must have the joints and the closed loops of the arm, and the message may name no
+    other joints. `at`, the count of numbers before q in the row of results, must be 0 or large
+    enough for a pose.
     """
     if (
         memory.joints != arm.chain.dof

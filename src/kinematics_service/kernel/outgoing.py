@@ -54,10 +54,11 @@ class OutgoingMessages:
     Attributes
     ----------
     table
-        The arrays of the messages. The kernel uses these arrays, flat, in fields of equal names.
-        In the compiled kernel these fields are addresses that Python does not see.
+        The arrays of the messages. The kernel uses each array, flat, through the field of
+        `OutgoingMessages` that has the name of the array. In the compiled kernel these fields are
+        addresses that Python does not see.
     stamped, count
-        Number of stamps, and number of doubles.
+        Number of stamps, and number of doubles, in all messages together.
     needed
         Least total length of a row of results, its measures and the covariances.
     """
@@ -133,8 +134,8 @@ def fill(
     measured: int,
 ) -> None:
     """
-    Write to outgoing messages a stamp, and the numbers that they need of a row of results and its
-    measures.
+    Write a stamp to outgoing messages, and those numbers of a row of results and its measures that
+    the messages contain.
     """
     seconds = stamp // 1_000_000_000
     if seconds * 1_000_000_000 > stamp:  # round down, because C rounds quotients towards zero

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Give the kernel access to numpy arrays, and define the indices of the kernel's numbers in the
-arrays.
+Give the kernel access to numpy arrays, and define the indices of the numbers that the kernel reads
+and writes in the arrays.
 """

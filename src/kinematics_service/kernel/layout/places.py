@@ -58,10 +58,10 @@ ROW_TAIL = 4
 ) = range(7)
 
 # Indices in a row of measures, counted from the end of the singular values: the watched measure,
-# its level without hysteresis, the index of the factor nearest to zero, and the first-order
-# distance. JUDGED is the number of these four. The next numbers are the distances to the zeros of
-# the factors, rad, then the value and gradient of each factor. Last comes the nearest singular
-# pose (n,), NaN if none was found.
+# which is compared with the thresholds, its level without hysteresis, the index of the factor
+# nearest to zero, and the first-order distance. JUDGED is the number of these four. The next
+# numbers are the distances to the zeros of the factors, rad, then the value and gradient of each
+# factor. Last comes the nearest singular pose (n,), NaN if none was found.
 WATCHED, LEVEL, NEAREST_FACTOR, FIRST_ORDER, JUDGED = range(5)
 
 # Number of latest jumps of a joint whose times are stored.
@@ -125,26 +125,28 @@ MAX_CANDIDATES = 32
 FINE, NOT_FINE, NOT_RIGID, ROUGH = range(4)
 
 # Largest numbers of Levenberg-Marquardt steps. MAX_SEARCH_STEPS is for a start at any joint
-# positions, the next constant for a start at a candidate solution.
+# positions, MAX_CANDIDATE_STEPS for a start at a candidate solution.
 MAX_SEARCH_STEPS = 80
 MAX_CANDIDATE_STEPS = 40
 
 # Largest angle, rad, for which the kernel computes sine and cosine by its own code. Up to this
-# angle, the number of quarter turns has 17 bits, so its product with a part of pi/2 is exact.
+# angle, the number of quarter turns has 17 bits, so its product with HALF_PI_1 or HALF_PI_2 (33
+# bits, chain_pass.py) is exact.
 LARGEST_REDUCED = 1e5
 # Radius of the search for singular poses, rad (prismatic joints divided by the characteristic
 # length). If no singular pose was found, this radius is reported as the distance. The bounds of
 # derivatives for a clearance hold within this radius.
 FARTHEST = 1.0
-# For the rank and the distance, a singular value is taken as zero if it is below this multiple of
-# the largest singular value. The round-off of J is about 1e-15. The reference data of the tests
-# use the tolerance 1e-10, too.
+# For the rank of J_t and the distance to a singular pose, a singular value of J_t is taken as zero
+# if it is below this multiple of the largest singular value. The round-off of J is about 1e-15.
+# The reference data of the tests use the tolerance 1e-10, too.
 RANK_TOLERANCE = 1e-10
-# The search and the clearance take a pose as singular if a singular value is below this multiple
-# of the largest one. The ratio is not 0, because rounded lengths make singular values nonzero.
+# The search for singular poses and the clearance take a pose as singular if a singular value of
+# J_t is below this multiple of the largest one. The ratio is not 0, because rounded lengths make
+# singular values nonzero.
 SINGULAR_VALUE_RATIO = 1e-7
-# A pose is nearly singular if its condition number exceeds this, even if no singular pose was
-# found. With joint errors of 0.1 mrad, an arm of 1 m cannot distinguish such a pose from a
+# A pose is nearly singular if the condition number of J_t exceeds this, even if no singular pose
+# was found. With joint errors of 0.1 mrad, an arm of 1 m cannot distinguish such a pose from a
 # singular pose.
 NEARLY_SINGULAR = 1e4
 # Largest joint position or velocity that the kernel accepts. At 1e15 rad the spacing of doubles is
@@ -155,7 +157,8 @@ LARGEST = 1e15
 AT_LIMIT = 1e-9
 # Initial damping of Levenberg-Marquardt if the start is not near a solution.
 SEARCH_DAMPING = 1e-3
-# Two solutions are taken as one if their distance (rad, scaled) is below this.
+# Two solutions of inverse kinematics are taken as one if the distance between their joint
+# positions (rad, prismatic joints scaled) is below this.
 SOLUTION_TOLERANCE = 1e-8
 PI = math.pi
 TAU = math.tau
