@@ -24,7 +24,7 @@ class Evaluation:
     Parameters
     ----------
     values
-        Each symbol with its N numbers.
+        N values of each symbol, one for each configuration.
     poses
         The number N of configurations.
     degrees
@@ -62,11 +62,11 @@ class Evaluation:
 
     def with_part(self, expression: sp.Expr, path: Sequence[int], part: sp.Expr) -> Floats:
         """
-        Replace the part at `path` of an expression, and return the values of the new expression at
+        Replace one subexpression of an expression, and return the values of the new expression at
         the N configurations.
 
-        `path` holds the argument indices that lead to the part. The new expression is not built in
-        sympy, because that takes five times as long.
+        `path` holds the argument indices that lead to the subexpression, and `part` replaces it.
+        The new expression is not built in sympy, because that takes five times as long.
         """
         with np.errstate(all='ignore'):
             if not path:
@@ -93,7 +93,9 @@ class Evaluation:
         name = type(e).__name__
         if self.degrees and name in ('sin', 'cos', 'tan'):
             arguments = [arguments[0] * DEGREE]
-        if name not in FUNCTIONS:  # sympy uses other functions only for values that are not real
+        # Return NaN for any other function, because sympy uses others only for values that are not
+        # real.
+        if name not in FUNCTIONS:
             return np.full_like(arguments[0], np.nan)
         result = FUNCTIONS[name](*arguments)
         return result / DEGREE if self.degrees and name.startswith('a') else result
@@ -136,5 +138,5 @@ FUNCTIONS: dict[str, Callable[..., Floats]] = {
 
 @lru_cache(maxsize=65536)
 def size_of(expression: sp.Expr) -> int:
-    """Return the number of nodes of an expression tree; repeated parts count every time."""
+    """Return the number of nodes of an expression tree; a part that occurs twice counts twice."""
     return 1 + sum(map(size_of, expression.args))

@@ -49,7 +49,8 @@ class TableRow:
     Parameters
     ----------
     convention
-        The name of the convention in the robot file; it fixes the order of the product.
+        The name of the convention in the robot file; it fixes the order of the motions in the
+        product.
     quantities : pairs (name, value)
         Values in m and rad; empty if rows of the convention have no named quantities.
     axis, argument
@@ -73,14 +74,17 @@ class TableRow:
 
     @property
     def order(self) -> Convention:
-        """Return the convention, which fixes the order in which the quantities multiply."""
+        """
+        Return the convention of the row. Its `motions` have the order of their product, for
+        example Rz(theta) Tz(d) Tx(a) Rx(alpha) for standard DH.
+        """
         return CONVENTIONS[self.convention]
 
     @property
     def factors(self) -> list[tuple[str, sp.Expr | sp.Matrix]]:
         """
-        Return the matrix factors of the row in their order: (axis, argument) of a motion, or ('',
-        pose) of a constant pose.
+        Return the factors whose product is the row's matrix, in order. A factor is an elementary
+        motion (axis, argument), for example ('Rz', q1), or a constant pose ('', pose).
         """
         if self.quantities:
             return [(axis, self[name]) for axis, name in self.order.motions]
@@ -89,7 +93,10 @@ class TableRow:
 
     @cached_property
     def moving(self) -> sp.Expr:
-        """Return theta + d + argument, a sum in which every joint variable of the row occurs."""
+        """
+        Return theta + d + argument of the row. Every joint variable that moves the row occurs in
+        this sum, with its factor.
+        """
         return sum((self[name] for name in MOVING), self.argument)
 
     @cached_property

@@ -36,7 +36,7 @@ class World:
     coupling : shape (N, P, n)
         Rates of the P passive joints per rate of the n joints; None without closed loops.
     still
-        Row matrices that are already computed, by row index.
+        Values of row matrices that are already computed, shape (N, 4, 4), by row index.
     """
 
     table: Table
@@ -78,8 +78,8 @@ class World:
 
     def frame(self, at: int) -> Floats:
         """
-        Return the pose of frame number `at` in the base frame, shape (N, 4, 4). Return the
-        identity if `at` < 0.
+        Return the pose of frame number `at` in the base frame, shape (N, 4, 4). The number -1
+        means the base frame itself, so the pose is the identity.
         """
         return np.broadcast_to(np.eye(4), self.base.shape) if at < 0 else self.frames[at]
 
@@ -95,7 +95,7 @@ class World:
     @cached_property
     def row_columns(self) -> dict[tuple[int, int], Floats]:
         """
-        Return the contribution of each row of the table to each Jacobian column. The keys are
+        Return the twist that each row of the table adds to each Jacobian column. The keys are
         (row, joint), the values have shape (N, 6).
         """
         return self._row_columns(range(len(self.table.variables)))

@@ -23,7 +23,7 @@ def compare(
     Compare formulas you derived by hand, or with other software, with the right ones: which
     entries differ, and why.
 
-    Each cause named was tested: it makes the difference vanish at random poses, with random
+    Each named cause was tested: it makes the difference vanish at random poses, with random
     lengths where the robot file has named constants. Exit code 0: all agree; 1: something differs;
     2: wrong usage, or a file that cannot be read.
 
@@ -57,24 +57,24 @@ def compare(
       R_2, o_2, z_2, p_14       rotation, origin, z axis of frame 2; from o_1 to o_4
       z^1_2, o^1_2, {}^1J       the same, and J, in the axes of frame 1
       J, J_v, J_w, J_2, J_v2    Jacobian: linear rows first, base axes, point: the tool's origin;
-                                fewer rows: the task's, or those that move (x, y, phi in a plane)
+                                fewer rows: those of the task, or those not always 0 (x y phi)
       J_s, J_b, J_A             space, body (Lynch and Park: angular rows first), analytic
       det or det(J)             of the task's rows of J
-      s_o1, D_1                 o_0 - o_n; dT/dq1 with the rotation taken out
-      q2 = ...                  inverse kinematics; those of one file: of one solution
+      s_o1, D_1                 o_0 - o_n; dT/dq1 R^-1: column 1 of J as a 4 x 4 matrix
+      q2 = ...                  inverse kinematics; all such lines must give one solution
       lhs = rhs                 an equation, such as tan(q1) = y/x; of matrices, each entry
       singular: q3 = k*pi       a family of singular poses, or L2*c2 + L3*c23 = 0; all such lines
                               together must be all singular poses
     Recipes work too: J_w = [z_0, z_1, z_2], J_1 = [cross(z_0, o_3 - o_0); z_0].
-    With closed loops formulas are of joints and passive joints, also psi1 = ...
-    Settings, for what follows them:
+    With closed loops, formulas may contain passive joints, and psi1 = ... is a formula, too.
+    Settings, which apply to the formulas after them:
       rows: linear first        or: angular first
       frame: base               or: tool; the axes of J
       units: rad                or: deg; angles in the formulas
       at: q1=0, q2=90 deg       a numeric example at one configuration; at: random
-      first frame: 0            or: 1, where the base is T_01
-      point: o_3                what x, y, z are the position of; default: the tool
-      meaning: R_C = o_3        another name
+      first frame: 0            or: 1; frame 0 is then the base
+      point: o_3                the point with the coordinates x, y, z; default: the tool
+      meaning: R_C = o_3        a name of your own
 
     \b
     The keys of --json: robot, file, agrees, poses, random_constants, passed_over (line, message,

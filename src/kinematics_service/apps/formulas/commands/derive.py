@@ -77,13 +77,14 @@ def derive(
       kinematics_service derive rrp_elementary --path 'theta1=sin(t), theta2=cos(2*t), d3=sin(3*t)'
       kinematics_service derive arm.yaml --write
 
-    The result has every row's T, every frame, the Jacobian in four ways and their difference, and
-    the determinant of the task rows as a product. For each factor it says where the factor
-    vanishes, the rank there and the lost motion. --write puts the factors into the robot file,
-    after checking their product against the determinant.
+    The result has T of every row of the table, every frame, the Jacobian by four methods and the
+    differences between them, and the determinant of the task rows of J as a product. For each
+    factor it gives the poses at which the factor is 0, the rank of J there, and the tool motion
+    that is impossible there. --write puts the factors into the robot file, after checking their
+    product against the determinant.
 
-    For an arm with closed loops the result says what closes them and how their passive joints
-    follow the others. It has the determinants of the closure and of the arm.
+    For an arm with closed loops the result has the loop equations, the velocities of the passive
+    joints per joint velocity, and the determinants of the loop equations and of J.
     """
     refuse_unknown_robot(robot)
     if out is not None:

@@ -36,9 +36,9 @@ from .text.file import Settings, read_formulas
 
 AGREES, DIFFERS = 'agrees', 'differs'
 BRANCH_POSES = 200
-# If a formula gives a solution at a smaller ratio of the configurations than this limit, a remark
-# gives the ratio without a solution. The limit is below 1, because acos near -1 and 1 loses too
-# many digits at one or two of 200 configurations.
+# If the ratio of configurations at which an inverse kinematics formula gives a solution is below
+# this, a remark gives the ratio without a solution. The limit is below 1, because acos near -1 and
+# 1 loses too many digits at one or two of 200 configurations.
 MIN_REMARKED_RATIO = 0.99
 
 
@@ -83,8 +83,8 @@ class Verdict:
     tried
         Every cause that was tested.
     remarks
-        Other facts as sentences: a determinant of -1, a structural singularity, or a branch of the
-        inverse kinematics.
+        Other facts as sentences: a rotation matrix has determinant -1, the Jacobian is singular at
+        every configuration, or an inverse kinematics formula gives another branch.
     shape
         Number of rows and of columns of the formula.
     """

@@ -31,8 +31,8 @@ from .frames import Frames, frames_of
 from .jacobian import VEE, in_axes_of, may_turn
 from .trigonometry import Writer, writer_of
 
-# Maximum number of operations of a numerator that is multiplied out. A longer numerator would not
-# become shorter.
+# Maximum number of operations of an expression whose products of sines and cosines are replaced by
+# sums. A longer expression would not become shorter.
 MAX_OPERATIONS = 150
 # The determinant of an arm with closed loops is derived only if the sum of its joints and passive
 # joints is at most this.
@@ -71,7 +71,8 @@ class LoopEquations:
 
 def simplified(expression: sympy.Expr) -> sympy.Expr:
     """
-    Shorten the numerator of a quotient of sines and cosines, if sums of angles make it shorter.
+    Return a quotient whose numerator has its products of sines and cosines replaced by sines and
+    cosines of sums of angles, if that makes it shorter.
     """
     numerator, denominator = sympy.fraction(expression)
     forms = [sympy.factor_terms(form, clear=False) for form in _forms(numerator)]
@@ -199,9 +200,10 @@ def closed_determinant(
     frame = robot.description.loops[0].start.row if may_turn(task) else 0
     turned = in_axes_of(J, frames.in_base[frame])
     rows = writer.matrix(turned[task])
-    # Let [A, B] be the task rows and [C, D] the derivatives of the loop equations, each by the
-    # joints and by the passive joints. Then det(J_t) det D = det [[A, B], [C, D]]. Use this
-    # determinant, because its entries are not quotients.
+    # Let [A, B] be the task rows of the Jacobian with open loops, and [C, D] the derivatives of
+    # the loop equations. A and C belong to the joints, B and D to the passive joints. Then
+    # det(J_t) det D = det [[A, B], [C, D]]. Use this determinant, because its entries are not
+    # quotients.
     slopes = sympy.Matrix([e for loop in loops for e in loop.equations]).jacobian(list(symbols))
     numerator = rows.col_join(slopes).det(method='berkowitz')
     numerator = sympy.factor(_without_products(numerator))

@@ -45,8 +45,8 @@ from .singular_set import (
 )
 from .trigonometry import Writer, writer_of
 
-# Maximum number of minors that are derived. The number of minors is a binomial coefficient, so it
-# grows steeply with the number of redundant joints.
+# Maximum number of minors of the task rows of J that are derived. Their number is a binomial
+# coefficient, so it grows steeply with the number of redundant joints.
 MAX_MINORS = 100
 
 Progress = Callable[[str], None]
@@ -167,8 +167,8 @@ class Derivation:
     @property
     def determinant(self) -> sympy.Expr | None:
         """
-        Return the determinant of the task rows in factored form. If the task rows are not square,
-        return the product of their singular values.
+        Return the determinant of the task rows of J in factored form. If J has more or fewer
+        columns than task rows, return the product of the singular values.
 
         None if the product would be too long.
         """
@@ -311,7 +311,7 @@ def derive(
     loops = loops_of(robot, opened(robot.description), arithmetic, tell)
     singular_set = _closed_set(exact, loops, tell) if loops else _singular_set(exact, tell)
     singular_set = singular_set or _singular_set(exact_of(robot, locked, parts=2), tell)
-    assert singular_set is not None  # with half angles, all factors split
+    assert singular_set is not None  # only a ring without half angles gives None
     C = ways.coupling(frames, arithmetic)
     plain = C.shape[0] == C.shape[1] and all(sum(map(bool, row)) == 1 for row in C.tolist())
     return Derivation(
@@ -338,7 +338,8 @@ def _closed_set(exact: Exact, loops: tuple[LoopEquations, ...], tell: Progress) 
 
 
 def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
-    # Return the singular set, or None if a factor must be split into families with half angles.
+    # Return the singular set. Return None if its families need factors in half angles, which the
+    # ring of `exact` lacks.
     sampler, arithmetic, writer = exact.sampler, exact.arithmetic, exact.writer
     n = len(sampler.moving)
     search = FamilySearch(sampler, sampler.in_random_letters)

@@ -39,9 +39,9 @@ class Family:
 
 @dataclass(frozen=True)
 class _Solved:
-    # A factor as an equation in one joint. If the joint is revolute, the equation is cosine cos y
-    # + sine sin y + rest = 0 with y = multiple * joint + shift. If the joint is prismatic, the
-    # equation is cosine * joint + rest = 0.
+    # A factor as an equation in one joint. If the joint is revolute, the equation is `cosine` cos
+    # y + `sine` sin y + `rest` = 0 with y = `multiple` q + `shift`. If the joint is prismatic, the
+    # equation is `cosine` q + `rest` = 0.
     variable: sympy.Symbol
     shift: sympy.Expr
     cosine: Laurent
@@ -98,8 +98,8 @@ def _solved(
     pure = above * from_terms(ring, {tuple(-e for e in common): (1, 0)})
     if arithmetic.moves(pure.terms()):
         pure, shift = above, sympy.Integer(0)
-    # With z = exp(i y), the factor is A z + C + conj(A) / z. This equals 2 Re A cos y - 2 Im A sin
-    # y + C.
+    # Let y be the angle in `_Solved` and z = exp(i y). The factor is A z + C + conj(A) / z. This
+    # equals 2 Re A cos y - 2 Im A sin y + C.
     conjugate = by_angle.get(-multiple, nothing)
     if shift != 0:
         conjugate = conjugate * from_terms(ring, {common: (1, 0)})

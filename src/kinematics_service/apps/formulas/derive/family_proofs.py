@@ -55,8 +55,8 @@ class CommonZeros:
 
     def has_rank_at_most(self, rank: int) -> bool:
         """
-        Return whether the rank of J on the set of common zeros is proved to be at most `rank`,
-        because all larger minors vanish.
+        Return whether it is proved that the rank of J is at most `rank` wherever all `factors` are
+        0, because all larger minors of J are 0 there.
         """
         if rank + 1 >= self.generic_rank:
             return True
@@ -64,22 +64,24 @@ class CommonZeros:
 
     def depend(self, columns: Sequence[int]) -> bool:
         """
-        Return whether these columns of J are proved to be linearly dependent at all common zeros
-        of `factors`.
+        Return whether it is proved that these columns of J are linearly dependent wherever all
+        `factors` are 0.
         """
         return self.vanish(range(len(self.J)), columns, len(columns))
 
     def vanish(self, rows: Sequence[int], columns: Sequence[int], size: int) -> bool:
         """
-        Return whether all minors of size `size` in these rows and columns of J are proved to
-        vanish at all common zeros.
+        Return whether it is proved that all minors of size `size` in these rows and columns of J
+        are 0 wherever all `factors` are 0.
         """
         if math.comb(len(rows), size) * math.comb(len(columns), size) > MAX_MINORS:
             return False
         return self.are_zero(minors(self.J, rows, columns, size))
 
     def are_zero(self, values: Iterable[Laurent]) -> bool:
-        """Return whether these polynomials are proved to vanish at all common zeros."""
+        """
+        Return whether it is proved that these polynomials are 0 wherever all `factors` are 0.
+        """
         branches = _branches(self.factors, self.arithmetic)
         return branches is not None and all(
             branch.vanishes(value) for value in values if value for branch in branches
@@ -198,8 +200,8 @@ def _quarter_turns(terms: Terms) -> list[_Replaced]:
 
 def proves_lost(lost: Lost, zeros: CommonZeros, frames: Frames) -> bool:
     """
-    Return whether a motion of the tool is proved to be impossible at all configurations of a
-    family.
+    Return whether it is proved that the tool motion `lost` is impossible wherever the factors in
+    `zeros` are 0.
     """
     if lost.axis is None:
         return False
@@ -214,8 +216,8 @@ def proves_lost(lost: Lost, zeros: CommonZeros, frames: Frames) -> bool:
     if not lost.held:
         rows = [i for i in range(3) if (i == lost.axis) != lost.others]
         return zeros.are_zero(e for i in rows for e in J[i + 3 * lost.angular])
-    # Use the wrench in the null space of J^T, whose entries are the cofactors of a column. The
-    # rotation about the axis is lost if the moments of this wrench about the two other axes are 0.
+    # Use the wrench w with J^T w = 0. Entry i of w is a 5 x 5 minor of J without row i. The
+    # rotation about the axis is lost if the moments in w about the two other axes are 0.
     whole = CommonZeros(J, zeros.generic_rank, zeros.factors, arithmetic)
     others = [i for i in (3, 4, 5) if i != lost.axis + 3]
     left = [[i for i in range(6) if i != other] for other in others]

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Write factors as texts of a robot file, and compare their product with the determinant."""
+"""
+Write the factors of a determinant as texts of a robot file. Compare the product of a file's
+factors with the determinant.
+"""
 
 import numpy as np
 import sympy
@@ -13,8 +16,8 @@ from ....robot.robot import Robot, build_robot
 from .derivation import Derivation
 from .singular_set import evaluated, file_factors
 
-# Two products count as equal if their relative difference is at most this, the round-off of a few
-# dozen operations.
+# The product of a file's factors equals the determinant if their relative difference is at most
+# this, the round-off of a few dozen operations.
 AGREEMENT = 1e-12
 POSES = 1000
 
@@ -118,8 +121,9 @@ def disagreement(derivation: Derivation, robot: Robot) -> float:
     Return the largest relative difference between the product of a file's factors and the
     determinant.
 
-    The product of powers is compared up to one constant at 1000 seeded configurations inside the
-    limits. If there is no determinant, the reference is the product of the minors' common factors.
+    Each factor has its power in the determinant, and the product may differ from the determinant
+    by one constant. They are compared at 1000 seeded configurations inside the joint limits. If
+    there is no determinant, the product is compared with the common factors of all minors.
     """
     exact = derivation.exact
     q = exact.sampler.random(POSES, within=True)

@@ -104,7 +104,7 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
             'too many lengths and angles that are no quarter turns; round the angles, or lock '
             'joints'
         )
-        if nearly or (said is not None and said.factor):  # the file is the result of a calibration
+        if nearly or (said is not None and said.factor):  # a calibration wrote the file
             advice = (
                 'its table is a nominal one with corrections, and no formula of it is short: '
                 'derive the nominal robot file'

@@ -88,8 +88,8 @@ def jacobian_of(
     frames: Frames, arithmetic: Arithmetic, axes: Sequence[Axis], linear: Sequence[Matrix]
 ) -> Matrix:
     """
-    Return the Jacobian J = J_open C in the frame of the axes, with C from `coupling`. J_open has a
-    column for each theta or d that moves.
+    Return the Jacobian J = J_open C in the frame in which `axes` are given, with C from
+    `coupling`. J_open has a column for each theta or d that moves.
 
     Parameters
     ----------
@@ -108,7 +108,8 @@ def jacobian_of(
 
 def about(frames: Frames, arithmetic: Arithmetic, axes: Sequence[Axis], point: Matrix) -> Matrix:
     """
-    Return J with reference point p. Its columns are [z x (p - o); z], in the frame of the axes.
+    Return J with reference point p in the frame in which `axes` are given. Its columns are [z x (p
+    - o); z].
     """
     linear = [np.cross(axis.z, point - axis.o) for axis in axes]
     return jacobian_of(frames, arithmetic, axes, linear)

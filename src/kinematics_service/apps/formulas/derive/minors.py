@@ -78,7 +78,7 @@ class Minors:
 
     @property
     def square(self) -> bool:
-        """Return whether the task rows are square, so that `values` is one determinant."""
+        """Return whether `values` is one minor only: the determinant of the task rows."""
         return len(self.values) == 1
 
 
@@ -271,8 +271,8 @@ def independent_columns(sampler: PoseSampler) -> tuple[int, ...]:
     """
     Return the indices of the columns of J without the columns of dependent joints.
 
-    The columns are stacked over all sampled configurations. A joint is dependent if the stacked
-    columns keep their rank without its column.
+    The task rows of J are stacked over all sampled configurations. A joint is dependent if the
+    stacked matrix keeps its rank without the joint's column.
     """
     J_t = sampler.elsewhere.J_t
     stacked = J_t.reshape(-1, J_t.shape[2])

@@ -22,8 +22,8 @@ from .derivation import Derivation
 
 TIME = sympy.Symbol('t', real=True)
 SAMPLES = 4001
-# Number of steps in the search for a minimum. Each step narrows the interval of time to a
-# sixteenth.
+# Number of steps in the search for the time at which a factor's absolute value is smallest. Each
+# step narrows the interval of time to a sixteenth.
 NARROWING_STEPS = 9
 # A value of a factor is 0 up to round-off if its ratio to the largest value on the path is below
 # this.
@@ -42,8 +42,8 @@ class PathCrossing:
     time, until
         First and last time at which the factor is 0, s; equal unless the path stays on the family.
     touches
-        Whether the factor has equal signs before and after. If so, the path only touches the
-        family of singular poses.
+        Whether the factor has equal signs before `time` and after `until`. If so, the path only
+        touches the family of singular poses.
     name
         The name of the factor.
     """
@@ -115,7 +115,7 @@ class Path:
 
 def _zeros(value: Values, times: Floats) -> list[tuple[float, float, bool]]:
     # Return each zero of a function as a tuple: first time, last time, and whether the function
-    # has equal signs before and after.
+    # has equal signs before and after the zero.
     def at(time: float) -> float:
         return float(value(np.array([time]))[0])
 
@@ -146,8 +146,8 @@ def _zeros(value: Values, times: Floats) -> list[tuple[float, float, bool]]:
 
 
 def _bottom(value: Values, low: float, high: float) -> float:
-    # Return the time between `low` and `high` at which |f| is smallest. If f becomes 0 or changes
-    # its sign between them, return such a time instead.
+    # Return the time between `low` and `high` at which |f| is smallest. If f is 0 or has the
+    # opposite sign at some time in between, return such a time instead.
     for _ in range(NARROWING_STEPS):
         times = np.linspace(low, high, 33)
         f = value(times)

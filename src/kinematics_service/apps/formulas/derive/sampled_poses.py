@@ -109,7 +109,6 @@ class PoseSampler:
             The change of each joint after which all frames repeat.
         """
         low, high = np.array(self.robot.limits[list(self.moving)]).T / self.to_si
-        # Limit a revolute joint to one period, because all frames repeat after a period.
         turned = np.where(np.isfinite(high), high - periods, -periods / 2)
         start = np.where(self.slides | np.isfinite(low), low, turned)
         return Box(start, np.where(self.slides, high, np.minimum(high, start + periods)))
@@ -128,7 +127,8 @@ class PoseSampler:
             axes = np.where(size > 1e-9, omega / size, np.nan)
             velocity = np.swapaxes(J[:, :3], 1, 2) / size
         # Compute the point of each axis nearest to the tool's origin p. Let r be the vector from
-        # this point to p. Then v = w x r, so the point is p + z x v / |w|.
+        # this point to p, and [v; w] the joint's column of J. Then v = w x r, so the point is p +
+        # z x v / |w|.
         origins = tool[:, None] + np.cross(axes, velocity)
         return ArmAtPoses(
             J_t=task_jacobian(task, J) * task.row_scales[:, None] * column_scales,
@@ -162,8 +162,8 @@ class PoseSampler:
             by_name = {s.name: float(f) for s, f in zip(names.values, factors)}
             values = {s: v * by_name[s.name] for s, v in names.values.items()}
             other = replace(self.arithmetic, names=replace(names, values=values))
-            # Multiply the table's constants by the random factors, because the table has SI units
-            # and `values` may have others.
+            # Multiply the table's constants by the random factors, because the table has SI units,
+            # and `names.values` have the file's units.
             given = {s: v * by_name.get(s.name, 1.0) for s, v in self.table.given.items()}
             found.append(replace(self, arithmetic=other, table=replace(self.table, given=given)))
         return tuple(found) or (self,)

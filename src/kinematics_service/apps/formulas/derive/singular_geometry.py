@@ -17,8 +17,9 @@ import numpy as np
 
 from ....kernel import Floats, Integers
 
-# A value below this counts as 0. Newton's method leaves a round-off of 1e-12 in zeros, and other
-# values exceed 1e-3.
+# A distance (m), a sine of an angle between axes, or a ratio of singular values counts as 0 if it
+# is below this. Newton's method leaves a round-off of 1e-12 in it, and values that are not 0
+# exceed 1e-3.
 ZERO = 1e-7
 AXES = 'xyz'
 
@@ -151,7 +152,7 @@ def name_of(
     elsewhere
         The arm at other configurations, at which the test of a name must fail.
     joints
-        Indices of the joints in the factor.
+        Indices of the joints in the factor of the determinant that is 0 on the family.
     angular
         Whether the task has angular rows.
     """
@@ -175,9 +176,9 @@ def _is_wrist(arm: ArmAtPoses) -> bool:
 
 def _is_elbow(arm: ArmAtPoses, joints: Sequence[int], point: Floats, angular: bool) -> bool:
     # Return whether the arm is at an elbow singularity. It is, if two neighbouring parallel axes
-    # lie in a plane with the wrist point, or with another parallel axis. A second condition
-    # applies if the factor contains one joint only: to first order, the joint does not change the
-    # distance from shoulder to wrist.
+    # lie in a plane with the wrist point, or with another parallel axis. If the factor of the
+    # determinant contains one joint only, there is a second way: to first order, this joint does
+    # not change the distance from shoulder to wrist.
     n = len(arm.turns)
     for i in range(n - 1):
         if not (arm.turns[i] and arm.turns[i + 1]) or i + 1 not in joints:
@@ -239,10 +240,10 @@ def lost_motion(
     task_rows
         Indices of the task rows in (x y z rx ry rz), axes of frame 0.
     rank
-        The rank on the family.
+        The rank of J_t on the family.
     generic
-        The rank at almost all configurations. If this rank is not full, the tool lacks some motion
-        at every configuration.
+        The rank of J_t at almost all configurations. If this rank is not full, the tool lacks some
+        motion at every configuration.
     scales : shape (m,)
         Scale factors of the rows of `J_t`.
     """
@@ -318,7 +319,8 @@ def _direction(vectors: Floats, frames: Floats) -> Lost | None:
 @dataclass(frozen=True)
 class Idle:
     """
-    A joint motion in the null space of the task Jacobian: it does not move the task.
+    A joint motion in the null space of the task Jacobian: it moves the tool in no direction of the
+    task.
 
     Attributes
     ----------

@@ -40,8 +40,8 @@ from .singular_geometry import (
 from .trigonometry import Writer
 
 # The minors are divided by their common factors. The common zeros of the quotients are computed
-# only if each quotient has at most this number of terms. They must also need at most
-# MAX_HITTING_SETS sets of factors. Longer results would be unreadable.
+# only if each quotient has at most MAX_REST_TERMS terms, and if at most MAX_HITTING_SETS sets of
+# factors describe the zeros. Longer results would be unreadable.
 MAX_REST_TERMS = 40
 MAX_HITTING_SETS = 20
 
@@ -79,7 +79,8 @@ class SingularFactor:
         A configuration inside the limits, rad or the file's unit of length, within 1e-9 of the
         family.
     special
-        Text about a lower rank on a part of the family with the lengths of the file, or None.
+        Text about a configuration of the family at which the rank is lower, but only with the
+        lengths of this file; None if there is none.
     """
 
     name: str
@@ -184,9 +185,11 @@ class SingularSet:
         Whether the families are proved to be the whole singular set. False if the remainder may
         vanish, or if the product is not proved to be fully split.
     remainder_zeros
-        Crossings of factors; the remainder is 0 exactly on these crossings. None: not solved.
+        The configurations at which the remainder of `determinant` is 0. Each crossing is given by
+        expressions that are 0 there. None: not solved.
     special
-        Text about a lower rank at every configuration with the lengths of the file, or None.
+        Text if the rank is lower at every configuration, but only with the lengths of this file;
+        otherwise None.
     """
 
     determinant: Determinant
@@ -238,14 +241,17 @@ class FamilySearch:
     @property
     def rank(self) -> int:
         """
-        Return the rank of the task rows at almost all configurations, for almost all values of the
-        constants.
+        Return the rank of the task rows of J at almost all configurations, for almost all values
+        of the named constants.
         """
         return max(sampler.generic_rank for sampler in self.generic)
 
     @lru_cache(maxsize=8)  # noqa: B019
     def arms(self, *values: Laurent) -> ArmAtPoses | None:
-        """Return the arm at sampled common zeros of polynomials, or None if no zero is found."""
+        """
+        Return the arm at sampled configurations at which all given polynomials are 0, or None if
+        no such configuration is found.
+        """
         found = []
         for sampler in self.generic:
             numbers = [Numbers(value, sampler.arithmetic) for value in values]
@@ -262,8 +268,8 @@ class FamilySearch:
 
     def meaning(self, value: Laurent) -> _Meaning:
         """
-        Return rank, geometric name, impossible tool motion and null space at the zeros of a
-        factor.
+        Return rank of J, geometric name, impossible tool motion and joint motion in the null space
+        at the zeros of a factor of the determinant.
         """
         sampler, arithmetic = self.sampler, self.arithmetic
         numbers = self.numbers(value)
@@ -498,7 +504,8 @@ def remainder_zeros(
     rests: Sequence[Laurent], search: FamilySearch, writer: Writer, J_t: Matrix
 ) -> tuple[FamilyCrossing, ...] | None:
     """
-    Return the common zeros of the minors divided by their common factors, or None if not solved.
+    Divide the minors by their common factors, and return the configurations at which all quotients
+    are 0; None if not solved.
 
     A quotient is 0 if one of its factors is 0. So all quotients are 0 if all factors in a hitting
     set are 0, that is, a set with a factor of each quotient. Only minimal hitting sets are used.

@@ -22,8 +22,9 @@ from .frames import Frames
 # longer polynomial is written in one form only.
 MAX_COMPARED_TERMS = 400
 MAX_FACTORED_TERMS = 24
-# If the divisor of a polynomial is larger than this, its coefficients are written as decimals.
-# Such a divisor comes from angles with rational sine and cosine.
+# If the common denominator of a polynomial's coefficients is larger than this, they are written as
+# decimals. Such a denominator comes from constant angles that were replaced by angles with
+# rational sine and cosine.
 MAX_INTEGER = 10**15
 DIGITS = 17
 # Maximum number of terms of a polynomial that is simplified. For longer polynomials, sympy takes
@@ -113,8 +114,8 @@ class Writer:
         return tuple(k for k, g in enumerate(generators) if g.kind == 'fixed_angle')
 
     def _leaf(self, terms: Mapping[Exponents, tuple[int, int]], imaginary: bool) -> sympy.Expr:
-        # Return the real part of terms without joint angles, or the imaginary part, as a sympy
-        # polynomial in lengths.
+        # Return the real part (or, if `imaginary`, the imaginary part) of terms without joint
+        # angles, as a sympy polynomial in lengths.
         generators = self.arithmetic.ring.generators
         summands = []
         for exponents, c in terms.items():
@@ -141,8 +142,8 @@ class Writer:
         return self._numbers.setdefault(meaning, sympy.Symbol(f'_{len(self._numbers)}'))
 
     def _cosines_of_sums(self, groups: Mapping[Exponents, Terms]) -> sympy.Expr:
-        # Write one cosine and one sine for each pair of exponents e and -e. The polynomial is
-        # real, so the two terms are conjugate.
+        # Write one cosine and one sine for the two terms whose exponents of the angles are e and
+        # -e. The polynomial is real, so the coefficients of these two terms are conjugate.
         angles = self._angles_of_generators()
         result = sympy.Integer(0)
         for exponents, terms in groups.items():

@@ -35,8 +35,10 @@ class Quantity:
     Parameters
     ----------
     kind
-        tool, position (p), pose (T_03), row (A_2), general (A_i), rotation, axis (z_2), origin
-        (o_2), vector (p_14), reach (s_o1), jacobian, numeric (D_1), det.
+        `tool` (T), `position` (p), `pose` (T_03), `row` (A_2), `general` (A_i, the matrix of any
+        row), `rotation` (R_2), `axis` (z_2), `origin` (o_2), `vector` (p_14, from o_1 to o_4),
+        `reach` (s_o1, from the tool to o_0), `jacobian`, `numeric` (D_1, column 1 of J as a 4 x 4
+        matrix), `det`.
     i, j
         Frame or row numbers as the user counts them, -1 for the tool. For a Jacobian `i` is the
         column, counted from 1; 0 means all columns.
@@ -49,11 +51,10 @@ class Quantity:
         Kind of Jacobian: `space`, `body`, `analytic`, or an analytic Jacobian named by its angles:
         `zyz`, `rpy`, `ypr`.
     rows
-        Indices of the Jacobian's rows in the formula. Empty: they follow from the number of rows
-        in the formula.
+        Indices of the rows of J that the formula contains. Empty: the formula's number of rows
+        decides.
     either
-        Whether two digits, as in H_12, may mean the one number 12 instead of the two numbers 1 and
-        2.
+        Whether two digits, as in H_12, may mean number 12 instead of the frames 1 and 2.
     """
 
     kind: str
@@ -205,8 +206,8 @@ def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) ->
 
 def expression_of(quantity: Quantity, arm: SymbolicArm, reading: Settings) -> sp.Matrix | None:
     """
-    Return a quantity as a matrix of expressions, or None. Determinants, general rows and Jacobians
-    of angle rates have no expressions.
+    Return a quantity as a matrix of expressions. Return None for a determinant, for the matrix A_i
+    of any row, and for a Jacobian with rates of angles.
     """
     if quantity.kind in ('det', 'general') or quantity.form in ANGLES:
         return None

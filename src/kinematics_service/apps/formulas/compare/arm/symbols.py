@@ -75,8 +75,8 @@ class SymbolicArm:
 
     def frame(self, at: int) -> sp.Matrix:
         """
-        Return the 4 x 4 pose of frame number `at` of the table in the base frame. Return the
-        identity if `at` < 0.
+        Return the 4 x 4 pose of frame number `at` of the table in the base frame. The number -1
+        means the base frame itself, so the pose is the identity.
         """
         return EYE if at < 0 else self.frames[at]
 

@@ -19,7 +19,8 @@ Path = tuple[int, ...]
 
 # Maximum number of tree nodes of an expression for which repairs are tried.
 MAX_EDITED_NODES = 400
-# Combinations of terms are tried only in sums and products with at most this number of parts.
+# Combinations of terms (or factors) are tried only in a sum (or product) with at most this number
+# of them.
 MAX_COMBINED_TERMS = 7
 
 

@@ -170,9 +170,10 @@ def _parts(scope: str, check: QuantityCheck) -> Iterator[tuple[str, sp.Expr]]:
 
 
 def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> tuple[list[Explanation], Mask]:
-    # Greedy set cover: take the mistake that explains the most remaining entries. If two explain
-    # equally many, take the first in `CAUSES`. Return the chosen mistakes and the unexplained
-    # entries.
+    # Greedy set cover: repeatedly take the mistake that explains the most wrong entries among
+    # those still unexplained. If two mistakes explain equally many entries, take the first in
+    # `CAUSES`. Return the chosen mistakes and the entries that stay unexplained. `one` says that
+    # all configurations are equal; other versions of the chosen mistake may then fit, too.
     left = wrong.copy()
     chosen: list[Explanation] = []
     while left.any() and candidates:
@@ -183,7 +184,7 @@ def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> tuple[list[E
         sentence = best.variant.sentence
         also = {
             rival.variant.sentence: f'{rival.place}{rival.variant.sentence}'
-            for rival in reversed(candidates)  # keep the first of equal sentences
+            for rival in reversed(candidates)  # keeps the first rival with each sentence
             if rival.variant.sentence != sentence
             and (rival.mask == best.mask).all()
             and (one or rival.cause != best.cause)
@@ -219,8 +220,8 @@ def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> 
     if isinstance(check, QuantityCheck) and check.quantity.kind == 'general':
         symbols = tuple(sp.Symbol(f'{name}_i') for name in QUANTITIES)
     if isinstance(check, SolutionCheck):
-        # Exclude the symbol of the joint, because a repair with this symbol could replace any
-        # formula by the joint variable itself.
+        # Exclude the symbol of the joint that the formula gives, because a repair could otherwise
+        # replace any formula by this symbol.
         symbols = tuple(symbol for symbol in symbols if symbol != check.variable)
     known = sorted(expression.free_symbols - set(symbols), key=str)
     kinds = SOLUTION_EDITS if isinstance(check, SolutionCheck) else EDITS
@@ -231,8 +232,8 @@ def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> 
             values = check.evaluation.with_part(expression, edit.path, edit.part)
             if not check.passes(values, right[:, i, j]):
                 continue
-            # Skip edits that make the whole entry 0, because the repair EXTRA reports such
-            # entries.
+            # Skip an edit that makes a whole matrix entry 0: only the repair EXTRA reports such
+            # edits.
             may_vanish = kind == EXTRA or not isinstance(check, QuantityCheck)
             if not may_vanish and replaced(expression, edit.path, edit.part) == 0:
                 continue
@@ -280,7 +281,7 @@ def _missing_factor(
     check: QuantityCheck, terms: Sequence[sp.Expr], values: Floats, i: int, j: int
 ) -> list[Explanation]:
     if check.agrees(np.zeros_like(values[:, i, j]), values[:, i, j]):
-        return []  # a factor 0 would explain every wrong formula of a right entry 0
+        return []  # the right entry is 0: a dropped factor 0 would explain any formula
     factors = {f for term in terms for f in sp.Mul.make_args(term)}
     for factor in sorted(factors, key=str):
         value = check.world.evaluation.of(factor) * check.person[:, i, j]

@@ -23,7 +23,8 @@ from .variant import JACOBIAN, Variant
 
 TURNS = ((sp.pi / 2, '+ 90 deg'), (-sp.pi / 2, '- 90 deg'), (sp.pi, '+ 180 deg'))
 ZERO = sp.Integer(0)
-# Kinds of quantities with derivatives by the joint variables.
+# Kinds of quantities that contain derivatives by the joint variables: Jacobians and the
+# determinant.
 DIFFERENTIATED = (*JACOBIAN, 'det')
 
 
@@ -36,7 +37,7 @@ def _by_joints(check: QuantityCheck, changes: dict[sp.Symbol, sp.Expr], sentence
     # Replace joint variables of the table by the expressions in `changes`, and return the values
     # of the quantity.
     if check.quantity.kind not in DIFFERENTIATED:
-        # Frames at other values need no new row matrices, which take ten times as long.
+        # Poses need only other joint values. New row matrices would take ten times as long.
         evaluation = check.world.evaluation
         values = {variable: evaluation.of(value) for variable, value in changes.items()}
         return _with_values(check, values, sentence)
@@ -55,7 +56,8 @@ def _by_joints(check: QuantityCheck, changes: dict[sp.Symbol, sp.Expr], sentence
 def other_convention(check: QuantityCheck) -> Iterator[Variant]:
     """
     Yield mistaken values of the quantity, computed as if the table followed another convention,
-    such as modified instead of standard DH. The other convention has quantities with equal names.
+    such as modified instead of standard DH. Only conventions whose quantities have the same names
+    (a, alpha, d, theta) are tried.
     """
     table = check.names.table
     for other in CONVENTIONS[table.convention].others:
@@ -108,8 +110,8 @@ def in_degrees(check: QuantityCheck) -> Iterator[Variant]:
 def sine_for_cosine(check: QuantityCheck) -> Iterator[Variant]:
     """
     Yield mistaken values of the quantity, computed with sine and cosine of one joint angle
-    exchanged. Then yield values with sine and cosine exchanged for all sums that contain this
-    angle.
+    exchanged. Then yield values with sine and cosine exchanged in every sum of angles that
+    contains this angle, such as sin(q1 + q2).
     """
     turning = check.names.table.turning
     for variable in turning:
@@ -160,7 +162,8 @@ def absolute_angles(check: QuantityCheck) -> Iterator[Variant]:
 
 def one_row(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield mistaken values of the quantity, computed from tables with changed entries in one row.
+    Yield mistaken values of the quantity, computed from tables with a mistake in one row: a length
+    or an angle is 0 or has the wrong sign, or two lengths are exchanged.
     """
     table = check.names.table
     for i, row in enumerate(table.rows):
@@ -226,8 +229,8 @@ def shifted_column(check: QuantityCheck) -> Iterator[Variant]:
 
 def not_inverted(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield mistaken values of the quantity, computed from tables in which a Sheth-Uicker row uses
-    its output matrix instead of the inverse of this matrix.
+    Yield mistaken values of the quantity, computed from tables in which a Sheth-Uicker row is
+    inner * motion * outer, instead of inner * motion * inverse(outer).
     """
     table = check.names.table
     shaped = [i for i, row in enumerate(table.rows) if row.outer != EYE]
@@ -277,8 +280,9 @@ def exchanged_lengths(check: QuantityCheck) -> Iterator[Variant]:
 
 def other_joint_value(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield mistaken values of the quantity, computed with other joint values than the `at` line
-    gives. One joint is at 0, 90, -90 or 180 deg, or all joint angles are read in degrees.
+    Yield mistaken values of the quantity, computed with other joint values than those in the line
+    `at: ...` of the formula file. One joint is at 0, 90, -90 or 180 deg, or all joint angles are
+    read in degrees.
     """
     values, turning = check.poses.values, check.names.table.turning
     given = [s for s in check.names.table.variables if s.name in check.poses.chosen]

@@ -122,7 +122,8 @@ def mistaken(
 ) -> Variant:
     """
     Return a mistaken Jacobian J as a `Variant` with the axes, rows and row order of the user's
-    formula. The input J has base axes and linear rows first.
+    formula. The input J has base axes and linear rows first. `columns` holds the indices of the
+    columns that the mistake changes; empty: all.
     """
     whole = arranged(J, check.world, check.quantity, check.reading)
     return Variant(sentence, check.cut(whole, check.quantity), columns)

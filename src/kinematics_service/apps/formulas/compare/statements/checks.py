@@ -94,7 +94,7 @@ class Check(ABC):
         Return the difference |one - other| / (1 + max(|one|, |other|)), infinite if a value is
         undefined.
 
-        If the formula contains only printed decimals, the divisor is 1.
+        If the formula consists of decimal numbers only, the divisor is 1.
         """
         with np.errstate(all='ignore'):
             larger = 0.0 if self.statement.decimals else np.maximum(np.abs(one), np.abs(other))
@@ -117,7 +117,7 @@ class Check(ABC):
     def wrong(self) -> Mask:
         """
         Return which entries are wrong. An entry is wrong if at some configuration it differs from
-        the right value by more than the rounding of printed decimals explains.
+        the right value by more than the rounding of the formula's decimal numbers explains.
         """
         wrong: Mask = ~self.agrees(self.person, self.right)
         if wrong.any() and self.statement.inexact is not None:
@@ -127,8 +127,8 @@ class Check(ABC):
     @cached_property
     def rounding(self) -> Floats:
         """
-        Return the largest change of each entry that the rounding of printed decimals can cause,
-        shape (N, rows, columns).
+        Return the largest change of each entry that the rounding of the formula's decimal numbers
+        can cause, shape (N, rows, columns).
         """
         moved, inexact = np.full_like(self.person, 0.0), self.statement.inexact
         assert inexact is not None  # the only caller, `wrong`, has checked `inexact`
@@ -213,8 +213,8 @@ class QuantityCheck(Check):
     @property
     def jacobian_rows(self) -> list[int]:
         """
-        Return the indices of the rows of J that the user wrote: all rows, the task's rows, or the
-        linear rows.
+        Return which rows of J the user's matrix contains, as indices: all rows, the task's rows,
+        or the linear rows.
         """
         rows = self.shape[0]
         order = row_order(replace(self.quantity, part='all'), self.reading)
@@ -257,8 +257,8 @@ class QuantityCheck(Check):
     @property
     def reading_in_words(self) -> tuple[str, ...]:
         """
-        Return the definition of the Jacobian as text, in a tuple; empty if only one definition is
-        possible.
+        Return which definition of the Jacobian the check assumes: a tuple with one text, empty if
+        only one definition is possible.
         """
         if self.quantity.kind != 'jacobian' or not (self.quantity.rows or self.quantity.form):
             return ()

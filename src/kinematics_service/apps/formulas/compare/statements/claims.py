@@ -31,10 +31,11 @@ from .names import FormulaNames
 from .poses import SEED, poses_for
 from .statements import Statement
 
-# Number of random configurations at which Newton's method starts, for each claim and each factor.
+# Number of random configurations that are drawn for each claim, and for each factor of the
+# determinant.
 DRAWS = 200
-# A singular value counts as 0 if its ratio to the largest singular value is below this. The
-# threshold is above 1e-9, the error of the projected configurations.
+# A singular value of the task rows of J counts as 0 if its ratio to the largest is below this. The
+# threshold is above 1e-9, the error of the zeros that Newton's method finds.
 SINGULAR_VALUE_RATIO = 1e-7
 # A configuration belongs to a claimed family if its distance (rad or m) from the family is at most
 # this. The tolerance exceeds 1e-6, the error of Newton's method at a double zero.
@@ -123,8 +124,8 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
             verdicts = [_whole(arm, factors, claims) for arm in arms if factors]
         worst = next((one for one in verdicts if not one.holds), verdicts[-1])
         if worst.holds or not verdicts[-1].holds:
-            # Return the verdict for the numbers of the file, so that the remark names a
-            # configuration of this arm.
+            # The last verdict holds for the constants of the robot file. Return it unless the
+            # claim fails with random constants only: its remark names a configuration of this arm.
             return verdicts[-1]
         numbers = numbers_in_words(exact.arithmetic.names)
         special = f'with {numbers} of this file it agrees, with other values not'
@@ -191,7 +192,7 @@ def _unit(names: FormulaNames, claim: Statement, joint: int) -> float:
     return DEGREE if turns and claim.settings.degrees else 1.0
 
 
-# Completeness: check that the claims contain the zeros of each factor
+# Completeness: check that the claims contain the zeros of each factor of the determinant
 
 
 def _belongs(names: FormulaNames, claim: Statement, q: Floats) -> npt.NDArray[np.bool_]:

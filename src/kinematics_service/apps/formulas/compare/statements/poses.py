@@ -47,7 +47,7 @@ class Poses:
     randomised
         Names of the constants that got random values.
     chosen
-        Names of the joints whose values the `at` line gives.
+        Names of the joints whose values the line `at: ...` of the formula file gives.
     coupling : shape (N, P, n)
         Rates of the P passive joints per rate of the n joints; None without closed loops.
     """
@@ -74,9 +74,9 @@ def poses_for(
     Parameters
     ----------
     symbols
-        Symbols in the formula. Constants among them get random values, unless `fixed` or the `at`
-        line gives them a value. An arm with closed loops keeps its own constants, for which the
-        loops close.
+        Symbols in the formula. Constants among them get random values, unless `fixed` or the line
+        `at: ...` of the formula file gives them a value. An arm with closed loops keeps its own
+        constants, for which the loops close.
     fixed
         Constants and their values.
 

@@ -27,14 +27,15 @@ from .statements import Statement
 
 Limits: TypeAlias = Floats  # lower and upper joint limits, shape (n, 2), rad or m
 
-# A formula gives a branch of the inverse kinematics if its value equals the joint's value at this
-# ratio of the configurations, or more. Below the ratio, equal values are coincidences.
+# A formula gives a branch of the inverse kinematics if its value equals the joint's random
+# position at this ratio of the random configurations, or more. Below the ratio, equal values are
+# coincidences.
 MIN_HIT_RATIO = 0.1
-# A formula's value equals a joint's value if they differ by at most this (rad or m). The tolerance
-# is large, because acos near -1 and 1 loses half the digits.
+# A formula's value equals a joint's random position if they differ by at most this (rad or m). The
+# tolerance is large, because acos near -1 and 1 loses half the digits.
 HIT_TOLERANCE = 1e-7
-# A formula gives another branch of the inverse kinematics if the tool reaches at least this ratio
-# of its target poses with the formula's values.
+# A formula gives another branch of the inverse kinematics if, with the formula's values, the tool
+# reaches at least this ratio of its target poses.
 BRANCH_POSE_RATIO = 0.9
 # Newton's method: number of random starts, and of steps from each start.
 STARTS = 24
@@ -99,17 +100,15 @@ class PoseSearch:
 
     @cached_property
     def moving(self) -> list[int]:
-        """
-        Return the indices of the free joints that move the tool's position (or rotation, if
-        `whole`).
-        """
+        """Return which of `joints` move the tool: its position or, if `whole`, its rotation."""
         sizes = np.abs(self.target.jacobian[:, : self.rows]).max(axis=(0, 1))
         return [k for k in self.joints if sizes[k] > STILL_SPEED]
 
     @property
     def is_redundant(self) -> bool:
         """
-        Return whether the free joints can compensate each tool motion that the held joints cause.
+        Return whether the joints in `joints` can compensate each tool motion that the held joints
+        in `given` cause.
         """
         J = self.target.jacobian[:, : self.rows]
         followed, all_of_them = (
@@ -245,23 +244,26 @@ class SolutionCheck(Check):
 
     @cached_property
     def right(self) -> Floats:
-        """Return the values of the joint variable, shape (N, 1, 1)."""
+        """Return the joint's position at each configuration, shape (N, 1, 1)."""
         return self.poses.values[self.variable][:, None, None]
 
     @property
     def variable(self) -> sp.Symbol:
-        """Return the symbol of the joint."""
+        """Return the symbol of the joint whose position the formula gives."""
         return self.names.table.variables[self.statement.joint]
 
     @property
     def turns(self) -> bool:
         """
-        Return whether the joint is revolute. If so, values that differ by whole turns are equal.
+        Return whether the formula gives the angle of a revolute joint. If so, values that differ
+        by whole turns are equal.
         """
         return not self.names.table.slides[self.statement.joint]
 
     def hits(self, values: Floats) -> Mask:
-        """Return at which configurations the values (N,) of a formula equal the joint's value."""
+        """
+        Return at which of the N configurations a formula's values (N,) equal the joint's position.
+        """
         difference = self.in_radians(values) - self.right[:, 0, 0]
         if self.turns:
             difference = np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi
@@ -275,15 +277,16 @@ class SolutionCheck(Check):
     @cached_property
     def share(self) -> float:
         """
-        Return the ratio of the configurations at which the formula gives the joint's own value.
+        Return the ratio of the configurations at which the formula's value is the joint's
+        position.
         """
         return float(np.mean(self.hits(self.person[:, 0, 0])))
 
     @cached_property
     def is_about_the_pose(self) -> bool:
         """
-        Return whether the search must reach the tool's rotation, in addition to the position. It
-        must if the formula uses the rotation, or if the joint does not move the tool's origin.
+        Return whether the tool's rotation matters for the formula, not only its position. It does
+        if the formula uses the rotation, or if the joint does not move the tool's origin.
         """
         column = self.world.jacobian[:, :3, self.statement.joint]
         turned = self.statement.value.free_symbols & {ANGLE_IN_PLANE, *ROTATION.values()}
@@ -292,13 +295,13 @@ class SolutionCheck(Check):
     @cached_property
     def together(self) -> float | None:
         """
-        Return the ratio of the configurations at which the formulas of the file together give the
-        tool's pose.
+        Return the ratio of the configurations at which the tool is at its pose if the joints take
+        the values of all inverse kinematics formulas of the file.
 
         Each joint takes the value of one of its formulas. A formula may contain other joints,
         which also take the values of their formulas. Joints without a formula are free. Return
         None if the file has formulas of one joint only, or more than `MAX_CHOICES` combinations.
-        Return None also if the free joints can compensate every motion of the other joints.
+        Return None also if the free joints can compensate every tool motion of the other joints.
         """
         by_joint: dict[int, list[Statement]] = {}
         for statement in self.others:
@@ -325,8 +328,8 @@ class SolutionCheck(Check):
         return replace(self, statement=statement)
 
     def _in_turn(self, chosen: Mapping[int, Statement]) -> dict[int, Floats] | None:
-        # Evaluate the chosen formula of each joint, each with the values of the formulas on which
-        # it depends. Return None if formulas depend on each other in a circle.
+        # Evaluate the chosen formula of each joint. If a formula contains other joints, their
+        # formulas are evaluated first. Return None if formulas depend on each other in a circle.
         variables, found = self.names.table.variables, dict[int, Floats]()
         needed = {
             k: [j for j in chosen if j != k and variables[j] in one.value.free_symbols]
@@ -350,8 +353,8 @@ class SolutionCheck(Check):
     @cached_property
     def solved(self) -> float:
         """
-        Return the ratio of the configurations at which the formula gives the joint's value or
-        another branch.
+        Return the ratio of the configurations at which the formula's value is the joint's position
+        or belongs to another branch.
         """
         return self.share + (1.0 - self.share) * self.branches(self.robot.limits)
 
@@ -370,13 +373,14 @@ class SolutionCheck(Check):
 
     def branches(self, limits: Limits | None, out_of_reach: bool = False) -> float:
         """
-        Return the ratio of the missed configurations at which the tool still reaches its target if
+        Return the ratio of the missed configurations at which the tool can still reach its pose if
         the joint takes the formula's value.
 
-        A configuration is missed if the formula's value is not the joint's own value. Joints that
-        the formula contains keep their values. Prismatic joints stay inside `limits`, if given. If
-        the other joints can always bring the tool's origin to its target, the search also compares
-        rotations. With `out_of_reach`, only configurations at which the formula has a value count.
+        A configuration is missed if the formula's value is not the joint's position. Joints that
+        the formula contains keep their positions; the other joints may move. Prismatic joints stay
+        inside `limits`, if given. If the joints that may move can always bring the tool's origin
+        to its target, the search also compares rotations. With `out_of_reach`, configurations at
+        which the formula is undefined are left out.
         """
         joint, table = self.statement.joint, self.names.table
         here = self.in_radians(self.person[:, 0, 0])
@@ -399,8 +403,8 @@ class SolutionCheck(Check):
 
     def passes(self, values: Floats, right: Floats) -> bool:
         """
-        Return whether the values (N,) of a repaired formula equal the joint's value at clearly
-        more configurations than the user's formula.
+        Return whether the values (N,) of a repaired formula equal the joint's position at clearly
+        more configurations than the values of the user's formula.
         """
         share = float(np.mean(self.hits(values)))
         return share >= MIN_HIT_RATIO and share > self.share + MIN_HIT_RATIO

@@ -192,7 +192,8 @@ class _Reader:
         try:
             inexact = self._statement(context, raw)
         except (FormulaError, RecursionError):
-            return exact  # no estimate: the rounded number is, for example, an exponent
+            # The effect of rounding is not estimated, for example if an exponent is rounded.
+            return exact
         assert isinstance(inexact, Statement)
         half_units = tuple(
             (s, half) for s, half in self.half_units.items() if s in inexact.symbols

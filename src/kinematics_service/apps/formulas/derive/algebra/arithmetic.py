@@ -23,8 +23,8 @@ from .laurent import Laurent, Ring, from_terms
 from .matrices import Matrix
 from .names import Affine, Names
 
-# Maximum number of constant angles, besides quarter turns, that are generators of the ring.
-# `exponential` replaces further constant angles by nearby angles whose sine and cosine are
+# Maximum number of constant angles that become symbols of the polynomials (quarter turns need
+# none). `exponential` replaces further constant angles by nearby angles whose sine and cosine are
 # rational.
 MAX_ANGLE_SYMBOLS = 2
 # If a row of the table turns by p/q times a joint's angle, p and q may be at most this. The
@@ -47,15 +47,15 @@ class Arithmetic:
     ring
         The ring with its generators.
     units
-        The unit of each joint variable, whose generator is exp(i theta / unit). The unit is
-        `ring.parts` times the common denominator of the joint's gear ratios.
+        An integer for each joint variable, whose generator is exp(i theta / unit): `ring.parts`
+        times the common denominator of the joint's gear ratios.
     steps
-        The step of each joint variable. It is the greatest common divisor of the exponents that
-        the joint's generator has in the rows that the joint turns.
+        An integer for each joint variable. In every row that the joint turns, the exponent of its
+        generator is a multiple of this integer (the greatest common divisor).
     offsets
-        The offset of each joint variable q in theta = q + offset, rad. The offset is 0 if the
-        table adds only whole quarter turns to q. Formulas in theta are as short as without
-        offsets.
+        The constant angle (rad) that the table adds to each joint variable q: theta = q + offset.
+        The offset is 0 if the table adds only whole quarter turns. Formulas in theta are as short
+        as those of a table without offsets.
     angles
         The symbol theta of each joint variable q, or q itself if the offset is 0.
     """
@@ -95,24 +95,23 @@ class Arithmetic:
     @property
     def joint_indices(self) -> list[int]:
         """
-        Return the indices of the generators of the joint variables: first the angle generator of
-        each joint, then the length generator of each joint.
+        Return the indices of the generators of the joint variables: first an angle generator for
+        each joint, then a length generator for each joint. A joint uses only one of its two
+        generators.
         """
         variables = self.names.variables
         lengths = (self.ring.index('number', variable) for variable in variables)
         return [*map(self.angle_index, variables), *lengths]
 
     def moves(self, exponents: Iterable[Sequence[int]]) -> bool:
-        """
-        Return whether any monomial, given by its exponents, contains the generator of a joint
-        variable.
-        """
+        """Return whether a joint variable occurs in monomials with these exponents."""
         joints = self.joint_indices
         return any(e[k] for e in exponents for k in joints)
 
     def derivative(self, value: Laurent, variable: sympy.Symbol) -> Laurent:
         """
-        Return the derivative of a polynomial by a joint variable, per rad or per length unit.
+        Return the derivative of a polynomial by a joint variable, per rad or per length unit of
+        the file.
         """
         ring = self.ring
         by_angle = value.derivative(self.angle_index(variable), self.units[variable])
@@ -223,8 +222,7 @@ def arithmetic_of(description: RobotDescription, names: Names, parts: int = 1) -
 
 def _offsets(turns: Sequence[Affine], names: Names) -> dict[sympy.Symbol, sympy.Expr]:
     # The offset of a joint is the constant angle of the first row that the joint turns. If the
-    # joint turns further rows, each keeps the difference between its constant angle and the
-    # offset.
+    # joint turns further rows, each of them keeps its constant angle minus the offset.
     offsets: dict[sympy.Symbol, sympy.Expr] = {}
     for constant, factors in turns:
         unknown = [variable for variable in factors if variable not in offsets]

@@ -4,12 +4,12 @@
 Factor a real trigonometric polynomial into real factors in whole angles, without half angles.
 
 As a polynomial in z = exp(i q), sin q has complex coefficients and the two factors z - 1 and z +
-1. These factors are sine and cosine of q/2 times a monomial, so they must be multiplied again. The
-method has four steps. First, it multiplies the generators by powers of i, so that every
-coefficient is real. Second, it factors over the integers. Third, it divides the generators by
-these powers of i again. Fourth, it multiplies pairs of half-angle factors. In two cases the method
-factors over the Gaussian integers instead. Either powers of i cannot make the coefficients real,
-or a factor may be a product of two complex factors.
+1. These two factors are sine and cosine of q/2 times a monomial, so they must be multiplied again.
+The method has four steps. First, it multiplies the generators by powers of i, so that every
+coefficient is real. Second, it factors over the integers. Third, it undoes the first step. Fourth,
+it multiplies pairs of half-angle factors. In two cases the second step factors over the Gaussian
+integers instead: powers of i cannot make all coefficients real, or a factor over the integers may
+be a product of two complex factors.
 """
 
 import math
@@ -46,15 +46,15 @@ MAX_TERMS = 6000
 # integers. With four generators, factoring takes seconds.
 MAX_GAUSSIAN_TERMS = 40
 MAX_GAUSSIAN_GENERATORS = 3
-# If the product is not proved to be fully factored, each factor with at most this number of terms
-# is tested for irreducibility separately.
+# If a determinant is not proved to be fully factored, each of its factors with at most this number
+# of terms is tested for irreducibility separately.
 MAX_SHORT_TERMS = 100
 
 
 @dataclass(frozen=True)
 class RealFactor:
     """
-    A real factor of a polynomial, and the power of this factor in the product.
+    A real factor of a polynomial, and the power with which it divides the polynomial.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class RealFactor:
         The two half-angle factors whose product is the factor; empty if there are none. They are
         real in a ring with half angles.
     alone
-        Whether the factor splits into half-angle factors that the ring does not contain.
+        Whether the factor splits only in a ring with half angles, which this ring is not.
     splits
         Whether `halves` are real polynomials in whole angles, as in `half_factors.Whole`.
     """

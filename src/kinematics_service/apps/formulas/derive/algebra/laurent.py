@@ -73,10 +73,7 @@ class Ring:
 
     @property
     def offset(self) -> int:
-        """
-        Return the integer that makes all signed digits of a monomial positive if it is added to
-        the monomial.
-        """
+        """Return the integer to add to a monomial so that no digit (an exponent) is negative."""
         return sum(HALF << (BITS * k) for k in range(len(self.generators)))
 
     def exponents(self, monomial: int) -> tuple[int, ...]:

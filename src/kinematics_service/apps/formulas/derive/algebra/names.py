@@ -32,7 +32,8 @@ class Names:
     variables
         One symbol for each joint, in the order of the Jacobian's columns; rad or length unit.
     lengths
-        Symbols of the constants that are not replaced by their values.
+        Symbols of the constants that stay symbols in formulas; the other constants are replaced by
+        their expressions.
     values
         The value of each length, in the file's units.
     meanings
@@ -52,21 +53,24 @@ class Names:
     length_unit: sympy.Expr = sympy.Integer(1)
 
     def expression(self, text: str) -> sympy.Expr:
-        """Return the expression of a text, in the file's units."""
+        """Return a text of the robot file as a sympy expression, in the file's units."""
         return exact(text, self.meanings, self.angle_unit)
 
     def angle(self, text: str) -> sympy.Expr:
-        """Return the expression of an angle's text, in rad."""
+        """Return the text of an angle in the robot file as a sympy expression, in rad."""
         return self.expression(text) * angle_in_rad(self.angle_unit)
 
     def length(self, text: str) -> sympy.Expr:
-        """Return the expression of a length's text, in the unit of the symbols."""
+        """
+        Return the text of a length in the robot file as a sympy expression, in the unit of the
+        symbols.
+        """
         return self.expression(text) * self.length_unit
 
     def affine(self, text: str, is_angle: bool) -> Affine:
         """
-        Return the constant part of a text that is affine in the joint variables, and the factor of
-        each joint variable.
+        Return an angle or length of the robot file that is affine in the joint variables: its
+        constant part, and the factor of each joint variable.
         """
         value = self.angle(text) if is_angle else self.length(text)
         expanded = sympy.expand(value)

@@ -13,14 +13,14 @@ from .laurent import Laurent, from_terms
 
 
 def quotient_constant(value: Laurent, product: Laurent, arithmetic: Arithmetic) -> Laurent | None:
-    """Return value / product if the quotient is exact and has no joint variable; else None."""
+    """Return value / product if the division is exact and no joint variable is left; else None."""
     joints = arithmetic.joint_indices
     ours, theirs = product.grouped(joints), value.grouped(joints)
     if set(ours) != set(theirs):
         return None
-    # Each group has the terms with equal exponents of the joint variables. Divide only the
-    # shortest group to get a candidate for the quotient. Then check the candidate by multiplying
-    # it by the product.
+    # A group holds all terms with the same exponents of the joint variables. Divide only one group
+    # of `value` by the same group of `product`, the one with the fewest terms, to get a candidate
+    # for the quotient. Then check candidate * product = value.
     ring, key = arithmetic.ring, min(ours, key=lambda key: len(ours[key]))
     quotient = divided(from_terms(ring, theirs[key]), from_terms(ring, ours[key]))
     if quotient is None:

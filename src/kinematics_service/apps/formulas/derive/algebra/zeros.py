@@ -193,8 +193,8 @@ def _undecided(
     bent = np.einsum('kmij,kj->kmi', bends, radii) * radii[:, None, :]
     reach = np.sum(straight + bent / 2, axis=-1) + _round_off(functions, largest)
     kept = np.all(np.abs(f) <= reach, axis=-1)
-    # Divide each joint's part of a polynomial's change by the bound of the whole change, so that
-    # polynomials with different units are comparable.
+    # Compute each joint's share in the bound of a polynomial's change in the box, because shares
+    # of polynomials with different units are comparable.
     share = np.sum((straight + bent) / np.maximum(reach, 1e-300)[..., None], axis=1)
     worst = np.max(np.abs(f) / np.maximum(reach, 1e-300), axis=-1)
     return centers[kept], radii[kept], worst[kept], np.argmax(share, axis=-1)[kept]

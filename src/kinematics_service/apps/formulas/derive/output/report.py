@@ -15,7 +15,8 @@ from ..family import Family
 from ..path import Path
 from ..singular_set import FamilyCrossing, SingularFactor
 
-# The report says that a factor is irreducible if the factor has more operations than this.
+# The report says that a factor of the determinant is irreducible only if the factor has more
+# operations than this.
 LONG_EXPRESSION_OPERATIONS = 60
 
 
