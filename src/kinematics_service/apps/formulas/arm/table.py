@@ -116,7 +116,7 @@ class TableRow:
 @dataclass(frozen=True)
 class Table:
     """
-    A robot's table, base and tool in symbols, with the values of the named constants.
+    A robot's table, base pose and tool pose in symbols, with the values of the named constants.
 
     Parameters
     ----------
@@ -275,8 +275,8 @@ def table_of(description: RobotDescription) -> Table:
     derived: dict[sp.Symbol, sp.Expr] = {}
     for constant in description.constants:
         name, symbol = constant.name, constants[constant.name]
-        # Do not convert a constant that is both a length and an angle, or neither, because it is a
-        # ratio without a unit.
+        # Do not convert a constant that is used both as a length and as an angle, or as neither,
+        # because it is a ratio without a unit.
         is_length, is_angle = name in used['length'], name in used['angle']
         factor = sp.Integer(1) if is_length == is_angle else length if is_length else degree
         if names_in(constant.text) & set(constants):

@@ -57,7 +57,7 @@ def compare(
       R_2, o_2, z_2, p_14       rotation, origin, z axis of frame 2; from o_1 to o_4
       z^1_2, o^1_2, {}^1J       the same, and J, in the axes of frame 1
       J, J_v, J_w, J_2, J_v2    Jacobian: linear rows first, base axes, point: the tool's origin;
-                                fewer rows: those of the task, or those not always 0 (x y phi)
+                                fewer rows: the task's, or the nonzero ones (in a plane x, y, phi)
       J_s, J_b, J_A             space, body (Lynch and Park: angular rows first), analytic
       det or det(J)             of the task's rows of J
       s_o1, D_1                 o_0 - o_n; dT/dq1 R^-1: column 1 of J as a 4 x 4 matrix

@@ -106,7 +106,7 @@ def faults_in_words(comparison: Comparison, file: str) -> list[str]:
 
 
 def error_document(comparison: Comparison, file: str) -> dict[str, Json]:
-    """Return the object that --json prints of a file of formulas with errors."""
+    """Return the object that `--json` prints for a file of formulas with errors."""
     faults = [
         {'file': file, **attributes(fault, 'line', 'column', 'message', 'code')}
         for fault in comparison.faults

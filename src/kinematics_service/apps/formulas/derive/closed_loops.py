@@ -31,8 +31,8 @@ from .frames import Frames, frames_of
 from .jacobian import VEE, in_axes_of, may_turn
 from .trigonometry import Writer, writer_of
 
-# Maximum number of operations of an expression whose products of sines and cosines are replaced by
-# sums. A longer expression would not become shorter.
+# Maximum number of operations of an expression whose products of sines and cosines are written as
+# sines and cosines of sums. A longer expression would not become shorter.
 MAX_OPERATIONS = 150
 # The determinant of an arm with closed loops is derived only if the sum of its joints and passive
 # joints is at most this.

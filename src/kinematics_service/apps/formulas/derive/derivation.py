@@ -414,7 +414,8 @@ def exact_of(robot: Robot, locked: Mapping[str, str] | None = None, parts: int =
     """
     description = robot.description
     arm = opened(description) if description.loops else description
-    # Use the rows of the arm and of its loops, so that the ring contains the angles of both.
+    # Use the rows of the arm and of its loops, so that the polynomial ring contains the angles of
+    # both.
     rows_of_loops = (link for loop in description.loops for link in loop.links)
     whole = replace(arm, links=(*arm.links, *rows_of_loops))
     arithmetic = arithmetic_of(whole, names_of(whole, locked), parts)

@@ -122,8 +122,8 @@ def disagreement(derivation: Derivation, robot: Robot) -> float:
     determinant.
 
     Each factor has its power in the determinant, and the product may differ from the determinant
-    by one constant. They are compared at 1000 seeded configurations inside the joint limits. If
-    there is no determinant, the product is compared with the common factors of all minors.
+    by one constant. They are compared at 1000 seeded configurations inside the joint limits.
+    Without a determinant, the product is compared with the common factors of all minors.
     """
     exact = derivation.exact
     q = exact.sampler.random(POSES, within=True)

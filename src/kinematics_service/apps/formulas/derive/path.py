@@ -62,8 +62,8 @@ class Path:
     Attributes
     ----------
     q, qdot
-        Joint positions and joint velocities as functions of t; rad and the file's length unit, and
-        these per second.
+        Joint positions (rad or the file's length unit) and joint velocities (the same per second)
+        as functions of t.
     p, v, omega
         Position, linear and angular velocity of the tool as functions of t, base axes.
     """

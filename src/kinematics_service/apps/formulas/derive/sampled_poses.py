@@ -66,7 +66,7 @@ class PoseSampler:
 
     @property
     def rows(self) -> tuple[int, ...]:
-        """Return the indices of the task rows."""
+        """Return the indices of the task rows of J, 0 to 5."""
         return tuple(self.robot.singularity.task.axes.tolist())
 
     def whole(self, q: Floats) -> Floats:
@@ -198,8 +198,8 @@ class PoseSampler:
 
 def sampler_of(robot: Robot, arithmetic: Arithmetic) -> PoseSampler:
     """
-    Return the sampler of a robot in which the joints of an exact arithmetic move; other joints are
-    locked.
+    Return the sampler of a robot in which the joint variables of `arithmetic` move; the other
+    joints are locked.
     """
     names, description = arithmetic.names, robot.description
     symbols = {symbol.name for symbol in names.variables}

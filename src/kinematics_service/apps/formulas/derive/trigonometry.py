@@ -22,9 +22,9 @@ from .frames import Frames
 # longer polynomial is written in one form only.
 MAX_COMPARED_TERMS = 400
 MAX_FACTORED_TERMS = 24
-# If the common denominator of a polynomial's coefficients is larger than this, they are written as
-# decimals. Such a denominator comes from constant angles that were replaced by angles with
-# rational sine and cosine.
+# Largest common denominator of a polynomial's coefficients that are written as fractions; with a
+# larger denominator, they are written as decimals. A larger denominator comes from constant angles
+# that were replaced by angles with rational sine and cosine.
 MAX_INTEGER = 10**15
 DIGITS = 17
 # Maximum number of terms of a polynomial that is simplified. For longer polynomials, sympy takes
@@ -59,8 +59,8 @@ class Writer:
     sums, singles
         Two bases: sums of the angles of parallel joints, and the joint angles themselves.
     divisor
-        The divisor of the polynomial if the polynomial is written without simplification; None if
-        it is simplified.
+        The divisor of the polynomial that is written, if its expression is not simplified; None if
+        the expression is simplified.
     """
 
     arithmetic: Arithmetic
@@ -69,7 +69,8 @@ class Writer:
     divisor: int | None = None
     _numbers: dict[sympy.Expr, sympy.Expr] = field(default_factory=dict)
     _written: dict[Hashable, sympy.Expr] = field(default_factory=dict)
-    # Cache of inner sums C, P and S. The entries of a matrix share many inner sums.
+    # Cache of the sums C, P and S in C + P cos u + S sin u. The entries of a matrix share many of
+    # these sums.
     _nested_before: dict[Hashable, sympy.Expr] = field(default_factory=dict)
 
     def expression(self, value: Laurent) -> sympy.Expr:
@@ -100,8 +101,8 @@ class Writer:
         return self._with_numbers(shortest / value.divisor)
 
     def _with_numbers(self, expression: sympy.Expr) -> sympy.Expr:
-        # Replace theta by q + offset last, because the lengths of the forms are compared while
-        # they contain theta.
+        # Replace theta by q + offset last, because the forms are compared by their numbers of
+        # operations while they contain theta.
         numbers = {symbol: number for number, symbol in self._numbers.items()}
         return expression.xreplace(numbers | self.arithmetic.in_variables)
 
@@ -157,8 +158,8 @@ class Writer:
 
     def _fewest_operations(self, groups: Mapping[Exponents, Terms]) -> int:
         # Return a lower bound of the number of operations in the result of `_cosines_of_sums`. The
-        # bound counts the functions, the sums in their arguments, and the outer sum. If the bound
-        # is too large, the form is not written.
+        # bound counts the sines and cosines, the sums in their arguments, and the outer sum. If
+        # the bound is too large, that result is not computed.
         functions = 0
         inside = 0
         for exponents, terms in groups.items():

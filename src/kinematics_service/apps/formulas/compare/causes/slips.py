@@ -47,7 +47,10 @@ def millimetres(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def transposed(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the right matrix transposed, with only its rotation part transposed, and inverted."""
+    """
+    Yield three wrong forms of the correct matrix: transposed, with only its rotation part
+    transposed, and inverted.
+    """
     right = check.right
     rows, columns = right.shape[1:]
     if rows == columns and rows > 1:

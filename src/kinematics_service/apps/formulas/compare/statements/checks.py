@@ -51,7 +51,7 @@ class Check(ABC):
 
     @property
     def reading(self) -> Settings:
-        """Return the settings of the formula: how frames are numbered and rows ordered."""
+        """Return the settings of the formula: how frames are numbered and rows of J ordered."""
         return self.statement.settings
 
     @cached_property
@@ -111,7 +111,7 @@ class Check(ABC):
     @property
     @abstractmethod
     def right(self) -> Floats:
-        """Return the right values for the formula, shape (N, rows, columns)."""
+        """Return the values that the user's formula should have, shape (N, rows, columns)."""
 
     @cached_property
     def wrong(self) -> Mask:
@@ -152,7 +152,9 @@ class Check(ABC):
         return still and same and bool(self.poses.chosen)
 
     def passes(self, values: Floats, right: Floats) -> bool:
-        """Return whether the values (N,) of a repaired entry equal the right values."""
+        """
+        Return whether the values (N,) of a repaired entry equal the values that it should have.
+        """
         return bool(self.agrees(values, right))
 
 
@@ -167,7 +169,7 @@ class QuantityCheck(Check):
 
     @cached_property
     def right(self) -> Floats:
-        """Return the right values for the formula, shape (N, rows, columns)."""
+        """Return the values that the user's formula should have, shape (N, rows, columns)."""
         return self.right_of(self.world)
 
     def right_of(self, world: World, reading: Settings | None = None) -> Floats:
@@ -267,12 +269,15 @@ class QuantityCheck(Check):
 
     @property
     def fits(self) -> bool:
-        """Return whether the user's matrix has the right shape."""
+        """Return whether the user's matrix has the shape of the quantity that it defines."""
         return self.right.shape[1:] == self.shape
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Return the names of the Jacobian's rows; empty for other quantities."""
+        """
+        Return the names of the rows in the user's Jacobian, such as vx or wz; empty for other
+        quantities.
+        """
         if self.quantity.kind != 'jacobian' or not self.fits:
             return ()
         rows = self.quantity.rows or (

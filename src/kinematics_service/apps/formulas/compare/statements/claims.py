@@ -75,8 +75,8 @@ class _ZeroCondition:
 
 @dataclass(frozen=True)
 class _ArmOfLetters:
-    # The arm with one value for each named constant. `sampler` is None if the arm could not be
-    # derived.
+    # The arm with one value for each named constant. `sampler` is None if derivation of the
+    # determinant failed.
     robot: Robot
     names: FormulaNames
     sampler: PoseSampler | None
@@ -125,7 +125,8 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
         worst = next((one for one in verdicts if not one.holds), verdicts[-1])
         if worst.holds or not verdicts[-1].holds:
             # The last verdict holds for the constants of the robot file. Return it unless the
-            # claim fails with random constants only: its remark names a configuration of this arm.
+            # claim fails with random constants only, because the remark then names a configuration
+            # of this arm.
             return verdicts[-1]
         numbers = numbers_in_words(exact.arithmetic.names)
         special = f'with {numbers} of this file it agrees, with other values not'
@@ -158,8 +159,8 @@ def _sound(arm: _ArmOfLetters, claim: Statement) -> Claim:
     ]
     if equations:
         q = poses_on(equations, q, free)
-    # Drop configurations at which the claimed value is not real. A family need not exist at all
-    # values of the other joints.
+    # Drop configurations at which the claimed joint position is not real. A family need not exist
+    # at all positions of the other joints.
     q = q[np.isfinite(q).all(axis=1)]
     q = q[_belongs(names, claim, q)] if equations else q
     if not len(q):
@@ -199,8 +200,9 @@ def _belongs(names: FormulaNames, claim: Statement, q: Floats) -> npt.NDArray[np
     # Return which of N configurations belong to a claimed family, shape (N,).
     holds = np.ones(len(q), dtype=bool)
     for joint, value in claim.conditions:
-        # Compute how far (rad or m) the configurations are from satisfying the condition, for each
-        # integer k. If the condition is an equation, the distances are first-order estimates.
+        # Compute the distance (rad or m) of each configuration from satisfying this condition of
+        # the claim, for each integer k. If the condition is an equation, the distances are
+        # first-order estimates.
         gaps = []
         for k in INTEGERS.tolist():
             condition = _ZeroCondition(_value(names, claim, value, k))

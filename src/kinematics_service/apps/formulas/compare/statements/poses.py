@@ -78,13 +78,13 @@ def poses_for(
         `at: ...` of the formula file gives them a value. An arm with closed loops keeps its own
         constants, for which the loops close.
     fixed
-        Constants and their values.
+        Constants to which the formula file gives a value, and these values.
 
     Raises
     ------
     FormulaError
-        The `at` or `point` line has an unknown name, or closed loops do not close with the given
-        values.
+        The line `at: ...` or `point: ...` of the formula file has an unknown name, or closed loops
+        do not close with the given values.
     """
     table, rng = names.table, np.random.default_rng(SEED)
     pairs = [(symbol, _number(value)) for symbol, value in reversed(fixed)]
@@ -134,7 +134,8 @@ def _close(
     q = np.stack([values[joint] for joint in joints], axis=1)
     for k, joint in enumerate(joints):
         drawn[k] = np.full(CLOSURE_SAMPLES, given[joint][0]) if joint in given else drawn[k]
-    # Draw no further positions if the `at` line gives every joint: all draws would be equal.
+    # Draw no further positions if the line `at: ...` of the formula file gives all joint
+    # positions.
     tried = q if given.keys() >= set(joints) else np.concatenate([q, np.stack(drawn, axis=1)])
     good = tried[closes_at(robot.chain, tried)]
     if len(good) < count:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """
 Check equations and inverse kinematics formulas. A damped Newton search decides whether a formula
-gives another branch of the solution.
+gives another branch of the inverse kinematics.
 """
 
 from collections.abc import Mapping
@@ -43,8 +43,8 @@ STEPS = 20
 # The search stops after this number of random starts if no start has reached a target pose.
 FIRST_STARTS = 4
 SEED = 1955
-# Maximum number of configurations at which another branch is searched, because a configuration
-# takes up to STARTS searches.
+# Maximum number of configurations at which another branch of the inverse kinematics is searched,
+# because a configuration takes up to STARTS searches.
 MAX_BRANCH_POSES = 40
 # Maximum number of combinations of inverse kinematics formulas that are tried. A combination has
 # one formula for each joint.
@@ -354,14 +354,15 @@ class SolutionCheck(Check):
     def solved(self) -> float:
         """
         Return the ratio of the configurations at which the formula's value is the joint's position
-        or belongs to another branch.
+        or another solution of the inverse kinematics.
         """
         return self.share + (1.0 - self.share) * self.branches(self.robot.limits)
 
     @cached_property
     def is_a_root(self) -> bool:
         """
-        Return whether the formula gives a branch that the arm cannot reach at some configurations.
+        Return whether the formula gives a branch of the inverse kinematics that the arm cannot
+        reach at some configurations.
 
         An example is the branch in which an arm reaches back over its shoulder. The formula's
         values are roots of the arm's equations, and at some configurations the arm reaches them.

@@ -69,7 +69,9 @@ class Arithmetic:
 
     @property
     def in_variables(self) -> dict[sympy.Symbol, sympy.Expr]:
-        """Return q + offset for each symbol theta of a joint whose offset is not 0."""
+        """
+        Return the symbol theta and the expression q + offset of each joint whose offset is not 0.
+        """
         return {
             angle: v + self.offsets[v] for v, angle in self.angles.items() if self.offsets[v] != 0
         }
@@ -89,7 +91,9 @@ class Arithmetic:
         return values
 
     def angle_index(self, variable: sympy.Symbol) -> int:
-        """Return the index of the generator exp(i variable / unit)."""
+        """
+        Return the index of the generator exp(i variable / unit) of a joint variable; see `units`.
+        """
         return self.ring.index('angle', variable)
 
     @property

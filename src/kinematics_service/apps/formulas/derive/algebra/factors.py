@@ -77,7 +77,7 @@ class RealFactor:
 @dataclass(frozen=True)
 class Factored:
     """
-    A product: a constant without joint variables, times factors with joint variables.
+    A factored polynomial: a constant without joint variables, times factors with joint variables.
 
     Attributes
     ----------
@@ -143,7 +143,7 @@ def _whole(
 ) -> Factored:
     if not arithmetic.moves(value.terms()):
         return Factored(value, (), True)
-    # Move lengths that divide every term to the constant.
+    # Move lengths that divide every term into the constant of the product.
     terms = value.terms()
     generators = zip(lowest(terms), arithmetic.ring.generators)
     common = [low if generator.kind == 'number' else 0 for low, generator in generators]
@@ -158,10 +158,10 @@ def _whole(
 
 @dataclass(frozen=True)
 class _Polynomial:
-    # A polynomial for sympy. `element` has integer coefficients if quarter turns of the
-    # generators, `turns`, make all coefficients real. Otherwise it has Gaussian integers as
-    # coefficients. Its lowest exponents are 0, and the exponents of each generator are divided by
-    # `steps`.
+    # A polynomial for sympy. Generator k is multiplied by i^turns[k], so that all coefficients of
+    # `element` are integers. If no powers of i achieve this, the coefficients are Gaussian
+    # integers and `turns` are 0. The lowest exponents are 0, and the exponents of each generator
+    # are divided by `steps`.
     element: PolyElement
     turns: tuple[int, ...]
     steps: tuple[int, ...]
@@ -185,8 +185,9 @@ class _Polynomial:
 
 
 def _turned_real(terms: Terms) -> tuple[tuple[int, ...], dict[tuple[int, ...], Any]] | None:
-    # Return how many quarter turns of each generator make all coefficients real. Return also the
-    # real coefficients by exponents. Return None if this is impossible.
+    # Return the power of i by which each generator is multiplied so that all coefficients are
+    # real. Return also these real coefficients by exponents. Return None if no powers achieve
+    # this.
     turns = _quarter_turns(terms)
     if turns is None:
         return None
@@ -200,10 +201,11 @@ def _turned_real(terms: Terms) -> tuple[tuple[int, ...], dict[tuple[int, ...], A
 
 
 def _quarter_turns(terms: Terms) -> tuple[int, ...] | None:
-    # Find a number t_k of quarter turns for each generator k. A term with exponents e_k has the
-    # sum of all t_k e_k, plus 1 if its coefficient is imaginary. This sum must be even for all
-    # terms, or odd for all terms. This is a linear system over the field of two elements. Return
-    # None if there is no solution, or if a coefficient is neither real nor imaginary.
+    # Find a power i^t_k by which each generator k is multiplied so that all coefficients become
+    # real. A term with exponents e_k is then multiplied by i to the power sum_k t_k e_k. This
+    # power, plus 1 if the term's coefficient is imaginary, must be even for all terms, or odd for
+    # all terms. This is a linear system over the field of two elements. Return None if there is no
+    # solution, or if a coefficient is neither real nor imaginary.
     if any(a and b for a, b in terms.values()):
         return None
     first, *others = ((*e, bool(b)) for e, (_, b) in terms.items())

@@ -77,12 +77,12 @@ class Ring:
         return sum(HALF << (BITS * k) for k in range(len(self.generators)))
 
     def exponents(self, monomial: int) -> tuple[int, ...]:
-        """Return the exponents of a monomial, one for each generator."""
+        """Return the exponents of a monomial (stored as an integer), one for each generator."""
         shifted = monomial + self.offset
         return tuple(((shifted >> (BITS * k)) & MASK) - HALF for k in range(len(self.generators)))
 
     def monomial(self, exponents: Iterable[int]) -> int:
-        """Return the monomial of these exponents."""
+        """Return the integer that stores the monomial with these exponents."""
         return sum(e << (BITS * k) for k, e in enumerate(exponents))
 
     def number(self, value: int, divisor: int = 1) -> 'Laurent':
@@ -248,7 +248,9 @@ class Laurent:
         return from_terms(self.ring, kept, self.divisor) if len(kept) < len(self) else self
 
     def reduced(self) -> 'Laurent':
-        """Return an equal polynomial whose integers have no common divisor."""
+        """
+        Return an equal polynomial whose integer coefficients and divisor have no common divisor.
+        """
         common = math.gcd(self.divisor, *self.real.values(), *self.imaginary.values())
         if common == 1:
             return self

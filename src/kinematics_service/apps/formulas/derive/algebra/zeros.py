@@ -102,7 +102,8 @@ def common_zero(functions: Sequence[Numbers], box: Box, starts: Floats) -> Zero:
 
 
 def _bends(functions: Sequence[Numbers], largest: Floats) -> Floats:
-    # Return bounds of the second derivatives for |q| <= largest, shape (..., m, n, n).
+    # Return bounds of the second derivatives of the m functions for |q| <= largest, shape (..., m,
+    # n, n).
     bounds = [
         [[second.function.magnitude(largest) for second in first.firsts] for first in f.firsts]
         for f in functions

@@ -15,8 +15,8 @@ from ..family import Family
 from ..path import Path
 from ..singular_set import FamilyCrossing, SingularFactor
 
-# The report says that a factor of the determinant is irreducible only if the factor has more
-# operations than this.
+# Number of operations of a factor of the determinant above which the report says that the factor
+# is irreducible.
 LONG_EXPRESSION_OPERATIONS = 60
 
 
