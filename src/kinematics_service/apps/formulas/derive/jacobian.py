@@ -126,8 +126,8 @@ def screw_based(frames: Frames, arithmetic: Arithmetic) -> Matrix:
     Return J by screws [s; s_o x s] about the tool. Here s is the direction of an axis, and s_o is
     a point on the axis seen from the tool.
 
-    The sum s_o(i) = s_o(i + 1) - R_i step_i runs from the tool backwards, link by link, as in
-    "000_823ec4230178d515.txt", lines 40-58. Here the linear rows come first.
+    The sum s_o(i) = s_o(i + 1) - R_i step_i runs from the tool backwards, link by link, as in the
+    source document of the golden cases s000a to s000c. Here the linear rows come first.
     """
     seen = -(frames.in_base[-1][:3, :3] @ frames.tool[:3, 3])
     s_o: dict[int, Matrix] = {}
@@ -161,8 +161,8 @@ def analytic(frames: Frames, arithmetic: Arithmetic) -> Matrix:
 
 def rotation_taken_out(frames: Frames, arithmetic: Arithmetic) -> Matrix:
     """
-    Return J from the derivatives T'(q_k) T^-1 of the pose T, by the method of
-    "002_bccf79781668e053.txt", line 71.
+    Return J from the derivatives T'(q_k) T^-1 of the pose T, by the method of the source document
+    of the golden case s002_rrp_ets.
 
     T = before screw(q) after, so that T' T^-1 = before screw' screw^-1 before^-1: each factor is
     differentiated alone and transformed to the base. The last column of T' T^-1 is the velocity
