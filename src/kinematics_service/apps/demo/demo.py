@@ -51,13 +51,14 @@ RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 # Environment variables that extend ROS discovery beyond this host even if `RANGE` is `LOCALHOST`.
 REMOTE_DISCOVERY = ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER')
 
-# Time between two lines about the arm if the output is not a terminal, s.
+# Time between two printed lines about the tool and the distance to singular poses, if the output
+# is not a terminal, s.
 LINE_PERIOD = 1.0
 # Longest wait until node, arm and display have discovered each other, s.
 DISCOVERY_TIMEOUT = 5.0
-# Longest wait at the end for the node's answers to the last joint states, s.
+# Longest wait, at the end of the demo, for the node's answers to the last joint states, s.
 LAST_ANSWER_TIMEOUT = 0.4
-# Control sequences that restore the former screen of the terminal and its cursor.
+# Control sequences that restore the screen and the cursor that the terminal had before the demo.
 LEAVE_SCREEN = b'\x1b[?1049l\x1b[?25h'
 
 
@@ -115,7 +116,7 @@ def stay_on_this_host() -> tuple[str, ...]:
 def _arm(
     node: KinematicsNode, trajectory: str, replay: str | os.PathLike[str] | None
 ) -> tuple[VirtualArm, str]:
-    # Return the simulated arm, and its motion as text.
+    # Return the simulated arm, and a text that describes how it moves.
     robot, names = node.settings.robot, node.settings.joint_names
     command = COMMAND.replace('~', node.get_fully_qualified_name())
     if replay is not None:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Receive the messages of the demo's node, and keep values for the demo's table and summary."""
+"""Receive the messages of the demo's node, and keep what the demo's table and summary show."""
 
 import math
 import time
@@ -19,16 +19,18 @@ from ...robot.measures import MEASURES
 from .echo_topics import ECHO_TOPICS
 from .readings import PoseReading, pose_of
 
-# Length of the time interval of one entry in the history of distances and speeds, s.
+# Each entry of `DemoListener.history` and `DemoListener.speeds` covers an interval of this length,
+# s.
 INTERVAL = 0.25
-# Largest number of entries of the history.
+# Largest number of entries of `DemoListener.history` and `DemoListener.speeds`; older entries are
+# dropped.
 HISTORY_LENGTH = 400
 
 
 class Nearest(NamedTuple):
     """
-    The smallest received distance to a singular pose (rad), its time since the start (s), and the
-    pose of the tool.
+    The smallest received distance to a singular pose (rad), the time of its receipt since the
+    start of the demo (s), and the tool's pose at that time.
     """
 
     distance: float
@@ -38,7 +40,7 @@ class Nearest(NamedTuple):
 
 class DemoListener:
     """
-    Subscribes to the outputs of a node, and keeps values for table and summary.
+    Subscribes to the outputs of a node, and keeps what the demo's table and summary show.
 
     Parameters
     ----------
@@ -59,9 +61,11 @@ class DemoListener:
     speeds
         The speed of the fastest joint in each time interval of length `INTERVAL`, rad/s or m/s.
     warned, levels
-        The last warning; all levels in the order in which they were received.
+        The last warning; the sequence of warning levels (OK, WARN, ERROR, STALE), with one entry
+        for each change.
     scale, reason
-        The latest scale that the node publishes for the arm's velocity command, and its reason.
+        The latest messages about the velocity command of the arm: the factor (0 to 1) by which the
+        node would multiply the command, and the reason.
     then
         A function that is called with each received warning.
     """
@@ -99,7 +103,7 @@ class DemoListener:
         return topics <= connected
 
     def start(self) -> None:
-        """Set the start time to now, and subscribe to the joint states."""
+        """Set the start time of the demo to now, and subscribe to the arm's joint states."""
         # Subscribe to the joint states only now. The arm starts after the first subscription to
         # its joint states, and this first subscription must be the node's.
         topic = f'{self.source.rpartition("/")[0]}/{JOINT_STATES}'
@@ -114,15 +118,18 @@ class DemoListener:
     @property
     def answered(self) -> int:
         """
-        Return the number of joint states that the node has answered.
+        Return for how many joint states the node has published all its results.
 
-        Messages of the distance are counted, because the node publishes the distance last for each
-        joint state.
+        This is the number of messages with the distance to singular poses, because the node
+        publishes this distance last for each joint state.
         """
         return self.distance.count
 
     def measure(self, name: str) -> float | None:
-        """Return the latest value of a measure; None if no message came."""
+        """
+        Return the latest value of a singularity measure, such as `distance`; None if no message
+        came.
+        """
         message = self.measures[name].message
         return None if message is None else float(message.data)
 
@@ -138,8 +145,8 @@ class DemoListener:
         distance = float(self.distance.message.data)
         now = self.time
         if distance < self.nearest.distance:
-            # Store the latest pose with this distance. Both belong to the same joint state,
-            # because the node publishes the pose before the distance.
+            # Store the latest pose together with this smallest distance. Both belong to the same
+            # joint state, because the node publishes the pose before the distance.
             pose = None if self.pose.message is None else pose_of(self.pose.message)
             self.nearest = Nearest(distance, now, pose)
         while self._intervals * INTERVAL <= now:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Write the texts of the demo: first lines, summary, and lines if no terminal shows a table."""
+"""Write the demo's texts: introduction, lines during the motion (no terminal), and summary."""
 
 import math
 import os
@@ -19,15 +19,15 @@ from .readings import pose_of
 from .standard_output import StandardOutput
 
 COMMAND = 'python -m kinematics_service'
-# Largest number of successive levels that the summary lists.
+# Largest number of changes of the warning level (OK, WARN, ERROR, STALE) that the summary lists.
 MAX_LEVELS = 12
-# Environment variables that must have equal values in both terminals. Otherwise ROS does not find
-# the node from the second terminal.
+# Environment variables that must have the same values in the terminal of the demo and in a
+# terminal from which the user reads the node's topics. Otherwise ROS does not find the node.
 MUST_MATCH = ('ROS_DOMAIN_ID', 'RMW_IMPLEMENTATION')
 
 
 def motion_in_words(robot: Robot, trajectory: Trajectory) -> str:
-    """Return a sentence that describes the motion along a smooth path."""
+    """Return a sentence about the motion `smooth`: through which singular pose, and how often."""
     distance = float(singularity(robot, trajectory.centre).distance)
     if distance > robot.singularity.thresholds.warn:
         return (
@@ -43,8 +43,8 @@ def motion_in_words(robot: Robot, trajectory: Trajectory) -> str:
 
 def invitation(motion: str, source: str, discovery: str, set_aside: Sequence[str]) -> list[str]:
     """
-    Return the first lines of the demo: the motion, and commands for a second terminal that show
-    the node's messages.
+    Return the first lines that the demo prints: the arm's motion, and commands that show the
+    node's messages in a second terminal.
 
     Parameters
     ----------
@@ -73,8 +73,8 @@ def invitation(motion: str, source: str, discovery: str, set_aside: Sequence[str
 
 class PlainReport:
     """
-    Writes a line once a second, and a line at each change of the level; used if the output is not
-    a terminal.
+    Prints lines if the output is not a terminal: tool position and distance once a second, and a
+    line at each change of the warning level (OK, WARN, ERROR, STALE).
     """
 
     def __init__(self, listener: DemoListener, output: StandardOutput) -> None:
@@ -82,7 +82,10 @@ class PlainReport:
         self._level = ''
 
     def warn(self, warned: WarningReading) -> None:
-        """Write a warning if its level differs from that of the last warning."""
+        """
+        Print a warning if its level (OK, WARN, ERROR, STALE) differs from the last warning's
+        level.
+        """
         if warned.level != self._level:
             self._level = warned.level
             self._output.line(
@@ -90,7 +93,9 @@ class PlainReport:
             )
 
     def tick(self) -> None:
-        """Write the position of the tool, and the distance of the arm to a singular pose."""
+        """
+        Print the position of the tool, and the distance of the arm to the nearest singular pose.
+        """
         listener = self._listener
         if listener.pose.message is None:
             self._output.line(f'{listener.time:6.1f} s  no pose yet')
@@ -113,8 +118,8 @@ def _distance(distance: float) -> str:
 
 def summary(listener: DemoListener, sent: int) -> list[str]:
     """
-    Return lines with the numbers of messages sent and received, the smallest distance to a
-    singular pose, and the levels.
+    Return lines for the end of the demo: how many joint states the arm sent, how many messages the
+    node published, the smallest distance to a singular pose, and the sequence of warning levels.
     """
     lines = [
         f'{listener.time:.1f} s: {sent} joint states sent; heard {listener.pose.count} poses, '

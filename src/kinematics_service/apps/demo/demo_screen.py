@@ -27,15 +27,15 @@ from .demo_listener import INTERVAL, DemoListener
 from .live_table import BARS, STYLES, bars, coloured, matrix_lines, number, scale_lines
 from .readings import pose_of
 
-# Number of lines for the text of the warning. The number is constant, so that the lines below the
-# warning do not move.
+# Number of lines reserved for the warning, so that the lines below it never move.
 SENTENCE_LINES = 2
 # Widths in characters.
 LABEL_WIDTH = 18
 MEASURE_WIDTH = 22
 NUMBER_WIDTH = 8
-HISTORY_SCALE_WIDTH = 13  # width of the full bar and its number at the end of a history
-# Distance for which a bar of the history has full height, rad.
+HISTORY_SCALE_WIDTH = 13  # a full-height bar and the value that it means, after a bar chart
+# In the bar chart of past distances to singular poses, a bar of full height means this distance,
+# rad.
 FULL_BAR = 0.5
 MISSING = '-'
 QDOT = 'qdot'
@@ -43,7 +43,7 @@ QDOT = 'qdot'
 
 class ScreenSection(NamedTuple):
     """
-    Lines that are shown together or not at all.
+    Lines of the table that are shown together or not at all.
 
     If the terminal has too few lines, sections with a high rank are left out first.
     """
@@ -56,7 +56,7 @@ def screen(
     listener: DemoListener, size: ConsoleDimensions, blocks: bool, units: Mapping[str, str]
 ) -> Group:
     """
-    Return the live table: first the level, then the sections for which the terminal has room.
+    Return the live table: the latest warning, then the sections for which the terminal has room.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def screen(
     blocks
         Whether the terminal can show block characters.
     units
-        The unit of each measure.
+        The unit of each singularity measure, by name.
     """
     width, height = size
     elsewhere = f'elsewhere: python -m kinematics_service echo jacobian --node {listener.source}'
@@ -96,7 +96,7 @@ def _fitting(parts: Sequence[ScreenSection], height: int) -> list[Text]:
             kept.add(k)
             height -= len(parts[k].lines)
     lines = [line for k in sorted(kept) for line in parts[k].lines]
-    # Remove the second of two successive empty lines.
+    # If two successive lines are empty, keep one of them.
     lines = [line for k, line in enumerate(lines) if line or k == 0 or lines[k - 1]]
     for line in lines:
         line.no_wrap, line.overflow = True, 'ellipsis'
@@ -130,8 +130,8 @@ def _warning(warned: WarningReading | None, width: int) -> list[Text]:
         return [Text('waiting for the node'), *[Text()] * (SENTENCE_LINES - 1)]
     sentence = plain(warned.sentence)
     if warned.level != Level.STALE.name:
-        # Omit the numbers in the warning, because these numbers are old and the table shows the
-        # present numbers.
+        # Omit the numbers in the warning's sentence. They were measured when the warning was
+        # published, and the table shows the present values.
         head, _, tail = sentence.partition(': ')
         factor = plain(warned.values.get('factor', ''))
         if factor and tail.startswith(factor):
@@ -182,7 +182,7 @@ def _jacobian(listener: DemoListener, width: int) -> list[Text]:
         return [_labelled('Jacobian', str(error))]
     speeds = listener.joint_speeds()
     if set(matrix.columns) <= set(speeds):
-        # Add a last row: the velocity of the joint of each column.
+        # Below each column of the Jacobian, show the velocity of the column's joint.
         row = np.array([speeds[name] for name in matrix.columns])
         matrix = JacobianReading(
             (*matrix.rows, QDOT), matrix.columns, np.vstack([matrix.jacobian, row])
@@ -201,8 +201,8 @@ def _distance(listener: DemoListener) -> Text:
 
 
 def _scale(listener: DemoListener) -> Text:
-    # Return the line about the scale that the node publishes for the arm's velocity command. The
-    # simulated arm ignores the scale.
+    # Return the line with the scale: the factor (0 to 1) by which the node would multiply the
+    # arm's velocity command. The simulated arm ignores the scale.
     message, reason = listener.scale.message, listener.reason.message
     if message is None or reason is None:
         return _labelled('scale', MISSING)

@@ -24,9 +24,9 @@ from .echo_topics import ECHO_TOPICS, diagnostics_of
 from .live_table import coloured, live
 from .standard_output import StandardOutput
 
-# If no message comes for this time, s, the likely reason is printed.
+# If no message comes for this time (s), `echo` prints the likely reason.
 SILENCE_TIMEOUT = 5.0
-# Period of the check whether messages come, s.
+# Period (s) at which `echo` checks whether messages still come.
 CHECK_PERIOD = 0.5
 # Width (characters) of lines if the output is not a terminal. It is so large that no line is
 # broken.
@@ -98,8 +98,8 @@ class _Echo:
     @property
     def over(self) -> bool:
         """
-        Return whether the command must stop: the command is done, has timed out, or its output is
-        closed.
+        Return whether `echo` must stop: the one message of `--once` was shown, the time-out has
+        passed, or the reader of the output has ended.
         """
         return (self._once and self._latest.count > 0) or self.in_vain or self._output.closed
 
@@ -110,7 +110,7 @@ class _Echo:
 
     @contextmanager
     def shown(self) -> Iterator[None]:
-        """Show messages while the block runs."""
+        """Show the received messages while the `with` block runs."""
         if self._timeout is not None:
             steady_timer(self._node, self._timeout, self._give_up)
         if not self._live:
@@ -149,7 +149,8 @@ class _Echo:
     def _why_silent(self) -> str:
         topic = self._echoed.awaited or self._latest.topic
         diagnostics = self._diagnostics.message
-        # Use the first status of the node's diagnostics, which reports on the input of the node.
+        # Use the first status of the node's diagnostics, which reports whether the node receives
+        # joint states.
         report = diagnostics.status[0].message if diagnostics else ''
         return why_no_messages(self._node, topic, self._echoed.answers, report)
 

@@ -46,14 +46,16 @@ class EchoTopic(NamedTuple):
     name
         The name of the topic, where `~` means the name of the node.
     reading
-        A function that returns the content of a message; raises LayoutError for a wrong layout.
+        A function that returns the content of a message; raises LayoutError if the message's
+        arrays do not have the layout that the node publishes.
     shown
-        A function that returns lines of text, given a content and a width in characters.
+        A function that turns the result of `reading` into lines of text of a given width
+        (characters).
     answers
         The messages, as text, that the node must receive before it publishes on this topic.
     wanted
-        A function that returns whether this node published a message; None if other nodes do not
-        publish on the topic.
+        If several nodes publish on the topic: a function that returns whether a message comes from
+        the node that `echo` shows. Otherwise None.
     awaited
         A topic whose publisher proves that the node runs; '' means the topic `name`.
     """
@@ -69,7 +71,10 @@ class EchoTopic(NamedTuple):
 
     @property
     def is_rare(self) -> bool:
-        """Return whether a long silence after the first message is normal on this topic."""
+        """
+        Return whether the node publishes on this topic only at changes, so that long pauses
+        between messages are normal.
+        """
         return self.qos is WARNING_QOS
 
     def subscribed_by(
@@ -83,11 +88,17 @@ class EchoTopic(NamedTuple):
         return LatestMessage(node, topic, self.type, self.qos, then, self.wanted)
 
     def lines(self, message: Any, width: int) -> list[str]:
-        """Return a message as lines of text; raise LayoutError for a wrong layout."""
+        """
+        Return a message as lines of text; raise LayoutError if its arrays have another layout than
+        the node's.
+        """
         return self.shown(self.reading(message), width)
 
     def document(self, message: Any) -> dict[str, Any]:
-        """Return a message as a dict for `--json`; raise LayoutError for a wrong layout."""
+        """
+        Return a message as a dict for `--json`; raise LayoutError if its arrays have another
+        layout than the node's.
+        """
         content: dict[str, Any] = self.reading(message)._asdict()
         content |= content.pop('vectors', {})
         return content
@@ -95,7 +106,7 @@ class EchoTopic(NamedTuple):
 
 def diagnostics_of(node: str) -> EchoTopic:
     """
-    Return the topic of diagnostics, limited to the statuses of one node, given by its full name.
+    Return the topic `/diagnostics`, limited to the statuses of one node. `node` is its full name.
     """
     reading = partial(statuses_of, node.removeprefix('/'))
     return EchoTopic(

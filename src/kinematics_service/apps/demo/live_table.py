@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Write messages as lines of text, for `demo` and `echo`; only the level has a colour."""
+"""
+Write messages as lines of text, for `demo` and `echo`. Only the word OK, WARN, ERROR or STALE has
+a colour.
+"""
 
 import math
 import textwrap
@@ -26,8 +29,8 @@ from ...robot.measures import Level
 from .readings import PoseReading, StatusesReading
 
 # Widths in characters.
-CELL_WIDTH = 9  # width of a number and the gap before it
-MAX_CELL_WIDTH = 14  # largest width of a column, if its joint has a long name
+CELL_WIDTH = 9  # a number, and the gap before it
+MAX_CELL_WIDTH = 14  # largest width of a Jacobian column; its header is the joint's name
 ROW_LABEL_WIDTH = 4
 VECTOR_LABEL_WIDTH = 19
 STYLES = {
@@ -45,7 +48,7 @@ REDRAW_PERIOD = 0.1
 @contextmanager
 def live(node: Node, draw: Callable[[Console], Group], whole: bool) -> Iterator[None]:
     """
-    While the `with` block runs, call `draw` periodically, and show the lines that it returns.
+    While the `with` block runs, call `draw` periodically, and show the lines that `draw` returns.
 
     The drawing fills the terminal if `whole` is True; else it uses the lines below the cursor.
     """
@@ -83,14 +86,14 @@ def number(value: float, decimals: int = 4) -> str:
 
 
 def numbers(values: Sequence[float] | Floats, decimals: int = 4) -> str:
-    """Return numbers as text of fixed width, so that the numbers of successive lines align."""
+    """Return numbers as text, each in the same width, so that columns of several lines align."""
     return ' '.join(number(float(value), decimals).rjust(CELL_WIDTH) for value in values)
 
 
 def matrix_lines(matrix: JacobianReading, width: int) -> list[str]:
     """
-    Return the lines of a Jacobian with labels. Columns for which a line of `width` characters has
-    no room follow in another block.
+    Return a Jacobian as lines of at most `width` characters, with the names of rows and joints. If
+    the columns need more width, they continue in a second block of lines.
     """
     columns = [plain(name) for name in matrix.columns]
     rows = [plain(name) for name in matrix.rows]
@@ -132,7 +135,10 @@ def pose_lines(pose: PoseReading, width: int) -> list[str]:
 
 
 def vector_lines(pair: VectorPair, reading: VectorReading, width: int) -> list[str]:
-    """Return a line for each vector of a pair, such as a twist; `width` has no effect."""
+    """
+    Return two lines for a twist, acceleration or wrench: one for each of its two vectors. `width`
+    has no effect.
+    """
     lines = [
         f'{f"{name} {axes}".ljust(VECTOR_LABEL_WIDTH)}{numbers(reading.vectors[name])}  {unit}'
         for name, (axes, unit) in pair.vectors.items()
@@ -141,13 +147,17 @@ def vector_lines(pair: VectorPair, reading: VectorReading, width: int) -> list[s
 
 
 def scale_lines(reading: ScaleReading, width: int = 0) -> list[str]:
-    """Return a line with the scale as a number and as a bar; `width` has no effect."""
+    """
+    Return a line with the velocity scale (0 to 1) as a number and as a bar; `width` has no effect.
+    """
     filled = round(SCALE_BAR_WIDTH * min(max(reading.scale, 0.0), 1.0))
     return [f'scale {reading.scale:.3f}  {"█" * filled}{"░" * (SCALE_BAR_WIDTH - filled)}']
 
 
 def warned_lines(warned: WarningReading, width: int) -> list[str]:
-    """Return the lines of a warning: level and sentence, then a line for each key and value."""
+    """
+    Return the lines of a warning: level (such as WARN) and sentence, then its keys and values.
+    """
     label = max(map(len, warned.values), default=0)
     lines = textwrap.wrap(f'{warned.level}  {plain(warned.sentence)}', width) or [warned.level]
     return lines + [
@@ -156,7 +166,10 @@ def warned_lines(warned: WarningReading, width: int) -> list[str]:
 
 
 def statuses_lines(reading: StatusesReading, width: int) -> list[str]:
-    """Return the lines of a node's statuses, each with its name and in the form of a warning."""
+    """
+    Return the lines of a node's diagnostic statuses: for each status its level, name and sentence,
+    then its keys and values.
+    """
     return [
         line
         for status in reading.statuses
@@ -167,7 +180,9 @@ def statuses_lines(reading: StatusesReading, width: int) -> list[str]:
 
 
 def coloured(line: str, level: str) -> Text:
-    """Return a line of text; if it begins with the level, colour the word of the level."""
+    """
+    Return a line as `Text`. If it begins with the word `level`, such as WARN, colour this word.
+    """
     text = Text(line, no_wrap=True, overflow='ellipsis')
     if line.startswith(level):
         text.stylize(f'{STYLES.get(level, "bold")} reverse', 0, len(level))

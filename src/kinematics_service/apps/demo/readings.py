@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Convert messages to plain data: poses and diagnostics, which only `echo` and `demo` show."""
+"""Convert pose and diagnostics messages, which only `echo` and `demo` show, to plain data."""
 
 from typing import NamedTuple
 
@@ -48,6 +48,8 @@ def pose_of(message: PoseStamped) -> PoseReading:
 
 
 def statuses_of(node: str, message: DiagnosticArray) -> StatusesReading:
-    """Return the statuses of the node named `node`, without leading slash, in a message."""
+    """
+    Return the statuses of one node in a message; `node` is its full name without leading slash.
+    """
     statuses = (status for status in message.status if status.name.startswith(f'{node}: '))
     return StatusesReading(tuple(map(warned_of, statuses)))

@@ -32,7 +32,7 @@ class StandardOutput:
         return (sys.stdout.encoding or '').lower().replace('-', '') == 'utf8'
 
     def line(self, *lines: str) -> None:
-        """Write lines, and flush the buffer."""
+        """Write lines to standard output, and flush its buffer."""
         if self.closed:
             return
         try:
@@ -40,6 +40,6 @@ class StandardOutput:
             sys.stdout.flush()
         except BrokenPipeError:
             self.closed = True
-            # Send the rest of the buffer to /dev/null, or the interpreter raises the error again
-            # when it ends.
+            # Send the unwritten rest of the buffer to /dev/null. Otherwise Python raises
+            # BrokenPipeError again when it exits.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -51,7 +51,10 @@ def moments_of_trajectory(trajectory: Trajectory, start: int) -> Iterator[TimedJ
 
 
 def period_of_recording(due: Floats) -> float:
-    """Return the period, s, of a timer that publishes joint states due at times (N,), s."""
+    """
+    Return the period (s) for the timer of `VirtualArm`, from the times `due` (N,), s, at which the
+    joint states of a recording must be published.
+    """
     median = float(np.median(np.diff(due))) if len(due) > 1 else math.inf
     return min(max(median, MIN_PERIOD), 1.0 / RATE)
 
@@ -123,7 +126,7 @@ class VirtualArm:
         return bool(self._publisher.get_subscription_count() > 0)
 
     def start(self) -> None:
-        """Publish the first joint state now, and the others when they are due."""
+        """Publish the first joint state now, and each later one when its time comes."""
         self._start = time.monotonic()
         self._advance()
         self._turn()

@@ -14,7 +14,10 @@ from ....cli.options import ROBOT, ROBOT_WORDS, WrongUsage, option, refuse_unkno
 
 
 class DemoTrajectory(str, Enum):
-    """The motions of the simulated arm: sines, or a path through a singular pose (smooth)."""
+    """
+    The motions of the simulated arm: a path through a singular pose (smooth), or sines within the
+    joint limits (sine).
+    """
 
     sine = 'sine'
     smooth = 'smooth'

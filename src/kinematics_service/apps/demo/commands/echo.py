@@ -43,7 +43,7 @@ def echo(
     ),
 ) -> None:
     """
-    Print what a running node says, without any other ROS tool installed.
+    Print the messages of a running node. No other ROS tool needs to be installed.
 
     \b
     Examples:

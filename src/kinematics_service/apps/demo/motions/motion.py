@@ -34,5 +34,7 @@ def inside_limits(robot: Robot) -> Floats:
 
 
 def allowed_speeds(robot: Robot) -> Floats:
-    """Return the largest joint speeds of a path, (n,), rad/s or m/s; inf without a limit."""
+    """
+    Return the largest speed of each joint on a path, (n,), rad/s or m/s; inf without a limit.
+    """
     return SPEED_RATIO * robot.velocity_limits

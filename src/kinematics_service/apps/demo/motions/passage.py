@@ -15,13 +15,13 @@ from ....robot.closed_poses import close_at
 from ....robot.robot import Robot
 from .motion import JointMotion, allowed_speeds, inside_limits
 
-# Largest distance of a joint position from the middle of the path.
+# Largest motion of a joint from the middle of the path to its end.
 TURNING_REACH = 0.7  # rad, for a turning joint
 SLIDING_REACH = 0.2  # m, for a sliding joint
-# Shortest period of the motion, s, so that a person can read each level on the table.
+# Shortest period of the motion, s. A person has time to read OK, WARN and ERROR on the table.
 MIN_PERIOD = 12.0
-# Number of lines in random directions that are tried through each singular pose, and the seed of
-# the random directions.
+# Number of random straight lines in joint space that the search tries through each singular pose,
+# and the seed of their directions.
 DIRECTIONS = 16
 SEED = 560
 
@@ -31,8 +31,8 @@ class Passage(NamedTuple):
     The motion q(t) = centre + x reach, with x = cos(u) (1 + 2 cos(u)^2) / 3 and u = 2 pi t /
     period.
 
-    At x = 0 the joints have a third of the speed that they would have with x = cos(u). The largest
-    joint speed is 97 % of the largest speed with x = cos(u).
+    The motion is slow at the centre: compared with x = cos(u), the joints pass x = 0 at a third of
+    the speed, and their largest speed is 97 %.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Passage(NamedTuple):
     period: float
 
     def at(self, t: npt.ArrayLike) -> JointMotion:
-        """Return positions and velocities at times t (...,) in s."""
+        """Return joint positions and velocities at times t (...,), s."""
         rate = 2.0 * math.pi / self.period
         u = rate * np.asarray(t, dtype=np.float64)[..., None]
         x = np.cos(u) * (1.0 + 2.0 * np.cos(u) ** 2) / 3.0
@@ -62,10 +62,11 @@ def smooth_trajectory(robot: Robot) -> Passage:
     Return a path back and forth on a line in joint space that leads exactly through a singular
     pose.
 
-    The search compares lines in random directions through the singular poses of the arm. It
-    returns the line whose ends are farthest from singular poses. If the limits exclude singular
-    poses, or leave no room around them, the middle of the line is a regular pose. The path of an
-    arm with closed loops goes through the position `assembled` of the robot file.
+    The search compares straight lines in joint space that pass through the singular poses of the
+    arm in random directions. It returns the line whose ends are farthest from singular poses. If
+    the limits exclude singular poses, or leave no room around them, the middle of the line is a
+    regular pose. The path of an arm with closed loops goes through the position `assembled` of the
+    robot file.
     """
     centre, reach = _line_of_loops(robot) if robot.chain.loops else _line(robot)
     slowest = np.max(np.abs(reach) / allowed_speeds(robot), initial=0.0)
@@ -94,8 +95,9 @@ def _line(robot: Robot) -> tuple[Floats, Floats]:
 
 
 def _line_of_loops(robot: Robot) -> tuple[Floats, Floats]:
-    # Return the centre and the reach of a line on which all joints move together. Halve the reach
-    # until every loop closes along the line and the line is inside the limits.
+    # Return centre and reach of a path for an arm with closed loops: a straight line in joint
+    # space along which all joints move. Halve the reach until the line is inside the joint limits
+    # and every loop closes at 21 points of it.
     centre, units = robot.chain.closure.assembled(), np.minimum(robot.chain.closure.units(), 1.0)
     x = np.linspace(-1.0, 1.0, 21)[:, None]
     low, high = robot.limits.T

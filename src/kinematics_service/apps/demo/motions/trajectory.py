@@ -35,7 +35,7 @@ class Sines(NamedTuple):
     period: float
 
     def at(self, t: npt.ArrayLike) -> JointMotion:
-        """Return positions and velocities at times t (...,) in s."""
+        """Return joint positions and velocities at times t (...,), s."""
         angle = self.frequency * np.asarray(t, dtype=np.float64)[..., None] + self.phase
         return JointMotion(
             self.centre + self.amplitude * np.sin(angle),
@@ -45,7 +45,8 @@ class Sines(NamedTuple):
 
 def sine_trajectory(robot: Robot) -> Sines:
     """
-    Return q_1 = sin t, q_2 = cos 2t, q_3 = sin 3t and so on, shifted and scaled into the limits.
+    Return a motion of sines: q_1 = sin t, q_2 = cos 2t, q_3 = sin 3t and so on, shifted and scaled
+    into the joint limits.
 
     If a joint would exceed its velocity limit, the whole motion is slower.
     """
@@ -54,8 +55,7 @@ def sine_trajectory(robot: Robot) -> Sines:
     low, high = inside[:, 0], inside[:, 1]
     amplitude = np.minimum(1.0, 0.5 * (high - low))
     w = np.arange(1.0, n + 1.0)
-    # Multiply the time in the sines by a factor of at most 1, so that no joint exceeds its speed
-    # limit.
+    # Slow the whole motion by a factor of at most 1, so that no joint exceeds its velocity limit.
     clock = min(1.0, float(np.min(allowed_speeds(robot) / (amplitude * w))))
     return Sines(
         centre=np.clip(0.0, low + amplitude, high - amplitude),
