@@ -37,8 +37,8 @@ MAX_NAMES = 12
 
 class WorstMoment(NamedTuple):
     """
-    The moment of a recording at which a quantity is worst: name of the quantity, row of the state
-    in the timeline, and value as text.
+    The state of a recording at which a quantity, such as the tool speed, is worst: name of the
+    quantity, row of the state in the timeline, and value as text.
     """
 
     what: str
@@ -56,18 +56,19 @@ class Audit:
     file, what, topic, planned, remarks
         Properties of the file; see `RecordingSource`.
     counts, examples
-        Number of messages by outcome, and the first refused message for each reason.
+        Number of messages by outcome (accepted, or a reason of refusal), and the first refused
+        message for each reason.
     moments
-        The worst moments.
+        For each quantity, such as tool speed, the state at which it is worst.
     frames
-        The comparison with a second source of poses, or the reason why no comparison was possible;
-        None without a second source.
+        The comparison of the computed tool poses with those that a second source measured, or the
+        reason why no comparison was possible; None without a second source.
     trajectories, plans
         The number of planned trajectories, and their checks, by trajectory number from 1.
     asked
-        The settings for plans.
+        The requested distance and speed limits for planned trajectories.
     slowing
-        The effect of `ks.scale` on the motion; None if it was not requested.
+        Where `ks.scale` would have slowed the motion; None if it was not requested.
     """
 
     robot: Robot
@@ -93,9 +94,7 @@ class Audit:
 
     @property
     def refused(self) -> dict[str, int]:
-        """
-        Return the numbers of messages that gave no state of the arm, by reason of the refusal.
-        """
+        """Return how many messages gave no state of the arm, by the reason of their refusal."""
         other = (outcomes.ACCEPTED, outcomes.NOT_STAMPED, outcomes.RESETS, outcomes.NOT_OURS)
         return {reason: n for reason, n in self.counts.items() if n and reason not in other}
 
@@ -112,13 +111,13 @@ class AuditSettings(NamedTuple):
     Attributes
     ----------
     estimator
-        Settings of the estimator, which turns messages into states.
+        Settings of the state estimator, which turns messages into joint positions and velocities.
     frames
-        Settings for matching and judging the poses of a second source.
+        Settings of the comparison with tool poses that a second source measured.
     plans
         Settings of the check of plans.
     slowing
-        Settings of `ks.scale`; None if it was not requested.
+        Settings of `ks.scale`, which slows motions; None if its effect was not requested.
     """
 
     estimator: EstimatorSettings = EstimatorSettings()
@@ -147,7 +146,7 @@ def audit(
         A function that is called with the number of messages, or of checked plans, since its last
         call.
     write
-        A function that is called with each batch of states; None: the batches are not written.
+        A function that writes each batch of computed states to a file; None: no file is written.
 
     Raises
     ------
@@ -270,8 +269,8 @@ def _moments_of_joint(timeline: Timeline, j: int, joint: JointReport) -> Iterato
 
 
 def _largest(count: int, values_of: Callable[[slice], Floats]) -> tuple[int, float]:
-    # Returns the first row with the largest value, and the value. NaN is ignored; the value is
-    # -inf if all values are NaN.
+    # Returns the first of `count` rows at which `values_of` is largest, and this value. NaN is
+    # ignored; the value is -inf if all values are NaN.
     row, largest = 0, -math.inf
     for rows in spans(count):
         values = values_of(rows)

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute the timeline of a recording from its blocks of messages. The kernel runs on batches; the
-rules for warnings run message by message.
+Compute the timeline of a recording from its blocks of messages. The kernel evaluates whole
+batches; the rules for the node's warnings run message by message.
 """
 
 from collections import Counter
@@ -23,8 +23,8 @@ from .ingest import Ingest, KnownJoints
 from .judging import Judge
 from .timeline import PublishedWarning, Timeline, TimelineBatch
 
-# Largest number of warnings in the timeline. It bounds the memory if an arm crosses a threshold
-# very often.
+# Largest number of warnings that the timeline keeps. It bounds the memory if an arm crosses a
+# threshold of the singularity measure very often.
 MAX_WARNINGS = 10_000
 
 
@@ -107,17 +107,18 @@ class Computer:
         return KnownJoints(**columns, timeouts=kept)
 
     def _signs(self, quaternions: Floats, fresh: Flags) -> Floats:
-        # Returns the signs (N,) of the published quaternions. The estimator gives each quaternion
-        # the sign that makes it nearer to the quaternion published before.
+        # Returns the factors 1 or -1 (N,) between the quaternions of the kernel and those that the
+        # node publishes. The node gives each quaternion the sign that makes it nearer to the
+        # quaternion published before.
         before = quaternions[:1] if self._quaternion is None else self._quaternion[None]
         last = np.concatenate([before, quaternions[:-1]])
         dots = np.einsum('ij,ij->i', quaternions, last)
         for k in np.flatnonzero(np.abs(dots) < 1e-9):
-            # The sign of a value near 0 depends on the order of summation, so sum by np.dot, as
-            # the estimator does.
+            # The sign of a dot product near 0 depends on the order of summation, so sum by np.dot,
+            # as the estimator does.
             dots[k] = np.dot(quaternions[k], last[k])
         turns = np.where(dots < 0.0, -1.0, 1.0)
         signs = np.cumprod(turns)
         for k in np.flatnonzero(fresh | (dots == 0.0)):
-            signs[k:] *= signs[k]  # from here, use the kernel's sign again, w >= 0
+            signs[k:] *= signs[k]  # after a reset or a right angle, row k has the kernel's sign
         return np.asarray(signs, dtype=np.float64)

@@ -18,13 +18,14 @@ WIDTH = 1000
 # Number of columns of a drawing. A column shows the least and the largest value in its interval of
 # time.
 COLUMNS = 800
-# If a curve has more points in memory than this, they are reduced to those that a drawing shows.
+# If the number of points in memory exceeds this while a curve is built, only the points that
+# change the drawing are kept.
 MAX_HELD_POINTS = 2**20
 
 
 class Curve(NamedTuple):
     """
-    A curve of a chart, with its name, its style (`c0` to `c5`, or `limit`), and its points.
+    A curve of a chart, with its name, its CSS class (`c0` to `c5`, or `limit`), and its points.
 
     Attributes
     ----------
@@ -60,15 +61,15 @@ def curve_of(
     end : s
         End of the time axis.
     pieces
-        Pieces of the curve: times (s), values, and whether the curve is interrupted before each
-        row.
+        Pieces of the curve: times (s) of points, their values, and whether the curve is
+        interrupted before each point.
     """
     drawn: list[tuple[Floats, Floats, np.ndarray]] = []  # type: ignore[type-arg]
     count = held = groups = 0
     for t, values, breaks in pieces:
         known = np.flatnonzero(np.isfinite(values))
-        # Compute the number of the group of each point. A break or an unknown value starts a new
-        # group; each group is drawn as a separate line.
+        # Number the lines of which the curve consists, and assign each point to its line
+        # (`group`). An interruption or an unknown value starts a new line.
         group = groups + np.cumsum(breaks) + np.cumsum(~np.isfinite(values))
         groups = int(group[-1])
         count, held = count + len(known), held + len(known)
@@ -87,8 +88,8 @@ def _joined(drawn: list[tuple[Any, ...]]) -> tuple[Any, ...]:
 
 
 def _thinned(end: float, t: Floats, values: Floats, group: np.ndarray) -> tuple[Any, ...]:  # type: ignore[type-arg]
-    # Returns the points that a drawing needs. A second call keeps all points of the first call, so
-    # reduced pieces may be reduced again.
+    # Returns the points that suffice to draw the curve: four in each column. A second call keeps
+    # all these points, so a curve may be reduced repeatedly while it grows.
     column = np.minimum(across(t, end) * (COLUMNS / WIDTH), COLUMNS - 1).astype(np.int64)
     edges = np.flatnonzero(np.diff(column, prepend=-1) | (np.diff(group, prepend=-1) != 0))
     low, high = np.minimum.reduceat(values, edges), np.maximum.reduceat(values, edges)

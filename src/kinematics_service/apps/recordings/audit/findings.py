@@ -9,8 +9,8 @@ from ....robot.measures import Level
 
 class Finding(NamedTuple):
     """
-    One finding of an audit, with its `level` OK, WARN or ERROR. `code` names the cause of a
-    refusal or of a fault of the file; it is empty for other findings.
+    One finding of an audit: a sentence with its `level` OK, WARN or ERROR. If a file or its poses
+    cannot be used, `code` names the cause; otherwise it is empty.
     """
 
     level: Level

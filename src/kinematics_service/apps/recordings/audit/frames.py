@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compare the tool poses of a second source with the poses computed from the recording (frame check).
+Compare tool poses that a second source measured with the poses computed from the recorded joint
+positions (frame check).
 """
 
 from typing import NamedTuple
@@ -22,29 +23,32 @@ from ..readers.source import MAX_POSES, PoseTrack
 from .neighbourhoods import Track, joined
 from .timeline import Timeline
 
-# Joint positions are interpolated between two states only if the time between the states is at
-# most this many median intervals. So they are interpolated even if one or two messages were lost.
+# To get joint positions at the time of a measured pose, the states before and after it are
+# interpolated. Default of the largest time between these two states, in median intervals of the
+# states. So up to two messages in between may be lost.
 GAP_INTERVALS = 3.0
-# The largest time between two states that allows interpolation is at least this, s.
+# Least value of this default, s.
 MIN_GAP = 0.05
-# The largest time between two states that allows interpolation is at most this, s.
+# Largest value of this default, s.
 MAX_GAP = 0.5
-# A comparison needs at least this number of poses with joint positions.
+# Least number of measured poses with joint positions at their times that a comparison needs.
 MIN_POSES = 3
 
 
 class FrameSettings(NamedTuple):
     """
-    Settings for matching and judging poses.
+    Settings of the comparison of measured with computed tool poses.
 
     Attributes
     ----------
     gap : s
-        Largest time between the joint states around a pose; None: three median intervals.
+        Largest time between the joint states before and after a pose; None: three median intervals
+        of the joint states, within 0.05 s and 0.5 s.
     limits
-        RMS pose differences, after constant offsets, at which the level is WARN, and ERROR.
+        Limits of the RMS differences between measured and computed poses, after constant offsets
+        of base and tool: the differences at which the level becomes WARN, and ERROR.
     fine
-        If the RMS pose differences are at most this, no cause is searched.
+        If the RMS pose differences are at most this, the cause of the differences is not searched.
     """
 
     gap: float | None = None
@@ -59,23 +63,25 @@ class FrameReport(NamedTuple):
     Attributes
     ----------
     name, frame
-        Name of the source, and frame of the poses.
+        Name of the second source (topic or columns), and the frame in which it gives its poses.
     poses, considered, matched
-        Number of poses, number of evenly spread poses that were considered, and number of
-        considered poses with joint positions at their time.
+        Number of measured poses, number of evenly spread poses among them that were considered,
+        and number of considered poses with joint positions at their time.
     unmatched
         Why some considered poses have no joint positions, as text; empty if all have joint
         positions.
     doubts
-        Remarks on implausible numbers, each a sentence.
+        Remarks on implausible numbers in the measured poses, each a sentence.
     diagnosis
         Result of the frame check.
     limits
-        RMS pose differences, after constant offsets, at which the level is WARN, and ERROR.
+        Limits of the RMS differences between measured and computed poses, after constant offsets
+        of base and tool: the differences at which the level becomes WARN, and ERROR.
     t : shape (M,), s
         Time in the recording of each compared pose.
     position, rotation : shape (M,), m and rad
-        Pose differences that remain after constant offsets of base and tool.
+        Differences between measured and computed poses that remain after the best constant offsets
+        of base and tool.
     """
 
     name: str
@@ -93,7 +99,7 @@ class FrameReport(NamedTuple):
 
     @property
     def level(self) -> Level:
-        """Return the level of the pose differences."""
+        """Return OK, WARN or ERROR, by the size of the pose differences after constant offsets."""
         return self.limits.level(self.diagnosis)
 
     @property
@@ -116,8 +122,8 @@ def frames_of(
     robot: Robot, track: PoseTrack, timeline: Timeline, settings: FrameSettings
 ) -> FrameReport | NotCompared:
     """
-    Compare the poses of a second source with the poses computed from the recording. Return the
-    report, or the reason why a comparison is not possible.
+    Compare tool poses that a second source measured with the poses computed from the recorded
+    joint positions. Return the report, or the reason why a comparison is not possible.
     """
     none = NotCompared(track.name, track.frame, track.total or len(track.stamps), track.refused)
     if track.refused:
@@ -159,19 +165,19 @@ def frames_of(
 
 class ChosenPoses(NamedTuple):
     """
-    Evenly spread poses of a second source, with the joint positions at their times.
+    N evenly spread poses that a second source measured, with the joint positions at their times.
 
     Attributes
     ----------
     q : shape (N, n), rad or m
     poses : shape (N, 4, 4)
     stamps : shape (N,), s
-        Time of each pose since the first of all poses.
+        Time of each pose since the first pose of `found`.
     motion
         Times (K,), s since the first pose, and joint positions (K, n) at these times; None for
         fewer than two states.
     rows : shape (N,)
-        Row of each pose in the track.
+        Index of each chosen pose in the arrays of the `Track`.
     """
 
     q: Floats
@@ -182,7 +188,10 @@ class ChosenPoses(NamedTuple):
 
 
 def chosen_poses(track: PoseTrack, found: Track, use: Flags) -> ChosenPoses:
-    """Choose at most `MAX_POSES` of the poses that `use` (M,) selects, at even steps."""
+    """
+    Choose at most `MAX_POSES`, evenly spread, of the M poses in `found`. `use` (M,) marks the
+    poses that have joint positions.
+    """
     rows = np.flatnonzero(use)
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, MAX_POSES).astype(int))]
     zero, motion = found.stamps[0], None
@@ -194,13 +203,14 @@ def chosen_poses(track: PoseTrack, found: Track, use: Flags) -> ChosenPoses:
 
 def matched(found: Track, longest: float | None) -> tuple[Flags, str]:
     """
-    Return whether each pose has joint positions at its time, shape (M,). Return also, as text, why
-    some poses have no joint positions.
+    Return whether each measured pose has joint positions at its time, shape (M,). Return also, as
+    text, why some poses have none.
 
     Parameters
     ----------
     longest : s
-        Largest time between the joint states around a pose; None: three median intervals.
+        Largest time between the joint states before and after a pose; None: three median intervals
+        of the joint states, within 0.05 s and 0.5 s.
     """
     if longest is None:
         longest = min(max(GAP_INTERVALS * found.interval, MIN_GAP), MAX_GAP)

@@ -22,7 +22,8 @@ from ....kernel import LARGEST, Floats
 from ....robot.robot import Robot
 from ..readers.block import Block, Flags, Times, UnreadableMessage
 
-# Runs with fewer messages are not computed as arrays: each message goes through the estimator.
+# Least number of messages in a run of rising stamps that is computed as arrays. In shorter runs,
+# each message goes through the estimator.
 MIN_RUN = 8
 # Code for JSON of each reason for which the estimator refuses a message.
 CODES = {
@@ -53,7 +54,7 @@ class JointTimeout(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class KnownJoints:
     """
-    The known joint positions and velocities after each message that yields a state.
+    Joint positions and velocities after each message that completes a state of the arm.
 
     Attributes
     ----------
@@ -69,7 +70,7 @@ class KnownJoints:
     fresh : shape (N,)
         Whether the estimator was reset just before the message.
     timeouts : by row
-        Time-outs, by the number of the row just after the time-out.
+        Time-outs of joints, by the row of the first state after the time-out.
     """
 
     messages: Times
@@ -101,7 +102,7 @@ class RefusedExample(NamedTuple):
 
 class Ingest:
     """
-    Passes messages through an estimator, and counts the messages that the estimator refuses.
+    Passes messages through the node's state estimator, and counts the messages that it refuses.
 
     Attributes
     ----------
@@ -183,8 +184,8 @@ class Ingest:
         return [block.names.index(name) for name in self._names]
 
     def _one(self, block: Block, k: int) -> bool:
-        # Passes message k of the block through the estimator, and returns whether the estimator
-        # accepted the message.
+        # Passes message k of the block through the estimator, and returns whether it accepted the
+        # message.
         estimator, sample = self._estimator, block.sample(k)
         self._started = sample.arrival if self._started is None else self._started
         self._listen(sample.arrival)
@@ -206,7 +207,8 @@ class Ingest:
         return True
 
     def _listen(self, arrival: int) -> None:
-        # Detects joints that time out before a message arrives, as the watchdog of the node does.
+        # Notes a time-out if, before the time `arrival` (ns), some joint had no new position for
+        # too long. The watchdog of the node does the same.
         assert self._started is not None
         timeout = self._estimator.settings.timeout
         if self._stale or arrival - self._started <= timeout:

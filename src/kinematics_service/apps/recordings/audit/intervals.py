@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Find the intervals of a recording near a singularity, with duration and worst moment."""
+"""
+Find the intervals of time in which the arm is near a singularity, with duration and worst state.
+"""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -19,8 +21,8 @@ from .timeline import Stretch, Timeline, stretches_of
 
 class FactorPassage(NamedTuple):
     """
-    The state that is nearest to the zero of a named factor: distance (rad), and row in the
-    timeline.
+    The state nearest to a zero of a singular factor of the robot file: name of the factor,
+    distance (rad, to first order), and row of the state in the timeline.
     """
 
     name: str
@@ -30,7 +32,7 @@ class FactorPassage(NamedTuple):
 
 class Interval(NamedTuple):
     """
-    Consecutive states with level WARN or ERROR, with their duration and worst moment.
+    Consecutive states with level WARN or ERROR, with their duration and the worst of them.
 
     Attributes
     ----------
@@ -44,11 +46,14 @@ class Interval(NamedTuple):
     stopped : s
         Time at level ERROR.
     value
-        Worst value of the watched measure.
+        Worst value of the watched measure: the singularity measure to which the thresholds of the
+        robot file apply.
     factor
-        Name of the nearest factor at the worst moment, empty if the file lists none.
+        Name of the singular factor nearest to zero at the worst moment; empty if the robot file
+        lists none.
     factors
-        All factors that are the nearest factor at some time, in the order of their worst moments.
+        Each singular factor that is nearest to zero at some time, with the state in which it is
+        nearest, in the order of time.
     lost, fighting
         At the worst moment, as text: the direction in which the tool cannot move, and the joints
         whose motions cancel.
@@ -78,21 +83,21 @@ class Interval(NamedTuple):
 
 def watched_values(robot: Robot, timeline: Timeline, rows: slice) -> Floats:
     """
-    Return the watched measure of the states in `rows`, shape (N,). For the determinant, return
-    |det|.
+    Return the values, shape (N,), of the measure to which the robot file's thresholds apply, for
+    the states in `rows`. For the determinant, return |det|.
     """
     return np.asarray(np.abs(timeline.measures[robot.singularity.thresholds.measure][rows]))
 
 
 def watched_at(robot: Robot, timeline: Timeline, row: int) -> float:
-    """Return the watched measure of the state in one row of the timeline."""
+    """Return the value of the measure to which the robot file's thresholds apply, at one state."""
     return float(watched_values(robot, timeline, slice(row, row + 1))[0])
 
 
 def badness(robot: Robot, timeline: Timeline, rows: slice) -> Floats:
     """
-    Return the watched measure with a sign such that larger values are worse, shape (N,); NaN
-    becomes inf.
+    Return how near the states in `rows` are to a singularity, shape (N,): the watched measure,
+    negated if small values are bad. NaN becomes inf.
     """
     values = watched_values(robot, timeline, rows)
     sign = -1.0 if MEASURES[robot.singularity.thresholds.measure].small_is_bad else 1.0
@@ -100,7 +105,10 @@ def badness(robot: Robot, timeline: Timeline, rows: slice) -> Floats:
 
 
 def intervals_of(robot: Robot, timeline: Timeline) -> tuple[Interval, ...]:
-    """Return the intervals of a timeline near a singularity, in the order of time."""
+    """
+    Return the intervals in which the arm is near a singularity (WARN or ERROR), in the order of
+    time.
+    """
     pieces = (
         (timeline.levels[rows] != Level.OK, timeline.silent[rows]) for rows in spans(len(timeline))
     )
@@ -116,7 +124,7 @@ def _interval(robot: Robot, timeline: Timeline, run: Stretch) -> Interval:
         rows = slice(first + span.start, first + span.stop)
         t = timeline.t[rows.start : min(rows.stop, until) + 1]
         levels = timeline.levels[rows]
-        # Compute the duration of each level. A level lasts until the next state.
+        # Compute how long each state's level lasts: until the next state.
         holds = np.diff(t, append=t[-1:])[: len(levels)]
         level = max(level, Level(int(np.max(levels))))
         stopped += float(np.sum(holds[levels == Level.ERROR]))
@@ -144,9 +152,9 @@ def _interval(robot: Robot, timeline: Timeline, run: Stretch) -> Interval:
 
 
 def _nearest(robot: Robot, near: Singularity) -> str:
-    # Returns the name of the nearest factor. If this factor belongs to a closed loop, returns the
-    # loop's name if the loop equations are singular at the nearest singular pose, and '' if they
-    # are not singular there.
+    # Returns the name of the singular factor nearest to zero. A factor of a closed loop counts
+    # only if the loop equations are singular at the nearest singular pose: then returns the loop's
+    # name, otherwise ''.
     if near.factors is None:
         return ''
     k = near.factors.nearest
@@ -166,8 +174,8 @@ def _named(
 
 
 def _pass(robot: Robot, timeline: Timeline, rows: slice, passed: dict[int, FactorPassage]) -> None:
-    # Updates `passed`, which has the state with the least distance to the zero of each factor. A
-    # state is used only for the factor that is nearest to zero in this state.
+    # Updates `passed`, which holds for each singular factor the state nearest to its zero. Each
+    # state counts only for the factor that is nearest to zero in it.
     if not robot.singularity.factors.names:
         return
     distances = timeline.factors[rows]

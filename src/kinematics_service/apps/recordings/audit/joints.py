@@ -3,7 +3,7 @@
 """
 Report the motion of each joint: range, limits, jumps, and a check of the reported velocities.
 
-A step between two states is a jump if the speed of the joint is too low to explain it.
+The motion of a joint between two states is a jump if the joint's speed is too low to explain it.
 """
 
 import math
@@ -29,7 +29,10 @@ MAX_JUMPS = 100
 
 
 class Jump(NamedTuple):
-    """A step (rad, m) that the speed of a joint does not explain; `row` is the row after it."""
+    """
+    A jump: `step` (rad or m) is the motion of a joint between two states, too large for the
+    joint's speed. `row` is the second of these states.
+    """
 
     row: int
     joint: str
@@ -44,7 +47,7 @@ class JointReport(NamedTuple):
     Attributes
     ----------
     least, greatest
-        Least and greatest position of the joint.
+        Least and greatest recorded position of the joint.
     lower, upper
         Limits of the position; infinite without limits.
     beyond, touching
@@ -52,7 +55,8 @@ class JointReport(NamedTuple):
     worst_beyond
         Largest distance beyond a limit.
     fastest, velocity_limit, too_fast
-        Largest known speed, limit of the speed, and number of states with a speed above the limit.
+        Largest known speed of the joint, its velocity limit, and number of states above this
+        limit.
     check
         Check of the reported velocities. None if no velocities are reported, or if the joint moves
         less than the noise of its positions.

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Compute the level of each state and the node's warnings from a batch of measures."""
+"""Compute which singularity level each state has, and when the node would publish a warning."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -18,9 +18,11 @@ Levels = npt.NDArray[np.int8]
 
 class Judged(NamedTuple):
     """
-    Levels (N,) of states, with hysteresis, and the row numbers of states with a warning.
+    Singularity levels (N,) of N states, with hysteresis, and the rows of the states at which the
+    node would publish a warning.
 
-    `timeouts` has pairs: the row of a state, and the time-out just before it that gave a warning.
+    `timeouts` lists the warnings about stale joint states: pairs of a time-out and, before it, the
+    row of the first state after the time-out.
     """
 
     levels: Levels
@@ -30,18 +32,23 @@ class Judged(NamedTuple):
 
 @dataclass
 class Judge:
-    """Judges states in the order of time. It remembers the last level and warning in `alarm`."""
+    """
+    Judges states in the order of time. `alarm` remembers the level of the last state, and the last
+    warning.
+    """
 
     thresholds: Thresholds
     alarm: Alarm = Alarm()
 
     def judge(self, known: KnownJoints, singularity: Singularities) -> Judged:
-        """Return levels and warnings of the next states, and the time-outs that give a warning."""
+        """
+        Return the levels of the next states, and the states and time-outs that cause a warning.
+        """
         directions, factors = singularity.lost_direction, singularity.factors
         nearest = None if factors is None else np.argmin(factors.estimates, axis=1)
         values = np.abs(getattr(singularity, self.thresholds.measure))
-        # Start from the levels without hysteresis. They include the check for nearly singular
-        # poses.
+        # Start from the level of each state alone, without hysteresis. Below, it is a lower bound
+        # of the level with hysteresis.
         levels = np.array(singularity.level, dtype=np.int8)
         judged = Judged(levels, [], [])
         for k, alone in enumerate(levels.tolist()):
@@ -49,7 +56,8 @@ class Judge:
                 timeout = known.timeouts[k]
                 self.alarm, say = self.alarm.step(Level.STALE, None, timeout.moment)
                 judged.timeouts.extend([(k, timeout)] if say else [])
-            # Skip a state if its level is OK and the last level was OK, because nothing changes.
+            # Skip a state if its level and the last level are OK, because then the node publishes
+            # no warning.
             if alone == self.alarm.level == Level.OK and self.alarm.last is not None:
                 continue
             level = self.thresholds.level(float(values[k]), self.alarm.level)

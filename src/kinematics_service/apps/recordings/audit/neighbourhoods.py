@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Interpolate the joint positions of a recording at the times of tool poses.
+Interpolate the joint positions of a recording at the times of measured tool poses.
 
 Only states within `WINDOW_AROUND_POSES` of a pose's time are kept in memory.
 """
@@ -20,31 +20,31 @@ from ..readers.columns import spans
 from ..readers.source import MAX_POSES, PoseTrack
 from .reported_velocities import MotionColumns
 
-# States are kept in memory if they are within this time (ns) of a pose. The time covers the
-# largest time lag that the frame check tries.
+# States are kept in memory if they are within this time (ns) of a measured pose. The time covers
+# the largest delay between joint states and poses that the frame check tries.
 WINDOW_AROUND_POSES = round((REACH + 2.0 * WINDOW) * 1e9)
 
 
 class Track(NamedTuple):
     """
-    M tool poses with the joint positions at their times.
+    M measured tool poses, and the joint positions at their times.
 
     Attributes
     ----------
     poses, stamps, t : shape (M,)
-        The poses by their rows in the pose track, their stamps (ns), and their times (s since the
-        first state).
+        Indices of the poses in the `PoseTrack`, their stamps (ns), and their times (s since the
+        first joint state).
     q : shape (M, n), rad or m
         Joint positions at the times of the poses, NaN if they are unknown.
     gaps : shape (M,), s
-        Time between the joint states around each pose; 0 if a joint state has the row or the stamp
-        of the pose.
+        Time between the joint states before and after each pose. 0 if no interpolation is needed:
+        a joint state has the same stamp, or is in the same row of the table.
     within : shape (M,)
-        Whether each pose is within the time of the recording.
+        Whether the time of each pose lies between the first and the last joint state.
     interval : s
-        Median interval of the states, NaN for fewer than 2 states.
+        Median time between the joint states around the poses, NaN for fewer than 2 states.
     states_at, states : shapes (K,), ns, and (K, n), rad or m
-        The states around the poses, by rising stamp.
+        Stamps and positions of the K joint states near the poses, by rising stamp.
     """
 
     poses: Times
@@ -60,12 +60,11 @@ class Track(NamedTuple):
 
 def joined(robot: Robot, track: PoseTrack, states: MotionColumns) -> Track:
     """
-    Return pairs of a pose, which a second source measured, and the joint positions of the
-    recording at the same time.
+    Return tool poses that a second source measured, with the joint positions at their times.
 
-    If each pose has its own joint positions, at most `MAX_POSES` poses are taken at even steps.
-    Otherwise every second pose is dropped, until at most 2 `MAX_POSES` poses are within the time
-    of the recording.
+    If each pose has joint positions in its own row of a table, at most `MAX_POSES` evenly spread
+    poses are returned. Otherwise every second pose is dropped, until at most 2 `MAX_POSES` poses
+    are within the time of the recording.
     """
     order = np.argsort(track.stamps, kind='stable')
     if track.q is not None and len(order):
@@ -98,9 +97,10 @@ def joined(robot: Robot, track: PoseTrack, states: MotionColumns) -> Track:
 
 
 def _around(states: MotionColumns, at: Times) -> Iterator[tuple[Times, Floats, Floats]]:
-    # Yields stamps, times and joint positions of the states near the times `at`. Two successive
-    # states are kept if the interval between them meets the window around a time of `at`. The last
-    # state of a piece is passed on to the next piece.
+    # Yields stamps, times and joint positions of the states near the times `at` (ns), piece by
+    # piece. Two successive states are kept if the interval between them overlaps the window of
+    # `WINDOW_AROUND_POSES` around a time of `at`. The last state of a piece is passed on to the
+    # next piece.
     begins, ends = at - WINDOW_AROUND_POSES, at + WINDOW_AROUND_POSES
     none = slice(0, 0)
     last, keep = (states.stamps[none], states.t[none], states.q[none]), np.zeros(0, dtype=bool)
@@ -125,8 +125,8 @@ def _around(states: MotionColumns, at: Times) -> Iterator[tuple[Times, Floats, F
 
 def _between(robot: Robot, stamps: Times, q: Floats, at: Times) -> tuple[Floats, Floats]:
     # Returns joint positions (M, n) at the times `at`, interpolated linearly between the states
-    # before and after. Returns also the time (s) between these two states; it is 0 if a state has
-    # exactly the stamp.
+    # before and after. Returns also the time (s) between these two states; it is 0 if the stamp of
+    # a state equals the time.
     right = np.clip(np.searchsorted(stamps, at), 0, len(stamps) - 1)
     left = np.where(stamps[right] == at, right, np.maximum(right - 1, 0))
     gaps = np.asarray((stamps[right] - stamps[left]) * 1e-9, dtype=np.float64)

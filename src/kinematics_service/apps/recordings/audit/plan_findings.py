@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Write the findings on checked plans as sentences."""
+"""Write the results of the check of planned trajectories as sentences."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -18,10 +18,11 @@ from ..plans.verdicts import PlanMoment, PlanSingularity, PlanSpeed
 from .auditing import Audit
 from .findings import Finding, seconds
 
-# Largest number of trajectories without a proof that are reported by a finding each. Further
-# trajectories without a proof are only counted.
+# Largest number of trajectories, not proved to keep away from singular poses, that get a finding
+# each. Further such trajectories are only counted.
 MAX_SENTENCES = 3
-# A factor is reported as zero at a singular pose if its distance from zero (rad) is below this.
+# A singular factor of the robot file is named as the cause of a singular pose if the joint motion
+# to its zero (rad) is below this.
 ZERO_TOLERANCE = 1e-6
 
 
@@ -81,8 +82,8 @@ def _where(audit: Audit, number: int) -> str:
 
 
 def _of_those_checked(audit: Audit) -> str:
-    # Returns the start of a sentence that limits a proof to the checked trajectories, or '' if all
-    # trajectories were checked.
+    # Returns the start of a sentence that limits a proof to the checked trajectories, such as 'Of
+    # 2 of 3 trajectories: '. Returns '' if all trajectories were checked.
     if len(audit.plans) == audit.trajectories:
         return ''
     return f'Of {len(audit.plans):,} of {audit.trajectories:,} trajectories: '
@@ -110,8 +111,8 @@ def _singular(audit: Audit) -> list[Finding]:
 
 
 def _named(robot: Robot, found: PlanSingularity) -> str:
-    # Returns, as text, the names of the factors that are 0 at the singular pose nearest to the
-    # plan.
+    # Returns, as text, the names of the singular factors that are 0 at the singular pose nearest
+    # to the plan.
     if found.nearest_singular is None or not robot.singularity.factors.names:
         return ''
     # for an arm with loops, name only the loop whose equations are singular
@@ -185,7 +186,7 @@ def _speed(speed: PlanSpeed) -> Finding:
     if speed.verdict == 'refuted':
         text = f'{who} moves at {low} m/s {_at(speed.moment)} ({speed.limit:g} allowed)'
         return Finding(Level.ERROR, f'Refuted: {text}.')
-    if math.isinf(speed.upper):  # no upper bound: the speed was only sampled
+    if math.isinf(speed.upper):  # closed loops: the speed was only sampled
         found = f'the largest sampled speed of {who} is {low} m/s, at {at}'
         if speed.limit is None:
             return Finding(Level.OK, f'{found[0].upper()}{found[1:]}; nothing bounds it.')

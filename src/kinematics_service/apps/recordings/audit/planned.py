@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Check the planned trajectories of a file at their points and between them."""
+"""
+Check planned trajectories for singular poses, joint limits and speeds, at and between their
+points.
+"""
 
 import math
 from collections.abc import Callable, Iterator
@@ -16,23 +19,25 @@ from ..plans.verdicts import PlanCheck
 from ..readers.between_points import PlannedTrajectory
 from ..readers.source import RecordingSource, Remark
 
-# Half of the last printed digit of an angle, degrees. If a motion differs from full turns by less
-# than this, the remark says that the joint ends where it was.
+# Half of the last printed digit of an angle, degrees. If a joint's motion differs from full turns
+# by less than this, the remark about the turns says that the joint ends where it was.
 TURN_RESOLUTION = 0.05
 
 
 class PlanSettings(NamedTuple):
     """
-    Settings of the check of plans, arguments of `check_plan`.
+    Settings of the check of planned trajectories, passed to `check_plan`.
 
     Attributes
     ----------
     distance
-        Least allowed distance, rad; None: the threshold `stop` of the distance.
+        Least allowed distance to a singular pose, rad; None: the result of
+        `threshold_of_distance`.
     speed_limit
-        Largest allowed speed, m/s; None without a limit.
+        Largest allowed speed of the tool and of the points in `speed_of`, m/s; None without a
+        limit.
     speed_of
-        Points, besides the tool, whose speed is bounded.
+        Names of further points of the arm whose largest speed is computed.
     """
 
     distance: float | None = None
@@ -41,7 +46,7 @@ class PlanSettings(NamedTuple):
 
     @property
     def speeds_told(self) -> bool:
-        """Return whether a speed limit, or the speed of further points, was requested."""
+        """Return whether a speed limit, or the speed of points besides the tool, was requested."""
         return self.speed_limit is not None or bool(self.speed_of)
 
 

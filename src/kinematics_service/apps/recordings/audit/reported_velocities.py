@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compare the reported velocities of each joint of a recording with differences of its positions.
+Compare the velocities that a recording reports for each joint with differences of the joint's
+positions.
 
-A regression of the reported velocities on the differences finds a wrong scale. A search over time
-shifts finds a lag. The noise of the positions is estimated from products of two differences that
-share no position.
+A regression of the reported velocities on the differences finds a wrong scale (unit or sign). A
+search over time shifts finds a lag. The noise of the positions is estimated from products of two
+differences that share no position.
 """
 
 import math
@@ -19,42 +20,47 @@ from ..readers.block import Flags, ForwardClock, Times
 from ..readers.columns import Column, StateTable, median, spans
 from .stream import steps_of
 
-# Largest lag of the reported velocities that is tried, in median intervals.
+# Largest lag of the reported velocities behind the positions that is tried, in median intervals of
+# the messages.
 LAG_INTERVALS = 12
-# A lag is searched in about this many messages. These messages form pieces of LAG_PIECE messages,
-# which are spread over the recording.
+# A lag is searched in about LAG_MESSAGES messages: in pieces of LAG_PIECE successive messages,
+# spread over the recording.
 LAG_MESSAGES = 50_000
 LAG_PIECE = 5_000
-# A lag or a scale is reported if its correction reduces the RMS difference below this ratio of the
-# RMS difference without correction.
+# Largest ratio of the RMS difference between reported velocities and differences of positions
+# after the correction of a lag or scale, to that before. Otherwise the lag or scale is not
+# reported.
 EXPLAINED_SHARE = 0.6
-# No lag or scale is searched if the RMS difference of the velocities, divided by the RMS speed, is
-# at most this.
+# No lag or scale is searched if reported velocities and differences of positions differ (RMS) by
+# at most this ratio of the RMS speed.
 DIFFERENCE_SHARE = 0.002
-# A scale is reported if it differs from 1 by at least this.
+# A scale (reported velocity divided by the difference of positions) is reported only if its
+# difference from 1 exceeds this.
 SCALE_TOLERANCE = 0.05
 # The velocities of a joint are compared only if its RMS speed is at least this (rad/s, m/s).
 SPEED_MINIMUM = 1e-3
-# The velocities of a joint are compared only if their mean square is at least six standard errors
-# of the mean square noise. The factor is the square root of six, because it applies to speeds.
+# The velocities of a joint are compared only if the mean square of the motion is at least six
+# standard errors of the mean square of the noise. Applied to speeds, the factor is the square root
+# of six.
 NOISE_FACTOR = math.sqrt(6.0)
 # The velocities of a joint are compared only if the range of its positions is at least this many
 # standard deviations of the position noise.
 RANGE_FACTOR = 20.0
 # The velocities of a joint are compared only if the range of its positions is at least this (rad,
-# m). With a smaller range the joint counts as held in place.
+# m). With a smaller range the joint counts as standing still.
 RANGE_MINIMUM = 1e-3
-# A velocity is computed from two states only if their interval is at most this many median
-# intervals.
+# A velocity is computed from the positions of two successive states only if the time between them
+# is at most this many median intervals.
 INTERVAL_FACTOR = 5.0
-# A difference that no lag or scale explains is reported only if its median is above the noise plus
-# this ratio of the joint's RMS speed.
+# If no lag or scale explains the difference between reported velocities and differences of
+# positions, it is reported only if its median exceeds the noise plus this ratio of the joint's RMS
+# speed.
 VELOCITY_SHARE = 0.2
 
 
 class MotionColumns:
     """
-    The joints of N states, in columns that are read in pieces.
+    Stamps, joint positions and velocities of N states, in columns that are read in pieces.
 
     Attributes
     ----------
@@ -65,7 +71,7 @@ class MotionColumns:
     q, qdot : shape (N, n), rad or m, rad/s or m/s
         Rows of `qdot` are NaN if unknown.
     differenced : shape (N,)
-        Whether the velocities are differences of positions.
+        Whether the velocities are differences of positions, and not reported by the message.
     """
 
     def __init__(self, dof: int) -> None:
@@ -103,7 +109,8 @@ class VelocityCheck(NamedTuple):
     noise
         RMS of the noise in the velocities from differences of positions.
     lag : s
-        Delay of the reported velocities, 0 if no delay explains the difference.
+        Delay of the reported velocities behind the positions; 0 if no delay explains the
+        difference.
     scale
         Reported velocity divided by the velocity from positions: -1 for a wrong sign, 57.3 for
         degrees. 1 if no scale explains the difference.
@@ -132,10 +139,11 @@ class VelocityCheck(NamedTuple):
 
 def smooth_products(velocities: Floats, use: Flags) -> Floats:
     """
-    Return products of pairs of velocities. Their mean is the mean square velocity without noise.
+    Return products of two velocities each. The mean of the products estimates the mean square
+    velocity without the contribution of noise.
 
     The velocities are differences of positions, so the noise of a position enters two adjacent
-    velocities. Each product takes a velocity and the second velocity after it. Their noise is
+    velocities. Each product is that of velocity k and velocity k + 2. The noise of these two is
     independent, and the speed hardly changes between them.
     """
     products: Floats = velocities[2:] * velocities[:-2]
@@ -169,12 +177,13 @@ def velocity_check(timeline: MotionColumns, j: int, wraps: bool) -> VelocityChec
     row, worst, sums = 0, -1.0, np.zeros(6)
     position = least = greatest = 0.0
     for rows in spans(len(samples)):
-        begin = max(rows.start - 3, 0)  # `smooth_products` needs three intervals more
+        begin = max(rows.start - 3, 0)  # products across `rows.start` need 3 rows before
         t, q, qdot, numbers = samples[begin : rows.stop].T
         steps, motion = np.diff(t), joint_steps(q, wraps)
         use = (steps > 0.0) & (steps <= longest)
-        # Compare the mean velocity in an interval, from positions, with the mean of the velocities
-        # reported at both ends of the interval. The two means are equal to first order.
+        # Compare two mean velocities in the interval between two states: the difference of
+        # positions divided by time, and the mean of the velocities reported at both ends. They are
+        # equal to first order.
         mean = np.where(use, motion, 0.0) / np.where(use, steps, 1.0)
         ends = np.where(use, 0.5 * (qdot[1:] + qdot[:-1]), 0.0)
         products, new = smooth_products(mean, use), slice(max(rows.start - begin - 1, 0), None)
@@ -221,8 +230,8 @@ def _lag(samples: StateTable, wraps: bool, usual: float, least: float) -> float:
         t, q, qdot, _ = samples[begin : begin + LAG_PIECE].T
         path = np.append(0.0, np.cumsum(joint_steps(q, wraps)))
         steps, errors = np.diff(t), np.diff(path_errors(t, path, qdot, lags), axis=1)
-        # Use an interval only if the recording has no gap in time within the largest lag of the
-        # interval.
+        # Use an interval between two states only if, within the largest lag before and after it,
+        # the recording has no gap in time.
         gaps = np.append(0.0, np.cumsum((steps <= 0.0) | (steps > INTERVAL_FACTOR * usual)))
         ends = t[:-1] + lags[0], t[1:] + lags[-1]
         use = np.ptp(np.interp(ends, t, gaps, left=math.nan, right=math.nan), axis=0) == 0.0

@@ -1,8 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""
-Find the intervals in which `ks.scale` would have slowed a motion, and the causes of the slowing.
-"""
+"""Find the intervals of a recording in which `ks.scale` would have slowed the motion, and why."""
 
 from typing import NamedTuple
 
@@ -16,13 +14,13 @@ from ....robot.robot import Robot
 from ..readers.columns import Column, spans
 from .timeline import Stretch, Timeline, stretches_of
 
-# Number of states in one call of `scale`. The number is limited to bound the memory.
+# Number of states for each call of `scale`. The number is limited to bound the memory.
 BATCH = 2**14
 
 
 class SlowedStretch(NamedTuple):
     """
-    Consecutive states of a recording that one cause would have slowed.
+    Consecutive states in which `ks.scale` would have slowed the motion for one cause.
 
     Attributes
     ----------
@@ -51,7 +49,7 @@ class SlowedStretch(NamedTuple):
 
 class Slowing(NamedTuple):
     """
-    The results of `ks.scale` for all states.
+    What `ks.scale` returns for all states of a recording.
 
     Attributes
     ----------
@@ -70,7 +68,10 @@ class Slowing(NamedTuple):
 
     @property
     def by_cause(self) -> dict[str, float]:
-        """Return the total time of each cause, s, the longest first."""
+        """
+        Return for each cause how long it would have slowed the motion in total, s; the longest
+        first.
+        """
         seconds: dict[str, float] = {}
         for one in self.stretches:
             seconds[one.cause] = seconds.get(one.cause, 0.0) + one.seconds
@@ -79,8 +80,8 @@ class Slowing(NamedTuple):
 
 class SlowingSettings(NamedTuple):
     """
-    Settings of `ks.scale`: whether the `reduced` speeds of the robot file apply, and MoveIt
-    Servo's rule or None.
+    Settings of `ks.scale`: whether the robot file's `reduced` speed limits apply, and the
+    parameters of MoveIt Servo's slowing near singular poses, or None.
     """
 
     reduced: bool = False
@@ -89,7 +90,7 @@ class SlowingSettings(NamedTuple):
 
 def slowing_of(robot: Robot, timeline: Timeline, settings: SlowingSettings) -> Slowing:
     """
-    Return the results of `ks.scale` for all states of a timeline.
+    Return where and why `ks.scale` would have slowed the motion of a timeline.
 
     Raises
     ------

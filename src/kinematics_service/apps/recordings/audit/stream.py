@@ -14,9 +14,10 @@ import numpy.typing as npt
 from ..readers.block import Block, UnreadableMessage
 from ..readers.columns import Column, Scalar, median, spans
 
-# An interval between stamps is a gap if it exceeds this many median intervals, and MIN_GAP.
+# The time between two successive stamps is a gap if it exceeds MIN_GAP and this many medians of
+# such times.
 GAP_INTERVALS = 5.0
-# Least length of a gap, ns.
+# Least length of a gap in the stamps, ns.
 MIN_GAP = 20_000_000
 # Largest number of gaps that a report lists.
 MAX_LISTED = 100
@@ -80,14 +81,17 @@ class Stream(NamedTuple):
 
     @property
     def rate(self) -> float:
-        """Return the message rate, 1/s, from the median interval; 0 without stamps."""
+        """
+        Return the message rate, 1/s: the inverse of the median time between stamps; 0 without
+        stamps.
+        """
         return 1.0 / self.median_interval if self.median_interval > 0.0 else 0.0
 
 
 def steps_of(stamps: Column[Scalar]) -> Iterator[tuple[int, npt.NDArray[Scalar]]]:
     """
-    Yield differences of successive stamps in pieces, each piece with the number of its first
-    stamp.
+    Yield the differences of successive stamps in pieces, each piece with the row of the stamp
+    before its first difference.
     """
     for rows in spans(len(stamps)):
         begin = max(rows.start - 1, 0)
@@ -101,7 +105,8 @@ class StreamWatch:
 
     def __init__(self, joint_names: tuple[str, ...]) -> None:
         self._ours = set(joint_names)
-        # These columns have only messages with a stamp.
+        # These three columns have a row for each message that has a stamp: stamp, delay until
+        # receipt, and number of the message.
         self._stamps, self._delays = Column(np.int64), Column(np.int64)
         self._numbers = Column(np.int64)
         self._orders = set[tuple[str, ...]]()

@@ -23,10 +23,11 @@ from .reported_velocities import MotionColumns
 
 class Stretch(NamedTuple):
     """
-    Consecutive states with equal labels, in the rows `first` to `last`.
+    Consecutive states, in the rows `first` to `last`, that have the same label, such as their
+    level.
 
-    The stretch ends at the time of row `until`. This is the row of the next state; before a break
-    or the end of the recording it is `last`.
+    The stretch lasts until the time of row `until`: the row of the next state, or `last` if the
+    messages are interrupted after it or the recording ends.
     """
 
     label: int
@@ -39,8 +40,8 @@ def stretches_of(
     pieces: Iterable[tuple[npt.NDArray[np.integer[Any]], Flags]],
 ) -> Iterator[Stretch]:
     """
-    Yield the stretches of states with equal labels. Each piece has the labels (N,) of states, and
-    flags (N,) that mark a break before a state.
+    Split a recording into stretches of states that have the same label. Each piece has the labels
+    (N,) of N states, and flags (N,) that mark an interruption of the messages before a state.
     """
     label = first = count = 0
     for labels, breaks in pieces:
@@ -58,8 +59,8 @@ def stretches_of(
 
 class PublishedWarning(NamedTuple):
     """
-    A warning that the node would have published. `row` is the first state at or after the time of
-    the warning.
+    A warning that the node would have published at `moment` (ns, time of receipt). `row` is the
+    first state at or after this time.
     """
 
     row: int
@@ -77,22 +78,24 @@ class Timeline(MotionColumns):
     Attributes
     ----------
     messages : shape (N,)
-        Number of the message of each state, from 0.
+        Number, from 0, of the message that completed each state.
     turned : shape (N,)
         Whether the published quaternion has the opposite sign of the kernel's quaternion.
     position : shape (N, 3), m; speed : shape (N,), m/s; turning : shape (N,), rad/s
         Position and speeds of the tool in the base frame; speeds are NaN if unknown.
     measures : by name, shape (N,)
-        Measures of `Singularity`: the watched measure, and the measures in the charts of the page.
+        Singularity measures: the watched measure, to which the thresholds of the robot file apply,
+        and those with a chart on the HTML page.
     distance, nearest_singular : shape (N,), rad; shape (N, n), rad or m
-        Results of `Singularity`. They are stored, because the search for the nearest singular pose
-        depends on the states before.
+        Distance to the nearest singular pose, and that pose. They are stored, because the search
+        for it starts from the result of the state before.
     factors : shape (N, F), rad
-        Distance to the zero of each of the F named factors of the robot file.
+        Joint motion to the zero of each of the F singular factors of the robot file, to first
+        order.
     levels : shape (N,)
-        OK, WARN or ERROR, with hysteresis.
+        Singularity level of each state: OK, WARN or ERROR, with hysteresis.
     silent : shape (N,)
-        Whether the joint positions were stale just before the state.
+        Whether joints had timed out (level STALE) just before the state.
     warnings
         The warnings that the node would have published.
     """
@@ -141,10 +144,10 @@ class Timeline(MotionColumns):
 
 class TimelineBatch(NamedTuple):
     """
-    A batch of states with all results that the node would publish.
+    Successive states of a recording with all results that the node would publish for them.
 
-    `first` is the number of the first state in the batch; `warnings` are about states of the
-    batch.
+    `first` is the row of the first of these states in the timeline; `warnings` are about these
+    states.
     """
 
     first: int

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Write the verdict of an audit as sentences, worst first."""
+"""
+Write the verdict of an audit as sentences: the summary, then the other findings, worst first.
+"""
 
 from collections.abc import Iterator
 
@@ -14,16 +16,19 @@ from .intervals import watched_at
 from .joints import look_like_degrees
 from .plan_findings import joints_refuted, plan_findings
 
-# The verdict is not in doubt if at most this number of messages yield no state. A few such
-# messages are usual while several drivers start.
+# Number of messages that may yield no state of the arm without a WARN about the verdict. A few
+# such messages are usual while several drivers start.
 MAX_UNJUDGED = 2
-# The verdict is not in doubt if at most this ratio of the messages yields no state. At 1 kHz the
-# ratio is 1 ms in a second, too short to pass a singularity.
+# Ratio of the messages that may yield no state of the arm without a WARN about the verdict. At 1
+# kHz it is 1 ms in a second, too short to pass a singularity.
 MAX_UNJUDGED_RATIO = 1e-3
 
 
 def verdict_of(audit: Audit) -> tuple[Finding, ...]:
-    """Return all findings of an audit: first the summary, then the others, sorted by level."""
+    """
+    Return all findings of an audit: first the summary, then the others, ERROR before WARN before
+    OK.
+    """
     findings = [
         *_not_judged(audit),
         *plan_findings(audit),
@@ -43,7 +48,8 @@ def verdict_of(audit: Audit) -> tuple[Finding, ...]:
 
 
 def _unjudged(audit: Audit) -> int:
-    # Do not count repeated messages of a recording, because the states in them were judged before.
+    # In a recording, do not count messages whose stamp is not newer: they repeat states that were
+    # judged before.
     repeated = 0 if audit.planned else audit.refused.get(outcomes.DROPPED, 0)
     return sum(audit.refused.values()) - repeated
 
@@ -60,8 +66,8 @@ def judged_in_words(audit: Audit) -> str:
 
 
 def _in_doubt(audit: Audit) -> bool:
-    # Returns whether so many messages of a recording yielded no state that the verdict is in
-    # doubt.
+    # Returns whether the verdict is uncertain, because too many messages of a recording yielded no
+    # state of the arm.
     return not audit.planned and _unjudged(audit) > max(
         MAX_UNJUDGED, MAX_UNJUDGED_RATIO * audit.stream.messages
     )
@@ -161,8 +167,8 @@ def _frames(audit: Audit) -> Iterator[Finding]:
     for doubt in report.doubts:
         yield Finding(Level.WARN, f'{name}: {doubt}.')
     if report.unmatched:
-        # Warn if most poses have no joint positions, because the comparison then covers little of
-        # the recording.
+        # Warn if most of the measured poses have no joint positions at their time, because the
+        # comparison then covers little of the recording.
         few = 2 * report.matched < report.considered
         yield Finding(Level.WARN if few else Level.OK, f'{name}: {report.unmatched}.')
 

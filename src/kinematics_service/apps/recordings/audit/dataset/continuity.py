@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Detect missing, repeated and outlying frames of a motion from the joint steps between frames."""
+"""
+Detect missing, repeated and outlying frames. A frame is one row of joint positions; a step is the
+joint motion from a frame to the next.
+"""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -12,36 +15,37 @@ from .....robot.measures import Level
 from .....typography import counted
 from ..findings import Finding
 
-# A step over missing frames is nearly an integer multiple of the mean of its neighbour steps. The
-# size of the step, divided by this mean, must differ from an integer by less than this.
+# A step over missing frames is nearly an integer multiple of the steps before and after it.
+# Tolerance of the ratio between its size and their mean size: largest difference from an integer.
 MULTIPLE_TOLERANCE = 0.25
-# A step over missing frames is less than this many times the mean of its neighbour steps.
+# Largest ratio of a step over missing frames to the mean size of the steps before and after it.
 MAX_MULTIPLE = 6.0
-# Least cosine between a step over missing frames and its neighbour steps. The limit excludes
-# sudden fast steps, which occur in a person's motion.
+# Least cosine of the angle, in joint space, between a step over missing frames and the steps
+# before and after it. The limit excludes sudden fast steps, which occur in a person's motion.
 MIN_COSINE = 0.97
-# Largest difference between the steps before and after missing frames, divided by the size of
-# these steps. The motion around missing frames must be even, because in an uneven motion a large
-# step does not prove that frames are missing.
+# Largest difference between the step before missing frames and the step after them, divided by
+# their mean size. The motion there must be even, because in an uneven motion a large step does not
+# prove that frames are missing.
 STEP_TOLERANCE = 0.4
-# A step is examined only if it is at least this many times the noise.
+# A step is examined only if the steps before and after it are at least this many times the noise
+# of the joint positions.
 MOTION_TO_NOISE = 6.0
-# Least ratio of the size of an outlier to the noise. The size is the distance of a frame from the
-# mean of the frames before and after it.
+# Least ratio of an outlier's size to the noise of the joint positions. The size is the distance of
+# a frame from the mean of the frames before and after it.
 OUTLIER_TO_NOISE = 25.0
 # Least size (rad or m) of an outlier.
 MIN_OUTLIER = 0.02
 # Least ratio of an outlier's size to the distance between the frames before and after it.
 OUTLIER_TO_STEP = 3.0
-# No frame is reported if a motion has fewer steps than this, because its noise cannot be
-# estimated.
+# Least number of steps of an examined motion. With fewer, the noise of the joint positions cannot
+# be estimated.
 MIN_STEPS = 12
 
 
 class Breaks(NamedTuple):
     """
-    Row numbers of breaks in a motion: rows before missing frames, rows that repeat the row before,
-    and outliers.
+    Row numbers at which a motion is broken: rows before missing frames, rows that repeat the row
+    before, and outliers.
     """
 
     missing: list[int]
@@ -51,12 +55,13 @@ class Breaks(NamedTuple):
 
 def breaks_of(q: Floats) -> Breaks:
     """
-    Return the missing, repeated and outlying frames of a motion.
+    Return the rows of missing, repeated and outlying frames of a motion.
 
     Parameters
     ----------
     q : shape (N, n), rad or m
-        Joint positions at even times, without full turns between rows.
+        Joint positions at equal intervals of time. Continuous joints must be unwrapped: no jumps
+        by full turns.
     """
     steps = np.diff(q, axis=0)
     if len(steps) < MIN_STEPS:
@@ -64,8 +69,8 @@ def breaks_of(q: Floats) -> Breaks:
     before, own, after = steps[:-2], steps[1:-1], steps[2:]
     first, size, last = (np.linalg.norm(one, axis=1) for one in (before, own, after))
     around = 0.5 * (first + last)
-    # Estimate the noise by the median difference between a step and the mean of its two neighbour
-    # steps. In smooth motion, only noise causes this difference.
+    # Estimate the noise of the joint positions by the median difference between a step and the
+    # mean of the steps before and after it. In smooth motion, only noise causes this difference.
     noise = float(np.median(np.linalg.norm(own - 0.5 * (before + after), axis=1)))
     with np.errstate(invalid='ignore', divide='ignore'):
         cosine = np.sum(own * (before + after), axis=1) / (2.0 * size * around)
@@ -75,7 +80,7 @@ def breaks_of(q: Floats) -> Breaks:
     changes = np.linalg.norm(np.diff(steps, axis=0), axis=1)
     near = STEP_TOLERANCE * around + 2.0 * noise
     alike = np.linalg.norm(after - before, axis=1) < near
-    # the first and the last of these steps lack a second neighbour step on one side
+    # two steps on each side must be even; the first and the last examined step have only one there
     alike[:1] = alike[-1:] = False
     alike[1:-1] &= np.maximum(changes[:-3], changes[3:]) < near[1:-1]
     whole = (

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Report the episodes of a dataset, worst first: on the screen, as HTML page, and as JSON."""
+"""
+Report the audited episodes of a dataset, worst first: on the screen, as HTML page, and as JSON.
+"""
 
 import re
 from collections.abc import Sequence
@@ -20,7 +22,7 @@ from ..report.summary import STYLES
 from ..report.tables import TableColumn, table_of
 from .episode_audit import EpisodeRow
 
-# Largest number of episodes, and of kinds of findings, printed on the screen.
+# Largest number of episodes, and largest number of kinds of findings, printed on the screen.
 MAX_SHOWN = 20
 # Largest number of episodes listed on the HTML page.
 MAX_ON_PAGE = 10_000
@@ -66,7 +68,8 @@ class DatasetReport(NamedTuple):
     @property
     def taken(self) -> list[str]:
         """
-        Return the assumptions about joint columns that were made because no option names them.
+        Return the assumptions about which columns are joint positions; made if no option names
+        them.
         """
         texts = dict.fromkeys(text for row in self.rows for _, text, _ in row.findings)
         return [text for text in texts if TAKEN in text]
@@ -79,7 +82,7 @@ class DatasetReport(NamedTuple):
         return f'{self.name}: {episodes}, {frames:,} frames over {seconds(time)}, {self.robot}'
 
     def levels(self) -> str:
-        """Return the number of episodes at each level, as text."""
+        """Return how many episodes are OK, WARN and ERROR, as text."""
         every = [row.level for row in self.rows]
         return ', '.join(
             f'{level.name} {every.count(level)}'

@@ -15,14 +15,16 @@ from .episode_audit import EpisodeBatch, EpisodeRow, EpisodeWork, rows_of_batch
 MAX_BATCH_FRAMES = 2**16
 # Largest number of episodes in a batch.
 MAX_BATCH_EPISODES = 64
-# The cause of a small pose difference is searched in about this number of episodes. The search is
-# slow, and these episodes suffice because a small mistake affects the whole dataset.
+# If measured and computed tool poses differ little, the cause is searched in about this number of
+# episodes only. The search is slow, and these episodes suffice because a small mistake in the
+# robot file affects the whole dataset.
 SEARCHED_EPISODES = 200
-# A dataset with more episodes is large. The cause of a large pose difference is then searched only
-# in the first episodes of a batch, because most episodes have equal causes.
+# A dataset is large if its number of episodes exceeds this. If measured and computed tool poses
+# differ much, the cause is then searched only in the first such episodes of a batch, because most
+# episodes have the same cause.
 LARGE_DATASET = 2000
-# Number of episodes in a batch of a large dataset in which the cause of a large pose difference is
-# searched.
+# In a large dataset: the number of episodes of a batch in which the cause of a large difference
+# between measured and computed tool poses is searched.
 SEARCHED_OF_BATCH = 2
 
 
@@ -30,7 +32,8 @@ def rows_of_dataset(
     path: Path, work: EpisodeWork, jobs: int, workers: str | None
 ) -> list[EpisodeRow]:
     """
-    Return the table rows of all episodes of a dataset, in the order of the episodes.
+    Return the rows of the result table for all episodes of a dataset, in the order of the
+    episodes.
 
     Raises
     ------

@@ -34,17 +34,17 @@ from ..verdict import verdict_of
 from .continuity import break_findings
 from .labels import labels_of_arms
 
-# If the base offset of the poses exceeds this (m), a finding says that the poses have another base
-# frame than the robot file.
+# A finding reports if the distance between the base frame of the measured poses and the robot
+# file's base frame exceeds this (m).
 BASE_TOLERANCE = 0.01
-# If the base offset of the poses has a rotation above this (rad), a finding says that the poses
-# have another base frame.
+# A finding reports if the rotation between these two base frames exceeds this (rad).
 BASE_ANGLE_TOLERANCE = 0.02
-# Limit that every pose difference meets, so that no cause is searched.
+# A limit that every difference between measured and computed poses meets. With it, no cause of a
+# difference is searched.
 ANY_REMAINDER = PoseLimit(math.inf, math.inf)
 
-# Recordings that combine the poses of one arm with the joints of another arm, each with the label
-# of the other arm.
+# Recordings that combine the measured tool poses of one arm with the joint positions of another
+# arm. Each has the label of the arm whose joints it uses.
 Crossed = Sequence[tuple[str, RecordingSource]]
 
 
@@ -55,13 +55,16 @@ class EpisodeWork(NamedTuple):
     Attributes
     ----------
     reading, settings
-        Settings of the audit of a recording.
+        How to read the joint columns, and the settings of the audit of a recording.
     failures
-        Findings that fail the episode; None: the default.
+        Words of `--fail-on`: the kinds of findings that fail the episode. None: the option's
+        default.
     labels
-        The folder for labels of all rows; None: no labels.
+        The folder for files with labels of all rows, such as the distance to singular poses; None:
+        no labels are written.
     clearance
-        Whether the labels contain the proved radius without singular poses.
+        Whether the labels contain the clearance: a proved radius (rad) around the joint positions,
+        without singular poses.
     """
 
     reading: Selection
@@ -80,13 +83,13 @@ class EpisodeRow(NamedTuple):
     name, arm
         Names of the episode and of the arm; the arm is empty for a single arm.
     rows, seconds
-        Number of frames, and time from the first to the last frame.
+        Number of rows of the episode, and time (s) from the first to the last row.
     failed
         Whether a finding fails the episode, or the episode cannot be read.
     error, code
         The reason why the episode cannot be judged, and its code; empty if it was judged.
     disagrees
-        Whether the difference to the poses of the second source exceeds the limit of WARN.
+        Whether measured and computed tool poses differ by at least the limit of WARN.
     findings
         Findings, the worst first.
     """
@@ -103,7 +106,10 @@ class EpisodeRow(NamedTuple):
 
     @property
     def level(self) -> Level:
-        """Return the worst level of the findings, ERROR if the episode cannot be judged."""
+        """
+        Return the worst level (OK, WARN, ERROR) of the findings; ERROR if the episode cannot be
+        judged.
+        """
         return Level.ERROR if self.error else self.findings[0].level
 
 
@@ -111,8 +117,9 @@ class EpisodeBatch(NamedTuple):
     """
     Episodes for one process, mostly of one file.
 
-    `sought` selects the episodes in which the cause of a small pose difference is searched. The
-    cause of a large pose difference is searched in the first `most` episodes whose poses disagree.
+    In the episodes that `sought` selects, the cause even of a small difference between measured
+    and computed tool poses is searched. A large difference is examined only in the first `most`
+    episodes that have one.
     """
 
     work: EpisodeWork
@@ -173,8 +180,8 @@ def _row(
         ]
         if work.settings.frames.fine != ANY_REMAINDER:
             found += _frames(finished, finished.frames, source, crossed)
-    # Sort findings only by level, and keep their order within a level, because causes precede
-    # their effects.
+    # Sort the findings by level (ERROR first). Within a level keep their order, because findings
+    # about causes precede those about effects.
     found = sorted([*found, *verdict_of(finished)], key=lambda one: -one.level)
     failed, end = failed_by(finished, work.failures), finished.timeline.end
     return EpisodeRow(
@@ -183,8 +190,8 @@ def _row(
 
 
 def _rows_at_fault(finished: Audit) -> Iterator[Finding]:
-    # Report every message without a state. A few such messages are usual in a recording, but in a
-    # dataset each such message is a fault.
+    # Report every row that gives no state of the arm. In a recording a few such messages are
+    # usual, but in a dataset each such row is a fault.
     if refused := dict(finished.refused):
         reasons = ', '.join(f'{reason} ({number:,})' for reason, number in refused.items())
         text = f'{counted(sum(refused.values()), "frame")} without a pose: {reasons}.'
@@ -200,8 +207,8 @@ def _rows_at_fault(finished: Audit) -> Iterator[Finding]:
 def _breaks(finished: Audit) -> Iterator[Finding]:
     timeline = finished.timeline
     stamps = np.diff(timeline.stamps[:])
-    # Search for missing frames only if the stamps have no gaps, because another finding reports
-    # gaps.
+    # Search for missing frames only if the stamps have no gaps. Another finding reports gaps of
+    # the stamps.
     if len(stamps) and np.max(stamps) < 1.5 * np.median(stamps):
         q = timeline.q[:]
         wraps = np.array(finished.robot.continuous)
@@ -242,15 +249,15 @@ def _base(report: FrameReport) -> Iterator[Finding]:
 def _others(
     finished: Audit, report: FrameReport, track: PoseTrack, crossed: Crossed
 ) -> Iterator[Finding]:
-    # Yields a finding if the poses fit the joints of another arm of the dataset, or another robot
-    # model.
+    # Yields a finding if the measured poses fit the joint positions of another arm of the dataset,
+    # or another robot model.
     if track.q is None:
         return
     robot, own, limit = finished.robot, report.diagnosis.errors, report.limits.warn
     tried: list[tuple[str, Errors | None]] = []
     for label, source in crossed:
         for _ in source.blocks:
-            pass  # read all blocks, because the poses are complete only after the last block
+            pass  # reading the last block completes the poses
         theirs = source.poses()
         if theirs is not None and theirs.q is not None and theirs.q.shape == track.q.shape:
             tried.append((f'the {label} arm', left_by(robot, theirs.q, track.poses)))

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Label the rows of a table with the distance to singular poses, the branch of the arm, and other
-measures.
+Label each row of a table of joint positions: distance to singular poses, branch of the arm, and
+other measures.
 """
 
 from collections.abc import Sequence
@@ -30,20 +30,19 @@ from ...readers.stamp_format import StampFormat
 if TYPE_CHECKING:
     import pyarrow as pa
 
-# Name of an optional label: the proved radius without singular poses. The label is optional
-# because it is slow to compute.
+# Name of an optional label: a proved radius (rad) around the joint positions, without singular
+# poses. The label is optional because it is slow to compute.
 CLEARANCE = 'clearance'
-# Names of the labels: results of `Singularity`, and the branch of the arm, which is given by the
-# signs of the singular factors.
+# Names of the labels: attributes of `Singularity`, and `branch`, the signs of the singular
+# factors. Two poses on different branches are separated by singular poses.
 LABELS = ('distance', 'manipulability', 'lost_direction', 'branch', CLEARANCE)
-# Largest number of factors whose signs become a label, because the signs are the bits of one
-# int32.
+# Largest number of singular factors in the label `branch`: their signs are the bits of one int32.
 MAX_FACTORS = 31
 
 
 def _branch(found: Singularities) -> npt.NDArray[np.int32]:
-    # Returns the signs of the robot file's factors as bits; without factors, the sign of the
-    # determinant.
+    # Returns the label `branch` (N,): the signs of the robot file's singular factors as bits.
+    # Without factors it is the sign of det J as one bit, or 0 if J is not square.
     if found.factors is not None:
         positive = np.asarray(found.factors.values[..., :MAX_FACTORS] > 0.0, dtype=np.int32)
         return positive @ (1 << np.arange(positive.shape[-1], dtype=np.int32))
@@ -61,7 +60,7 @@ def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> 'dict[str, pa
     Parameters
     ----------
     clearance
-        Whether the labels have the clearance, which takes several times as long.
+        Whether to compute the label `clearance` too, which takes several times as long.
     """
     import pyarrow as pa
 
@@ -95,7 +94,7 @@ def labels_of_arms(
     Parameters
     ----------
     file
-        The name of the file, for error messages.
+        The name of the dataset's file, for error messages.
     """
     arrays = {}
     for arm in arms:
@@ -130,10 +129,11 @@ def judge_table(
     robot
         The arm.
     columns, joint_format, joint_prefix
-        Options of `audit`: the columns of the joints (`position=state[0:6]`; default: by known
-        names), and their units.
+        As the options of `audit`: the columns of the joints (`position=state[0:6]`; default:
+        columns with known names), their units, and the start of the joint names.
     clearance
-        Whether to add the proved radius without singular poses, which takes several times as long.
+        Whether to add `clearance`: a proved radius around the joint positions, without singular
+        poses. It takes several times as long.
 
     Returns
     -------

@@ -31,7 +31,8 @@ from .page import page_of
 from .page_header import origin_of
 from .summary import Summary, summary_of
 
-# A callback that receives the number of messages or files processed since its last call.
+# A callback for progress bars: it is called with the number of messages or files processed since
+# its last call.
 Done = Callable[[int], None]
 # A function that opens a progress bar for a number of messages or files; None: number unknown.
 Bar = Callable[[int | None], AbstractContextManager[Done]]
@@ -48,7 +49,8 @@ class Run(NamedTuple):
     date
         Date of the audit, as text.
     failures
-        Findings that fail the audit; None: the default for a recording or a plan.
+        Words of `--fail-on`: the kinds of findings that fail the audit. None: the option's
+        default.
     html, json
         Whether the HTML page, and the JSON document, are requested.
     out
@@ -67,7 +69,7 @@ class Run(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """The result of an audit. Its error sentence is empty if no error occurred."""
+    """The outputs of an audit as texts. `error` is empty if no error occurred."""
 
     error: str
     summary: Summary | None = None
@@ -105,8 +107,8 @@ def _audited(run: Run, bar: Bar) -> Audit:
 
 def failed_by(finished: Audit, wanted: tuple[str, ...] | None) -> bool:
     """
-    Return whether an audit fails. `wanted` names the findings with which it fails; None means the
-    defaults for a recording or a plan.
+    Return whether an audit fails, so that the command exits with code 1. `wanted` has the words of
+    `--fail-on`; None: the option's default.
     """
     if wanted is None:
         usual = 'stop', 'undecided', *(['speed'] if finished.asked.speed_limit is not None else [])
@@ -114,7 +116,8 @@ def failed_by(finished: Audit, wanted: tuple[str, ...] | None) -> bool:
     worst = max((interval.level for interval in finished.intervals), default=Level.OK)
     frames = finished.frames
     plans = finished.plans.values()
-    # Treat a loop that does not close like a singular pose, because the motion ends in both cases.
+    # A plan along which a loop of the arm does not close fails like one through a singular pose:
+    # the arm cannot follow either.
     poses = [one.verdict for plan in plans for one in (plan.singularity, plan.closure) if one]
     speeds = [speed.verdict for plan in plans for speed in plan.speeds]
     near = 'refuted' in poses
@@ -127,7 +130,8 @@ def failed_by(finished: Audit, wanted: tuple[str, ...] | None) -> bool:
         'limits': bool(beyond) or any(joint.beyond for joint in finished.joints),
         'speed': fast or any(joint.too_fast for joint in finished.joints),
         'undecided': 'not decided' in (*poses, *speeds),
-        # With `frames`, fail also if a second source of poses is missing or could not be compared.
+        # With `frames`, fail also if no measured poses are given, or if they could not be
+        # compared.
         'frames': not isinstance(frames, FrameReport) or frames.level == Level.ERROR,
     }
     # Fail on refused samples of a plan and on damaged files, because not all of their content was
@@ -138,7 +142,7 @@ def failed_by(finished: Audit, wanted: tuple[str, ...] | None) -> bool:
 
 def no_frames(finished: Audit, failures: tuple[str, ...] | None) -> str:
     """
-    Return an error sentence if `--fail-on frames` is given without a second source, otherwise ''.
+    Return an error sentence if `--fail-on frames` is given without measured poses, otherwise ''.
     """
     if finished.frames is not None or 'frames' not in (failures or ()):
         return ''

@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Write an MCAP file, without ROS, with the messages that a node would have published.
+Write an MCAP file, without ROS, with the messages that a node would have published on a
+recording's joint states.
 
-The messages of a topic differ only in stamps and numbers. So one message is serialized, and copies
-of its bytes are filled with stamps and numbers.
+The messages of a topic differ only in stamps and numbers. So one message is serialized as a
+template, and copies of its bytes are filled with stamps and numbers.
 """
 
 from collections import defaultdict
@@ -44,8 +45,8 @@ class _BagTopic(NamedTuple):
 
     def filled(self, numbers: Floats, stamps: Times) -> np.ndarray:  # type: ignore[type-arg]
         """
-        Return the bytes of N messages of the topic, shape (N, length), filled with numbers (N, k)
-        and stamps (N,), ns.
+        Return N serialized messages of the topic, shape (N, bytes): copies of the template `raw`,
+        filled with k numbers each (N, k) and stamps (N,), ns.
         """
         table = np.tile(np.frombuffer(self.raw, dtype=np.uint8), (len(numbers), 1))
         data = np.ascontiguousarray(numbers, dtype='<f8').view(np.uint8)
@@ -132,7 +133,7 @@ class BagWriter:
         for k, (arrival, moves) in enumerate(zip(known.arrivals.tolist(), known.moving.tolist())):
             own = warnings[k]
             while own and own[0].moment < arrival:
-                self._warn(*own.pop(0)[1:])  # a time-out occurred before this joint state
+                self._warn(*own.pop(0)[1:])  # a time-out before this joint state
             for topic, data, size in columns:
                 if moves or not topic.of_motion:
                     message = data[k * size : (k + 1) * size]
@@ -158,8 +159,8 @@ class BagWriter:
         )
 
     def _add(self, name: str, kind: str, numbers: int, *texts: str) -> _BagTopic:
-        # Adds a topic whose messages end with numbers. If texts are given, the messages begin with
-        # a stamp and these texts.
+        # Adds a topic whose messages have the layout: stamp and `texts` (such as frame names), if
+        # texts are given, then `numbers` float64 numbers.
         writer = CdrWriter()
         if texts:
             writer.room(WHOLE, 2)

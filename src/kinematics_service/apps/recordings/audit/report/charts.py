@@ -48,7 +48,8 @@ class Chart(NamedTuple):
     title, unit
         The quantity and its unit.
     levels
-        Horizontal lines. A linear axis shows only the lines near a curve.
+        Horizontal lines with names, such as limits. A linear axis shows only the lines near a
+        curve.
     end : s
         End of the time axis.
     most
@@ -145,8 +146,8 @@ class ValueScale(NamedTuple):
     @classmethod
     def of(cls, chart: Chart) -> 'ValueScale':
         """
-        Return the vertical axis of a chart. It covers the curves with a margin, and the level
-        lines. A linear axis covers only the level lines near a curve.
+        Return the vertical axis of a chart. It covers the curves with a margin, and the horizontal
+        lines in `levels`. A linear axis covers only those lines that are near a curve.
         """
         values = [curve.values for curve in chart.curves]
         lows = [float(np.min(column)) for column in values if len(column)] or [0.0]
@@ -166,7 +167,8 @@ class ValueScale(NamedTuple):
     @classmethod
     def _plain(cls, low: float, high: float, marks: Sequence[float]) -> 'ValueScale':
         room = (high - low) or max(abs(high), 1.0) * 0.1
-        # Extend the range of the axis to a level line if a curve comes near the line.
+        # Extend the range of the axis to a horizontal line (`mark`) if the curves come near the
+        # line.
         for mark in marks:
             if low - 0.5 * room <= mark <= high + 0.5 * room:
                 low, high = min(low, mark), max(high, mark)

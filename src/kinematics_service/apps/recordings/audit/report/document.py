@@ -25,8 +25,9 @@ from ..intervals import badness
 from ..timeline import Timeline
 from ..verdict import verdict_of
 
-# Largest number of rows of the time series in the document. A longer recording is divided into
-# equal intervals, and only the first and the worst row of each interval are written.
+# Largest number of states that the document lists. A longer recording is divided into equal
+# intervals, and only the first state and the state nearest to a singularity are listed of each
+# interval.
 MAX_ROWS = 10_000
 
 
@@ -48,7 +49,9 @@ def thinned_rows(count: int, most: int, worse: Callable[[slice], Floats]) -> Tim
 
 
 def document_of(audit: Audit) -> dict[str, Json]:
-    """Return the audit as a dictionary for `printing.json_text`; m, rad, s."""
+    """
+    Return the audit as a dictionary that `printing.json_text` writes as JSON; units m, rad, s.
+    """
     robot, timeline = audit.robot, audit.timeline
     findings = verdict_of(audit)
     rows = thinned_rows(len(timeline), MAX_ROWS, partial(badness, robot, timeline))
@@ -222,7 +225,8 @@ def _cause(cause: TestedCause) -> dict[str, Json]:
 
 
 def _offsets(found: FrameDiagnosis | TestedCause) -> dict[str, Json]:
-    # Write each offset as xyz (m) and rpy (rad), as in a robot file.
+    # Write the base and tool offset between measured and computed poses, each as xyz (m) and rpy
+    # (rad), as in a robot file, and as a matrix.
     poses = {'base_offset': found.base_offset, 'tool_offset': found.tool_offset}
     return {
         name: {'xyz': T[:3, 3], 'rpy': roll_pitch_yaw(T[:3, :3]), 'matrix': T}

@@ -34,8 +34,8 @@ SIGNS = {'OK': '&#10003; OK', 'WARN': '&#9650; WARN', 'ERROR': '&#9632; ERROR'}
 
 def page_of(audit: Audit, origin: Provenance | None = None) -> str:
     """
-    Return the page of an audit as HTML. If `origin` is given, the page begins with files,
-    checksums and date.
+    Return the page of an audit as HTML. If `origin` is given, the page begins with the names and
+    checksums of recording and robot file, and the date.
     """
     title = f'Audit of {audit.file.rpartition("/")[2]}'
     body = [

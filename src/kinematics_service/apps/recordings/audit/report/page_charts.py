@@ -23,10 +23,11 @@ from .charts import Band, Chart, LevelLine
 # A function that returns the values of a curve for a slice of rows.
 Values = Callable[[slice], Floats]
 
-# Largest number of shaded intervals in a chart, because more intervals would hide the curve.
+# Largest number of intervals with WARN or ERROR that a chart shades. If there are more, none is
+# shaded, because the shading would hide the curve.
 MAX_BANDS = 400
-# Largest ratio of a condition number to the threshold of ERROR in a chart. A condition number has
-# no upper bound, so the chart draws larger values at this ratio.
+# A chart draws condition numbers only up to this many times the threshold of ERROR, because they
+# have no upper bound. Larger values are drawn at this height.
 CLIP_RATIO = 100.0
 
 
@@ -68,7 +69,10 @@ def _bands(audit: Audit) -> list[Band]:
 
 
 def measure_charts(audit: Audit) -> str:
-    """Return charts of the watched measure with its thresholds, and of the named factors."""
+    """
+    Return charts of the measure to which the robot file's thresholds apply, of its singular
+    factors, and of further singularity measures.
+    """
     robot, timeline = audit.robot, audit.timeline
     thresholds = robot.singularity.thresholds
     measure = MEASURES[thresholds.measure]
@@ -107,7 +111,9 @@ def measure_charts(audit: Audit) -> str:
 
 
 def slowing_chart(audit: Audit, values: Column[np.float64]) -> str:
-    """Return a chart of the velocity scale that `ks.scale` allows, a ratio from 0 to 1."""
+    """
+    Return a chart of the factor (0 to 1) by which `ks.scale` would have multiplied the velocity.
+    """
     curve = _curve(audit, 'scale', 'c0', values.__getitem__)
     return _html(audit, Chart('scale', '', [curve], height=110))
 
@@ -144,7 +150,7 @@ def _limits(scale: float, *values: float) -> list[LevelLine]:
 
 
 def tool_charts(audit: Audit) -> str:
-    """Return the section with charts of position and speed of the tool."""
+    """Return the section of the page with charts of position and speed of the tool."""
     timeline = audit.timeline
     curves = [
         _curve(audit, name, f'c{k}', timeline.position.columns[k].__getitem__)
@@ -163,7 +169,10 @@ def tool_charts(audit: Audit) -> str:
 
 
 def frame_charts(audit: Audit, report: FrameReport) -> str:
-    """Return charts of the pose differences that remain between recording and second source."""
+    """
+    Return charts of the differences between measured and computed poses that remain after constant
+    offsets of base and tool.
+    """
     none, end = np.zeros(len(report.t), dtype=bool), audit.timeline.end
     return ''.join(
         _html(
@@ -180,7 +189,7 @@ def frame_charts(audit: Audit, report: FrameReport) -> str:
 
 
 def interval_chart(audit: Audit) -> str:
-    """Return a chart of the time between successive stamps."""
+    """Return a chart of the time between successive stamps of the messages."""
     timeline = audit.timeline
     if len(timeline) < 3:
         return ''

@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Write the section of the audit page that compares poses of a second source with computed poses.
+Write the section of the audit page that compares tool poses of a second source with computed
+poses.
 """
 
 from html import escape
@@ -17,7 +18,10 @@ from .page_charts import frame_charts
 
 
 def frame_section(audit: Audit) -> str:
-    """Return the section on a second source of poses as HTML; empty without a second source."""
+    """
+    Return the section that compares measured with computed poses as HTML; empty without measured
+    poses.
+    """
     report = audit.frames
     if report is None:
         return ''
@@ -36,8 +40,8 @@ def frame_section(audit: Audit) -> str:
     }
     rows = ([escape(name), *one.cells()] for name, one in errors.items())
     headers = ('poses apart', 'position rms', 'largest', 'orientation rms', 'largest')
-    # Show the offsets after the correction of the cause, if a cause was found. The offsets before
-    # the correction are not valid.
+    # If the check found the cause of the pose differences, show the base and tool offsets that
+    # were fitted after its correction. Offsets without the correction are wrong.
     best = diagnosis.cause or diagnosis
     undone = ', that undone' if diagnosis.cause else ''
     offsets = [
@@ -58,7 +62,8 @@ def frame_section(audit: Audit) -> str:
 
 
 def _notes(report: FrameReport) -> str:
-    # Returns the number of compared poses, the limits, and doubts about the poses, as HTML.
+    # Returns the number of compared poses, the limits of the pose differences, and remarks on
+    # implausible poses, as HTML.
     limits = report.limits
     compared = f'{report.diagnosis.count:,} of {report.poses:,} poses are compared.'
     unmatched = f' {escape(report.unmatched)}.' if report.unmatched else ''

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Write the head of the audit page: the files, the date and the version."""
+"""Write the head of the audit page: recording, robot file, date, and version of the package."""
 
 import hashlib
 from html import escape

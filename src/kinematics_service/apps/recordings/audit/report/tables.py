@@ -17,8 +17,8 @@ NOTHING = '&ndash;'
 
 class TableColumn(NamedTuple):
     """
-    A column: header, a function that returns the HTML of a cell from the object of a row, and
-    whether the column holds numbers.
+    A column of an HTML table: header, a function that returns the HTML of a cell from the object
+    of a row, and whether the cells are numbers.
     """
 
     header: str
