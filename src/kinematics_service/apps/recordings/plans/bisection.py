@@ -4,8 +4,8 @@
 Bound the largest value of a quantity over a motion from below and above, by branch and bound
 (Land and Doig, 1960).
 
-A piece of the motion is halved if its upper bound is too large, because the upper bounds of
-shorter pieces are tighter.
+A piece of the motion is halved if the upper bound of the quantity in it is too large. The bounds
+in its halves are tighter.
 """
 
 import math
@@ -21,8 +21,8 @@ from .verdicts import PlanVerdict
 
 # Largest number of times that a segment is halved.
 MAX_HALVINGS = 40
-# Largest number of pieces in one evaluation of a quantity. The number is limited to bound the
-# memory.
+# Largest number of pieces for which a quantity is evaluated at once. The number is limited to
+# bound the memory.
 MAX_ROWS = 16_384
 
 
@@ -47,7 +47,7 @@ class Bounded(NamedTuple):
         The value of the quantity at the middle of each piece, and an upper bound of its values in
         the piece.
     short : shape (N,)
-        Whether a piece is too short to be split.
+        Whether a piece is too short to be halved.
     """
 
     value: Floats
@@ -65,10 +65,10 @@ class Bracket(NamedTuple):
     Attributes
     ----------
     seen
-        The largest computed value. Values are computed at the middles of pieces and at the ends of
-        segments.
+        The largest value of the quantity at the middles of pieces and the ends of segments: a
+        lower bound.
     bound
-        The largest upper bound of all pieces, and the middle of the piece that has it.
+        The largest upper bound of the quantity in any piece, and the middle of this piece.
     pieces, most
         Pieces that cover the whole motion, and the upper bound of the quantity in each piece.
     """
@@ -81,7 +81,8 @@ class Bracket(NamedTuple):
 
 def verdict_of(seen: float, bound: float, limit: float) -> PlanVerdict:
     """
-    Return whether a quantity stays within `limit`, from its largest known value and upper bound.
+    Return whether a quantity is proved to stay within `limit`, refuted, or neither. `seen` is its
+    largest known value, `bound` an upper bound.
     """
     if seen > limit:
         return 'refuted'
@@ -100,10 +101,10 @@ def bracketed(
         A function that evaluates the quantity in pieces of the motion. A piece of length 0 is an
         end of a segment.
     enough
-        A function of the largest value so far. It returns a limit: pieces with an upper bound
-        above the limit are halved.
+        A function that returns a limit, given the largest value of the quantity so far. Pieces in
+        which the upper bound exceeds this limit are halved.
     budget
-        Largest number of pieces, besides the segments.
+        Largest number of pieces that halving may make, besides the segments.
     """
     count = len(motion.begins)
     ends = Pieces(np.tile(np.arange(count), 2), np.repeat([0.0, 1.0], count), np.zeros(2 * count))

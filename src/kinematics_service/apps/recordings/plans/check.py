@@ -22,8 +22,8 @@ from .polynomials import Pieces, PolynomialMotion, moment_at, polynomial_motion
 from .singular_proof import singularity_of_plan
 from .verdicts import JointExtreme, PlanCheck, PlanJoint, PlanVerdict
 
-# Tolerance of the computed largest and least values of joints. It is absolute (rad, m) for values
-# up to 1, and relative for larger values.
+# Tolerance of the largest and least position and the largest speed of a joint over a plan. It is
+# absolute (rad, m, rad/s, m/s) for values up to 1, and relative for larger values.
 EXTREME_TOLERANCE = 1e-12
 DISTANCE = 'distance'
 
@@ -109,7 +109,7 @@ def check_plan(
         check_positive(PlanError, 'speed_limit', speed_limit)
     motion = polynomial_motion(at, given[0], given[1], given[2])
     points = dict.fromkeys([TOOL, *map(str, speed_of)])
-    # ignore overflows here, because `_extreme` reports them
+    # numpy must not warn of overflows here: `_extreme` raises an error
     with np.errstate(over='ignore', invalid='ignore'):
         joints = tuple(_joint(robot, motion, j) for j in range(robot.dof))
         if robot.chain.loops:
@@ -197,9 +197,9 @@ def _joint(robot: Robot, motion: PolynomialMotion, j: int) -> PlanJoint:
 def _extreme(
     motion: PolynomialMotion, coefficients: Floats, measure: np.ufunc, name: str
 ) -> JointExtreme:
-    # Returns the largest value of `measure` (a function such as abs) of a motion, and the moment
-    # of this value. The motion has S polynomials; the coefficients (S, degree + 1) belong to
-    # powers of s.
+    # Returns the largest value over the plan of `measure` (a function such as abs), applied to one
+    # joint's position or speed, and the moment of this value. The position or speed is given by
+    # the polynomial `coefficients` (S, degree + 1) in each of S segments.
     polynomials = motion._replace(coefficients=coefficients[:, :, None])
 
     def bounded(pieces: Pieces) -> Bounded:

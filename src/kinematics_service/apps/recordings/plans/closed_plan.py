@@ -4,8 +4,8 @@
 Check a plan of an arm with closed loops at sampled poses. The samples can refute the plan but
 prove nothing.
 
-The motion of passive joints between two samples has no known bound. So a claim that no sample
-refutes is not decided.
+How far passive joints move between two samples is not bounded. So if no sample refutes a claim
+about the plan, the claim is not decided.
 """
 
 import numpy as np
@@ -21,16 +21,16 @@ from .point_speed import TOOL, chain_to, speed_between
 from .polynomials import PolynomialMotion, moment_at
 from .verdicts import PlanClosure, PlanSingularity, PlanSpeed
 
-# Largest motion of a joint between two samples: rad, or m divided by the characteristic length. If
-# the threshold of the distance to singular poses is smaller, the threshold is the largest motion.
+# Largest motion of a joint between two samples: rad, or m divided by the characteristic length. A
+# smaller threshold of the distance to singular poses replaces this value.
 MAX_STEP = 0.02
 # Largest number of samples. A longer plan is sampled with larger steps between samples.
 MAX_SAMPLES = 20_000
 # Largest accepted joint position (rad, m), because at larger positions round-off prevents closing
 # the loops.
 MAX_POSITION = 1e8
-# Number of samples in a batch. After a batch in which a loop does not close, no further batch is
-# computed, because each failed search takes milliseconds.
+# Number of samples whose loops are closed at once. If a loop does not close in one of them, later
+# samples are not tried, because each failed search takes milliseconds.
 BATCH = 256
 # Number of bisections of the interval in which a loop stops closing. The bisections reduce this
 # interval to 1e-12 of a sampling step.
@@ -51,7 +51,8 @@ class ClosedPlan:
     Attributes
     ----------
     x : shape (N,)
-        The samples as numbers: 1.25 is s = 0.25 in segment 1, as in `PolynomialMotion.place`.
+        Places of the samples along the plan: 1.25 is s = 0.25 in segment 1, as in
+        `PolynomialMotion.place`.
     closed : shape (N,)
         Whether the loops close at each sample. False for all samples after the first batch with an
         open loop.
@@ -87,8 +88,8 @@ class ClosedPlan:
 
     def closure(self) -> PlanClosure:
         """
-        Return whether the loops close at all samples. If a loop does not close, return the first
-        moment at which it is open.
+        Return whether the loops close at all samples. If not, return the first moment at which a
+        loop does not close, and which loop.
         """
         count = len(self.x)
         if np.all(self.closed):
@@ -132,7 +133,10 @@ class ClosedPlan:
         )
 
     def speed(self, of: str, limit: float | None) -> PlanSpeed:
-        """Return the largest speed of a point at the samples, m/s; the upper bound is infinite."""
+        """
+        Return the largest speed of a point of the arm at the samples, m/s. The upper bound is
+        infinite.
+        """
         chain_to(self._robot, of)  # raises an error for an unknown point
         x = self.x[self.closed]
         if not len(x):

@@ -4,9 +4,9 @@
 Compute bounds of the largest speed of a point of the arm over a plan.
 
 Taylor's theorem with Lagrange's remainder bounds the speed in each piece of the plan. The velocity
-is expanded to first order at the middle of the piece. The bound is the largest norm of this
-expansion in the piece, plus a bound of the remainder. The remainder follows from a bound of the
-third derivative of the position.
+of the point is expanded to first order in time at the middle of the piece. The bound is the
+largest norm of this expansion in the piece, plus a bound of the remainder. The remainder follows
+from a bound of the third time derivative of the point's position.
 """
 
 import math
@@ -23,9 +23,10 @@ from .polynomials import Pieces, PolynomialMotion, derivative, moment_at
 from .verdicts import PlanMoment, PlanSpeed
 
 TOOL = 'tool'
-# Bisection stops if upper and lower bound of a speed differ by at most this ratio.
+# Bisection stops if upper and lower bound of the largest speed differ by at most this ratio of the
+# lower bound.
 RELATIVE_TOLERANCE = 0.01
-# Bisection also stops if the bounds of a speed differ by at most this, m/s.
+# Bisection also stops if upper and lower bound of the largest speed differ by at most this, m/s.
 ABSOLUTE_TOLERANCE = 1e-9
 # Largest number of pieces in the bisection, in addition to the segments of the plan.
 MAX_PIECES = 500_000
@@ -61,7 +62,8 @@ def speed_over_plan(
         good = seen * (1.0 + RELATIVE_TOLERANCE) + ABSOLUTE_TOLERANCE
         if seen > allowed:
             return good
-        # The limit may be between the lower and the upper bound: require tighter bounds.
+        # No larger speed than the limit is known so far. Halve pieces also until the upper bound
+        # falls to the limit, which proves the claim.
         return min(good, max(allowed, seen + ABSOLUTE_TOLERANCE))
 
     seen, bound, *_ = bracketed(motion, _Speeds(chain, motion).bounded, enough, MAX_PIECES)
@@ -76,7 +78,8 @@ def speed_between(
     Return the bounds (m/s) of a point's largest speed as a `PlanSpeed`, with the verdict on the
     speed limit. `lower` is the speed at `moment`.
     """
-    # A speed is within its limit if it exceeds the limit by at most the ratio LIMIT_TOLERANCE.
+    # A speed counts as within the limit if it exceeds the limit by at most the ratio
+    # LIMIT_TOLERANCE, because so small an excess is round-off.
     allowed = math.inf if limit is None else limit * (1.0 + LIMIT_TOLERANCE)
     verdict = None if limit is None else verdict_of(lower, upper, allowed)
     return PlanSpeed(of, lower, upper, moment, limit, verdict)
@@ -84,7 +87,8 @@ def speed_between(
 
 def chain_to(robot: Robot, of: str) -> Chain | None:
     """
-    Return the chain that ends in a point of the arm; None if the point does not move.
+    Return the kinematic chain from the base to a point of the arm; None if the point does not
+    move.
 
     Raises
     ------
@@ -96,8 +100,8 @@ def chain_to(robot: Robot, of: str) -> Chain | None:
     if of.isdecimal() and int(of) <= robot.rows:
         chain = robot.point(int(of)).chain
         return chain if chain.entries else None
-    # Accept no joint names if the arm has closed loops, because the table has no axes of the
-    # joints in a loop's own chain.
+    # If the arm has closed loops, a joint's name is not accepted as a point. The table of the main
+    # chain does not have the axes of joints in the other branches of a loop.
     joints = () if robot.chain.loops else robot.joint_names
     if of in joints:
         table = robot.chain.table
@@ -118,8 +122,9 @@ def chain_to(robot: Robot, of: str) -> Chain | None:
 
 
 def _shortened(robot: Robot, last: int, offset: Floats) -> Chain | None:
-    # Returns the chain that ends after element `last`, with the tool at the pose `offset` in the
-    # frame of this element. Returns None if no element precedes the tool.
+    # Returns the chain of the elements up to number `last`, with the tool at the pose `offset` in
+    # the frame of element `last`. Returns None if `last` is negative, because then the tool does
+    # not move.
     if last < 0:
         return None
     table = robot.chain.table
@@ -147,8 +152,8 @@ class _Speeds:
         self._chain = chain
         table = chain.table
         element = np.repeat(np.arange(chain.elements), np.diff(table.first_entry))
-        # Compute the rotation (rad) and translation (m) of each element of the chain per rad or m
-        # of each joint.
+        # For each joint and each element of the chain: rotation (rad) and translation (m) of the
+        # element if the joint moves by 1 rad or 1 m.
         self._by_theta = np.zeros((chain.dof, chain.elements))
         self._by_d = np.zeros((chain.dof, chain.elements))
         np.add.at(self._by_theta, (table.joint, element), table.by_theta)
@@ -163,8 +168,8 @@ class _Speeds:
         v, a = self._velocity(taylor, T)
         seconds = pieces.half * T
         swing = a * seconds[:, None]
-        # Evaluate |v + a t| at both ends of each piece. The maximum is at an end, because this
-        # norm is convex in t.
+        # To first order, the velocity at time t from the middle is v + a t. Evaluate its norm at
+        # both ends of each piece: the norm is convex in t, so its maximum is at an end.
         ends = np.maximum(np.linalg.norm(v + swing, axis=1), np.linalg.norm(v - swing, axis=1))
         most = ends + 0.5 * self._third(taylor, pieces.half, T) * seconds**2
         most = np.where(np.isnan(most), np.inf, most)
@@ -172,8 +177,8 @@ class _Speeds:
 
     def _velocity(self, taylor: Floats, T: Floats) -> tuple[Floats, Floats]:
         # Returns velocity and acceleration of the point at the middles of the pieces. The
-        # acceleration follows from the derivatives of the Jacobian columns: dv_f/dq_e = w_e x v_f,
-        # if joint entry e is f or before f.
+        # acceleration follows from the derivatives of the Jacobian columns (v, w): dv_f/dq_e = w_e
+        # x v_f if e <= f. e and f number the moving elements (`chain.entries`) from base to tool.
         chain, E = self._chain, self._chain.entries
         q, rates, accelerations = (derivative(taylor, order, T) for order in (0, 1, 2))
         rows = np.empty((len(q), chain.widths[kernel.JACOBIAN]))
@@ -189,15 +194,15 @@ class _Speeds:
 
     def _third(self, taylor: Floats, half: Floats, T: Floats) -> Floats:
         # Returns a bound of the third derivative of the point's position in each piece. The
-        # position is a sum of vectors, one for each element of the chain. The elements before a
-        # vector rotate it. Let s, a and j be the sums of the absolute first, second and third
-        # derivatives of these elements' angles. Then the first three derivatives of the rotation
-        # are at most s, s^2 + a and s^3 + 3 s a + j.
+        # position is a sum of vectors, one for each element of the chain. The elements from the
+        # base up to a vector rotate the vector. Let s, a and j be the sums of the absolute first,
+        # second and third time derivatives of the angles of these elements. Then the norms of the
+        # first three derivatives of the rotation are at most s, s^2 + a and s^3 + 3 s a + j.
         table = self._chain.table
         turns, slides = taylor @ self._by_theta, taylor @ self._by_d
         s, a, j = (np.cumsum(_most(turns, order, half, T), axis=1) for order in (1, 2, 3))
-        # Bound the length of each element's vector. Only the translation along the element's axis
-        # changes the length.
+        # Bound the length of each element's vector in each piece. Only the element's translation
+        # along its axis changes the length.
         moves, axes = table.before[1:, :, 3], table.before[1:-1, :, 2]
         stroke = table.d_0[1:] + slides[:, 0, 1:]
         lengths = np.linalg.norm(moves[:-1] + axes * stroke[:, :, None], axis=2)
@@ -212,7 +217,7 @@ class _Speeds:
 
 def _most(taylor: Floats, order: int, half: Floats, T: Floats) -> Floats:
     # Returns a bound, in each piece, of the absolute value of the time derivative of order
-    # `order`.
+    # `order`. The function of time is given by its Taylor coefficients at the middle of the piece.
     most = np.zeros_like(taylor[:, 0])
     for i in range(order, taylor.shape[1]):
         most += math.perm(i, order) * np.abs(taylor[:, i]) * half[:, None] ** (i - order)

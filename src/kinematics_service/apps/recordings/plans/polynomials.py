@@ -34,7 +34,7 @@ class Pieces(NamedTuple):
     half: Floats
 
     def chosen(self, which: Which) -> 'Pieces':
-        """Return the pieces that `which` selects, an index array or a slice."""
+        """Return the pieces that `which` (an index array or a slice) selects."""
         return Pieces(self.segment[which], self.middle[which], self.half[which])
 
     def halved(self) -> 'Pieces':
@@ -69,7 +69,10 @@ class PolynomialMotion(NamedTuple):
     coefficients: Floats
 
     def place(self, x: npt.ArrayLike) -> tuple[Integers, Floats]:
-        """Split numbers into segment numbers and s from 0 to 1: 1.25 is s = 0.25 in segment 1."""
+        """
+        Split places along the motion into segment numbers and s from 0 to 1: 1.25 is s = 0.25 in
+        segment 1.
+        """
         segment = np.minimum(np.asarray(x, dtype=np.int64), len(self.begins) - 1)
         return segment, np.asarray(x - segment)
 
@@ -101,9 +104,10 @@ class PolynomialMotion(NamedTuple):
 
     def taylor(self, pieces: Pieces) -> Floats:
         """
-        Return the Taylor coefficients at the middle of each piece, shape (N, degree + 1, n).
+        Return the Taylor coefficients of the joint positions at the middle of each piece, shape
+        (N, degree + 1, n).
 
-        The coefficients belong to powers of s minus the middle.
+        The coefficients belong to powers of s - `middle`, with s from 0 to 1 in the segment.
         """
         moved = self.coefficients[pieces.segment]
         degree = moved.shape[1] - 1
@@ -116,8 +120,9 @@ class PolynomialMotion(NamedTuple):
 
 def derivative(taylor: Floats, order: int, seconds: Floats) -> Floats:
     """
-    Return the derivative of order `order` by time, shape (N, n), at the middles of pieces. Inputs
-    are Taylor coefficients (N, degree + 1, n) and segment durations, s.
+    Return the time derivative of the joint positions, of order `order`, at the middles of pieces,
+    shape (N, n). Inputs are Taylor coefficients (N, degree + 1, n), and the durations (s) of the
+    segments in which the pieces are.
     """
     if order >= taylor.shape[1]:
         return np.zeros_like(taylor[:, 0])

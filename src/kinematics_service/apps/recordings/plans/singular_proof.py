@@ -23,25 +23,24 @@ from .bisection import Bounded, Extreme, bracketed, verdict_of
 from .polynomials import Pieces, PolynomialMotion, moment_at
 from .verdicts import PlanSingularity
 
-# A piece is not halved if its joint motion is less than this ratio of the threshold of the
-# distance.
+# A piece of the plan is not halved if the joint motion in it is less than this ratio of the
+# threshold of the distance to singular poses.
 MIN_SPAN_RATIO = 0.05
-# The round-off of joint positions is bounded by a sum of two terms. This term does not depend on
-# the size of the positions, rad.
+# Bound of the round-off of joint positions along the plan, rad: this constant, plus
+# RELATIVE_ROUND_OFF times the largest sum of the absolute coefficients of a joint's polynomial.
 ROUND_OFF = 1e-9
-# The second term of the bound is proportional to the coefficients of the polynomials. The factor
-# is 45 machine epsilons.
+# Factor of the coefficients in this bound: 45 machine epsilons.
 RELATIVE_ROUND_OFF = 1e-14
-# Largest number of evaluations of the proved radius without singular poses, for one plan.
+# Largest number of evaluations of the clearance for one plan, without those for its segments.
 MAX_CLEARANCES = 5_000
-# Additional number of evaluations of the proved radius for each segment of a plan.
+# Further evaluations of the clearance that each segment of a plan allows.
 MAX_CLEARANCES_OF_SEGMENT = 20
-# Bisection stops if the lower bound of the distance is at least the threshold and this ratio of
-# the least proved radius without singular poses.
+# The lower bound of the distance cannot exceed the least clearance that was computed. Bisection
+# stops when the lower bound reaches the threshold and this ratio of the least clearance.
 BOUND_RATIO = 0.95
-# Number of sampled moments in each search around the moment of least distance.
+# Number of sampled moments in each search for the moment of least distance to singular poses.
 REFINEMENT_SAMPLES = 17
-# Number of searches around the moment of least distance; each search covers a shorter time.
+# Number of such searches; each covers a shorter time around the best moment of the search before.
 REFINEMENTS = 4
 
 
@@ -82,7 +81,7 @@ class _Distance:
 
     def __init__(self, robot: Robot, motion: PolynomialMotion, threshold: float) -> None:
         self._robot, self._motion, self._threshold = robot, motion, threshold
-        # Count only the motion of joints that can change the rank of J.
+        # In the joint motion within a piece, only joints that can change the rank of J count.
         self._moving = moving_joints(robot.chain, robot.singularity.task)
         size = np.max(np.sum(np.abs(motion.coefficients), axis=1))
         self._round_off = ROUND_OFF + RELATIVE_ROUND_OFF * float(size)
@@ -94,8 +93,9 @@ class _Distance:
         Return the negative distance to singular poses at the middles of pieces, and an upper bound
         of this negative distance in each piece.
 
-        The nearest singular pose is searched at points of the plan, and at middles where the
-        clearance is at most the threshold.
+        The distance at a middle is computed, by a search for the nearest singular pose, only at
+        points of the plan and where the clearance is at most the threshold. Elsewhere it is
+        infinite.
         """
         q = self._motion.positions(pieces.segment, pieces.middle)
         # Do not compute the clearance at points of the plan, because the pieces before and after a
@@ -113,8 +113,8 @@ class _Distance:
 
     def enough(self, seen: float) -> float:
         """
-        Return the limit of the upper bound at which bisection stops. It is infinite if the plan is
-        refuted.
+        Return the limit for `bracketed`: pieces in which the upper bound of the negative distance
+        exceeds it are halved. It is infinite, which stops the bisection, if the plan is refuted.
         """
         if -seen < self._threshold:
             return math.inf
@@ -122,8 +122,8 @@ class _Distance:
 
     def to_nearest(self, q: Floats) -> Floats:
         """
-        Return the distances (N,), rad, from configurations (N, n) to the nearest singular poses
-        found. The distance is inf if none was found.
+        Return the distances (N,), rad, from joint positions (N, n) to the nearest singular pose
+        that the search finds; inf if it finds none.
         """
         away = (singularity(self._robot, q).nearest_singular - q) / (
             self._robot.singularity.task.column_scales
@@ -132,8 +132,8 @@ class _Distance:
 
     def least_around(self, seen: Extreme) -> Extreme:
         """
-        Return the moment of least distance near a given moment, by sampling in shorter and shorter
-        intervals of time.
+        Return the moment of least distance to singular poses near the moment `seen`, by sampling
+        in shorter and shorter intervals of time.
         """
         count, width = len(self._motion.begins), 1.0
         for _ in range(REFINEMENTS):
@@ -149,8 +149,8 @@ class _Distance:
 
 
 def _span(taylor: Floats, reach: Floats) -> Floats:
-    # Returns a bound of the joint motion from the middle of each piece to moments within `reach`,
-    # which is a ratio of the segment's duration.
+    # Returns a bound of the joint motion (norm) from the middle of each piece to any moment within
+    # `reach` of it. `reach` is a ratio of the segment's duration.
     powers = reach[:, None] ** np.arange(1, taylor.shape[1])
     most = np.sum(np.abs(taylor[:, 1:]) * powers[:, :, None], axis=1)
     return np.asarray(np.linalg.norm(most, axis=1))

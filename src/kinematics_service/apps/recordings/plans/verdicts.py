@@ -73,7 +73,7 @@ class PlanSingularity:
     evaluations: int
 
     def __post_init__(self) -> None:
-        """Make the array of the singular pose read-only."""
+        """Make the array `nearest_singular` read-only."""
         if self.nearest_singular is not None:
             self.nearest_singular.setflags(write=False)
 
@@ -148,7 +148,8 @@ class PlanClosure:
     ----------
     verdict
         `refuted`: at `moment` a loop does not close. `not decided`: all loops close at all
-        samples, on the branch of the known positions; nothing is proved between the samples.
+        samples, in the way (of several possible ones) that the robot file's key `assembled` gives;
+        nothing is proved between the samples.
     loop, sentence
         The loop that does not close, and the reason; empty if all loops close.
     samples
