@@ -3,8 +3,8 @@
 """
 Apply a function to many items, such as recordings, on the workers of a dask cluster.
 
-A robot is sent to a worker together with its computed constants, so that results of workers and of
-this process are equal bit by bit.
+A robot is sent to a worker together with the constants computed from its robot file. So the
+results of workers are equal, bit by bit, to those of this process.
 """
 
 import logging
@@ -19,7 +19,7 @@ from ...errors import KinematicsError, SweepError
 Item = TypeVar('Item')
 Result = TypeVar('Result')
 
-# Number of batches that wait or run at once for each thread of the cluster, so that no thread is
+# Number of submitted items that wait or run for each thread of the cluster, so that no thread is
 # idle.
 BATCHES_PER_THREAD = 3
 # Longest time to wait for the scheduler's answer, and for the first worker, s.
@@ -67,7 +67,8 @@ def results_of_workers(
         dask is not installed, no scheduler or worker is found, or the workers cannot run the
         function.
     """
-    # Submit only few items at once, so that the memory does not grow with the number of items.
+    # Submit a further item only after the result of an earlier one, so that the memory does not
+    # grow with the number of items.
     with _client(workers) as client:
         threads = sum(client.nthreads().values())
         under_way: deque[Any] = deque()

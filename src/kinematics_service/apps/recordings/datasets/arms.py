@@ -14,7 +14,8 @@ from ..readers.source import Selection
 
 class KnownVectors(NamedTuple):
     """
-    The names of vectors that occur together in one kind of robot learning dataset.
+    Names of the vectors of joint positions, joint velocities and tool poses in one kind of robot
+    learning dataset.
 
     Attributes
     ----------
@@ -23,8 +24,8 @@ class KnownVectors(NamedTuple):
     pose
         Name of the vector of the tool pose, or names of two vectors: position and orientation.
     kind
-        Kind of the orientations if the elements of the pose vector have no names. Empty: the
-        default of `pose_format`.
+        Kind of the tool's orientation, such as `rpy`, if the elements of the pose vector have no
+        names. Empty: the default of `pose_format`.
     """
 
     position: str
@@ -54,8 +55,8 @@ KNOWN = (
     KnownVectors('q', 'qd', 'pose'),
 )
 STAMPS = ('timestamp', 'stamp', 'time')
-# Phrase for messages: a vector is assumed to hold the joint positions, because no option names
-# their vector.
+# Phrase of a message, such as 'state[0:6] is taken for the joints shoulder, elbow': no option says
+# which vector holds the joint positions, so it is assumed.
 TAKEN = 'is taken for the joints'
 # Matches a name of a vector element that consists of a word and a number, such as `joint_3.pos`.
 NUMBERED = re.compile(r'[a-z]*[._ ]?\d+([._ ](pos|position|angle|q))?', re.IGNORECASE)
@@ -70,10 +71,11 @@ class DatasetArm(NamedTuple):
     label
         Name of the arm in the dataset, empty for a single arm.
     reading, position
-        How to read the columns of the arm, and the value of `position=` for `--columns`.
-        `position` is empty if `--columns` is given.
+        How to read the arm's columns, and which of them are joint positions: the value of
+        `position=` in `--columns`. `position` is empty if the user gave `--columns`.
     guessed
-        The assumption about the joints, a sentence; empty if an option names them.
+        The assumption about which columns are the joint positions, a sentence; empty if an option
+        names them.
     """
 
     label: str
@@ -84,7 +86,7 @@ class DatasetArm(NamedTuple):
 
 def arms_of(header: list[str], wanted: Selection, rate: float) -> tuple[DatasetArm, ...]:
     """
-    Return the arms of a dataset, by the names of its columns.
+    Find the arms of a dataset by the names of its columns.
 
     Parameters
     ----------
@@ -132,7 +134,7 @@ def arms_of(header: list[str], wanted: Selection, rate: float) -> tuple[DatasetA
 
 
 def crossed_with(arm: DatasetArm, other: DatasetArm) -> DatasetArm:
-    """Return `arm` with its own pose columns, but with the joint columns of `other`."""
+    """Return how to read the tool poses of `arm` together with the joint positions of `other`."""
     columns = arm.reading.columns or ''
     own, theirs = f'position={arm.position}', f'position={other.position}'
     return arm._replace(reading=arm.reading._replace(columns=columns.replace(own, theirs)))
@@ -143,8 +145,8 @@ def _elements(header: Sequence[str], vector: str) -> list[str]:
 
 
 def _parts(header: list[str], vector: str, wanted: Selection) -> list[tuple[str, str]]:
-    # Returns the label of each arm, and a text that selects its joint columns in `vector`: the
-    # common start of their names, or a slice such as state[0:6].
+    # Returns the label of each arm, and a text that selects the arm's joint columns among the
+    # elements of `vector`: the common start of their names, or a slice such as state[0:6].
     elements, robot = _elements(header, vector), wanted.robot
     first = robot.joint_names[0]
     starts = [name.removesuffix(first) for name in elements if name.endswith(first)]
@@ -184,7 +186,8 @@ def _parts(header: list[str], vector: str, wanted: Selection) -> list[tuple[str,
 def _columns(
     header: list[str], names: KnownVectors, stamp: str, part: str, k: int, arms: int
 ) -> str:
-    # Returns the value of the option --columns that selects the columns of arm number k.
+    # Returns the value of the option --columns that selects stamps, positions, velocities and
+    # poses of arm number k.
     found = [f'stamp={stamp}'] if stamp else []
     found.append(f'position={part}')
     slice_ = part.removeprefix(names.position)

@@ -146,7 +146,8 @@ def _names(names: Any, deepest: int) -> tuple[str, ...]:
 
 def fault_of(file: Path, error: Exception) -> RecordingError:
     """
-    Convert any exception of a file's reader to an error that says why the file cannot be read.
+    Convert any exception that reading `file` raised to an error that says why the file cannot be
+    read.
     """
     if isinstance(error, RecordingError):
         if str(error).startswith(f'{file}:'):
@@ -162,7 +163,7 @@ def fault_of(file: Path, error: Exception) -> RecordingError:
 
 
 def missing_library(reason: ImportError) -> RecordingError:
-    """Return the error about a library that datasets need."""
+    """Return the error that names a missing library (pyarrow or h5py) and how to install it."""
     return RecordingError(
         f"datasets need pyarrow and h5py ({reason}): pip install '.[dataset]' in its checkout, or "
         'pip install pyarrow h5py',
@@ -177,7 +178,7 @@ def refuse_twice(names: Iterable[str]) -> None:
     Raises
     ------
     RecordingError
-        Two columns have the same name; the message does not name the file.
+        Two columns have the same name. The caller must add the name of the file to the message.
     """
     for name, count in Counter(names).most_common(1):
         if count > 1:
@@ -187,7 +188,7 @@ def refuse_twice(names: Iterable[str]) -> None:
 
 def refuse_to_hold(file: Path, numbers: int) -> None:
     """
-    Raise an error if too many numbers of a file would be read at once.
+    Raise an error if more than `MAX_NUMBERS` numbers of a file would be read at once.
 
     Raises
     ------
@@ -257,14 +258,15 @@ def _of_parquet(whole: Episode) -> Iterator[Episode]:
         numbers = opened.read([column])[column].combine_chunks()
     if types.is_dictionary(numbers.type):
         numbers = numbers.indices
-    elif numbers.type.num_fields:  # each episode number is a vector of length 1
+    elif numbers.type.num_fields:  # each row has its number in a vector of length 1
         numbers = numbers.flatten()
     yield from _runs(whole, np.asarray(numbers.to_numpy(zero_copy_only=False), dtype=np.float64))
 
 
 def headers_of(file: Path) -> dict[str, npt.NDArray[np.generic]]:
     """
-    Return, by name, an array without data for each array in an npz file, with its shape and type.
+    Return the shape and type of each array in an npz file, by name, without reading its data. Each
+    is given as an array whose elements have no meaning.
     """
     headers = {}
     with ZipFile(file) as packed:
@@ -338,12 +340,12 @@ def _of_hdf5(whole: Episode) -> Iterator[Episode]:
 
 
 def _held(folder: Any, name: str) -> Any:
-    # Returns the member of a group with this name. Returns None for soft and external links,
-    # because they may lead to other files.
+    # Returns the member `name` of an HDF5 group. Returns None for soft and external links, because
+    # they may lead to other files.
     import h5py
 
     return folder[name] if isinstance(folder.get(name, getlink=True), h5py.HardLink) else None
 
 
-# The functions that find the episodes in a file, one for each of SUFFIXES.
+# The function that finds the episodes in a file, by the suffix of the file's name.
 READERS = dict(zip(SUFFIXES, (_of_parquet, _of_hdf5, _of_hdf5, _of_arrays)))

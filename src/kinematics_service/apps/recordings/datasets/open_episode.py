@@ -49,7 +49,8 @@ def _stamps(columns: Columns, column: str, form: StampFormat) -> Times:
         return form.of_rows(0, len(columns))
     found = columns.chosen([column])[:, 0]
     digits = UNITS[form.unit or unit_of(float(np.nanmax(found, initial=0.0)))]
-    # Treat negative times, and times after the year 2096, as invalid: their rows become unstamped.
+    # Treat negative times, and times after the year 2096, as invalid: the stamp of their row
+    # becomes 0, which means unstamped.
     known = (found >= 0.0) & (found * 10.0 ** (digits - 9) < MAX_EPOCH_TIME)
     nanoseconds = np.rint(np.where(known, found, 0.0) * 10.0**digits)
     return np.where(known, nanoseconds.astype(np.int64) + STAMP_OFFSET, 0)

@@ -43,7 +43,7 @@ class Columns(NamedTuple):
         return len(self.columns[0])
 
     def chosen(self, names: Sequence[str]) -> Floats:
-        """Return the numbers (N, k) of the columns with these names."""
+        """Return the numbers (N, k) of the k columns that are called `names`."""
         places = [self.header.index(name) for name in names]
         if not places:
             return np.zeros((len(self), 0))
@@ -52,7 +52,7 @@ class Columns(NamedTuple):
 
 def columns_of_episode(episode: Episode) -> Columns:
     """
-    Return the numbers of an episode, by column.
+    Return the numeric columns of an episode; each element of a vector is a column.
 
     Raises
     ------
@@ -124,7 +124,8 @@ def _numbers(column: Any) -> Floats | None:
     while _is_list(array.type):
         if len(compute.list_value_length(array).drop_null().unique()) > 1:
             return None
-        # Take the size of the vectors from their type, because all vectors may be missing.
+        # Take the size of the vectors from their type, because in every row the vector may be
+        # missing.
         size *= array.type.list_size if types.is_fixed_size_list(array.type) else 0
         array = array.flatten()
     if not (types.is_floating(array.type) or types.is_integer(array.type)):
@@ -138,7 +139,7 @@ def _numbers(column: Any) -> Floats | None:
     size = len(numbers) // count if count else size
     if not 0 < size <= MAX_ELEMENTS:
         return None
-    # Fill the rows of missing vectors with NaN, because `flatten` omits missing vectors.
+    # Fill rows that have no vector with NaN, because `flatten` has omitted these rows.
     rows = np.full((len(known), size), np.nan)
     rows[known] = numbers.reshape(count, size)
     return rows
@@ -263,13 +264,14 @@ def _arrays(file: Path, changed: int) -> dict[str, Floats]:
         return _alike(file, episodes.headers_of(file), arrays.__getitem__)
 
 
-# The functions that read the numbers of an episode, one for each of SUFFIXES.
+# The function that reads the numbers of an episode, by the suffix of the file's name.
 READERS = dict(zip(episodes.SUFFIXES, (_of_parquet, _of_hdf5, _of_hdf5, _of_arrays)))
 
 
 def _alike(file: Path, arrays: Mapping[str, Any], read: Callable[[str], Any]) -> dict[str, Floats]:
-    # Returns the numeric arrays (N,) or (N, k) that have the most frequent number of rows N. Other
-    # arrays and large vectors are left out.
+    # Returns the arrays of numbers, (N,) or (N, k), of a file. N is the number of rows that most
+    # of its arrays have. Arrays with another number of rows, and vectors of more than
+    # MAX_ELEMENTS, are left out.
     small = {
         name: array
         for name, array in arrays.items()
@@ -278,7 +280,7 @@ def _alike(file: Path, arrays: Mapping[str, Any], read: Callable[[str], Any]) ->
     counts = [len(array) for array in small.values()]
     usual = max(counts, key=counts.count, default=0)
     small = {name: array for name, array in small.items() if len(array) == usual}
-    # Count the numbers in whole chunks, because HDF5 unpacks a whole chunk, which may be larger
+    # Count the numbers that reading unpacks. HDF5 unpacks whole chunks, and a chunk may be larger
     # than the array.
     parts = [(array.shape, getattr(array, 'chunks', None) or ()) for array in small.values()]
     episodes.refuse_to_hold(file, sum(max(map(math.prod, part)) for part in parts))

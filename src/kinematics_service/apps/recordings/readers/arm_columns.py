@@ -26,17 +26,17 @@ MAX_LISTED = 12
 # Largest number of characters of a column name in an error message. A longer name is cut.
 MAX_NAME_LENGTH = 60
 STAMP = 'stamp'
-# Known names of the stamp column, in small letters. The header is searched for these names if a
-# layout does not name its stamp column.
+# Known names of the stamp column, in small letters. If a layout of tables has no name for its
+# stamp column, a column with one of these names is used.
 STAMPS = (STAMP, 'timestamp', 'time', 't', 'date', 'datetime', '%time', '__time')
 # Matches a range of column numbers, counted from 1, such as 2-7.
 NUMBERS = re.compile(r'(\d+)(?:-(\d+))?')
-# Matches a column name of a joint that ends in a number, such as q1 or joint_3. RATES has possible
-# starts of the names of velocity columns in such a table.
+# Matches the name of a joint's position column that ends in a number, such as q1 or joint_3. In a
+# table with such names, the names of the velocity columns start with one of RATES.
 NUMBERED = re.compile(r'((?:q|j|joint|axis|theta|angle|pos|position)[ _.]?)\d+', re.IGNORECASE)
 RATES = ('qd', 'dq', 'qdot', 'qd_', 'dq_', 'velocity', 'velocity_', 'vel_')
-# Matches words for commanded values. A column of a pose whose name has such a word is skipped,
-# because only measured poses are read.
+# Matches words for commanded values. If the name of a pose column has such a word, the column is
+# skipped, because only measured poses are read.
 COMMAND_WORDS = re.compile('target|goal|command|cmd|desired|ref|set', re.IGNORECASE)
 SLICE = re.compile(r'(.+)\[(\d*):(\d*)\]')
 HOW = (
@@ -47,10 +47,11 @@ HOW = (
 
 class ColumnNames(NamedTuple):
     """
-    The starts of the column names of positions, velocities and poses in a layout, and the whole
-    name of the stamp column.
+    How columns are called: the starts of the names of position, velocity and pose columns, and the
+    whole name of the stamp column.
 
-    If `position` is empty, the columns have the names of the joints, and velocities are not read.
+    If `position` is empty, position columns have the names of the joints, and velocities are not
+    read.
     """
 
     stamp: str
@@ -61,16 +62,17 @@ class ColumnNames(NamedTuple):
 
 class Layout(NamedTuple):
     """
-    A known layout of tables: the names of the columns, and the maker whose units the numbers have.
+    A known layout of tables: how the columns are called, and in whose units the numbers are.
 
     Attributes
     ----------
     maker
-        The maker of the controller, one of `MAKERS`, which defines the units; empty: rad and m.
+        The maker of the robot controller, one of `MAKERS`, in whose units the numbers are; empty:
+        rad and m.
     needed
         Names of further columns, in small letters, that the table must have.
     numbered
-        Whether the joints are identified by their numbers alone.
+        Whether column names identify joints only by a number, such as q1, not by the joint's name.
     """
 
     names: ColumnNames
@@ -97,23 +99,23 @@ LAYOUTS = (
 
 class ArmColumns(NamedTuple):
     """
-    The names of an arm's columns in a table, and the units and formats of their numbers.
+    Which columns of a table belong to an arm, and the units and formats of their numbers.
 
     Attributes
     ----------
     stamp
         Name of the column of stamps. Empty if stamps are computed from row numbers.
     stamps
-        The unit of stamps, or the rate of the rows.
+        The unit of the stamps; or, if the table has no stamps, the rate of its rows.
     positions, velocities, poses
         Column names. Positions and velocities are in the order of the arm's joints; velocities may
-        be empty. Poses are in the order of the numbers of a pose.
+        be empty. `poses` are the columns of one tool pose: position, then orientation.
     joints, form
         Units of the joint columns, and format of the pose columns.
     names
-        The starts of the column names, for error messages.
+        How the columns are called in this layout, for error messages.
     guessed
-        Assumptions that follow from the column names, each a sentence.
+        Assumptions about units and joints that were made from the column names, each a sentence.
     """
 
     stamp: str
@@ -218,7 +220,7 @@ class _Search:
         if not (poses or asked) and form == PoseFormat():
             poses, form = self._poses_alone(guessed)
         if set(poses) & set(positions):
-            poses, form = [], PoseFormat()  # columns x, y and z of a gantry: joints, not a pose
+            poses, form = [], PoseFormat()  # x, y and z are joints of a gantry, not a pose
         if layout.maker and poses:
             guessed.append(
                 f'poses {", ".join(poses)} are taken as {layout.maker.upper()} writes them: '
@@ -292,15 +294,16 @@ class _Search:
         return usual
 
     def _numbered_joints(self) -> list[Layout]:
-        # Returns a layout if the joint columns have names such as q1 ... q6 or J 1 ... J 6. The
-        # arm must have this number of joints, and the numbers in its joint names must rise.
+        # Returns a layout if the joint columns have names such as q1 ... q6 or J 1 ... J 6. There
+        # must be as many such columns as joints of the arm, and numbers in the joints' own names
+        # must rise in the order of the arm.
         found = [part[1] for name in self.header if (part := NUMBERED.fullmatch(name))]
         own = [int(part[1]) for name in self.joints if (part := re.search(r'(\d+)$', name))]
         if len(set(found)) != 1 or len(found) != len(self.joints) or own != sorted(own):
             return []
-        # Return no layout in doubtful cases. Columns q1 .. q4 may be a quaternion. If a column has
-        # the name of a joint, numbered columns may mean other joints. For example, columns q0 and
-        # q1 need not be the joints q1 and q2.
+        # Return no layout if the numbers could mean something else. Columns q1 .. q4 may be a
+        # quaternion. If a column has the name of a joint, numbered columns may count differently:
+        # columns q0 and q1 need not be the joints q1 and q2.
         if pose_columns(self.header, [''], PoseFormat('wxyz')) or {*self.joints} & {*self.header}:
             return []
         rates = next((one for one in RATES if self._family(one)), '')
@@ -314,8 +317,8 @@ class _Search:
             ends = {name.lower() for name in self.header}
             return ends >= set(layout.needed)
         # A layout whose columns have the joints' names or numbers fits even without a stamp
-        # column, so that the error names the missing stamps. Other layouts fit only with their
-        # stamp column.
+        # column. Then the error message says that the stamps are missing. Other layouts fit only
+        # with their stamp column.
         named = names.position and not layout.numbered and 'stamp' not in self._given
         return not named or names.stamp in self.header or self.wanted.stamps.rate > 0.0
 
@@ -361,8 +364,8 @@ class _Search:
         return next((list(own) for own in both if set(own) <= set(self.header)), [])
 
     def _family(self, beginning: str) -> list[str]:
-        # Returns a column for each joint. The name of the column is `beginning` followed by the
-        # joint's name or number (from 0 or 1). Returns no columns if a column is missing.
+        # Returns the column of each joint: its name is `beginning` followed by the joint's name or
+        # number (from 0 or 1). Returns [] if the column of a joint is missing.
         if not beginning:
             return []
         columns = self._numbered(beginning)
@@ -373,14 +376,14 @@ class _Search:
             for ends in (self.joints, self.wanted.robot.joint_names, range(n), range(1, n + 1)):
                 columns = [f'{start}{end}' for end in ends]
                 if all(column in self.header for column in columns):
-                    # Numbers from 0 are tried before numbers from 1, because a table may have
-                    # columns for both.
+                    # Numbers from 0 are tried first: if a table has columns 0 to n, those from 0
+                    # to n - 1 are the joints.
                     return columns
         return []
 
     def _numbered(self, text: str) -> list[str]:
-        # Returns the columns that a text selects: a range of numbers such as 2-7, or a slice of a
-        # vector such as state[0:6]. Returns no columns for other text.
+        # Returns the columns that a text of `--columns` selects: a range of column numbers such as
+        # 2-7, or a slice of a vector such as state[0:6]. Returns [] for other text.
         part = SLICE.fullmatch(text)
         if part is not None:
             elements = [name for name in self.header if name.startswith(f'{part[1]}.')]

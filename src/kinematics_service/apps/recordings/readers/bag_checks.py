@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Check a bag by its checksums, or, for a sqlite3 bag, by sqlite's own check. If the bag has no
-checksums, a remark says so.
+Check whether a bag is damaged: by its checksums, or, for a sqlite3 bag, by sqlite's own check. If
+the bag has no checksums, a remark says so.
 
 This module does not check MCAP chunks, because rosbags checks each chunk when it reads the chunk.
 """
@@ -19,7 +19,7 @@ from .source import Remark
 
 UNNOTICED = 'has no checksums: a flipped bit in its numbers would not be noticed'
 CHANGED = 'it was changed after it was written, and what follows from it may be wrong'
-# Codes of remarks about a wrong checksum, and about a missing checksum.
+# Codes in the JSON document for a wrong checksum, and for a missing checksum.
 WRONG_SUM, NO_SUM = 'wrong-checksum', 'no-checksum'
 MAGIC_LENGTH = 8
 # Layout of the first bytes of an MCAP record: opcode and length (mcap.dev/spec).

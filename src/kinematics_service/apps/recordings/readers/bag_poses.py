@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Read poses of the tool from a topic of a bag; from a long topic, read an evenly spread sample.
+Read measured tool poses from a topic of a bag. If the topic has very many, keep an evenly spread
+part of them.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -24,8 +25,8 @@ POSES = {
 }
 TRANSFORM = 'geometry_msgs/msg/TransformStamped'
 TRANSFORMS = 'tf2_msgs/msg/TFMessage'
-# Largest number of poses in memory (20 MB). If the number is reached, every second pose is
-# dropped. The frame check needs only some hundred poses.
+# Largest number of poses in memory (20 MB). At this number, every second pose is dropped. The
+# comparison with computed poses needs only some hundred.
 MAX_POSES_HELD = 2**16
 
 

@@ -207,8 +207,8 @@ class _Bag:
         raise RecordingError(f'{self.path}: {self._listed()}', code='missing-topic')
 
     def _refuse_other_fields(self, topic: str, kind: str) -> None:
-        # Raise an error if a message type has the name of a ROS type but other fields. Its bytes
-        # would be read by the ROS definition and give wrong numbers.
+        # Raise an error if the bag defines a message type with the name of a ROS type but other
+        # fields. Messages are read by the ROS definition, and would give wrong numbers.
         usual = dict(get_typestore(Stores.ROS2_JAZZY).fielddefs)
         if not self.reader.is2:
             usual |= get_typestore(Stores.ROS1_NOETIC).fielddefs
@@ -258,8 +258,9 @@ class _Bag:
                 some.clear()  # free the memory before the next messages are read
 
     def _alike(self, messages: Sequence[tuple[int, bytes]]) -> Iterator[Block | UnreadableMessage]:
-        # Yields blocks from messages of equal length in bytes. A message is decoded separately if
-        # it differs from the first message in more than its numbers and stamp.
+        # Yields blocks of joint states from messages of equal length in bytes. Messages that
+        # differ from the first message only in numbers and stamps are read as arrays; other
+        # messages are decoded one by one.
         times, raws = zip(*messages)
         columns = columns_of(raws, not self.reader.is2) if len(raws) > 1 else None
         if columns is None:
@@ -325,8 +326,8 @@ class _Bag:
         return ', '.join(sorted(name for name, own in self.types.items() if own in usable))
 
     def _child(self, topic: str, asked: str, connections: list[Any]) -> str:
-        # Returns the child frame whose transforms are the tool poses. It is the requested frame,
-        # or the only child frame of the topic.
+        # Returns the name of the child frame whose transforms on a /tf topic are the tool poses:
+        # the requested frame, or the only child frame of the topic.
         parents: dict[str, set[str]] = {}
         for message, _ in self._messages(connections):
             for one in message.transforms:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Sample the motion that a controller makes from a planned trajectory."""
+"""Sample the motion that joint_trajectory_controller makes from a planned trajectory."""
 
 import sys
 from typing import NamedTuple
@@ -10,19 +10,19 @@ import numpy as np
 from ....kernel import Floats, Integers
 from ..plans.polynomials import polynomial_motion
 
-# Largest motion of a joint between two samples, rad or m. In a long trajectory the motion may be
-# larger.
+# Largest motion of a joint between two samples, rad or m. If this needs too many samples, the
+# motion between samples is larger.
 MAX_STEP = 0.01
-# Least number of samples between two points. Several samples are needed, because a joint may turn
-# back between the points.
+# Least number of samples between two points of the trajectory. Several samples are needed, because
+# a joint may turn back between the points.
 MIN_SAMPLES = 4
-# Largest number of samples between two points.
+# Largest number of samples between two points of the trajectory.
 MAX_SAMPLES = 2_000
 
 
 class PlannedTrajectory(NamedTuple):
     """
-    A planned trajectory: joint names, times and positions of its points.
+    A planned trajectory of k joints: times and joint positions of its N points.
 
     Attributes
     ----------
@@ -54,10 +54,11 @@ class SampledSteps(NamedTuple):
 
 def sampled(planned: PlannedTrajectory, most: int = sys.maxsize) -> SampledSteps:
     """
-    Return samples of the motion along a trajectory, its points included.
+    Return samples of the motion along a trajectory, including the trajectory's points.
 
-    The motion has at most `most` samples, so the steps of a long motion are larger. But each
-    segment always has at least 4 samples, even if the sum then exceeds `most`.
+    There are at most `most` samples, so in a long motion the joints move farther from sample to
+    sample. But each segment between two points has at least 4 samples, even if their sum then
+    exceeds `most`.
     """
     q = planned.positions
     motion = polynomial_motion(planned.times, q, planned.velocities, planned.accelerations)
@@ -70,12 +71,12 @@ def sampled(planned: PlannedTrajectory, most: int = sys.maxsize) -> SampledSteps
 
 
 def _counts(planned: PlannedTrajectory, most: int) -> Integers:
-    # Returns the number of samples of each segment, without the sample at its end, which counts
-    # for the next segment.
+    # Returns the number of samples in each segment between two points. The sample at the end of a
+    # segment counts for the next segment.
     reach = np.max(np.abs(np.diff(planned.positions, axis=0)), axis=1)
     if planned.velocities is not None:
-        # Add samples for the speeds at the points, because a cubic polynomial may leave the range
-        # between the positions at its ends.
+        # If the speed at a point is large, more samples are needed: the cubic polynomial of a
+        # segment may leave the range between the positions at its two points.
         speeds = np.max(np.abs(planned.velocities), axis=1)
         fastest = np.maximum(speeds[:-1], speeds[1:])
         reach = np.maximum(reach, 0.5 * np.diff(planned.times) * fastest)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Store joint states as blocks: consecutive messages with the same names, in columns."""
+"""Store joint states as blocks: consecutive messages with the same joint names, in columns."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -44,7 +44,8 @@ class ForwardClock:
 @dataclass(frozen=True, eq=False)
 class Block:
     """
-    Consecutive JointState messages with equal joint names and equal counts of numbers.
+    Consecutive JointState messages with the same joint names, and with the same numbers of
+    positions and velocities.
 
     Attributes
     ----------
@@ -53,8 +54,8 @@ class Block:
     stamps, received : shape (N,), ns
         Stamp in the header, 0 if unstamped, and time of receipt of each message.
     positions, velocities : shape (N, k), rad or m, rad/s or m/s
-        Positions and velocities of the messages. k is the number of names in valid messages, and 0
-        if the messages have no positions, or velocities.
+        Positions and velocities as in the messages. In valid messages k is the number of joint
+        names, or 0 if the messages have no positions (or no velocities).
     """
 
     names: tuple[str, ...]
@@ -68,8 +69,8 @@ class Block:
 
     def sample(self, k: int) -> JointSample:
         """
-        Return message k for the estimator. The time of receipt of the message replaces the time of
-        the steady clock.
+        Return message k in the form that the state estimator accepts. The estimator needs a steady
+        clock: a recording has none, so the time of receipt is used.
         """
         received = int(self.received[k])
         return JointSample(
@@ -95,8 +96,8 @@ class UnreadableMessage:
 
 def joined(parts: Iterable[Block | UnreadableMessage]) -> Iterator[Block | UnreadableMessage]:
     """
-    Yield blocks in order, and join consecutive blocks with equal joint names and counts of
-    numbers.
+    Yield blocks in order. Join consecutive blocks that have the same joint names and the same
+    numbers of positions and velocities.
     """
 
     def kind(part: Block | UnreadableMessage) -> tuple[object, ...]:

@@ -19,8 +19,8 @@ from ....kernel import Floats
 # A column with more numbers than this in memory writes its numbers to an unnamed file. The system
 # deletes the file when the process ends.
 MAX_HELD_NUMBERS = 2**18
-# Number of states that are read at once, 17 minutes at 1 kHz. The number is constant, so that sums
-# do not depend on the size of blocks.
+# Number of states that are read at once for sums and medians, 17 minutes at 1 kHz. The number is
+# constant, so that sums do not depend on how the recording was divided into blocks.
 MAX_PIECE_ROWS = 2**20
 
 Scalar = TypeVar('Scalar', bound=np.generic)
@@ -71,7 +71,8 @@ class Column(Generic[Scalar]):
     def __getitem__(self, at: Rows) -> npt.NDArray[Scalar]: ...
     def __getitem__(self, at: Row | Rows) -> Scalar | npt.NDArray[Scalar]:
         numbers: Any = self.mapped()[at]
-        # Copy numbers of a file, because a view of its memory map would keep the whole map open.
+        # If the column is in a file, copy the numbers: a view would keep the memory map of the
+        # whole file open.
         return numbers if self._file is None else np.array(numbers)[()]
 
     def mapped(self) -> npt.NDArray[Scalar]:
@@ -88,7 +89,7 @@ class Column(Generic[Scalar]):
 
 
 class StateTable:
-    """Columns of equal length, read as an array (N, k)."""
+    """k columns of equal length N, which are read as an array (N, k)."""
 
     def __init__(self, columns: int) -> None:
         self.columns = tuple(Column(np.float64) for _ in range(columns))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from ....errors import RecordingError
 
-# Accepted words for each unit, in small letters.
+# Words that are recognized as each unit in a column name, in small letters.
 UNITS = {
     'rad': 'rad rads radian radians',
     'deg': 'deg degs degree degrees ° º',
@@ -38,8 +38,8 @@ class HeadUnits(NamedTuple):
 
     def unit(self, names: Sequence[str], accepted: Collection[str], where: str) -> str:
         """
-        Return the unit of several columns, which must have one common unit. Return '' if the names
-        of the columns have no unit.
+        Return the unit that the names of several columns give, which must be the same for all.
+        Return '' if the names give no unit.
 
         Raises
         ------
@@ -65,7 +65,8 @@ class HeadUnits(NamedTuple):
 
 def units_of_heads(header: Sequence[str], joints: Collection[str]) -> HeadUnits:
     """
-    Split column names into names and units. A column name that ends in a joint's name has no unit.
+    Split column names into names and units. If a column name ends in the name of a joint, it is
+    not split.
     """
     parted = [(head, '') if head.endswith(tuple(joints)) else _parted(head) for head in header]
     names = [name for name, _ in parted]

@@ -18,14 +18,14 @@ from ....robot.robot import Robot
 # Factors that convert a unit to rad or m.
 ANGLES = {'rad': 1.0, 'deg': math.radians(1.0), 'turns': math.tau}
 LENGTHS = {'m': 1.0, 'mm': 1e-3, 'cm': 1e-2}
-# A unit of joint positions: -100 is the lower limit of the joint, 100 the upper limit.
+# The unit `percent` of joint positions: -100 is the lower limit of the joint, 100 the upper limit.
 PERCENT = 'percent'
 # Matches the number of encoder ticks in a turn, and the tick at joint position 0, such as
 # 4096@2048. The number of ticks is negative if the encoder counts backwards.
 TICKS = re.compile(r'(-?\d+(?:\.\d+)?)(?:@(-?\d+(?:\.\d+)?))?')
-# Name of the vector of joint positions in the statistics of a dataset.
+# Name of the vector of joint positions in a file with the statistics of a dataset.
 STATE = 'observation.state'
-# Number of encoder ticks in a turn of the servos in LeRobot's calibration files.
+# Number of encoder ticks in a turn of the servos to which LeRobot's calibration files apply.
 SERVO_TURN = 4095.0
 ACCEPTED = (
     'write rad, deg, turns, m, mm, percent (of the way from the middle of the limits to a '
@@ -36,8 +36,8 @@ ACCEPTED = (
 
 class JointUnits(NamedTuple):
     """
-    Units of joint columns. Joint positions (..., n), rad or m, are `scale` (n,) times (numbers -
-    `zero` (n,)).
+    Conversion of joint columns to joint positions (..., n), rad or m: `scale` (n,) times (numbers
+    in the columns - `zero` (n,)).
     """
 
     scale: Floats
@@ -50,13 +50,13 @@ class JointUnits(NamedTuple):
 
 class JointFormat(NamedTuple):
     """
-    The units of joint columns, as words separated by commas. Without words, the units are rad and
-    m.
+    The units of joint columns as a text: words separated by commas. Without words, the units are
+    rad and m.
 
-    A word is a unit or a file. It applies to all joints of its kind (revolute or prismatic), or to
-    the joint that it names: `deg,mm` or `turns,wrist=4096@2048`. `first` is the index of the arm's
-    first joint in the state vector of a dataset. It is needed if the file has statistics of the
-    dataset.
+    A word is a unit, or a file that gives the units. A unit applies to all revolute or all
+    prismatic joints, as in `deg,mm`, or to the joint that the word names, as in
+    `turns,wrist=4096@2048`. If the file has the statistics of a dataset, `first` is the index of
+    the arm's first joint in the dataset's state vector.
     """
 
     text: str = ''
@@ -64,7 +64,7 @@ class JointFormat(NamedTuple):
 
     def units(self, robot: Robot) -> JointUnits:
         """
-        Return scale and zero of each joint column of an arm.
+        Return the conversion to rad or m for each joint column of an arm.
 
         Raises
         ------
@@ -105,7 +105,7 @@ def _take_word(units: JointUnits, robot: Robot, j: int, unit: str) -> None:
             )
         _take_range(units, j, (-100.0, 100.0), (lower, upper))
     elif ticks and float(ticks[1]):
-        turn = 1.0 if sliding else math.tau  # prismatic joint: ticks per metre
+        turn = 1.0 if sliding else math.tau  # ticks of a prismatic joint are per metre
         units.scale[j], units.zero[j] = turn / float(ticks[1]), float(ticks[2] or 0.0)
     else:
         message = f'--joint-format: {unit!r} is not accepted; {ACCEPTED}'
@@ -115,8 +115,8 @@ def _take_word(units: JointUnits, robot: Robot, j: int, unit: str) -> None:
 def _take_range(
     units: JointUnits, j: int, numbers: tuple[float, float], meant: tuple[float, float]
 ) -> None:
-    # Sets scale and zero of joint j, so that the range `numbers` becomes the range `meant`, rad or
-    # m.
+    # Sets scale and zero of joint j, so that the two `numbers` in the column become the two joint
+    # positions `meant`, rad or m.
     scale = (meant[1] - meant[0]) / (numbers[1] - numbers[0])
     units.scale[j], units.zero[j] = scale, 0.5 * sum(numbers) - 0.5 * sum(meant) / scale
 
@@ -130,8 +130,8 @@ def _take_file(units: JointUnits, robot: Robot, file: Path, first: int) -> None:
         if motors:
             _take_calibration(units, robot, motors)
             return
-        # Read the least and the largest position of each joint. The numbers in the dataset are
-        # scaled so that these positions are -1 and 1.
+        # Read the least and the largest position (rad or m) of each joint in the dataset. The
+        # columns of the dataset have -1 and 1 instead of these two positions.
         least, most = (
             [float(x) for x in content[STATE][name][first : first + robot.dof]]
             for name in ('min', 'max')
@@ -159,8 +159,8 @@ def _is_motor(content: Any) -> bool:
 
 
 def _take_calibration(units: JointUnits, robot: Robot, motors: Mapping[str, Any]) -> None:
-    # Sets scale and zero of servo joints. Numbers from -100 to 100 cover the range of the servo,
-    # and 0 is joint position 0, in the middle.
+    # Sets scale and zero of servo joints. In the column, -100 to 100 is the range of the servo
+    # from `range_min` to `range_max` (ticks), and 0, in the middle, is joint position 0.
     for j, name in enumerate(robot.joint_names):
         one = motors[name]
         reach = 0.5 * (float(one['range_max']) - float(one['range_min']))

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Open a file of joint states of any type. The type is detected from suffix and first bytes."""
+"""
+Open a file of joint states of any type. The type is detected from the suffix of its name and its
+first bytes.
+"""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -37,7 +40,7 @@ def open_source(file: Path, wanted: Selection) -> Iterator[RecordingSource]:
         message = f'{file}: there is no such file; give one of {KINDS}'
         raise RecordingError(message, code='missing-file')
     if not (file.is_file() or file.is_dir()):
-        # Refuse devices and pipes, because a reader reads a file twice.
+        # Refuse devices and pipes, because the file is read twice, and they can be read only once.
         message = f'{file}: is a device or a named pipe; copy its data to a file'
         raise RecordingError(message, code='not-a-file')
     suffix = file.suffix.lower()

@@ -21,15 +21,16 @@ from .columns import spans
 from .source import RecordingSource, Remark, Selection
 from .yaml_values import MAX_VALUES, Values, read_documents
 
-# Pause that is inserted between the trajectories of a topic, ns. It is longer than any time-out.
+# Pause between the stamps of successive trajectories of one topic, ns. It is longer than any
+# time-out of joint states, so the audit treats the trajectories as separate motions.
 PAUSE = 3_600 * SECOND
-# Stamp of the first sample, ns. It is not 0, because a stamp of 0 means unstamped.
+# Stamp of the first sample of a plan, ns. It is not 0, because a stamp of 0 means unstamped.
 FIRST_STAMP = SECOND
 MAX_FILE_BYTES = 64 * 1024 * 1024
-# Largest number of samples of a file, which take a minute to compute. A file has more samples only
-# if 4 samples for each segment give a larger number.
+# Largest number of samples of the trajectories in a file, which take a minute to evaluate. The
+# number is larger only if 4 samples for each segment need it.
 MAX_FILE_SAMPLES = 500_000
-# A remark is made if the motion of a joint between two samples exceeds this (rad or m).
+# If the motion of a joint between two samples exceeds this (rad or m), a remark gives the motion.
 COARSE_STEP = 10 * MAX_STEP
 # Accepted keys of a JointTrajectoryPoint.
 POINT_KEYS = ('positions', 'velocities', 'accelerations', 'effort', 'time_from_start')
@@ -76,7 +77,7 @@ def text_of(file: Path, largest: int, instead: str) -> str:
     Raises
     ------
     RecordingError
-        The file cannot be read, is larger, empty, or not UTF-8.
+        The file cannot be read, has more than `largest` bytes, is empty, or is not UTF-8.
     """
     try:
         with file.open('rb') as stream:
@@ -99,7 +100,7 @@ def text_of(file: Path, largest: int, instead: str) -> str:
 
 def json_of(file: Path, text: str) -> Values:
     """
-    Return the content of a JSON text with a limited number of values.
+    Return the content of the JSON text of a file, with at most `MAX_VALUES` values.
 
     Raises
     ------
@@ -218,14 +219,14 @@ def _table(rows: Sequence[Any], names: tuple[str, ...], key: str, where: str) ->
     for k, row in enumerate(rows):
         count = len(row) if isinstance(row, (list, np.ndarray)) else 0
         if count != len(names):
-            # Refuse a plan in which only some points have velocities. Without these
-            # velocities, the check would prove a statement about another motion.
+            # Refuse a plan in which only some points have velocities (or accelerations). If they
+            # were ignored, the check would prove a statement about another motion.
             raise RecordingError(
                 f'{where}: points[{k}]: {key} has {count} numbers; give {len(names)}, one for '
                 f'each joint{"" if key == "positions" else ", or leave it out at all points"}',
                 code='wrong-length',
             )
-        # Refuse truth values and texts, which numpy would convert to numbers.
+        # Refuse true, false and texts, which numpy would convert to numbers.
         if isinstance(row, list) and not {type(value) for value in row} <= {int, float}:
             message = f'{where}: points[{k}]: {key} must be numbers'
             raise RecordingError(message, code='not-a-number')
@@ -255,12 +256,12 @@ def blocks_of_trajectories(
     trajectories: Iterable[PlannedTrajectory], wanted: Selection, where: str, remarks: list[Remark]
 ) -> Iterator[Block]:
     """
-    Yield joint states sampled from the motions that a controller makes from trajectories.
+    Yield blocks of joint states sampled from the motions that joint_trajectory_controller makes
+    from planned trajectories.
 
-    The motion between points is that of joint_trajectory_controller: straight with positions
-    alone, cubic with velocities, quintic with accelerations. A trajectory of one point does not
-    move. If a motion is too long for small steps between samples, a remark gives the size of the
-    steps.
+    Between two points, the motion is straight if the points have only positions, cubic with
+    velocities, quintic with accelerations. A trajectory of one point does not move. If a
+    trajectory is so long that joints move much between two samples, a remark gives this motion.
 
     Raises
     ------

@@ -27,7 +27,7 @@ class Recording(NamedTuple):
     Attributes
     ----------
     stamps : shape (N,), ns
-        Stamps of the file, which may repeat or jump back.
+        Stamp of each row of the file; stamps may repeat or jump back.
     positions : shape (N, n), rad or m
         Joint positions in the order of the arm's joints.
     velocities : shape (N, n), rad/s or m/s
@@ -41,8 +41,8 @@ class Recording(NamedTuple):
     @property
     def due(self) -> Floats:
         """
-        Return the time of each row since the first row, shape (N,), s. If a stamp steps back, no
-        time passes.
+        Return when each row must be replayed: the time since the first row, shape (N,), s. At a
+        stamp that steps back, no time passes.
         """
         return np.asarray((ForwardClock().times(self.stamps) - self.stamps[0]) * 1e-9)
 

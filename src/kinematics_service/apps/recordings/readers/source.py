@@ -15,35 +15,35 @@ from .block import Block, Times, UnreadableMessage
 from .joint_format import JointFormat
 from .stamp_format import StampFormat
 
-# Largest number of poses of a track that are compared, because more poses would change the result
-# little.
+# Largest number of measured poses that are compared with computed poses. More poses would hardly
+# change the result.
 MAX_POSES = 600
 
 
 class PoseTrack(NamedTuple):
     """
-    Poses of the tool from a second source.
+    M poses of the tool, measured by a second source.
 
     Attributes
     ----------
     name
-        The topic or the columns of the poses.
+        The topic, or the columns, from which the poses were read.
     frame
-        The frame of the poses, empty if it is unknown.
+        The frame in which the poses are given, empty if it is unknown.
     stamps : shape (M,), ns
     poses : shape (M, 4, 4)
     q : shape (M, n), rad or m
-        Joint positions in the rows of the poses, in the order of the arm's joints; None if poses
-        and joints are matched by time.
+        If a table has poses and joint positions in the same rows: the joint positions of each row,
+        in the order of the arm's joints. None if poses and joints are matched by time.
     refused
         The reason why the poses cannot be used, a sentence; empty if they can.
     doubts
-        Remarks on implausible numbers, each a sentence.
+        Remarks on implausible numbers in the poses, each a sentence.
     total
         Number of all poses of the source, if `poses` has only an evenly spread part of them. 0 if
         `poses` has all poses.
     kind
-        Kind of the orientations, one of `pose_format.KINDS`; empty for matrices.
+        How the source writes orientations, one of `pose_format.KINDS`; empty for matrices.
     rows : shape (M,)
         Row of each pose in its table, from 0; None without a table.
     """
@@ -61,12 +61,18 @@ class PoseTrack(NamedTuple):
 
     @property
     def positions(self) -> bool:
-        """Return whether the poses have no orientation. If so, each rotation is the identity."""
+        """
+        Return whether the source gives only positions. Then the rotation of each pose is the
+        identity.
+        """
         return self.kind == 'position'
 
 
 class Selection(NamedTuple):
-    """The topics or columns of a file to read, and the formats of their numbers."""
+    """
+    Which topics or columns of a file are read, for which arm, and the units and formats of their
+    numbers.
+    """
 
     robot: Robot
     topic: str | None = None
@@ -80,7 +86,8 @@ class Selection(NamedTuple):
     @property
     def of_tables(self) -> str:
         """
-        Return the first given option that applies only to tables; empty without such an option.
+        Return the name of the first given option that applies only to tables, such as `--columns`;
+        empty if none is given.
         """
         given = {
             '--columns': self.columns is not None,
@@ -93,8 +100,8 @@ class Selection(NamedTuple):
 
 class Remark(NamedTuple):
     """
-    A remark on the file itself: `level` is OK, WARN, or ERROR if the file is damaged; `code` names
-    the fault, empty without a fault.
+    A remark on a file, not on the motion in it. `level` is OK, WARN, or ERROR if the file is
+    damaged; `code` names the fault, empty without a fault.
     """
 
     level: Level
@@ -110,7 +117,7 @@ class RecordingSource:
     Attributes
     ----------
     what
-        Kind of file, as text.
+        The type of the file, as text.
     topic
         The topic or the columns of the joint states.
     planned
@@ -120,14 +127,14 @@ class RecordingSource:
     blocks
         The joint states; the iterator can be read only once.
     poses
-        A function that returns the poses of the second source, or None without one. Call it after
-        all blocks were read.
+        A function that returns the tool poses that a second source measured, or None if the file
+        has none. Call it after all blocks were read.
     remarks
         Remarks on the file itself, complete after all blocks were read.
     plans
         The planned trajectories, complete after all blocks were read.
     pose_topics
-        The topics of a bag with poses, as text; empty without such topics.
+        Names of the bag's topics that have poses, as text; empty without such topics.
     """
 
     what: str

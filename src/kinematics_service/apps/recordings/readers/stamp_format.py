@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Convert the stamps of a table to ns, or compute stamps from row numbers and a rate."""
+"""
+Convert the stamps of a table to ns; or compute them from row numbers and a rate, if the table has
+none.
+"""
 
 import re
 from typing import NamedTuple
@@ -13,8 +16,8 @@ from .block import Times
 # Number of decimal places from a unit of time to nanoseconds.
 UNITS = {'s': 9, 'ms': 6, 'us': 3, 'ns': 0}
 RATE = re.compile(r'(\d+\.?\d*|\.\d+)\s*[Hh][Zz]')
-# Smallest and largest accepted rate of rows without stamps. Their stamps are computed from the row
-# number and this rate.
+# Smallest and largest accepted rate of the rows of a table without stamps. The stamp of a row is
+# computed from its number and the rate.
 MIN_RATE = 0.01  # Hz
 MAX_RATE = 1e6  # Hz
 # Rate of rows, Hz, for `--stamps none`: the arm stands still in each row. The rate is so low that
@@ -28,14 +31,15 @@ MAX_EPOCH_TIME = 4 * 10**9
 
 class StampFormat(NamedTuple):
     """
-    The unit of stamps, or the rate of rows.
+    The unit of a table's stamps; or, if it has no stamps, the rate of its rows.
 
     Attributes
     ----------
     unit
-        One of `UNITS`. Empty: the unit in which the stamps are plausible times, otherwise seconds.
+        One of `UNITS`. Empty: the unit in which the stamps are plausible times since 1970, or
+        seconds if there is no such unit.
     rate : Hz
-        Rate of numbered rows, 0 if stamps are read.
+        Rate of the rows, from which their stamps are computed; 0 if the table has stamps.
     """
 
     unit: str = ''
@@ -43,8 +47,8 @@ class StampFormat(NamedTuple):
 
     def of_rows(self, first: int, count: int) -> Times:
         """
-        Return the stamps (count,), ns, of `count` rows from row number `first`. The stamp of row 0
-        is one period.
+        Return the stamps (count,), ns, of the `count` rows from number `first`. The stamp of row 0
+        is one period, because a stamp of 0 would mean unstamped.
         """
         rows = np.arange(first + 1, first + count + 1)
         return np.asarray(np.rint(rows * (1e9 / self.rate)), dtype=np.int64)
@@ -57,7 +61,7 @@ def stamp_format(text: str) -> StampFormat:
     Raises
     ------
     RecordingError
-        The word is unknown.
+        The text is not one of these formats.
     """
     word = text.strip()
     if word in UNITS:

@@ -21,7 +21,7 @@ from .table_source import source_of
 
 # Number of bytes that are read at once to count lines.
 READ_SIZE = 2**20
-# Number of first lines of a file in which column names and decimal commas are searched.
+# Column names and decimal commas are detected in this number of first lines of a file.
 HEAD_LINES = 100
 COMMENT = '#'
 HINT = '; --stamps says the unit, or the rate of the rows, or none if the arm stands in each'
@@ -42,7 +42,7 @@ def open_table(file: Path, wanted: Selection) -> RecordingSource:
 
 class TableReader:
     """
-    The columns of an arm in a table, and its rows.
+    Finds the columns of an arm in a table, and reads the table's rows.
 
     Parameters
     ----------
@@ -78,15 +78,15 @@ class TableReader:
 
     def rows(self, columns: list[str], whole: bool = False) -> RowReader:
         """
-        Return a `RowReader` of the given columns. `whole` is passed on: whether each row must be
-        complete and finite.
+        Return a `RowReader` of the given columns. `whole` says whether each row must be complete
+        and finite.
         """
         return RowReader(
             self._table, self.columns.stamp, columns, self.columns.stamps, whole, self._hint
         )
 
     def source(self) -> RecordingSource:
-        """Return the table as a recording, with poses of the tool if the table has them."""
+        """Return the table as a recording, with measured tool poses if the table has them."""
         own = self.columns
         reader = self.rows([*own.positions, *own.velocities, *own.poses])
         if self._table.decimal_comma:

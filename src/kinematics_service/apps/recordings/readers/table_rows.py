@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Read the rows of a table line by line, and check the numbers and stamps."""
+"""Read the rows of a table line by line, and check their numbers and stamps."""
 
 import csv
 import math
@@ -26,8 +26,8 @@ MAX_LINE_LENGTH = 2**20
 NO_TEXT = 'is not UTF-8 text; save the table as UTF-8'
 # Upper bound of stamps, s. It is the range of the stamp in a ROS header.
 MAX_STAMP = Decimal(2**31)
-# DATE and NUMBER match the dates and numbers that other programs accept. They are needed because
-# Python reads `1_0` and digits of other scripts as numbers, too.
+# DATE and NUMBER match only dates and numbers that other programs also accept. Python alone would
+# read `1_0`, or digits of other scripts, as numbers.
 DATE = re.compile(
     r'(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d:\d\d)(?:[.,](\d+))?(?: ?(Z|UTC|[-+]\d\d:?\d\d))?', re.A
 )
@@ -46,7 +46,7 @@ class TableRows(NamedTuple):
 
 class TableFile(NamedTuple):
     """
-    A table with its header.
+    How to read a table: its names of columns, its delimiter, and how it writes numbers.
 
     Attributes
     ----------
@@ -57,9 +57,9 @@ class TableFile(NamedTuple):
     delimiter
         The text between two cells. A space stands for any white space.
     header
-        Names of the columns, or numbers from 1 if the table has no names.
+        Names of the columns; their numbers from 1 if the table has no names.
     heads
-        Number of lines before the first row.
+        Number of lines of the file before the first row of numbers.
     decimal_comma, named
         Whether numbers have decimal commas, and whether the columns have names.
     """
@@ -74,8 +74,8 @@ class TableFile(NamedTuple):
 
     def lines(self, stream: TextIO) -> Iterator[str]:
         """
-        Yield the lines after the header, including empty lines. Decimal commas become points. If
-        white space separates the cells, it becomes single blanks.
+        Yield the lines after the header, including empty lines. Decimal commas are replaced by
+        points. If cells are separated by white space, it is replaced by single blanks.
         """
         for line in islice(lines_of(stream), self.heads, None):
             line = line.replace(',', '.') if self.decimal_comma else line
@@ -98,12 +98,12 @@ class RowReader:
     Parameters
     ----------
     stamp, columns
-        Name of the column of stamps, empty if stamps follow from row numbers; names of the other
-        columns.
+        Name of the stamp column, empty if stamps are computed from row numbers; names of the other
+        columns to read.
     stamps
-        The unit of stamps, or the rate of rows.
+        The unit of the stamps; or, if there are none, the rate of the rows.
     hint
-        Advice about invalid stamps, for the error message.
+        Advice for the error message about an invalid stamp.
     whole
         Whether each row must be complete and finite. Otherwise empty cells and an incomplete last
         line are accepted.
@@ -167,8 +167,8 @@ class RowReader:
         return TableRows(self._stamps.of_rows(end - len(numbers), len(numbers)), np.array(numbers))
 
     def _lines(self) -> Iterator[tuple[int, list[str]]]:
-        # Yields line number and cells of each row. Skips an incomplete last row with a remark,
-        # unless rows must be whole.
+        # Yields line number and cells of each row. If the last row is incomplete, skips it and
+        # adds a remark, unless rows must be complete (`whole`).
         with self._table.opened() as stream:
             filled = self._table.cells(stream)
             count = 0
@@ -188,8 +188,9 @@ class RowReader:
                 )
 
     def _digits_of(self, stamp: str) -> int:
-        # Returns the decimal places of the stamps' unit, which follows from the size of the first
-        # stamp. A stamp that is not a number counts as seconds here; `_nanoseconds` refuses it.
+        # Guesses the unit of the stamps from the size of the first stamp, and returns the number
+        # of decimal places from this unit to nanoseconds. A stamp that is not a number counts as
+        # seconds here; `_nanoseconds` refuses it.
         unit = unit_of(number_of(stamp)) if NUMBER.fullmatch(stamp.strip()) else 's'
         if unit != 's':
             name = self._header[self._stamp_at[0]]
@@ -258,7 +259,7 @@ def nanoseconds_of(text: str, digits: int = 9) -> int:
     """
     Return the nanoseconds of a time, 0 to 2^31 s, or of a date. Raise ValueError for other text.
 
-    A date without a zone is taken in UTC.
+    A date without a time zone is taken in UTC.
 
     Parameters
     ----------
@@ -273,5 +274,6 @@ def nanoseconds_of(text: str, digits: int = 9) -> int:
     time = Decimal(text) if NUMBER.fullmatch(text) else Decimal('nan')
     if not (time.is_finite() and 0 <= time < latest):
         raise ValueError(text)
-    # Shift the decimal point, because a double cannot hold the nanoseconds of a time since 1970.
+    # Shift the decimal point of a Decimal, because a float has too few digits for the nanoseconds
+    # since 1970.
     return int(time.scaleb(digits))

@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Turn rows of numbers into a recording with joint states, and with tool poses if the rows have them.
+Turn rows of numbers into a recording with joint states, and with measured tool poses if the rows
+have them.
 """
 
 from collections.abc import Iterable, Iterator
@@ -15,8 +16,8 @@ from .source import MAX_POSES, PoseTrack, RecordingSource, Remark, Selection
 from .table_rows import TableRows
 from .tool_poses import PoseRows
 
-# A remark warns of coarse stamps if more than this ratio of the rows have the stamp of the row
-# before.
+# A remark warns of coarse stamps if the ratio of rows with the same stamp as the row before
+# exceeds this.
 REPEATED_STAMP_RATIO = 0.2
 
 
@@ -36,7 +37,8 @@ def source_of(
     what, total
         Kind of file, as text, and approximate number of rows.
     pieces
-        The rows, with positions, velocities and poses side by side; the iterator is read once.
+        The rows. Their numbers are the joint positions, joint velocities and tool pose, in the
+        order of `columns`. The iterator is read once.
     remarks
         Remarks on the file; reading may add remarks.
     """
@@ -56,8 +58,9 @@ def source_of(
             if not plain:
                 q, qdot = units.positions(q), qdot * units.scale[: m - n]
             if columns.poses:
-                # Match pose and joint positions by row, not by time. Skip rows without any number
-                # of a pose. A row with only some numbers of a pose counts as invalid.
+                # A measured pose belongs to the joint positions in the same row, not to those at
+                # the same time. Skip rows without any number of a pose. A row with only some
+                # numbers of a pose counts as an invalid pose.
                 rows = numbers[:, m:]
                 known = np.any(np.isfinite(rows), axis=1)
                 poses.take(stamps[known], rows[known], q[known], count + np.flatnonzero(known))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Convert tool poses of a second source to 4 x 4 matrices."""
+"""Convert tool poses that a second source measured to 4 x 4 matrices."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -19,31 +19,32 @@ from .source import PoseTrack
 # Largest difference of a valid quaternion's norm from 1. It allows for float32 and few printed
 # digits.
 UNIT_LENGTH_TOLERANCE = 0.05
-# All poses are refused if a larger ratio of the rows than this is invalid. Otherwise only the
-# invalid rows are left out.
+# If the ratio of rows without a valid pose exceeds this, all poses are refused. Otherwise only
+# these rows are left out.
 MAX_REJECTED_RATIO = 0.05
-# Largest plausible distance (m) of the tool from the origin, for an arm on a fixed base.
+# Largest plausible distance (m) of the tool from the origin of the poses' frame, for an arm on a
+# fixed base.
 MAX_DISTANCE = 20.0
 # Largest valid rotation vector or angle, rad: one turn, plus 0.1 % for few printed digits.
 MAX_ANGLE = 1.001 * math.tau
 ANGLE_WORDS = {'rotvec': 'a rotation vector has the length', **dict.fromkeys(EULER, 'an angle is')}
-# Norm of a valid quaternion, by the kind of the orientation.
+# Norm of a valid quaternion, for the kinds of orientation that are quaternions.
 QUATERNION_LENGTH = {'xyzw': 1.0, 'wxyz': 1.0}
 
 
 class PoseRows:
     """
-    Collects rows of poses of a second source piece by piece, and converts them to matrices at the
-    end.
+    Collects measured tool poses as rows of numbers, piece by piece, and converts them to matrices
+    at the end.
 
     A few invalid rows, such as uninitialised first messages, are left out and reported.
 
     Parameters
     ----------
     form
-        The format of the numbers.
+        The format of the numbers of a pose.
     columns
-        Number of columns.
+        Number of columns of a pose.
     dof
         Number of joint positions in each row, or 0.
 
@@ -60,20 +61,20 @@ class PoseRows:
         self._numbers = Column(np.int64)
         self._finite = self._rising = True
         self._latest = -1
-        # The number of all orientations so far that is farthest from its nominal value. The number
-        # is the norm of a quaternion (nominally 1), the norm of a rotation vector, or an angle
-        # (nominally 0).
+        # The most implausible orientation so far, as a number: the norm of a quaternion that is
+        # farthest from 1, or the largest norm of a rotation vector, or the largest Euler angle
+        # (rad).
         self._worst = QUATERNION_LENGTH.get(form.kind, 0.0)
-        # `_upright` is true if all rows of sixteen numbers can be 4 x 4 matrices that are written
-        # row by row; `_turned` is true if they can be written column by column.
+        # Rows of sixteen numbers are 4 x 4 matrices. `_upright` is true if all rows so far can be
+        # matrices written row by row, `_turned` if all can be matrices written column by column.
         self._upright = self._turned = True
 
     def take(
         self, stamps: Times, rows: Floats, q: Floats | None = None, numbers: Times | None = None
     ) -> None:
         """
-        Add the next rows (N, k), with stamps (N,), joint positions (N, n), and row numbers (N,) of
-        a table.
+        Add the next N poses as rows of k numbers, with their stamps (N,), the joint positions (N,
+        n) in the same rows, and the rows' numbers (N,) in the table.
         """
         finite = np.all(np.isfinite(rows), axis=1)
         self.count += len(rows)
@@ -197,7 +198,7 @@ ROTATIONS: dict[str, Callable[[Floats, PoseFormat], Floats]] = {
 
 
 def _numbers(orientations: Floats, form: PoseFormat) -> Floats:
-    # Returns the numbers of orientations (N, k), angles and rotation vectors in rad.
+    # Returns the orientations (N, k) with angles and rotation vectors converted to rad.
     in_degrees = form.angle == 'deg' and form.kind not in QUATERNION_LENGTH
     return np.radians(orientations) if in_degrees else orientations
 

@@ -29,14 +29,14 @@ zstd: ModuleType = getattr(rosbag2, 'zstd', None) or rosbag2.zstandard
 
 # Largest ratio of unpacked to packed size of a file. The ratio of joint states is about 10.
 MAX_EXPANSION_RATIO = 200
-# Unpacked size up to which every file is accepted, 64 MiB.
+# Files that unpack to at most this size, 64 MiB, are accepted at any ratio.
 MIN_EXPANSION_BYTES = 2**26
 # Largest size of an unpacked chunk or message, 256 MiB. Chunks usually have about 1 MB.
 MAX_PART_BYTES = 2**28
-# Largest total size of chunks that overlap in time, 1 GiB. The size is limited because such chunks
-# are in memory together.
+# Largest total size of the chunks of a bag that overlap in time, 1 GiB. The size is limited
+# because rosbags holds such chunks in memory together.
 MAX_OVERLAP_BYTES = 2**30
-# Number of bytes that are unpacked at once.
+# Number of bytes that are unpacked in one step.
 READ_SIZE = 2**20
 
 
@@ -66,7 +66,8 @@ def refuse_to_grow(folder: Path) -> None:
 @contextmanager
 def bounded_chunks(path: Path) -> Iterator[None]:
     """
-    Make rosbags raise an error at a chunk that is too large, or larger than its header claims.
+    Make rosbags raise an error at a chunk that unpacks to more than `MAX_PART_BYTES`, or to more
+    than its header claims.
     """
 
     def bounded(open_packed: Callable[..., Any]) -> Callable[..., bytes]:
@@ -98,8 +99,8 @@ def unpacked_message(data: bytes, path: Path) -> bytes:
 
 def leave_messages_packed(reader: rosbag1.Reader | rosbag2.Reader) -> bool:
     """
-    Make a reader of rosbags yield messages packed. Return False if the bag's messages are not
-    packed one by one.
+    Make a reader of rosbags yield the messages of a bag still compressed. Return False if the
+    bag's messages are not compressed one by one.
     """
     storage = getattr(reader, 'storage', None)  # only readers of ROS 2 bags have this attribute
     if storage is None or storage.metadata.compression_mode != 'message':
@@ -112,9 +113,10 @@ def refuse_to_hold(path: Path, reader: rosbag1.Reader | rosbag2.Reader, topic: s
     """
     Raise an error if chunks of a bag that overlap in time are too large together.
 
-    A chunk is in memory from the time of its first message to the time of its last message.
-    rosbags skips messages outside these times. The sizes in the headers are reliable, because
-    `bounded_chunks` refuses chunks that are larger than their headers claim.
+    While rosbags reads a bag in the order of time, a chunk is in memory from the time of its first
+    message to the time of its last message, as its header gives them. rosbags skips messages
+    outside these times. The sizes in the headers are reliable, because `bounded_chunks` refuses
+    chunks that are larger than their headers claim.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Read the YAML text of a plan as Python values.
+Read the YAML text of a planned trajectory as Python values.
 
 A plain scalar is a number by the rules of YAML 1.2: `1e-3` is a number, `1_0` and `0o7` are texts.
 """
