@@ -43,7 +43,7 @@ FAILURES = ('never', 'warn', 'stop', 'undecided', 'limits', 'speed', 'frames')
 
 
 class VelocitySource(str, Enum):
-    """The sources of joint velocities that the option accepts."""
+    """The sources of joint velocities that `--velocity-source` accepts."""
 
     auto = 'auto'
     message = 'message'
@@ -122,8 +122,8 @@ def audit(
       a dataset: a folder of LeRobot (v2, v3), parquet, HDF5 or npz files with
         one episode or many                              (needs pyarrow, h5py)
 
-    A plan is judged between its points too. It is proved to keep away from singular
-    poses, or refuted by one, or not decided. This is no safety function.
+    A plan is judged between its points too: it is proved to keep away from singular
+    poses, or refuted by a pose of the plan, or not decided. This is no safety function.
 
     \b
     Each of several FILEs gets its own verdict; --html, --json and --out name
@@ -132,18 +132,20 @@ def audit(
     \b
     Exit code 0: judged. 1: FILE cannot be read or has no state of this robot, or
     --fail-on is met. 2: wrong usage. --fail-on is a list of
-      warn, stop     it comes nearer to a singularity than that threshold
-      undecided      of a plan that is neither proved nor refuted, and the same
-                     of --speed-limit
-      limits         a joint is beyond its limits
+      warn, stop     the arm comes nearer to a singularity than the threshold of WARN,
+                     or of ERROR
+      undecided      a plan is neither proved to keep away from singular poses, or
+                     below --speed-limit, nor refuted
+      limits         a joint is beyond its position limits
       speed          a joint is above its velocity limit, or a plan above --speed-limit
-      frames         there is no second source of poses, it cannot be compared, or
-                     it disagrees: a cause is found, or more than --pose-stop
-                     remains with constant offsets of base and tool
+      frames         no second source of tool poses is given, it cannot be compared,
+                     or it disagrees with the computed poses: the check finds a cause,
+                     or with the best constant offsets of base and tool the difference
+                     exceeds --pose-stop
       never          the default for a recording; the default for a plan is
                      stop,undecided, and speed with --speed-limit
-    A plan with a sample that could not be judged, and a file with a wrong checksum,
-    fail too, unless --fail-on is never.
+    An audit also fails, unless --fail-on is never, if a sample of a plan could not be
+    judged, or a checksum of FILE is wrong.
     """
     failures = _failures(fail_on)
     if not 1e-3 <= timeout <= 3600.0:
@@ -269,8 +271,8 @@ def _paths(option: str, given: Path | None, files: list[Path], suffix: str) -> l
 
 
 def _belongs_to(path: Path, recording: Path) -> bool:
-    # Returns whether an output at `path` would replace the recording, or a file in the folder of
-    # its bag.
+    # Returns whether writing an output file to `path` would overwrite the recording, or a file in
+    # the folder of its bag.
     if not path.exists() or not recording.exists():
         return False
     parts = [recording, *(recording.iterdir() if recording.is_dir() else ())]

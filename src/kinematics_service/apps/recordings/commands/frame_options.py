@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Define the options of `audit` for a second source of the tool's pose."""
+"""Define the options of `audit` for tool poses that a second source measured."""
 
 import math
 import re
@@ -27,7 +27,10 @@ GapOption = Annotated[
 
 
 def given_frames(gap: float | None, warn: str, stop: str) -> FrameSettings:
-    """Convert option values to the settings for matching and judging poses of a second source."""
+    """
+    Convert the values of --pose-gap, --pose-warn and --pose-stop to settings of the comparison of
+    measured with computed poses.
+    """
     if gap is not None and not 0.0 < gap <= MAX_GAP:
         raise WrongUsage(
             f'--pose-gap: {gap:g} s is not accepted; give above 0, at most {MAX_GAP:g} s'
@@ -40,8 +43,8 @@ def given_frames(gap: float | None, warn: str, stop: str) -> FrameSettings:
 
 def given_limit(option: str, text: str) -> PoseLimit:
     """
-    Return the limit of a pose difference from a text: a length, an angle, or both. A missing part
-    is infinite.
+    Return the limit of a pose difference from a text such as `4mm,0.5deg`: a length, an angle, or
+    both. A missing length or angle becomes infinite.
     """
     found = {'m': math.inf, 'rad': math.inf}
     for part in text.split(','):

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Define the options of commands that read recordings: the topics or columns to read, and their
-units.
+Define the options of commands that read recordings: which topics or columns are read, and in which
+units their numbers are.
 """
 
 from typing import Annotated, NamedTuple, Optional
@@ -63,7 +63,9 @@ StampsOption = Annotated[
 
 
 class TableWords(NamedTuple):
-    """Values of the options about the columns of a table."""
+    """
+    Values of the options --columns, --pose-format, --joint-format and --stamps; None if not given.
+    """
 
     columns: str | None
     pose_format: str | None
@@ -75,8 +77,8 @@ def given_selection(
     robot: Robot, topic: str | None, pose_topic: str | None, prefix: str, table: TableWords
 ) -> Selection:
     """
-    Convert option values to a `Selection`: the topics or columns to read, and the formats of their
-    numbers.
+    Convert option values to a `Selection`: the topics or columns to read, and the units and
+    formats of their numbers.
     """
     option = ''
     try:
