@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Judge recordings, planned trajectories and datasets by the rules of the node: `audit`.
+Judge recordings, planned trajectories and datasets as a running node would judge them: `audit`.
 
 `readers/` and `datasets/` turn files into blocks of joint states. `audit/` passes the blocks
 through the estimator of the node and the kernel, and makes findings; `audit/report/` writes the
