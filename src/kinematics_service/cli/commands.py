@@ -292,13 +292,13 @@ def _node(
         shown='puma560',
     ),
     allow_unsecured: bool = flag(
-        UNSECURED, 'Start although ROS_SECURITY_ENABLE cannot be honoured.'
+        UNSECURED, 'Start although ROS_SECURITY_ENABLE has no effect here.'
     ),
     allow_mixed_ros: bool = flag(
         MIXED_ROS, 'Start although two ROS installations are mixed here.'
     ),
     managed: bool = flag(
-        MANAGED, 'With a life cycle: it answers when it is configured and activated.'
+        MANAGED, 'Start as a lifecycle node: it works after configure and activate.'
     ),
     version: Annotated[
         bool, named('--version', 'Print the version.', callback=_print_version, is_eager=True)

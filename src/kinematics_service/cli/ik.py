@@ -70,23 +70,23 @@ def ik(
     quaternion: QuaternionOption = None,
     near: NearOption = None,
     rows: Optional[str] = option(
-        'Which of x y z rx ry rz of the target count, in the axes of frame 0.',
+        'Match only these of x y z rx ry rz of the target, in the axes of frame 0.',
         'NAMES',
         shown='all of a pose, x y z of a position',
     ),
     axis: Optional[str] = option(
-        'Only the direction of this axis of the tool counts: x, y or z.',
+        'Match only the direction of this tool axis: x, y or z.',
         'AXIS',
         shown='the whole orientation',
     ),
     tolerance: float = option(
-        'How far off counts as reached, m and rad.', default=TOLERANCE, least=0.0
+        'Largest pose error of a solution, m and rad.', default=TOLERANCE, least=0.0
     ),
     seed: int = option('Seed of the random starts of a search.', default=0, least=0),
     one: bool = flag('--one', 'Stop at the first solution found.'),
-    everything: bool = flag('--all', 'Print solutions outside the limits too.'),
+    everything: bool = flag('--all', 'Also print solutions outside the joint limits.'),
     family: bool = flag(
-        '--family', 'All postures of an arm with one joint more than the target asks for.'
+        '--family', 'Print the curves of solutions of an arm with one redundant joint.'
     ),
     deg: DegreesOption = False,
     json: JsonOption = False,

@@ -27,10 +27,10 @@ class ImportedConvention(str, Enum):
 def import_urdf(
     urdf: Optional[Path] = option('The URDF.', 'FILE'),
     base: str = option(
-        'The link in whose frame poses are given.', 'LINK', default='', shown='the root'
+        'Base link: poses are given in its frame.', 'LINK', default='', shown='the root'
     ),
     tip: str = option(
-        'The link that is the tool.',
+        'Tool link.',
         'LINK',
         default='',
         shown='the hand, or the end of the longest chain',
@@ -38,12 +38,12 @@ def import_urdf(
     ur_calibration: Optional[Path] = option('A factory calibration of Universal Robots.', 'FILE'),
     robot: Optional[str] = option('The nominal arm of a factory calibration.', ROBOT),
     name: str = option('Name of the robot.', 'NAME', default='', shown="the URDF's"),
-    out: str = option('Where to write it.', 'FILE', default='-', shown='the screen'),
+    out: str = option('Output file.', 'FILE', default='-', shown='the screen'),
     convention: ImportedConvention = option(
         'Convention of the table.', default=ImportedConvention.standard
     ),
     round_angles: bool = flag(
-        '--round-angles', 'Read 1.5708 as pi/2, and an axis without the noise of CAD programs.'
+        '--round-angles', 'Read 1.5708 as pi/2, and round the noise of CAD programs off axes.'
     ),
 ) -> None:
     """

@@ -52,11 +52,9 @@ def new(
         'NAME,NAME,...',
     ),
     round_angles: bool = flag(
-        '--round-angles', 'Read 1.5708 and the like as the part of pi they round.'
+        '--round-angles', 'Read rounded parts of pi as exact ones, for example 1.5708 as pi/2.'
     ),
-    out: str = option(
-        "Where to write it; '-': the screen.", 'FILE', default='', shown='NAME.yaml'
-    ),
+    out: str = option("Output file; '-': the screen.", 'FILE', default='', shown='NAME.yaml'),
     force: bool = flag('--force', 'Overwrite the file.'),
 ) -> None:
     """

@@ -130,7 +130,7 @@ POINTS = Parameter(
 )
 
 PARAMETERS = (
-    Parameter('joint_prefix', '', 'Put before the joint names of the robot file.'),
+    Parameter('joint_prefix', '', 'Prefix before the joint names of the robot file.'),
     Parameter(
         'joint_names',
         [],

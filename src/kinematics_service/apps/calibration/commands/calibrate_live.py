@@ -35,7 +35,7 @@ class LiveOptions(NamedTuple):
     pose_topic: str = option(
         'Poses of the tool (PoseStamped).', 'TOPIC', '/kinematics/reference_pose'
     )
-    joint_prefix: str = option('Put before the joint names of the robot file.', 'TEXT', '')
+    joint_prefix: str = option('Prefix before the joint names of the robot file.', 'TEXT', '')
     seconds: float = option('Stop after this time; Ctrl-C stops sooner.', 'SECONDS', 600.0)
 
 
@@ -46,7 +46,9 @@ def calibrate_live(
     outputs: OutputOptions,
     fitting: FitOptions,
     options: LiveOptions,
-    camera: Optional[CameraChoice] = option('The poses are those of a board that it sees.'),
+    camera: Optional[CameraChoice] = option(
+        'Where the camera is, if the poses are of a board that it sees.'
+    ),
 ) -> None:
     """
     Calibrate a running robot: collect joint states and measured poses, and then calibrate.

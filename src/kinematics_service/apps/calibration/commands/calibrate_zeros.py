@@ -53,7 +53,7 @@ def calibrate_zeros(
             show_default=False,
         ),
     ] = NO_FILES,
-    fix: str = option('Leave these as in the robot file: tool.', 'NAMES', ''),
+    fix: str = option('Do not calibrate these: tool.', 'NAMES', ''),
     noise: Optional[str] = option('Standard deviation of a touch: 0.5mm.', 'LIMIT'),
 ) -> None:
     """

@@ -58,7 +58,7 @@ class TableOptions(NamedTuple):
     stamps: Optional[str] = option(
         'Unit of stamps, or rate of rows; none: standing still.', 'UNIT|RATE'
     )
-    joint_prefix: str = option('Put before the joint names of the robot file.', 'TEXT', '')
+    joint_prefix: str = option('Prefix before the joint names of the robot file.', 'TEXT', '')
 
     def selection(self, robot: Robot) -> Selection:
         """Return the selection of what is read from a table: robot, columns and units."""
@@ -77,7 +77,7 @@ class PoseOptions(NamedTuple):
     pose_gap: Optional[float] = option(
         'Longest time between joint states around a pose.', 'SECONDS'
     )
-    own: str = option('What each of several files has of its own.', 'NAMES', 'base')
+    own: str = option('Frames that differ from file to file: base, tool.', 'NAMES', 'base')
 
     def selection(self, robot: Robot, table: TableOptions) -> Selection:
         """Return the selection of what is read from a recording: robot, topics and columns."""
@@ -95,11 +95,11 @@ class FitOptions(NamedTuple):
     """Options for the fitted parameters, their priors and the noise of the instrument."""
 
     fit: Optional[str] = option(
-        'Fit these alone: groups or names.  [default: all but gears]', 'NAMES'
+        'Calibrate only these groups or names.  [default: all but gears]', 'NAMES'
     )
-    fix: str = option('Leave these as in the robot file.', 'NAMES', '')
+    fix: str = option('Do not calibrate these groups or names.', 'NAMES', '')
     tolerance: Optional[str] = option(
-        'Usual errors of the table, if not those of the file.', 'LIMIT'
+        'Typical errors of the table, instead of those in the robot file.', 'LIMIT'
     )
     noise: Optional[str] = option('Standard deviation of the instrument: 2mm,0.3deg.', 'LIMIT')
 

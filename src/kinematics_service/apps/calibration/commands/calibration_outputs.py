@@ -39,8 +39,11 @@ class OutputOptions(NamedTuple):
     output: Optional[Path] = option('Write the calibrated robot file.', 'FILE')
     json: Optional[Path] = option('Write everything as JSON; - prints it.', 'FILE')
     html: Optional[Path] = option('Write a page with pictures.', 'FILE')
-    frames: FramesChoice = option('Whose base and tool are written.', default=FramesChoice.robot)
-    anyway: bool = flag('--anyway', 'Write the robot file even if the result is refused.')
+    frames: FramesChoice = option(
+        'Base and tool to write: of the robot file, or of the poses.',
+        default=FramesChoice.robot,
+    )
+    anyway: bool = flag('--anyway', 'Write the robot file although the checks reject the result.')
     force: bool = flag('--force', 'Overwrite the output.')
 
     @property

@@ -39,7 +39,7 @@ def demo(
             exists=True,
             dir_okay=False,
             metavar='FILE.csv',
-            help='Publish recorded joint positions instead.',
+            help='Publish the joint positions of this recording instead of the motion.',
         ),
     ] = None,
 ) -> None:

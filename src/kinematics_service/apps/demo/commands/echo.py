@@ -37,7 +37,7 @@ def echo(
     json: bool = flag('--json', 'Print one JSON object per line.'),
     node: str = option('The full name of the node.', 'NAME', default=NODE),
     timeout: Optional[float] = option(
-        'Give up, with exit code 1, if nothing has come by then.',
+        'Exit with code 1 if no message has come after this time.',
         'SECONDS',
         shown=f'{ONCE_TIMEOUT:g} with --once, else never',
     ),

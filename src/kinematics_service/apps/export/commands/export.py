@@ -28,8 +28,10 @@ def export(
     urdf: Optional[str] = option("Write URDF; '-': to the screen.", 'FILE'),
     cpp: Optional[str] = option("Write a C++17 header; '-': to the screen.", 'FILE'),
     c: Optional[str] = option("Write a C99 header; '-': to the screen.", 'FILE', name='--c'),
-    ros2_control: Optional[Path] = option('Write a package of C++ for ROS 2.', 'FOLDER'),
-    float: bool = flag('--float', 'With numbers of type float in the header, not double.'),
+    ros2_control: Optional[Path] = option(
+        'Write a ROS 2 package with a kinematics_interface plugin (C++).', 'FOLDER'
+    ),
+    float: bool = flag('--float', 'Use float instead of double in the header.'),
 ) -> None:
     """
     Write a robot for other programs: as URDF, a C++ or C header, or a plugin for ros2_control.

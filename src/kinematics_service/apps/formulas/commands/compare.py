@@ -17,7 +17,9 @@ def compare(
         str, typer.Argument(metavar='FILE', help='The formulas; - reads from a pipe.')
     ],
     json: JsonOption = False,
-    verbose: bool = flag('--verbose', 'Say which causes were tested if none explains everything.'),
+    verbose: bool = flag(
+        '--verbose', 'List the causes that were tested if none explains all errors.'
+    ),
 ) -> None:
     """
     Compare formulas you derived by hand, or with other software, with the right ones: which

@@ -51,10 +51,10 @@ class Code(str, Enum):
 def derive(
     robot: RobotArgument,
     format: Format = option('What to write.', default=Format.text),
-    out: Optional[Path] = option('Where to write it; default: the screen.', 'FILE'),
+    out: Optional[Path] = option('Output file.  [default: the screen]', 'FILE'),
     frame: Optional[str] = option('Axes of J: base, tool, or the number of a frame.', 'FRAME'),
     lock: Optional[list[str]] = option(
-        'Hold a joint still, in the file units; repeatable.', 'JOINT=VALUE'
+        'Set a joint to a constant, in the units of the robot file; repeatable.', 'JOINT=VALUE'
     ),
     code: Optional[Code] = option('Write T, J and the determinant as source code instead.'),
     path: Optional[str] = option('Also derive the velocity along a path.', 'JOINT=f(t),...'),
@@ -63,7 +63,7 @@ def derive(
     plot: Optional[Path] = option(
         'Draw the velocity along the path: PNG, or .svg, .pdf (needs matplotlib).', 'PICTURE'
     ),
-    write: bool = flag('--write', 'Store the factors in the robot file.'),
+    write: bool = flag('--write', 'Store the factors of the determinant in the robot file.'),
 ) -> None:
     """
     Derive the kinematics of an arm exactly, in the symbols of its robot file.

@@ -88,7 +88,7 @@ def plot(
         shown='whichever shows most',
     ),
     at: Optional[float] = option(
-        'Where --plane xy, xz or yz cuts the third axis.', 'M', shown='0'
+        'Position of --plane xy, xz or yz on the third axis.', 'M', shown='0'
     ),
     points: Optional[int] = option(
         'Points on each side of the map, or random poses of the workspace.',
@@ -96,7 +96,7 @@ def plot(
         shown=f'{MAP_POINTS}; {WORKSPACE_POINTS}; fewer with closed loops',
     ),
     workers: Optional[str] = option(
-        'Have the poses of map or workspace computed by a dask cluster.',
+        'Let a dask cluster compute the poses of map or workspace.',
         'dask://HOST:PORT',
         shown='here',
     ),

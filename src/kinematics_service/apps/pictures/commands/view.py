@@ -42,10 +42,10 @@ def view(
     ),
     port: int = option('Port of the page; 0: any free one.', default=8080, least=0, most=65535),
     host: str = option(
-        'Address to serve it at; 0.0.0.0: all of the network, with a token.', default='127.0.0.1'
+        'Address of the page; 0.0.0.0: for the whole network, with a token.', default='127.0.0.1'
     ),
     allow_host: Optional[list[str]] = option(
-        'Another name under which it is reached; repeatable.', 'NAME'
+        'Another host name of this computer; repeatable.', 'NAME'
     ),
     sliders: bool = flag('--sliders', 'Use sliders only, without ROS.'),
     publish: bool = flag('--publish', 'Let the sliders publish joint states.'),

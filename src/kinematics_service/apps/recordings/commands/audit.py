@@ -61,42 +61,50 @@ def audit(
     columns: ColumnsOption = None,
     joint_format: JointsOption = None,
     stamps: StampsOption = None,
-    html: Optional[Path] = option('Write a page with every curve.', 'FILE'),
+    html: Optional[Path] = option('Write a page with all curves.', 'FILE'),
     json: Optional[Path] = option('Write everything as JSON; - prints it.', 'FILE'),
     out: Optional[Path] = option('Write the topics the node would have published.', 'FILE.mcap'),
     fail_on: Optional[str] = option('When to exit with code 1: never, warn, stop, ...', 'LIST'),
-    speed_limit: Optional[float] = option('Of plans: the largest speed of the tool, m/s.', 'M/S'),
+    speed_limit: Optional[float] = option('Largest speed of the tool in a plan, m/s.', 'M/S'),
     speed_of: Optional[str] = option(
-        'Of plans: other points whose speed counts: frames by number, or joints.', 'POINT,...'
+        'Also limit the speed of these points in a plan: frame numbers or joints.', 'POINT,...'
     ),
-    scale: bool = flag('--scale', 'Say where ks.scale would have slowed it, and why.'),
-    reduced: bool = flag('--reduced', 'The same with the reduced speeds of the robot file.'),
-    servo: bool = flag('--servo', "The same by MoveIt Servo's rule for singular poses."),
+    scale: bool = flag('--scale', 'Show where ks.scale would slow the motion down, and why.'),
+    reduced: bool = flag(
+        '--reduced', 'Use the reduced speed limits of the robot file for --scale.'
+    ),
+    servo: bool = flag(
+        '--servo', "Show where MoveIt Servo's singularity rule would slow the motion down."
+    ),
     joint_prefix: PrefixOption = '',
     velocity_source: VelocitySource = option(
         'Source of joint velocities, as for the node.', default=VelocitySource.auto
     ),
-    timeout: float = option('As joint_state_timeout of the node.', 'SECONDS', default=1.0),
-    warn: Optional[float] = option('Threshold of WARN, instead of that of the robot file.'),
-    stop: Optional[float] = option('Threshold of ERROR, likewise.'),
+    timeout: float = option(
+        'A pause between joint states longer than this is a gap.', 'SECONDS', default=1.0
+    ),
+    warn: Optional[float] = option('Threshold of WARN, instead of the one in the robot file.'),
+    stop: Optional[float] = option('Threshold of ERROR, instead of the one in the robot file.'),
     pose_format: FormatOption = None,
     pose_gap: GapOption = None,
     pose_warn: str = option(
-        'Remaining pose error (rms) from which on it is WARN.', 'LIMIT', default='4mm,0.5deg'
+        'RMS pose error, without constant offsets, that is a warning.',
+        'LIMIT',
+        default='4mm,0.5deg',
     ),
     pose_stop: str = option(
-        'Remaining pose error that makes --fail-on frames fail.', 'LIMIT', default='20mm,2deg'
+        'RMS pose error at which --fail-on frames fails.', 'LIMIT', default='20mm,2deg'
     ),
     jobs: Optional[int] = option('Number of files to audit at once.', 'N', shown='1'),
     workers: Optional[str] = option(
-        'Have a dask cluster audit the files, which its workers must see.',
+        'Let a dask cluster audit the files. Its workers must be able to read them.',
         'dask://HOST:PORT',
         shown='here',
     ),
     labels: Optional[Path] = option(
-        'Of a dataset: write labels of every frame as parquet files.', 'DIR'
+        'Write labels of each row of a dataset as parquet files.', 'DIR'
     ),
-    clearance: bool = flag('--clearance', 'Labels have the clearance too, which takes long.'),
+    clearance: bool = flag('--clearance', 'Add the clearance to the labels (slow).'),
 ) -> None:
     """
     Judge a recording of joint states, or a planned trajectory, as the node would have judged it:

@@ -29,7 +29,7 @@ ColumnsOption = Annotated[
     ),
 ]
 PrefixOption = Annotated[
-    str, named('--joint-prefix', 'Put before the joint names of the robot file.', 'TEXT')
+    str, named('--joint-prefix', 'Prefix before the joint names of the robot file.', 'TEXT')
 ]
 FormatOption = Annotated[
     Optional[str],
