@@ -45,7 +45,7 @@ def _by_joint(robot: Robot, values: Sequence[float], per: str = '') -> str:
 def _of_table(given: Uncertainty) -> Iterator[str]:
     for name, value in given.parameters:
         yield f'{name} {value:.3g}'
-    # `factor` has the rows of L, and the covariance of the table's numbers is L L^T. So the
-    # standard deviation of a number is the norm of the number's row of L.
+    # The covariance of the table's numbers is L L^T. `factor` pairs the name of each number with a
+    # row of L, and the norm of this row is the standard deviation of the number.
     for name, row in given.factor:
         yield f'{name} {math.hypot(*row):.3g}'

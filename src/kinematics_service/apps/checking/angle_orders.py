@@ -24,10 +24,12 @@ from .pose_format import MAKERS
 ROTVEC = 'rotvec'
 # Largest number of poses from which the orders of angles are compared.
 SAMPLES = 40
-# Number of the likeliest orders that are fitted to the poses. The fit is needed because orders
-# such as XYX and XZX have equal traces; only the positions distinguish them.
+# Number of the likeliest orders of angles for which base and tool offsets are fitted. The fit is
+# needed because orders such as XYX and XZX have equal traces; only the positions of the poses
+# distinguish them.
 MAX_ORDERS = 150
-# Number of times that the triple of angles of each pose is chosen again.
+# Number of rounds that choose between the two triples of angles of each pose again, after a first
+# choice pose by pose.
 ROUNDS = 2
 # Two rotation matrices are taken as equal if their entries differ by at most this value.
 TOLERANCE = 1e-6
@@ -51,7 +53,8 @@ class LikelyOrder(NamedTuple):
     written, read
         The kind as which the numbers were written, and the kind as which they were read.
     chosen, of_file : shape (F, 9)
-        Orientations of F poses with the mistake corrected, and by the robot file; flat matrices.
+        Rotation matrices, row by row, of F poses: measured ones with the mistake corrected, and
+        those of the robot file.
     """
 
     sentence: str
@@ -62,12 +65,13 @@ class LikelyOrder(NamedTuple):
 
     def undone(self, poses: Floats, A: Floats) -> Hypothesis:
         """
-        Return the hypothesis that the numbers of the orientations were read as the wrong kind,
-        with corrected poses. `poses` (N, 4, 4) are measured; A (N, 4, 4) are the poses of the
-        robot file.
+        Return the hypothesis that the three numbers of each orientation were read as the wrong
+        kind. It has the measured poses with this mistake corrected. `poses` (N, 4, 4) are
+        measured; A (N, 4, 4) are the poses of the robot file.
         """
-        # For each pose, take the triple of numbers that agrees best with the orientations
-        # `chosen`.
+        # Two triples of numbers give each measured rotation. For each pose, take the triple whose
+        # traces with the F corrected rotations in `chosen` agree best with the traces of the robot
+        # file.
         rotations = _rotations(self.written, _numbers(self.read, poses[:, :3, :3]))
         found = rotations.reshape(2, -1, 9) @ self.chosen.T
         wrong = np.sum((found - A[:, :3, :3].reshape(-1, 9) @ self.of_file.T) ** 2, axis=2)
@@ -98,8 +102,8 @@ def likely_orders(poses: Floats, A: Floats, read: str = '') -> list[LikelyOrder]
         made[own] = _rotations(kind, np.stack([numbers[pairs[k].read] for k in own]))
     of_file = A[few, :3, :3].reshape(-1, 9)
     chosen, off = _chosen(made.reshape(*made.shape[:3], 9), of_file @ of_file.T)
-    # If the kind read is unknown, several pairs (kind written, kind read) give the same rotations.
-    # Keep the first pair, which has the usual kinds.
+    # If it is unknown as which kind the numbers were read, several pairs (kind written, kind read)
+    # give the same rotations. Keep the first of these pairs, which has the usual kinds.
     likely: list[int] = []
     for k in sorted(np.argsort(off, kind='stable')[:MAX_ORDERS].tolist()):
         first = np.max(np.abs(chosen[likely, 0] - chosen[k, 0]), axis=1)
@@ -122,8 +126,8 @@ def order_hypotheses_of(poses: Floats, A: Floats, read: str = '') -> Iterator[Hy
 
 
 def _pairs(read: str) -> list[_Taken]:
-    # Return the pairs (kind written, kind read) to be tried. If the kind read is unknown, skip
-    # most kinds with moving axes: xyz read as zyx gives the same rotations as ZYX read as XYZ.
+    # Return the pairs (kind written, kind read) to be tried. If `read` is unknown, skip most kinds
+    # with moving axes: xyz read as zyx gives the same rotations as ZYX read as XYZ.
     orders = (*EULER_ORDERS, ROTVEC)
     known = 'xyz' if read == 'rpy' else read
     if known in orders:
@@ -134,8 +138,8 @@ def _pairs(read: str) -> list[_Taken]:
 
 
 def _numbers(kind: str, R: Floats) -> Floats:
-    # Two triples of numbers describe the same rotation. Return both triples of each rotation of
-    # R (N, 3, 3), shape (2, N, 3), for this kind of orientation.
+    # Two triples of numbers describe the same rotation. Return both triples for each rotation in R
+    # (N, 3, 3), as angles in the order `kind` or as rotation vectors; shape (2, N, 3).
     if kind == ROTVEC:
         vectors = rotation_vector(R)
         turns = np.linalg.norm(vectors, axis=1, keepdims=True)
@@ -152,11 +156,12 @@ def _rotations(kind: str, numbers: Floats) -> Floats:
 
 
 def _chosen(every: Floats, products: Floats) -> tuple[Floats, Floats]:
-    # For each of H pairs of kinds, choose for each pose the triple of angles that agrees best with
-    # the other poses. `every` (H, 2, N, 9) has the rotations of both triples, `products` (N, N)
-    # the traces of the robot file. Return the chosen rotations (H, N, 9) and the errors (H,) of
-    # their traces. The choice starts once from each triple of the first pose; keep the better
-    # result.
+    # Try H pairs (kind written, kind read). For each pair, choose for each pose one of its two
+    # triples of angles: the one whose rotation agrees best with the rotations of the other poses.
+    # `every` (H, 2, N, 9) has the rotations of both triples. `products` (N, N) has the traces
+    # trace(A_i^T A_j) of the robot file's rotations A. Return the chosen rotations (H, N, 9), and
+    # the sums (H,) of the squared errors of their traces. The choice starts once from each triple
+    # of pose 0; keep the better result.
     count, _, many, _ = every.shape
     flat = every.reshape(count, 2 * many, 9)
     wrong = (flat @ np.swapaxes(flat, 1, 2)).reshape(count, 2, many, 2, many)
@@ -166,8 +171,9 @@ def _chosen(every: Floats, products: Floats) -> tuple[Floats, Floats]:
     wrong[:, :, pose, :, pose] = 0.0  # do not compare a pose with itself
     best, least = np.zeros((count, many), dtype=np.int64), np.full(count, np.inf)
     for start in (0, 1):
-        # First sum the errors of each triple against the triples chosen so far. Later rounds sum
-        # the errors against the chosen triples of all poses.
+        # First choose pose by pose: sum the squared errors of the traces between each triple and
+        # the triples chosen so far. The later rounds sum these errors over the chosen triples of
+        # all poses.
         sums = wrong[:, start, 0]
         for k in range(1, many):
             sums = sums + wrong[pairs, np.argmin(sums[:, :, k], axis=1), k]

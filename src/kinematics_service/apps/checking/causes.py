@@ -56,37 +56,45 @@ from .offsets import (
     span_of,
 )
 
-# A cause is named if its correction divides the residuals by 3 or more.
+# A cause is named if its correction divides the RMS residual by 3 or more.
 NAMED_RATIO = 3.0
-# A cause is called likely if its correction divides the residuals by 2 or more.
+# A cause is called likely if its correction divides the RMS residual by 2 or more.
 LIKELY_RATIO = 2.0
-# Named causes are rivals if their ratios differ by less than a factor of 2.
+# Two named causes are rivals if the factors by which they reduce the RMS residual differ by less
+# than a factor of 2.
 RIVAL_RATIO = 2.0
-# Likely causes are rivals if their ratios differ by less than a factor of 1.25.
+# Two likely causes are rivals if the factors by which they reduce the RMS residual differ by less
+# than a factor of 1.25.
 LIKELY_RIVAL_RATIO = 1.25
-# Number of Levenberg-Marquardt steps of the fits that preselect hypotheses with few poses.
+# Number of Levenberg-Marquardt steps of the fits that preselect hypotheses. They use at most 40
+# poses.
 SIFT_STEPS = 4
-# Number of hypotheses in one batch of fits to few poses. The likeliest hypotheses are fitted
-# first.
+# Hypotheses are preselected by fits to at most 40 poses, this number of hypotheses in one batch.
+# The likeliest hypotheses are fitted first.
 BATCH_SIZE = 16
 # Number of preselected hypotheses that are fitted to all poses.
 FITTED_IN_FULL = 4
-# The score of a hypothesis from few poses may differ from its score with all poses by this factor.
+# The score (RMS residual) of a hypothesis from at most 40 poses may differ from its score with all
+# poses by this factor.
 SIFT_MARGIN = 2.0
-# A number of the robot is fitted only if it explains more than this fraction of the squared
-# residuals, to first order.
+# A number of the robot file (a joint zero, a joint scale, a length or an angle of the table) is
+# fitted only if it explains more than this fraction of the sum of squared residuals, to first
+# order.
 FIRST_ORDER_SHARE = 0.4
-# Largest number of Levenberg-Marquardt steps that fit a number and the offsets together.
+# Largest number of Levenberg-Marquardt steps that fit one number of the robot file together with
+# the offsets of base and tool.
 ROUNDS = 12
-# Start values for the fit of the scale of a turning joint. Each value is the scale times the joint
-# position that is farthest from 0 (rad). The values cover nearly a turn to each side. Steps of
-# 1 rad suffice, because Newton's method converges if the start is at most 0.5 rad off.
+# Start values for the fit of the scale of a revolute joint, given as corrected joint positions
+# (rad): the scale times the measured position that is farthest from 0. The values cover nearly a
+# turn to each side. Steps of 1 rad suffice, because Newton's method converges if the start is at
+# most 0.5 rad off.
 TURNING_REACHES = (*np.arange(-5.5, 6.0),)
-# Start value for the fit of the scale of a sliding joint: the scale times the joint position that
-# is farthest from 0 (m). One value suffices, because Newton's method converges from any start.
+# Start value for the fit of the scale of a prismatic joint, given as a corrected joint position
+# (m): the scale times the measured position that is farthest from 0. One value suffices, because
+# Newton's method converges from any start.
 SLIDING_REACHES = (0.0,)
-# Common mistakes that multiply joint positions by a factor. Each entry has the unit of the joint,
-# the factor, and the statement of the mistake.
+# Common mistakes that multiply the positions of one joint by a factor. Each entry has the unit of
+# the joint, the factor, and the statement of the mistake.
 FACTORS = (
     ('rad', math.pi / 180.0, 'is in degrees, not radians'),
     ('rad', 180.0 / math.pi, 'was turned from degrees into radians twice'),
@@ -95,11 +103,14 @@ FACTORS = (
     ('m', 0.18 / math.pi, 'is in millimetres, turned from degrees into radians'),
     *((unit, -1.0, 'counts the other way round') for unit in ('rad', 'm')),
 )
-# An estimated factor is taken as a factor of FACTORS if their relative difference is at most this.
+# An estimated factor of a joint is taken as one in FACTORS if their relative difference is at most
+# this.
 FACTOR_TOLERANCE = 5e-3
-# Lower bound of a score (rad), because smaller scores are round-off.
+# Lower bound of the score (RMS residual, rad) after a correction, because smaller scores are
+# round-off.
 ROUND_OFF = 1e-15
-# Lower bound of the noise of a score (rad): the last digit of printed poses.
+# Lower bound of the RMS residual (rad) that is taken as measurement noise: the last digit of
+# printed poses.
 POSE_DIGIT = 1e-6
 # A wrong number can be the decisive cause only if its model resolution is above this value. With
 # the value 0.55, the check named a wrong angle in one of 54 recordings with a nominal table and
@@ -123,11 +134,11 @@ class TestedCause(NamedTuple):
         The fitted number, in rad, m, s or samples, or the factor of a joint; None if the mistake
         has no number.
     ratio
-        Residuals (score) before the correction divided by those after it.
+        RMS residual before the correction divided by that after it.
     errors
         The residuals after the correction.
     base_offset, tool_offset : shape (4, 4)
-        The offsets after the correction; see `FrameDiagnosis`.
+        The offsets of base and tool fitted after the correction; see `FrameDiagnosis`.
     name
         The joint, or the number of the table; empty if the mistake has none.
     resolution
@@ -187,8 +198,9 @@ def causes_of(given: ComparedData, A: Floats, fit: Fit, limit: PoseLimit = EXPLA
     best = max((cause.ratio for cause in tried), default=0.0)
 
     def about(factor: float) -> tuple[TestedCause, ...]:
-        # Return the causes whose ratio is at least the best ratio divided by `factor`. Put
-        # discrete mistakes first, because they are likelier than a number that fits by chance.
+        # Return the tried causes that reduce the RMS residual nearly as much as the best cause: by
+        # the best factor divided by `factor`, or more. Put discrete mistakes first, because they
+        # are likelier than a number that fits by chance.
         kept = [cause for cause in tried if cause.ratio * factor >= best]
         return tuple(sorted(kept, key=lambda cause: (cause.value is not None, -cause.ratio)))
 
@@ -202,9 +214,10 @@ def causes_of(given: ComparedData, A: Floats, fit: Fit, limit: PoseLimit = EXPLA
 
 
 def _decisive(cause: TestedCause, before: Fit, limit: PoseLimit) -> bool:
-    # Return whether a cause is decisive. If the residuals are within NOMINAL, a nominal table
-    # explains them, so do not name a gross mistake. After a lag is corrected, the residuals of a
-    # moving arm may be larger, because samples are few and stamps inexact.
+    # Return whether a cause is decisive. If the residuals before any correction are within
+    # NOMINAL, a nominal table explains them, so do not name a gross mistake. After a lag is
+    # corrected, the residuals of a moving arm may be larger, because samples are few and stamps
+    # inexact.
     gross = cause.value is None or cause.key in ('joint_scale', 'time_lag')
     if gross and errors_of(before.position, before.rotation).within(NOMINAL):
         return False
@@ -214,8 +227,8 @@ def _decisive(cause: TestedCause, before: Fit, limit: PoseLimit) -> bool:
 
 
 def _simplest(tried: Sequence[TestedCause]) -> list[TestedCause]:
-    # Leave out a wrong scale of a joint if a cause with fewer numbers explains the residuals
-    # equally well.
+    # Leave out a wrong scale of one joint if a mistake without a fitted number explains the
+    # residuals equally well: wrong units of all joints, or the same statement.
     said = {one.sentence for one in tried if one.value is None}
     units = [one.ratio for one in tried if one.key in ('degrees', 'millimetres')]
     least = RIVAL_RATIO * max(units, default=0.0)
@@ -227,7 +240,8 @@ def _simplest(tried: Sequence[TestedCause]) -> list[TestedCause]:
 
 
 def _whole(given: ComparedData, fit: Fit) -> list[TestedCause]:
-    # Try all discrete mistakes with few poses, and fit the best ones to all poses.
+    # Fit the offsets for all discrete mistakes to at most 40 poses. Then fit the best mistakes to
+    # all poses.
     changes = possible(given)
     sifted = _sifted(*undone(given, changes, few_of(len(given.q))), _most(fit))
     return _undoing(given, [changes[k] for k in sifted], fit, sifted)
@@ -240,8 +254,8 @@ def _orders(
         return []  # the order of small angles hardly changes the rotation
     likely = likely_orders(given.poses, A, given.read)
     few = few_of(len(A))
-    # Repeat the poses of the second source for each order, then replace their orientations.
-    # Positions and A are equal for all orders.
+    # Repeat the poses of the second source for each likely order of angles, then replace their
+    # orientations by those of the order. Positions and A are equal for all orders.
     others = np.tile(given.poses[few], (len(likely), 1, 1, 1))
     others[..., :3, :3] = np.reshape([one.chosen for one in likely], (len(likely), -1, 3, 3))
     sifted = _sifted(np.broadcast_to(A[few], others.shape), others, _most(fit, tried))
@@ -249,17 +263,17 @@ def _orders(
 
 
 def _most(fit: Fit, tried: Sequence[TestedCause] = ()) -> float:
-    # Return a limit of the score. A hypothesis is fitted to all poses only if its score from few
-    # poses is below the limit. With a larger score, it explains too little, or less than a cause
-    # that was already tried.
+    # Return the largest score (RMS residual) from at most 40 poses with which a hypothesis is
+    # fitted to all poses. With a larger score, the hypothesis explains too little, or less than a
+    # cause in `tried`.
     ratio = max([LIKELY_RATIO, *(one.ratio / RIVAL_RATIO for one in tried)])
     return SIFT_MARGIN * float(fit.score) / ratio
 
 
 def _sifted(A: Floats, B: Floats, most: float) -> dict[int, Fit]:
-    # Fit H problems A, B (H, N, 4, 4). Return the fits with the smallest scores below `most`, by
-    # the index of the problem. A problem is not fitted if the lower bound of its score is far
-    # above the best score.
+    # Fit the offsets between A and B (H, N, 4, 4) for each of H hypotheses. Return the fits with
+    # the smallest scores (RMS residuals) below `most`, by the index of the hypothesis. Skip the
+    # fit of a hypothesis if the lower bound of its score is far above the best score.
     bounds, found = least_angles(A, B), dict[int, Fit]()
     order = np.argsort(bounds, kind='stable')
     for some in np.split(order, range(BATCH_SIZE, len(order), BATCH_SIZE)):
@@ -296,8 +310,8 @@ def undone(
     given: ComparedData, changes: Sequence[Hypothesis], rows: Integers | slice = slice(None)
 ) -> tuple[Floats, Floats]:
     """
-    Correct each of H mistakes, and return the poses after each correction: those of the robot file
-    and those of the second source, (H, N, 4, 4) each. `rows` selects the N poses.
+    Correct each of H mistakes. Return, with each one corrected, the poses of the robot file and
+    those of the second source, (H, N, 4, 4) each. `rows` selects the N poses.
     """
     q = np.stack([change.joints(given.q)[rows] for change in changes])
     A = evaluate(given.robot, q, depth=kernel.POSE).pose
@@ -308,8 +322,8 @@ def undone(
 
 
 def _numbers(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
-    # Rank the numbers of the robot by the squared residuals that each number explains to first
-    # order, and fit the best numbers.
+    # Rank joint zeros, joint scales and numbers of the table by the squared residuals that each
+    # one explains to first order, and fit the best ones.
     scales = list(scale_hypotheses_of(given))
     numbers = [*number_hypotheses_of(given), *scales]
     moved, rest = _beyond(given, A, fit, np.concatenate([one.columns for one in numbers], axis=2))
@@ -338,9 +352,9 @@ def _preference(cause: TestedCause) -> float:
 
 
 def _beyond(given: ComparedData, A: Floats, fit: Fit, columns: Floats) -> tuple[Floats, Floats]:
-    # Return the derivatives (6 N, c) of the poses by the numbers, and the residuals (6 N,).
-    # Derivatives and residuals are projected onto the orthogonal complement of the derivatives by
-    # the offsets of base and tool.
+    # Return the derivatives (6 N, c) of the poses by c numbers of the robot (`columns`), and the
+    # residuals (6 N,) of `fit`. Both are projected onto the orthogonal complement of the
+    # derivatives by the offsets of base and tool, which leaves what no offset explains.
     scale = np.reshape(scale_of(given.poses), (1, 1, 1))
     J, r = equations_of(A, fit, scale)
     basis = span_of(J)
@@ -352,7 +366,8 @@ def _beyond(given: ComparedData, A: Floats, fit: Fit, columns: Floats) -> tuple[
 def _scale_starts(
     given: ComparedData, scales: Sequence[NumberHypothesis], before: Fit
 ) -> list[tuple[NumberHypothesis, Floats, Fit]]:
-    # Fit the scale of each joint to few poses from a grid of starts; return the best fits.
+    # Fit the scale of each joint to at most 40 poses from a grid of start values; return the best
+    # fits as starts for all poses.
     few, farthest = few_of(len(given.q)), np.max(np.abs(given.q), axis=0)
     grid = [
         (one, reach / farthest[one.joint] - 1.0)
@@ -378,14 +393,15 @@ def _scale_starts(
 def _fitted(
     given: ComparedData, before: Fit, number: NumberHypothesis, values: Floats, begin: Fit
 ) -> TestedCause | None:
-    # Fit the offsets and the number together. Return None if a closed loop does not close.
+    # Fit the offsets of base and tool together with one number. Return its cause, or None if a
+    # closed loop does not close.
     try:
         found = fit_numbers(number.at, values[None], given.poses[None], lifted(begin), ROUNDS)
     except LoopError:
         return None
     fit, value, size, q = found.fit.one(0), float(found.values[0, -1]), number.usual, given.q
     if number.joint >= 0 and joint_range(q)[number.joint] > MIN_RANGE:
-        size = max(size, abs(value))  # for a moving joint, any size of the error is likely
+        size = max(size, abs(value))  # any error of a moving joint's zero or scale is likely
     if number.key == 'joint_scale':
         q = q + np.eye(q.shape[1])[number.joint] * (
             joint_ways(q)[number.joint] @ found.values[0][:, None]
@@ -394,11 +410,11 @@ def _fitted(
     cause = _cause(number.key, number_in_words(number, value), value, before, fit)
     if cause.ratio < NAMED_RATIO:
         return cause._replace(name=number.name)
-    # Compute the resolution of this number. Fit all numbers, scaled by their usual errors, by
-    # least squares. The resolution is the diagonal entry of the model resolution matrix of this
-    # fit (Menke, Geophysical Data Analysis, chapter 4). It is 1 if the poses distinguish this
-    # number from the other numbers, else less. Subtract the relative change of this number in the
-    # fit.
+    # Compute the model resolution of this number. Fit all numbers, scaled by their usual errors,
+    # by least squares. The resolution is the number's diagonal entry of the model resolution
+    # matrix of this fit (Menke, Geophysical Data Analysis, chapter 4). It is 1 if the poses
+    # distinguish this number from the other numbers, else less. Then subtract the change that this
+    # fit makes to the number, divided by its value.
     there, change = given._replace(q=q), number.at(found.values)
     others = [
         one.usual * one.columns[:, :, -1:]
@@ -415,7 +431,10 @@ def _fitted(
 
 
 def number_in_words(number: NumberHypothesis, value: float) -> str:
-    """Return a sentence on a wrong number: the number's correction, or the joint's factor."""
+    """
+    Return a sentence that corrects a number of the robot, or states by which factor a joint's
+    positions are wrong.
+    """
     if number.key == 'joint_scale':
         for unit, factor, words in FACTORS:
             if unit == number.unit and abs(value / factor - 1.0) < FACTOR_TOLERANCE:

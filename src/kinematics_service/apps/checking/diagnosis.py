@@ -37,8 +37,8 @@ MIN_POSES = 3
 # Smallest number of poses for which a cause is sought.
 CAUSE_POSES = 8
 
-# Text that is added to the diagnosis of an arm with closed loops, because some causes are not
-# tried for such an arm.
+# Text that is added to the diagnosis of an arm with closed loops, because wrong lengths and
+# conventions of its table are not tried.
 NOT_TRIED = (
     '. Lengths and conventions of the table are no causes that were tried: the closed loops would '
     'close elsewhere'
@@ -214,9 +214,9 @@ def _later(
     stamps: npt.ArrayLike | None,
     motion: tuple[npt.ArrayLike, npt.ArrayLike] | None,
 ) -> Later | None:
-    # Return a lookup of joint positions at other times. It interpolates `motion` if `motion` is
-    # given, else q at `stamps`, else q as consecutive samples. Return None if the stamps do not
-    # rise.
+    # Return a lookup of joint positions at times before and after the poses. It interpolates
+    # `motion` if `motion` is given, else q at `stamps`, else q as consecutive samples. Return None
+    # if the stamps do not rise.
     t = None if stamps is None else numbers_of('stamps', stamps)
     if t is not None and t.shape != (len(q),):
         raise FramesError(
@@ -265,7 +265,8 @@ def _sentence(
     causes: Causes | None,
     known: str,
 ) -> str:
-    # Return the whole diagnosis as text. `causes` is None if the residuals are small.
+    # Return the whole diagnosis as text. `causes` is None if the residuals are too small to search
+    # for a cause.
     if causes is not None and causes.decisive:
         (cause,) = causes.named
         less = f', {cause.ratio:.3g} times less' if cause.ratio < MAX_SHOWN_RATIO else ''
@@ -292,8 +293,8 @@ def _sentence(
 
 
 def _known_offset(fit: Fit) -> str:
-    # Return a text on the fitted offset if it only rotates the base, or only rotates the tool,
-    # about its origin. Return an empty text for any other offset.
+    # Return a text on the fitted offsets if they only rotate the base about its origin, or only
+    # the tool. Return an empty text for any other offsets.
     for end, one, other in (('base', fit.X, fit.Y), ('tool', fit.Y, fit.X)):
         turn, rest = rotation_vector(one[:3, :3]), rotation_vector(other[:3, :3])
         way = max(np.linalg.norm(one[:3, 3]), np.linalg.norm(other[:3, 3]))

@@ -49,8 +49,8 @@ def time_in_words(time: float) -> str:
 
 class PoseLimit(NamedTuple):
     """
-    Limits of the RMS residuals of position (m) and rotation (rad) that remain after the offsets of
-    base and tool are fitted.
+    Limits of the RMS residuals, position (m) and rotation (rad), after the offsets of base and
+    tool are fitted.
     """
 
     position: float
@@ -61,15 +61,15 @@ class PoseLimit(NamedTuple):
         return f'{length_in_words(self.position)} or {angle_in_words(self.angle)}'
 
 
-# Largest residuals between an instrument and an uncalibrated arm with the nominal table of its
-# type. The errors of the table alone are 1 to 3 mm and up to 0.4 deg.
+# Largest RMS residuals between poses that an instrument measures and poses that the nominal table
+# of an uncalibrated arm gives. The errors of the table alone are 1 to 3 mm and up to 0.4 deg.
 NOMINAL = PoseLimit(4e-3, math.radians(0.5))
-# Largest residuals that may remain after a mistake is corrected, if the input has no other
+# Largest RMS residuals that may remain after a mistake is corrected, if the input has no other
 # mistake. If each number of a table is off by 1 mm and 0.2 deg, residuals are 4 to 10 mm and 0.5
 # to 1 deg.
 EXPLAINED = PoseLimit(12e-3, math.radians(1.25))
-# Residuals above these limits are an error, because the residuals of a right table are always
-# below 20 mm and 2 deg.
+# RMS residuals between two sources of poses above these limits get the level ERROR, because those
+# of a right table are always below 20 mm and 2 deg.
 ERROR_LIMIT = PoseLimit(20e-3, math.radians(2.0))
 
 
@@ -103,7 +103,10 @@ class Errors(NamedTuple):
 
 
 def errors_of(position: Floats, rotation: Floats) -> Errors:
-    """Return RMS and largest residuals, from position (N, 3) in m and rotation (N, 3) in rad."""
+    """
+    Return RMS and largest residuals from the residuals of N poses: `position` (N, 3) in m and
+    `rotation` (N, 3) in rad.
+    """
     sizes = np.linalg.norm([position, rotation], axis=2)
     rms, largest = np.sqrt(np.mean(sizes**2, axis=1)), np.max(sizes, axis=1)
     return Errors(*np.stack([rms, largest], axis=1).ravel().tolist())

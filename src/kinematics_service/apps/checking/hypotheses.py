@@ -24,8 +24,8 @@ from ...robot.file.parts.parameters import ANGLE, LENGTH, RATIO, SIX
 from ...robot.robot import Robot, with_chain
 from .lag import Later
 
-# Statements of mistakes, worded for measured poses. `known_pose_causes` replaces some of these
-# statements if the poses are the known poses of a robot file.
+# Statements of mistakes, worded for measured poses. `known_pose_causes` words some of them anew
+# for the known poses of a robot file.
 DEGREES = 'the joint positions are in degrees, not radians'
 RADIANS_TWICE = 'the joint positions were turned from degrees into radians twice'
 INVERSE = 'the poses are those of the base in the tool frame'
@@ -53,7 +53,7 @@ class Hypothesis(NamedTuple):
     poses : shape (N, 4, 4)
         Poses with the mistake corrected; None: they are right.
     unit
-        Length (m) of one unit of the corrected positions.
+        Length (m) of one unit of the coordinates in the corrected poses.
     """
 
     key: str
@@ -64,7 +64,9 @@ class Hypothesis(NamedTuple):
     unit: float = 1.0
 
     def joints(self, q: Floats) -> Floats:
-        """Return the corrected joint positions; `q` if the mistake is not in the positions."""
+        """
+        Return the corrected joint positions; `q` if the mistake is not in the joint positions.
+        """
         return q if self.q is None else self.q
 
     def seen(self, poses: Floats) -> Floats:
@@ -83,9 +85,11 @@ class NumberHypothesis(NamedTuple):
     unit
         rad or m.
     usual
-        A usual error of the number, rad or m; for a scale, the usual error of the range.
+        A usual error of the number, rad or m. For a scale: the error that a usual error of the
+        gear ratio causes at the end of the joint's range.
     at
-        Returns the poses (1, N, 4, 4) for corrections (1, c), and their derivatives (1, N, 6, c).
+        Returns the poses (1, N, 4, 4) after corrections (1, c) are added, and the derivatives (1,
+        N, 6, c) of the poses by the corrections. c is 1, or 2 (zero, range) for a scale.
     columns : shape (N, 6, c)
         The derivatives of the poses at zero correction, linear rows first.
     joint
@@ -114,7 +118,7 @@ class ComparedData(NamedTuple):
     poses : shape (N, 4, 4)
         Poses of the second source.
     later
-        Joint positions at other times, to find a lag; None if times are unknown.
+        Lookup of joint positions at shifted times, to find a lag; None if the stamps do not rise.
     read
         The kind as which the orientations were read, one of `pose_format.KINDS`; empty if unknown.
     """
@@ -127,7 +131,10 @@ class ComparedData(NamedTuple):
 
 
 def hypotheses_of(given: ComparedData) -> Iterator[Hypothesis]:
-    """Yield all possible discrete mistakes, except a wrong order of three angles."""
+    """
+    Yield all possible discrete mistakes of joint positions, table and poses, except a wrong order
+    of three angles.
+    """
     yield from joint_hypotheses_of(given.robot, given.q)
     yield from _of_table(given)
     yield from _of_poses(given.poses)
@@ -207,14 +214,14 @@ def _of_table(given: ComparedData) -> Iterator[Hypothesis]:
 
 
 def read_as(robot: Robot, convention: str) -> Robot:
-    """Return the robot with its DH table read by another convention."""
+    """Return the robot whose DH table has the same numbers, but is read by another convention."""
     return _with_rows(robot, [row_of(link, convention) for link in robot.description.links])
 
 
 def _with_rows(
     robot: Robot, rows: Sequence[Row], base: Floats | None = None, tool: Floats | None = None
 ) -> Robot:
-    # Return the robot with another table, and with another base or tool if one is given.
+    # Return the robot with the table `rows`, and with another base or tool if one is given.
     own = robot.description
     base = own.base.motion.matrix if base is None else base
     tool = own.tool.motion.matrix if tool is None else tool
@@ -282,8 +289,8 @@ def exchanges_of(robot: Robot) -> Iterator[Hypothesis]:
 def _with_numbers(
     robot: Robot, rows: Sequence[DhRow], table: Floats, sentence: str, tried: set[bytes]
 ) -> Iterator[Hypothesis]:
-    # Yield a hypothesis that has the constants `table` (rows, quantities), unless these constants
-    # were already tried.
+    # Yield the hypothesis that the table should have the constants `table` (rows, quantities),
+    # unless the same constants were already tried.
     if table.tobytes() in tried:
         return
     tried.add(table.tobytes())
@@ -292,7 +299,10 @@ def _with_numbers(
 
 
 def ends_left_out_of(robot: Robot) -> Iterator[Hypothesis]:
-    """Yield hypotheses that the poses were given without the base, or without the tool."""
+    """
+    Yield the hypotheses that the poses were given without the base offset of the file, or without
+    its tool offset.
+    """
     rows, own, still = table_rows(robot.description), robot.description, np.eye(4)
     if not np.array_equal(own.base.motion.matrix, still):
         sentence = "the poses are given in the table's frame 0, without the base of the file"
@@ -338,7 +348,10 @@ def quaternions_of(poses: Floats) -> Floats:
 
 
 def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
-    """Yield each number of the robot that may be wrong: joint zeros and numbers of the table."""
+    """
+    Yield hypotheses that one number of the robot is wrong: each joint zero, and each number of the
+    table.
+    """
     robot = given.robot
     yield from _of_joints(given, 'joint_offset', 1)
     if robot.chain.loops:
@@ -364,8 +377,9 @@ def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
 
 def scale_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
     """
-    Yield for each moving joint the hypothesis that its positions have a wrong factor (unit or gear
-    ratio). The zero and the range (rad, m) of the joint are fitted together.
+    Yield for each moving joint the hypothesis that its positions were multiplied by a wrong factor
+    (unit or gear ratio). Corrections of the joint's zero and of its range (rad, m) are fitted
+    together.
     """
     yield from _of_joints(given, 'joint_scale', 2)
 
@@ -383,14 +397,17 @@ def _of_joints(given: ComparedData, key: str, count: int) -> Iterator[NumberHypo
 
 
 def joint_range(q: Floats) -> Floats:
-    """Return the largest distance of joint positions (N, n) from their mean, shape (n,)."""
+    """
+    Return the largest distance of each joint's positions from their mean, shape (n,), rad or m,
+    from joint positions (N, n).
+    """
     return np.asarray(np.max(np.abs(q - q.mean(axis=0)), axis=0))
 
 
 def joint_ways(q: Floats) -> Floats:
     """
-    Return the derivatives (n, N, 2) of joint positions (N, n) by the zero and by the range of each
-    joint.
+    Return the derivatives (n, N, 2) of the positions of each joint, q (N, n), by a correction of
+    its zero and by a correction of its range.
     """
     reach = np.maximum(joint_range(q), MIN_RANGE)
     return np.stack([np.ones_like(q), (q - q.mean(axis=0)) / reach], axis=-1).swapaxes(0, 1)
@@ -400,8 +417,8 @@ def moved_joints(
     robot: Robot, q: Floats, joints: Sequence[int], ways: Floats, values: Floats
 ) -> PoseChange:
     """
-    Move one joint of the arm in each of H problems. Return the poses (H, N, 4, 4) and their
-    derivatives (H, N, 6, c) by `values`.
+    Move one joint of the arm in each of H problems. Return the poses (H, N, 4, 4) after the
+    motion, and their derivatives (H, N, 6, c) by the c amounts of the motion.
 
     Parameters
     ----------
@@ -410,9 +427,9 @@ def moved_joints(
     joints : H
         Index of the moved joint of each problem.
     ways : shape (H, N, c)
-        Derivatives of the moved joint's positions by `values`.
+        Derivatives of the moved joint's N positions by the c amounts.
     values : shape (H, c)
-        The amounts of the motion, rad or m.
+        The c amounts of the motion, rad or m, for example a change of the joint's zero.
     """
     every = np.arange(len(joints))
     moved = np.tile(q, (len(joints), 1, 1))

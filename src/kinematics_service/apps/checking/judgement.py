@@ -10,7 +10,10 @@ from .errors import ERROR_LIMIT, EXPLAINED, NOMINAL, Errors, PoseLimit
 
 
 class FrameLimits(NamedTuple):
-    """Limits of the residuals: at `warn` the level becomes WARN, at `bad` ERROR."""
+    """
+    Limits of the RMS residuals between two sources of poses: above `warn` the level is WARN, above
+    `bad` ERROR.
+    """
 
     warn: PoseLimit = NOMINAL
     bad: PoseLimit = ERROR_LIMIT
@@ -18,8 +21,8 @@ class FrameLimits(NamedTuple):
     @property
     def explained(self) -> PoseLimit:
         """
-        Return the largest residuals that may remain if a cause is taken as the explanation and
-        corrected.
+        Return the largest RMS residuals that may remain after the correction of a cause that
+        explains the disagreement.
         """
         return PoseLimit(*map(max, zip(EXPLAINED, self.warn)))
 
@@ -33,7 +36,7 @@ class FrameLimits(NamedTuple):
         return self.of(diagnosis.errors)
 
     def of(self, errors: Errors) -> Level:
-        """Return the level of residuals: OK, WARN or ERROR."""
+        """Return the level of RMS residuals by the two limits: OK, WARN or ERROR."""
         if not errors.within(self.bad):
             return Level.ERROR
         return Level.OK if errors.within(self.warn) else Level.WARN

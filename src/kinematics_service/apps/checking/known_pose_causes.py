@@ -29,18 +29,18 @@ from .causes import number_in_words, possible, undone
 from .hypotheses import ComparedData, Hypothesis
 from .known_poses import errors_between, pose_errors, within_digits
 
-# Sentences on wrong units. Each key is the sentence for a file in rad and m; the value replaces
-# this sentence if the file is in degrees or millimetres.
+# Statements of wrong units. Each key is the statement for a file in rad and m; the value replaces
+# it if the file is in degrees or millimetres.
 IN_DEGREES = {hypotheses.RADIANS_TWICE: 'q of the poses is in radians, not degrees'}
 IN_MILLIMETRES = {hypotheses.LENGTHS_IN_MM: 'xyz of the poses is in metres, not millimetres'}
 # Keys of mistakes that are tried only if the known poses have orientations.
 OF_ORIENTATIONS = ('tool_axes', 'quaternion_order')
-# Initial corrections of an angle for the Gauss-Newton method, rad.
+# Start values (rad) of the Gauss-Newton method for the correction of an angle in the robot file.
 START_ANGLES = (0.0, 0.5 * math.pi, -0.5 * math.pi, math.pi)
-# Number of Gauss-Newton steps.
+# Number of Gauss-Newton steps that fit the correction of one number to the known poses.
 NEWTON_STEPS = 12
 # Two poses of the tool are taken as equal if the entries of their 4 x 4 matrices differ by at most
-# this value.
+# this.
 TOOL_TOLERANCE = 1e-9
 # Mistakes are sought only if the arm misses a known pose by more than 10 times the rounding error
 # of its digits. Smaller errors are not explained, because many wrong numbers could cause them.
@@ -85,7 +85,10 @@ class _Undone(NamedTuple):
 
 
 def pose_causes(robot: Robot) -> PoseCauses:
-    """Return each mistake that alone explains all known poses of a robot file."""
+    """
+    Return each mistake that alone explains all known poses of a robot file; none if the poses fit
+    up to their written digits.
+    """
     known = within_digits(robot)
     if known != robot.description.known_poses:
         errors = [replace(error, known=known[error.index]) for error in pose_errors(robot)]
@@ -94,8 +97,8 @@ def pose_causes(robot: Robot) -> PoseCauses:
     expected = np.array([pose.motion.matrix for pose in known])
     given = ComparedData(robot, np.array([pose.q for pose in known]), expected)
     count = 0
-    # Fit numbers only if no discrete mistake explains all poses, because a wrong sign, for
-    # example, would be found again as a wrong number.
+    # Try wrong numbers only if no discrete mistake explains all known poses. Otherwise a wrong
+    # sign, for example, would be found again as a wrong number.
     for mistakes in (_whole(given), itertools.chain(_ends(given), _numbers(given))):
         tried = list(mistakes)
         count += len(tried)
@@ -198,8 +201,9 @@ def _numbers(given: ComparedData) -> Iterator[_Undone]:
 def _sought(
     at: Callable[[Floats], PoseChange], expected: Floats, value: float, oriented: bool
 ) -> tuple[float, float]:
-    # Return the smallest norm of the residuals and the correction that gives it (Gauss-Newton).
-    # The norm is infinite if a loop does not close.
+    # Fit the correction of one number to the expected poses, from the start `value`. Return the
+    # norm of the residuals and the correction after the last step. The norm is infinite if a loop
+    # does not close.
     off, count = math.inf, 6 if oriented else 3
     try:
         for _ in range(NEWTON_STEPS + 1):

@@ -19,17 +19,17 @@ from ...robot.robot import Robot
 from .joint_motion import JointsAtTimes, SampledMotion
 from .offsets import Fit, fit_numbers, fit_offsets, lifted
 
-# Largest lag tried, s.
+# Largest lag (s) between poses and joint states that is tried, in both directions.
 REACH = 0.5
-# Largest lag tried if the times are unknown, samples.
+# Largest lag (samples) that is tried if the times of the poses are unknown.
 MAX_LAG_SAMPLES = 10.0
-# Number of lags tried.
+# Number of trial lags, evenly spaced from the most negative to the most positive lag.
 TRIALS = 51
-# The largest lag tried is at most this fraction of the duration of the motion.
+# The largest lag tried is at most this fraction of the duration of the recorded motion.
 MOTION_SHARE = 0.25
-# Number of poses with which the lags are tried.
+# Number of poses with which each trial lag is tested.
 SAMPLES = 40
-# Number of steps that fit the offsets for each lag tried.
+# Number of Levenberg-Marquardt steps that fit the offsets of base and tool for each trial lag.
 TRIAL_STEPS = 4
 # Number of trial lags that are refined, and number of Levenberg-Marquardt steps of each
 # refinement.
@@ -72,7 +72,7 @@ def looked_up(motion: SampledMotion, stamps: Floats, unit: str = 's') -> Later:
 class Lagged(NamedTuple):
     """
     A fitted lag. Each pose belongs to the joint positions at the time of the pose plus `value`.
-    `before` and `fit` are the fits of these poses without and with the lag.
+    `before` is the fit of the offsets of base and tool without a lag, `fit` the one with this lag.
     """
 
     value: float
@@ -111,7 +111,8 @@ def lagged(robot: Robot, later: Later, poses: Floats, A: Floats, fit: Fit) -> La
 
 
 def _valleys(scores: Floats) -> list[int]:
-    # Return the indices of the local minima with the smallest scores.
+    # Return the indices of the trial lags at which the score (RMS residual) has a local minimum:
+    # the two lowest minima.
     around = np.pad(scores, 1, constant_values=np.inf)
     lowest = np.flatnonzero((scores <= around[:-2]) & (scores <= around[2:]))
     order = np.argsort(scores[lowest], kind='stable')[:MINIMA]
@@ -121,8 +122,8 @@ def _valleys(scores: Floats) -> list[int]:
 def _refined(
     robot: Robot, later: Later, poses: Floats, rows: Integers, before: Fit, begin: Fit, lag: float
 ) -> Lagged:
-    # Fit the lag and the offsets of base and tool together, starting from the lag and the offsets
-    # of a trial.
+    # Fit the lag together with the offsets of base and tool. Start from a trial lag and its
+    # offsets.
     def moved(values: Floats) -> tuple[Floats, Floats]:
         lookup = later.at(float(values[0, 0]))
         state = evaluate(robot, lookup.q[rows], np.ascontiguousarray(lookup.rates[rows]))

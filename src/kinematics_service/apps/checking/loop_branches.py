@@ -24,12 +24,12 @@ RANDOM_STARTS = 400
 BRANCH_TOLERANCE = 1e-6
 # Number of damped steps that move each random start toward positions at which the loops close.
 DAMPED_STEPS = 60
-# Largest damped step: for turning joints in rad, for sliding joints as a fraction of the size of
-# the loops.
+# Largest damped step of a passive joint toward closed loops: for turning joints in rad, for
+# sliding joints as a fraction of the size of the loops.
 STEP_LIMIT = 0.5
 # Damping of the damped steps, in the units of J^T J.
 DAMPING = 1e-6
-# Seed of the random starts.
+# Seed of the random start positions of passive joints.
 SEED = 20240523
 
 
@@ -46,7 +46,8 @@ def other_branches(description: RobotDescription, g: int) -> tuple[tuple[float, 
     description
         The arm.
     g
-        Index of the group of loops; the groups before it stay as they are.
+        Index of the group of loops; the passive joints of earlier groups keep their known
+        positions.
     """
     closure, groups = closure_of(description), loop_groups(description.loops)
     assert closure is not None  # the description has loops
@@ -77,9 +78,9 @@ def _starts(
     turning: npt.NDArray[np.bool_],
     strokes: Floats,
 ) -> Floats:
-    # Return the start values of Newton's method. For one or two variables, the starts are a dense
-    # grid. For more variables, the starts are random positions after damped steps
-    # (Levenberg-Marquardt).
+    # Return the passive joint positions from which Newton's method starts. For one or two passive
+    # joints, they form a dense grid. For more joints, they are random positions that damped steps
+    # (Levenberg-Marquardt) have moved toward closed loops.
     ends = np.where(turning, np.pi, strokes)
     if len(turning) <= 2:
         grids = np.meshgrid(*(np.linspace(-end, end, GRID_POINTS) for end in ends))
@@ -99,8 +100,8 @@ def _starts(
 
 
 def _residuals(group: LoopGroup, x: Floats) -> tuple[Floats, Floats]:
-    # Return the residuals (N, p) of the loop equations of a group at variables (N, v), and the
-    # derivatives (N, p, v) of the residuals.
+    # Return the residuals (N, p) of the loop equations of a group at joint variables x (N, v), and
+    # the derivatives (N, p, v) of the residuals.
     gaps, slopes = [], []
     for loop in group.members():
         there, J_there = poses_and_jacobians(loop.there, x)

@@ -18,21 +18,21 @@ from ...rigid_motion import exponential, rotation_vector, skew_part
 
 Flags = npt.NDArray[np.bool_]
 
-# Largest number of Levenberg-Marquardt steps.
+# Largest number of Levenberg-Marquardt steps in a fit of the offsets of base and tool.
 MAX_STEPS = 12
-# Stop if a step reduces the score by less than one part in 1e9.
+# Stop if a step reduces the score (RMS residual) by less than one part in 1e9.
 GAIN_TOLERANCE = 1e-9
 # Damping after the first failed step (Levenberg-Marquardt), in units of the largest eigenvalue of
 # J^T J.
 FIRST_DAMPING = 1e-3
-# If the spread of the positions is below this fraction of their distance from the origin, the
-# positions are taken as one point.
+# If the RMS distance of the tool positions from their mean is below this fraction of their
+# distance from the origin, the positions are taken as one point.
 POINT_SPREAD_RATIO = 0.05
-# Ratio of a singular value to the largest singular value. If the ratio is smaller, the poses do
-# not determine this direction of the offsets.
+# The poses do not determine a direction of the 12 offset coordinates (base and tool) if its
+# singular value, divided by the largest singular value of the Jacobian, is below this ratio.
 WEAK_RATIO = 1e-4
-# The rotations are taken to have one common axis if the sines of the angles about other axes are
-# below this value.
+# The tool is taken to turn about one axis only if the RMS sine of its relative rotations about the
+# second principal axis is below this value.
 AXIS_VARIETY = 0.02
 
 
@@ -82,8 +82,8 @@ def spread(positions: Floats) -> Floats:
 
 def scale_of(poses: Floats) -> Floats:
     """
-    Return the length (...,) by which residuals of positions are divided: the spread of the
-    positions.
+    Return the length (...,) by which position residuals are divided: the RMS distance of the tool
+    positions from their mean.
 
     A position residual of this length has the weight of a rotation by one rad. So the fit does not
     depend on the unit of the positions. If the positions hardly move, the length is 5 % of their
@@ -96,11 +96,11 @@ def scale_of(poses: Floats) -> Floats:
 
 def least_angles(A: Floats, B: Floats) -> Floats:
     """
-    Return a lower bound (H,) of the rotation residuals (rad, RMS) of poses A, B (H, N, 4, 4), for
-    any offsets X and Y.
+    Return a lower bound (H,) of the RMS rotation residuals (rad) between poses A and B (H, N, 4,
+    4), for any base and tool offsets X and Y.
     """
-    # Let a and b be the residual angles of poses i and j. |trace(B_i^T B_j) - trace(A_i^T A_j)| is
-    # at most 2 (a + b); its square is at most 8 (a^2 + b^2).
+    # Let a and b be the angles of the rotation residuals of poses i and j. |trace(B_i^T B_j) -
+    # trace(A_i^T A_j)| is at most 2 (a + b); its square is at most 8 (a^2 + b^2).
     off = _traces(B) - _traces(A)
     return np.asarray(np.sqrt(np.mean(off**2, axis=(1, 2)) / 16.0))
 
@@ -120,7 +120,7 @@ def fit_offsets(A: Floats, B: Floats, begin: Fit | None = None, steps: int = MAX
     A, B : shape (H, N, 4, 4)
         Poses of the two sources.
     begin
-        Initial offsets; default: those of a closed form.
+        Initial offsets; default: those that a closed form gives.
     steps
         Largest number of Levenberg-Marquardt steps.
     """
@@ -134,8 +134,8 @@ def fit_offsets(A: Floats, B: Floats, begin: Fit | None = None, steps: int = MAX
 
 def fit_at(A: Floats, B: Floats, X: Floats, Y: Floats, scale: Floats) -> Fit:
     """
-    Return the residuals of given offsets X and Y. `scale` (H, 1, 1) is the length (m) whose
-    residual has the weight of 1 rad.
+    Return the fit with given offsets X and Y, that is, the residuals between B_i and X A_i Y.
+    `scale` (H, 1, 1) is the length (m) whose residual has the weight of 1 rad.
     """
     M = X[:, None] @ A @ Y[:, None]
     position = B[..., :3, 3] - M[..., :3, 3]
@@ -150,8 +150,8 @@ def _better(fit: Fit, new: Fit) -> Fit:
 
 
 def _chosen(which: Flags, some: Sequence[Floats], others: Sequence[Floats]) -> Iterator[Floats]:
-    # Yield arrays with an entry for each of H problems. The entry is from `some` if the flag in
-    # `which` (H,) is set, else from `others`.
+    # For each of H problems, choose between the results of two computations. Yield each array of
+    # `some`, with the entries of `others` in the problems whose flag in `which` (H,) is not set.
     for one, other in zip(some, others):
         yield np.where(which.reshape(-1, *[1] * (one.ndim - 1)), one, other)
 
@@ -186,7 +186,8 @@ def jacobian(A: Floats, fit: Fit, scale: Floats) -> Floats:
 
 def number_columns(A: Floats, fit: Fit, columns: Floats, scale: Floats) -> Floats:
     """
-    Return the derivatives (H, 6 N, c) of X A Y by c numbers of the robot, rows as in `residual`.
+    Return the derivatives (H, 6 N, c) of the poses X A Y by c numbers of the robot, rows as in
+    `residual`.
 
     Parameters
     ----------
@@ -208,14 +209,18 @@ def number_columns(A: Floats, fit: Fit, columns: Floats, scale: Floats) -> Float
 
 def equations_of(A: Floats, fit: Fit, scale: Floats) -> tuple[Floats, Floats]:
     """
-    Return Jacobian (6 N, 12) and residuals (6 N,) of the offsets of one problem, A (N, 4, 4).
+    Return the Jacobian (6 N, 12) of one problem by its offsets, and the residuals (6 N,). A (N, 4,
+    4) are the poses of the robot file.
     """
     scales = np.reshape(scale, (1, 1, 1))
     return jacobian(A[None], lifted(fit), scales)[0], residual(lifted(fit), scales)[0]
 
 
 class NumberFit(NamedTuple):
-    """Fitted numbers (H, c) of H problems, and the offsets that were fitted with them."""
+    """
+    Fitted numbers of the robot (H, c) for H problems, and the offsets of base and tool that were
+    fitted with them.
+    """
 
     values: Floats
     fit: Fit
@@ -229,15 +234,16 @@ def fit_numbers(
     steps: int,
 ) -> NumberFit:
     """
-    Return the numbers and offsets that bring X A Y nearest to B, all fitted together.
+    Return the numbers of the robot and the offsets of base and tool that bring X A Y nearest to B,
+    all fitted together.
 
     Parameters
     ----------
     moved
-        Returns poses A (H, N, 4, 4) for values (H, c), and their derivatives (H, N, 6, c) by the
-        values.
+        Returns the robot's poses A (H, N, 4, 4) for c numbers of the robot (H, c), and the
+        derivatives (H, N, 6, c) of A by these numbers.
     values : shape (H, c)
-        Initial numbers.
+        Initial numbers of the robot.
     B : shape (H, N, 4, 4)
         Poses of the second source.
     begin
@@ -272,8 +278,8 @@ def solved(J: Floats, r: Floats, damping: Floats | float = 0.0) -> Floats:
 
     `damping` is in units of the largest eigenvalue of J^T J.
     """
-    # Solve by the normal equations. They suffice, because the dozen unknowns have equal scales,
-    # and the next step corrects the round-off.
+    # Solve by the normal equations. They suffice, because the dozen unknown offset coordinates
+    # have equal scales, and the next Levenberg-Marquardt step corrects the round-off.
     Jt = np.swapaxes(J, 1, 2)
     values, vectors = np.linalg.eigh(Jt @ J)
     strong = values > WEAK_RATIO**2 * values[:, -1:]
@@ -294,8 +300,8 @@ def span_of(J: Floats) -> Floats:
 
 def free_directions(J: Floats) -> Floats:
     """
-    Return the f directions (f, 12) of the offsets that the poses do not determine, from the
-    Jacobian J (6 N, 12) of one problem.
+    Return the f directions (f, 12) of the 12 offset coordinates that the poses do not determine,
+    from the Jacobian J (6 N, 12) of one problem.
     """
     values, vectors = np.linalg.eigh(J.T @ J)
     return np.asarray(vectors[:, ~(values > WEAK_RATIO**2 * values[-1])].T)
@@ -303,8 +309,8 @@ def free_directions(J: Floats) -> Floats:
 
 def moved_offsets(X: Floats, Y: Floats, step: Floats, scale: Floats) -> tuple[Floats, Floats]:
     """
-    Return offsets X and Y (H, 4, 4) after steps (H, 12), whose entries belong to the columns of
-    `jacobian`.
+    Return the offsets X and Y (H, 4, 4) after small motions of base and tool. The entries of
+    `step` (H, 12) are in the order of the columns of `jacobian`.
     """
     return _small(step[:, :6], scale) @ X, Y @ _small(step[:, 6:12], scale)
 
@@ -317,8 +323,8 @@ def _small(step: Floats, scale: Floats) -> Floats:
 
 
 def _closed_form(A: Floats, B: Floats, scale: Floats) -> tuple[Floats, Floats]:
-    # Return the offsets with the smallest score. The candidates are several pairs of rotations,
-    # each with its best translations.
+    # Return the offsets with the smallest RMS residual. `_rotations` gives several candidates for
+    # the rotations of X and Y; each gets the translations that fit best.
     fits = (_translated(A, B, scale, *rotations) for rotations in _rotations(A, B))
     best = reduce(_better, fits)
     return best.X, best.Y
@@ -356,8 +362,8 @@ def _rotations(A: Floats, B: Floats) -> list[tuple[Floats, Floats]]:
     if np.sqrt(np.median(strengths[:, 1])) < AXIS_VARIETY:
         RX = RX @ _about_the_axis(A, B, RX, axes[:, :, 0])
         found.append((RX, nearest_rotation(np.einsum('hnji,hnjk->hik', RX[:, None] @ RA, RB))))
-    # Add a candidate whose X is computed from positions alone. It is good if the tool turns little
-    # or is close to the flange.
+    # Add a candidate whose X is computed from positions alone. It is a good start if the tool
+    # turns little or is close to the flange.
     pA = A[..., :3, 3] - A[..., :3, 3].mean(axis=1, keepdims=True)
     pB = B[..., :3, 3] - B[..., :3, 3].mean(axis=1, keepdims=True)
     RX = nearest_rotation(np.swapaxes(pB, 1, 2) @ pA)
@@ -366,9 +372,11 @@ def _rotations(A: Floats, B: Floats) -> list[tuple[Floats, Floats]]:
 
 
 def _about_the_axis(A: Floats, B: Floats, RX: Floats, axis: Floats) -> Floats:
-    # If all rotations of the tool are about one axis (H, 3), orientations do not determine the
-    # rotation of X about this axis. Return this rotation (H, 3, 3), determined by the positions:
-    # p_B = t + R_B s + R_X (cos along + sin across + still) is linear in t, s, cos and sin.
+    # If the tool turns about one axis only, orientations do not determine the rotation of X about
+    # this axis. Return this rotation (H, 3, 3), computed from the positions p of A. Split p into a
+    # part `still` along the axis and a part `across` perpendicular to it, and let side = axis x p.
+    # Then p_B = t + R_B s + R_X (cos across + sin side + still) is linear in the unknown vectors t
+    # and s and in the cosine and sine of the rotation.
     p = A[..., :3, 3]
     axis = np.einsum('hnij,hj->hi', A[..., :3, :3], axis) / p.shape[1]
     axis = axis / np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-9)

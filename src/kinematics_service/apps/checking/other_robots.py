@@ -15,8 +15,8 @@ from ...robot.robot import Robot, load_robot
 from .errors import Errors, PoseLimit, errors_of
 from .offsets import fit_offsets
 
-# Another robot is named if its residuals are at least 3 times smaller than those of the given
-# robot.
+# Another robot is named if the measured poses fit it at least 3 times better than the given robot
+# (position residuals, RMS).
 MIN_RATIO = 3.0
 
 

@@ -190,8 +190,8 @@ def _family(kind: str) -> str:
 
 
 def _asked(kind: str, wanted: PoseFormat) -> bool:
-    # Return whether columns of this kind may be taken. Columns of positions are taken only if the
-    # user asked for `position`.
+    # Return whether columns with this kind of orientation may be taken as a pose. Columns of
+    # positions are taken only if the user asked for `position`.
     if wanted.kind == '':
         return kind != 'position'
     return _family(wanted.kind) == _family(kind)
