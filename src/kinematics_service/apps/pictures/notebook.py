@@ -53,7 +53,7 @@ def _state(state: ToolState) -> list[str]:
 
 def _singularity(result: Singularity) -> list[str]:
     if np.ndim(result.level):
-        return []  # a batch has no table: the text by `html_of` contains its levels
+        return []  # no table for several configurations: the heading by `html_of` suffices
     words = {
         'determinant': None if result.determinant is None else f'{result.determinant:.6g}',
         'manipulability': f'{result.manipulability:.6g}',

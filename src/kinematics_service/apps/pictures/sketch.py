@@ -24,7 +24,7 @@ DOWN = math.sin(ELEVATION) * RIGHT[1], -math.sin(ELEVATION) * RIGHT[0], -math.co
 VIEW = np.array([RIGHT, DOWN])
 # Length of the axes of the tool, pixels.
 AXES_LENGTH = 26
-# Colours of x, y and z that people with any colour vision can distinguish.
+# Colours of the x, y and z axes, which people with any colour vision can distinguish.
 COLOURS = ('#d55e00', '#00795a', '#0072b2')
 
 

@@ -59,7 +59,8 @@ TARGETS = ('ik', 'family')
 # Number of grid points along each side of the map. A map of 280 x 280 points takes 20 s on two
 # cores.
 MAP_POINTS = 280
-# Number of random configurations with which the search of a workspace starts.
+# Number of random configurations with which the search of a workspace starts, unless --points is
+# given.
 WORKSPACE_POINTS = 28_000
 # Smallest and largest --points for a kind of picture.
 POINTS = {'map': (2, 4000), 'workspace': (1000, 100_000_000)}

@@ -53,8 +53,8 @@ def view(
     """
     Show the arm on a web page, live from a running node, or moved by sliders if no joint states
     arrive. The page shows links and axes from the table alone, velocity, manipulability
-    ellipsoids, the motion lost at a singular pose, the distance to it, the Jacobian and the
-    limits.
+    ellipsoids, the motion that a singular pose makes impossible, the distance to the nearest
+    singular pose, the Jacobian and the joint limits.
 
     \b
     Examples:

@@ -97,19 +97,21 @@ def azimuth_of(skeleton: Skeleton) -> float:
     along, middles = ends[:, 1] - ends[:, 0], ends.mean(axis=1)
     lengths = np.linalg.norm(along, axis=1)
     middles -= np.average(middles, axis=0, weights=lengths)
-    # M has the second moments of the links, taken as thin rods. M is scaled to trace 1.
+    # M has the second moments of the links about their common centre, taken as thin rods. M is
+    # scaled to trace 1.
     M = (lengths * middles.T) @ middles + (lengths * along.T) @ along / 12.0
     M /= np.trace(M)
     a, e = np.radians(AZIMUTHS), np.radians(ELEVATION)
     ones = np.ones(len(a))
     to_viewer = np.stack([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e) * ones])
-    # The squared area of the projection P along n is det(P M P^T) = n^T adj(M) n.
+    # Let n be the unit vector to the viewer (`to_viewer`), and P the projection along n. The
+    # squared area of the ellipsoid's projection is det(P M P^T) = n^T adj(M) n.
     adjugate = M @ M - M + (1.0 - np.trace(M @ M)) / 2.0 * np.eye(3)
     areas = np.einsum('in,ij,jn->n', to_viewer, adjugate, to_viewer)
-    # The projected area of a straight arm is 0 from every side, so choose the view with the
-    # longest projection.
+    # The projected area of a straight arm is 0 in every view. So, among equal areas, choose the
+    # view with the longest projection.
     lost = np.einsum('in,ij,jn->n', to_viewer, M, to_viewer)
-    # Round the values, so that the first of several equally good views is taken in spite of
+    # Round areas and lengths, so that the first of several equally good views is taken in spite of
     # round-off.
     best = np.lexsort((lost.round(9), -areas.round(9)))[0]
     return float(AZIMUTHS[best])

@@ -16,12 +16,14 @@ from ....kernel import Floats
 from ....robot.robot import Robot
 from ...recordings.sweep import results_of_workers
 
-# A function of a robot and an array of shape (k, ...) that returns an array of shape (k, ...). The
-# function computes each row independently. It must be in a module of this package, because workers
-# import it by name; `functools.partial` of such a function is allowed.
+# A function of a robot and an array of shape (k, ...), for example of k joint positions. It
+# returns an array of shape (k, ...), and computes each row independently. The function must be in
+# a module of this package, because workers import it by name; `functools.partial` of such a
+# function is allowed.
 Batch = Callable[[Robot, Floats], Floats]
 
-# Number of rows in a batch. A message with one batch has 3 MB for six joints.
+# Number of rows (joint positions) in a batch. A batch for six joints is a message of 3 MB to a
+# worker.
 ROWS = 65_536
 
 

@@ -47,7 +47,10 @@ def positions(robot: Robot, q: Floats, width: int, skip: Sequence[int] = ()) -> 
 
 
 def nearness(robot: Robot, singularity: Singularity) -> str:
-    """Return a text with the distance to a singular pose, and the name of the nearest factor."""
+    """
+    Return a text with the distance to the nearest singular pose, and the name of the singular
+    factor that is nearest to zero.
+    """
     distance = float(singularity.distance)
     farther = none_found(singularity)
     if singularity.rank < singularity.generic_rank:

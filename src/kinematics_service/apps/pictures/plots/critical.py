@@ -19,22 +19,23 @@ from ....robot.task import SEED
 from .plane import Plane
 from .ranges import finite_ranges, random_positions
 
-# Number of random starts. Arms with closed loops get fewer starts, because each step must close
-# the loops, which takes time.
+# Number of random configurations from which the Newton steps start. Arms with closed loops get
+# fewer, because each step must close the loops, which takes time.
 STARTS = 2500
 STARTS_OF_LOOPS = 400
-# Number of Newton steps from each start.
+# Number of damped Newton steps from each random configuration.
 STEPS = 25
-# Damping of the Newton steps, added to the diagonal of J^T J. J has the derivatives of the
-# equations that the steps solve.
+# Damping of the Newton steps toward points at which the tool cannot move in some direction. It is
+# added to the diagonal of J^T J; J has the derivatives of the solved equations.
 DAMPING = 1e-9
-# Step of each joint in the central differences of the matrix A of `_gradients`. The unit is rad
-# for a revolute joint, and the characteristic length for a prismatic joint.
+# Step of each joint in the central differences that differentiate the matrix A of `_gradients`.
+# The unit is rad for a revolute joint, and the characteristic length for a prismatic joint.
 DIFFERENCE_STEP = 1e-5
-# The result of the steps is a solution if the norm of its residuals is below this (no unit).
+# After the last Newton step, a configuration is a solution if the norm of its residuals is below
+# this (no unit).
 RESIDUAL_TOLERANCE = 1e-8
-# A point gets the name of a factor if its configuration is near a zero of the factor. The
-# estimated distance to the zero (rad) must be below this value.
+# A point is named after a singular factor if the estimated distance (rad) from its configuration
+# to a zero of the factor is below this value.
 FACTOR_TOLERANCE = 1e-5
 
 
@@ -48,8 +49,8 @@ class CriticalPoints:
     points : shape (k, 2), m
         Coordinates in the plane.
     names : k
-        For each point the names of the factors that are zero, joined by ` + `. The text is empty
-        if no factor is zero.
+        For each point the names of the singular factors that are zero, joined by ` + `; empty if
+        no factor is zero.
     """
 
     points: Floats
@@ -112,8 +113,8 @@ def _position_and_jacobian(robot: Robot, q: Floats) -> tuple[Floats, Floats]:
 
 
 def _number_of_vectors(robot: Robot, plane: Plane, q: Floats) -> int:
-    # Return the number k of gradients, which is the length of c. k is 3 if the arm can move the
-    # tool along the plane's normal, else 2.
+    # Return the number k of gradients that the search combines, which is the length of c. k is 3
+    # if the arm can move the tool along the plane's normal, else 2.
     A = _gradients(robot, plane, q[:50])
     moved = np.max(np.abs(A), axis=(0, 2)) > 1e-9
     return 2 if len(moved) == 2 or not moved[2] else 3

@@ -20,8 +20,8 @@ FARTHER = '#D9E6EE'
 
 class ColourScale(NamedTuple):
     """
-    The lower and upper limit of a colour scale, rad; `open` is True if distances above `high`
-    exist.
+    The lower and upper limit of a colour scale for distances, rad; `open` is True if the picture
+    has distances above `high`.
     """
 
     low: float
@@ -37,7 +37,10 @@ def draw_distances(
     scale: ColourScale,
     label: str,
 ) -> list[Artist]:
-    """Draw distances (rows, columns), rad, with a colour bar; return entries for the legend."""
+    """
+    Draw distances to a singular pose (rows, columns), rad, with a colour bar; return the legend
+    entry for distances of at least 1 rad, if any.
+    """
     from matplotlib import colormaps
     from matplotlib.patches import Patch
 

@@ -17,12 +17,14 @@ from ....robot.task import SEED
 from .batches import map_batches
 from .ranges import clear_pose, finite_ranges, random_positions
 
-# Number of positions of each joint in the search for the two joints that change the distance most.
+# Number of positions of each joint in the search for the two joints with the largest effect on the
+# distance to singularity.
 POSITIONS = 24
-# Number of random configurations of the other joints in the search of `_pair_with_most_change`.
+# Number of random configurations at which the search for the two joints of a map moves each joint
+# alone (`_pair_with_most_change`).
 POSES = 16
-# The held joints make a factor zero if its absolute value is below this at all points of the map.
-# `DistanceMap.everywhere` has the names of such factors.
+# A singular factor is taken as zero on the whole map if its absolute value is below this at all
+# points of the map. `DistanceMap.everywhere` has the names of such factors.
 TOLERANCE = 1e-12
 
 
@@ -38,15 +40,15 @@ class DistanceMap:
     q : shape (n,), rad or m
         Positions of all joints. All joints except the two of the map are held at these positions.
     horizontal, vertical : shape (size,), rad or m
-        Positions of the two joints on the grid.
+        Positions of the horizontal and of the vertical joint on the grid.
     distance : shape (size, size), rad
         Entry [i, k] is at vertical[i], horizontal[k]; nan if a loop does not close.
     functions
         Functions that are zero at singular poses, by name, each of shape (size, size). They are
-        the named factors. The determinant of J is added unless it is the product of the factors.
-        Entries are nan if a loop does not close.
+        the named singular factors of the robot. The determinant of J is added unless it is the
+        product of the factors. Entries are nan if a loop does not close.
     everywhere
-        Names of the factors that are zero on the whole map because of the held joints.
+        Names of the singular factors that are zero on the whole map because of the held joints.
     """
 
     joints: tuple[int, int]
@@ -65,7 +67,8 @@ class DistanceMap:
 
 def singular_table(robot: Robot, q: Floats) -> Floats:
     """
-    Return a table of the distance to a singular pose, the determinant of J and the F factors.
+    Return a table with the distance to the nearest singular pose, the determinant of J and the
+    values of the robot's F singular factors.
 
     The table has a row for each of N joint positions q (N, n), shape (N, 2 + F). The distance is
     in rad. The determinant is nan if J is not square. A whole row is nan if a loop does not close.
@@ -124,7 +127,8 @@ def joint_pair(robot: Robot, names: Sequence[str] | None) -> tuple[int, int]:
     """
     Return the indices of two joints given by name or variable.
 
-    If `names` is None, return the two joints that change the distance most.
+    If `names` is None, return the two joints with the largest effect on the distance to
+    singularity.
 
     Raises
     ------
@@ -158,8 +162,8 @@ def _joint_name(robot: Robot, j: int) -> str:
 
 
 def _pair_with_most_change(robot: Robot) -> tuple[int, int]:
-    # Return the two joints with the largest standard deviation of the distance, in their order
-    # from base to tool.
+    # Return the two joints with the largest standard deviation of the distance to singularity
+    # while each one alone moves. The result is in the order from base to tool.
     ranges = finite_ranges(robot)
     others = random_positions(robot, np.random.default_rng(SEED), POSES)
     starts = np.vstack([clear_pose(robot), closed_poses(robot.chain, others)[:POSES]])

@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Draw the solutions of a redundant arm: each joint along the arcs of the nearest solution curve.
+Draw the solutions of a redundant arm: the position of each joint along the arcs of the nearest
+solution curve.
 """
 
 import numpy as np
@@ -21,8 +22,8 @@ def family_picture(robot: Robot, result: IkResult) -> Draw:
     """
     Return the picture of the result's first solution curve that has an arc inside the limits.
 
-    Each panel shows the position of one joint, and its limits, over the length of the curve's
-    arcs.
+    Each panel shows the position and the limits of one joint. The horizontal axis is the length
+    along the curve's arcs.
 
     Raises
     ------

@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Place labels in 3D axes: try positions, and choose those that cover the arm and other labels least.
+Place labels in 3D axes: try positions around each labelled point, and choose those that cover the
+arm and other labels least.
 """
 
 import itertools
@@ -13,13 +14,15 @@ import numpy as np
 from ....kernel import Floats
 from .artists import Axes3D
 
-# Directions from a labelled point to its label, and distances of the label, points (1/72 inch).
+# Directions from a labelled point to its label, and distances from the point to the label, points
+# (1/72 inch).
 DIRECTIONS = [(np.cos(a), np.sin(a)) for a in np.arange(12) * np.pi / 6.0]
 RADII = (9.0, 15.0, 23.0, 33.0)
 # Width of a letter and height of a line, divided by the font size.
 LETTER_WIDTH = 0.62  # mean width in the font DejaVu Sans
 LINE_HEIGHT = 1.25  # contains the gap to the next line
-# Points at these fractions of a segment's length are tested for collisions with labels.
+# Points at these fractions of the length of each arm segment are tested for collisions with
+# labels.
 ALONG = np.linspace(0.0, 1.0, 25)[:, None]
 
 Box = tuple[Floats, Floats]
@@ -75,7 +78,7 @@ def _on_paper(axes: Axes3D, points: Floats) -> Floats:
 
 
 def _merged(axes: Axes3D, labels: Sequence[Label], near: float) -> list[Label]:
-    # Merge labels of one colour whose points coincide in the picture.
+    # Merge labels of one colour if their labelled points coincide in the picture.
     merged: list[Label] = []
     for label in labels:
         for k, other in enumerate(merged):
@@ -91,8 +94,9 @@ def _merged(axes: Axes3D, labels: Sequence[Label], near: float) -> list[Label]:
 def _best(
     at: Floats, half: Floats, obstacles: Floats, taken: list[Box], room: Box
 ) -> tuple[Floats, Box]:
-    # Return the best offset of a label and its box. The criteria are, in this order: fewest
-    # collisions with labels and the border, fewest covered points of the arm, smallest distance.
+    # Return the best offset of a label from its point, and the box that the label covers. The
+    # criteria are, in this order: fewest collisions with other labels and the border, fewest
+    # covered points of the arm, smallest distance.
     choices = []
     for radius, direction in itertools.product(RADII, DIRECTIONS):
         # Place the box of the label so that its nearest edge is about `radius` from the labelled

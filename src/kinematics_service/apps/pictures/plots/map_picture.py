@@ -19,11 +19,11 @@ from .picture import Draw, with_unit, words
 from .ranges import not_all_closed
 from .set_styles import set_styles
 
-# A factor is zero at a point on the border of the map if its absolute value there is small. The
-# bound is this ratio times the largest absolute value on the map.
+# A singular factor is taken as zero at a point on the border of the map if its absolute value
+# there is at most this ratio times its largest absolute value on the map.
 ZERO_RATIO = 1e-9
 QUARTER = math.pi / 4.0
-# Colour of positions at which a loop does not close.
+# Colour of the part of the map where a closed loop does not close.
 OPEN = '#8A8D93'
 
 
@@ -81,8 +81,8 @@ def _draw_sets(axes: Axes, numbers: DistanceMap) -> list[Artist]:
 
 def with_border_crossed(values: Floats) -> Floats:
     """
-    Return values (rows, columns) in which each zero on the border gets the opposite sign of its
-    neighbour inside.
+    Return the values of a singular factor on the map (rows, columns), changed at the border: each
+    zero there gets the opposite sign of its neighbour inside.
 
     matplotlib draws a curve only between values of different signs. A factor that is zero along
     the border, for example sin(q) at pi, has only round-off of any sign on the border.
@@ -114,7 +114,7 @@ def _draw_thresholds(axes: Axes, robot: Robot, numbers: DistanceMap) -> list[Art
 
 
 def _draw_open(axes: Axes, robot: Robot, numbers: DistanceMap) -> list[Artist]:
-    # Hatch the background, which is visible where loops do not close.
+    # Hatch the background, which is visible where closed loops do not close.
     from matplotlib.patches import Patch
 
     if numbers.open_share == 0.0:

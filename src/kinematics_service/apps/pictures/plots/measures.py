@@ -18,13 +18,13 @@ from .motion import PlottedMotion
 from .over_time import draw_curves, draw_legend, panels, shade
 from .picture import GREY, VERMILION, Draw, with_unit, words
 
-# Width of a letter of a factor's name, divided by the width of the panel.
+# Width of one letter in the name of a singular factor, divided by the width of the panel.
 LETTER_WIDTH = 0.014
-# The picture names the nearest factor at a minimum of the distance to singularity. The minimum,
-# divided by the largest distance of the motion, must be below this value.
+# At a minimum of the distance to singularity, the picture names the singular factor that is
+# nearest to zero, if the minimum is below this ratio times the largest distance of the motion.
 NAMED_RATIO = 0.3
-# The axis of condition numbers ends at 1.1 times this value or below. Larger values are outside
-# the axis, because the condition number of a singular pose is only round-off.
+# The vertical axis of a condition number ends at 1.1 times this value or below. Larger values are
+# not shown, because the condition number of a singular pose is only round-off.
 MAX_CONDITION = 1e4
 # Maximum number of letters in a line of an axis label.
 LABEL_LETTERS = 14
@@ -34,8 +34,8 @@ def measures_picture(robot: Robot, motion: PlottedMotion) -> Draw:
     """
     Return the picture of the singularity measures along a motion, one panel for each measure.
 
-    The panel of the watched measure shows its thresholds. All panels are shaded in the intervals
-    in which this measure is beyond a threshold.
+    The robot file sets thresholds for one of the measures. They are drawn in the panel of this
+    measure. All panels are shaded where this measure is beyond a threshold.
     """
     near = singularity(robot, motion.q)
     units = measure_units(robot)
@@ -101,8 +101,9 @@ def _scale_without_end(axes: Axes, values: Floats, least: float) -> None:
 
 
 def _name_factors(robot: Robot, axes: Axes, motion: PlottedMotion, near: Singularity) -> None:
-    # Write the name of the nearest factor above each minimum of the distance. The lowest minimum
-    # comes first; a name that would overlap another name is left out.
+    # At each minimum of the distance to singularity, write the name of the singular factor that is
+    # nearest to zero, above the panel. The lowest minimum comes first; a name that would overlap
+    # another name is left out.
     factors = near.factors
     if factors is None:
         return
@@ -116,7 +117,7 @@ def _name_factors(robot: Robot, axes: Axes, motion: PlottedMotion, near: Singula
         if robot.singularity.factors.is_loop(nearest) and not flat_loop(
             robot, singularity(robot, motion.q[k])
         ):
-            continue  # write no name, because this factor is of a loop that is not singular
+            continue  # this factor belongs to a closed loop that is not singular here
         t, name = float(motion.times[k]), factors.names[nearest]
         half = 0.5 * LETTER_WIDTH * span * (len(name) + 1)
         if any(t - half < b and t + half > a for a, b in taken):

@@ -14,9 +14,9 @@ from ....robot.closed_poses import closes_at
 from ....robot.robot import Robot
 from ...recordings.readers.recording import read_recording
 
-# Number of points of one period of a trajectory.
+# Number of samples of one period of a built-in trajectory.
 SAMPLES = 2001
-# A pause between two rows is a gap if it is longer than both of these limits.
+# A pause between two rows of a recording is a gap if it is longer than both of these limits.
 MIN_GAP = 1.0  # s
 MIN_GAP_STEPS = 5.0  # in units of the median time between two rows
 
@@ -36,8 +36,8 @@ class PlottedMotion:
     differentiated
         Whether qdot was computed from q because the recording has no velocities.
     open_rows : shape (k,)
-        Rows at which a loop does not close are left out. For each of these rows, the index of the
-        next kept row.
+        Rows of the recording at which a loop does not close are left out. For each of them, the
+        index of the next kept row.
     """
 
     times: Floats
@@ -50,8 +50,8 @@ class PlottedMotion:
     @property
     def gaps(self) -> Integers:
         """
-        Return the indices of the rows after gaps in time; curves are interrupted before these
-        rows.
+        Return the indices of the first rows after a pause or a row that was left out; curves are
+        interrupted before these rows.
         """
         opened = self.open_rows[(self.open_rows > 0) & (self.open_rows < len(self.times))]
         return np.union1d(_gaps(self.times), opened)
@@ -141,8 +141,9 @@ def _gaps(times: Floats) -> Integers:
 
 
 def _differentiated(robot: Robot, times: Floats, q: Floats, name: str) -> PlottedMotion:
-    # Differentiate each part between gaps. A single row between two gaps has no velocity and is
-    # left out. At least one part has two rows, because the median time step is never a gap.
+    # Differentiate the joint positions of each part of the recording between gaps. A single row
+    # between two gaps has no velocity and is left out. At least one part has two rows, because the
+    # median time step is never a gap.
     gaps = _gaps(times)
     parts = [(t, p) for t, p in zip(np.split(times, gaps), np.split(q, gaps)) if len(t) > 1]
     qdot = [np.gradient(positions, t, axis=0) for t, positions in parts]

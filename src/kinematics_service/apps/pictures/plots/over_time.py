@@ -17,7 +17,7 @@ from .picture import DASHES, SERIES, VERMILION, YELLOW
 WIDTH = 8.5
 # Height of the title and the legend of a picture, inches.
 HEAD_HEIGHT = 1.3
-# Largest number of points that an SVG or PDF draws as a curve; a longer curve becomes a bitmap.
+# Colour and opacity of the intervals that are shaded for the level WARN or ERROR.
 MAX_POINTS = 20_000
 # Colour and opacity of the shaded intervals.
 SHADES = {Level.WARN: (YELLOW, 0.45), Level.ERROR: (VERMILION, 0.30)}
@@ -58,7 +58,8 @@ def draw_curves(
     colors: Sequence[str] = SERIES,
 ) -> None:
     """
-    Draw each column of values (N, k) as a curve over time, with different colours and dashes.
+    Draw each column of values (N, k) over the times of a motion as a curve, with different colours
+    and dashes.
     """
     lines = axes.plot(*motion.broken(values), zorder=3, rasterized=len(values) > MAX_POINTS)
     for line, name, color, dashes in zip(lines, names, cycle(colors), cycle(DASHES)):
@@ -74,13 +75,14 @@ def shade(
     figure: Figure, rows: Sequence[Axes], motion: PlottedMotion, levels: Floats, meaning: str
 ) -> None:
     """
-    Shade the intervals of WARN and ERROR in all panels; `meaning` is the title of the legend.
+    Shade the intervals with the level WARN or ERROR in all panels. `levels` (N,) belong to the
+    times of the motion; `meaning` is the title of the legend.
     """
     from matplotlib.patches import Patch
 
     times, changes = motion.times.tolist(), np.flatnonzero(np.diff(levels)) + 1
     least = 0.001 * (times[-1] - times[0])
-    # An interval of constant level ends at the first row with another level.
+    # An interval with one level ends at the first time with another level.
     starts, ends = [0, *changes.tolist()], [*changes.tolist(), len(times) - 1]
     for start, end in zip(starts, ends):
         level = Level(int(levels[start]))

@@ -40,7 +40,8 @@ STYLE = {
     # Use a constant instead of a random salt, so that the same picture gives the same bytes.
     'svg.hashsalt': 'kinematics_service',
 }
-# Metadata by suffix, without a date, so that the same picture gives the same bytes.
+# Metadata of a picture file by its suffix, without a date, so that the same picture gives the same
+# bytes.
 METADATA: dict[str, dict[str, str | None]] = {
     '.png': {'Software': 'kinematics_service'},
     '.svg': {'Date': None, 'Creator': 'kinematics_service'},
@@ -99,7 +100,7 @@ def drawing() -> Iterator[None]:
 
 
 def drawn(draw: Draw) -> Figure:
-    """Return a new figure, drawn by `draw` without a window."""
+    """Return a new figure without a window, filled by the function `draw`."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

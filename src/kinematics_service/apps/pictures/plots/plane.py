@@ -27,8 +27,9 @@ AXES = {'xy': (0, 1), 'xz': (0, 2), 'yz': (1, 2)}
 PLANES = ('rz', *AXES)
 # Number of random configurations from which the extent of the tool's positions is computed.
 POSES = 500
-# The tool does not move along an axis if its extent along the axis, divided by the arm's reach, is
-# below this value. Two axes are parallel if 1 - cos of their angle is below this value.
+# The tool is taken not to move along an axis if the extent of its positions along the axis,
+# divided by the arm's reach, is below this value. Two axes are parallel if 1 - cos of their angle
+# is below this value.
 TOLERANCE = 1e-9
 
 

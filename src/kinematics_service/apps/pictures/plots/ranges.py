@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Choose finite joint ranges for pictures. Find a configuration that is easy to see, by random
-search.
+Choose a finite range of each joint for pictures. Find, by random search, a configuration that is
+easy to see.
 """
 
 import math
@@ -24,15 +24,16 @@ from ....robot.task import SEED
 SLIDING_RANGE = 1.0
 # Number of random configurations from which `clear_pose` chooses.
 CANDIDATES = 4000
-# Number of random configurations for an arm with closed loops. It is small, because computing a
-# distance takes 20 times as long with closed loops.
+# Number of random configurations from which `clear_pose` chooses for an arm with closed loops. It
+# is small, because computing a distance to singularity takes 20 times as long with closed loops.
 CANDIDATES_OF_LOOPS = 400
-# Distances to singularity above this value (rad) do not improve a configuration's score further.
+# `clear_pose` takes the configuration with the largest score: its distance to singularity minus
+# penalties. Distances above this value (rad) count as this value.
 MAX_DISTANCE = 0.9
-# Weight of the joint angles in the score, which is a distance to singularity, rad. Each radian
-# between a joint angle and the middle of the joint's range reduces the score by this value.
+# Penalty of bent joints in `clear_pose`: each radian between a joint angle and the middle of the
+# joint's range reduces the score of a configuration by this value (rad).
 BEND_WEIGHT = 0.06
-# Number of configurations whose distances are computed in one call.
+# Number of configurations whose distances to singularity are computed in one call.
 BATCH_SIZE = 128
 
 
@@ -83,8 +84,9 @@ def clear_pose(robot: Robot) -> Floats:
     bent = np.sum(np.abs(q - middle) * ~robot.prismatic, axis=1)
     lowest = np.min(evaluate(robot, q, depth=kernel.ALL_FRAMES).link_frames[..., 2, 3], axis=-1)
     hangs = np.maximum(-lowest, 0.0) / robot.singularity.task.reach
-    # Compute upper bounds of the scores first, because computing distances takes most of the time.
-    # Skip a batch if its largest bound is below the best score so far.
+    # First compute upper bounds of the scores, which need no distance to singularity, because
+    # distances take most of the time. Skip a batch if its largest bound is below the best score so
+    # far.
     score = MAX_DISTANCE - BEND_WEIGHT * bent - hangs
     order, best = np.argsort(-score, kind='stable'), -math.inf
     for batch in np.split(order, range(BATCH_SIZE, len(q), BATCH_SIZE)):

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Choose colours and dashes of singular sets: a factor has the same style in every picture."""
+"""
+Choose the colour and the dashes of each singular set, so that it looks the same in every picture.
+"""
 
 import zlib
 from collections.abc import Sequence
@@ -10,13 +12,14 @@ from .picture import DASHES, GREEN, ORANGE, PURPLE, SKY, VERMILION, YELLOW, Dash
 # Colours of singular sets. They are visible on maps and workspaces, whose colours go from dark
 # blue to yellow.
 COLORS = (VERMILION, SKY, PURPLE, GREEN, ORANGE, YELLOW, '#FFFFFF')
-# Names of factors in robot files; the index of a name is the index of its style.
+# Names of singular factors in robot files; the index of a name is the index of its style.
 FACTOR_NAMES = ('elbow', 'shoulder', 'wrist', 'det J', 'boom_length', 'boom_vertical', 'loop')
 
 
 def set_styles(names: Sequence[str]) -> dict[str, tuple[str, Dashes]]:
     """
-    Return the colour and the dashes of each singular set, by the name of its factor.
+    Return the colour and the dashes of each singular set, by the name of the singular factor that
+    is zero on it.
 
     Names in FACTOR_NAMES have fixed styles. Other names get a style by a checksum of their
     letters. If two names of a picture get the same style, the later name takes the next free

@@ -14,24 +14,25 @@ from ....rigid_motion import inverse
 from ....robot.conventions import table_rows
 from ....robot.robot import Robot
 
-# Two points are equal if their distance divided by the arm's reach is below this.
+# Two corners of the skeleton are one point if their distance divided by the arm's reach is below
+# this.
 POINT_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class JointAxis:
     """
-    The axis of a joint: the line, in the base frame, about or along which a row of the DH table
-    moves.
+    The axis of a joint, in the base frame: the line about which a row of the DH table turns, or
+    along which it slides.
 
     Attributes
     ----------
     point, direction : shape (3,), m; unit vector
     variables
-        The joint variables that move the row. In the chain of a closed loop only joints with a
-        motor have a variable, so `variables` may be empty.
+        The joint variables in the row. In the chain of a closed loop only joints with a motor have
+        a variable, so `variables` may be empty.
     slides
-        Whether the row only translates.
+        Whether the row slides without turning.
     """
 
     point: Floats
@@ -59,12 +60,13 @@ class Skeleton:
     Attributes
     ----------
     frames : shape (k, 4, 4)
-        Those frames of `link_frames` that belong to a link.
+        The frames of the links; frames in `link_frames` that belong to no link are left out.
     tool : shape (4, 4)
+        The tool frame.
     segments
         Segments from the base's origin to the tool's, then segments of the closed loops.
     axes
-        The axis of every moving row of the DH table, and of the joints in closed loops.
+        The axis of each DH table row with a joint variable, and of each joint in a closed loop.
     """
 
     frames: Floats
@@ -83,9 +85,9 @@ def skeleton_of(robot: Robot, q: Floats) -> Skeleton:
     """
     Return the skeleton of an arm at joint positions (n,), rad or m.
 
-    Each row of the DH table is a motion T = before screw_z after. It adds three corners: the
-    origins after `before`, after the screw, and after `after`. For a row of standard DH the
-    skeleton goes d along z, then a along x, as the real arm does.
+    Each row of the DH table is a motion T = before screw_z after. It adds three corners to the
+    skeleton: the origins of the frames after `before`, after the screw, and after `after`. For a
+    row of standard DH the skeleton goes d along z, then a along x, as the real arm does.
 
     Raises
     ------

@@ -22,7 +22,8 @@ from .captions import positions, signed
 from .picture import BLACK, PURPLE, VERMILION, Draw, words
 from .skeleton import skeleton_of
 
-# Largest number of panels. If more solutions exist, the picture gives their number as text.
+# Largest number of solutions that the picture shows, one in each panel. If more solutions exist,
+# the picture gives their number as text.
 MAX_PANELS = 16
 # Largest number of panels in a row.
 MAX_COLUMNS = 4
@@ -40,8 +41,8 @@ LETTERS = 12.5
 @dataclass(frozen=True, eq=False)
 class SolutionPose:
     """
-    The joint positions (n,) of a panel, its heading, and whether the positions are inside the
-    limits.
+    The joint positions (n,) that a panel shows, the heading of the panel, and whether the
+    positions are inside the joint limits.
     """
 
     q: Floats

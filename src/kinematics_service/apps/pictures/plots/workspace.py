@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute the cells of a plane that the tool reaches. For each cell, compute the distance to the
-nearest singular pose, and keep the largest value of all joint positions that reach the cell.
+Compute the cells of a plane that the tool reaches. For each cell, find the largest distance to
+singularity of all joint positions with the tool in the cell.
 
 The search uses random joint positions, then MAP-Elites: J.-B. Mouret, J. Clune, *Illuminating
 search spaces by mapping elites*, 2015.
@@ -25,7 +25,7 @@ from .batches import map_batches
 from .plane import Plane
 from .ranges import finite_ranges, not_all_closed, random_positions
 
-# Number of cells along the longer side of the workspace.
+# Number of square cells along the longer side of the workspace.
 CELLS = 100
 # Smallest width of a workspace, divided by the reach. A smaller workspace is drawn as a point.
 MIN_WIDTH_RATIO = 1e-6
@@ -35,8 +35,8 @@ MAX_STEPS = 8
 PLANE_TOLERANCE = 1e-9
 # Number of rounds of MAP-Elites.
 ROUNDS = 24
-# Number of configurations that all rounds together try, divided by the number of first random
-# configurations.
+# Number of configurations that all rounds of MAP-Elites try together, divided by the number of
+# random configurations before the first round.
 CHANGED_RATIO = 2
 # Smallest and largest standard deviation of a random change of a joint position, divided by the
 # joint's range; as exponents of 10.
@@ -55,7 +55,7 @@ class Workspace:
     size
         Edge of a cell, m.
     corner : shape (2,), m
-        Lower left corner of `best`.
+        Plane coordinates of the lower left corner of `best`.
     best : shape (rows, columns), rad
         The largest distance to singularity found with the tool in each cell; nan if no pose was
         found.
@@ -75,8 +75,8 @@ class Workspace:
 
 def section_rows(robot: Robot, q: Floats, plane: Plane) -> Floats:
     """
-    Return rows (N, 3 + n) for joint positions q (N, n): two coordinates of the tool in the plane
-    (m), distance to a singular pose (rad), and q.
+    Return, for each of N joint positions q (N, n), a row (3 + n,): two coordinates of the tool in
+    the plane (m), distance to the nearest singular pose (rad), and joint positions.
 
     If the plane is along base axes, Newton steps of least norm first move the tool into the plane.
     A row is nan if the tool does not get into the plane with joints inside the limits and loops
@@ -123,9 +123,10 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
     """
     Return the workspace in a plane, found by a search from random joint positions in the limits.
 
-    Each round of MAP-Elites changes some configurations of cells a little. A cell keeps the
-    configuration with the largest distance to singularity. Half of the changed configurations come
-    from cells with an empty neighbour cell, so that cells at the border are filled.
+    Each cell keeps the configuration with the largest distance to singularity. Each round of
+    MAP-Elites changes some of these configurations a little and tries them. Half of the changed
+    configurations come from cells with an empty neighbour cell, so that cells at the border are
+    filled.
 
     Parameters
     ----------
@@ -191,7 +192,8 @@ def _cells(coordinates: Floats, size: float) -> Integers:
 
 
 def _best_of_cells(rows: Floats, size: float) -> Floats:
-    # Return for each cell of the plane the row with the largest distance to singularity.
+    # Return, for each cell of the plane, the row of `section_rows` with the largest distance to
+    # singularity.
     rows = rows[np.isfinite(rows[:, 0])]
     rows = rows[np.argsort(-rows[:, 2], kind='stable')]
     first = np.unique(_cells(rows[:, 1::-1], size), axis=0, return_index=True)[1]
@@ -199,8 +201,8 @@ def _best_of_cells(rows: Floats, size: float) -> Floats:
 
 
 def _parents(random: np.random.Generator, found: Floats, size: float, count: int) -> Floats:
-    # Return `count` joint positions that are to be changed. Half of them are from cells with an
-    # empty neighbour cell.
+    # Return `count` joint positions that MAP-Elites changes next. Half of them are from cells with
+    # an empty neighbour cell.
     cells = _cells(found[:, :2], size)
     cells = cells - cells.min(axis=0) + 1
     taken = np.zeros(cells.max(axis=0) + 2, dtype=bool)

@@ -16,21 +16,24 @@ from .ranges import not_all_closed
 from .set_styles import set_styles
 from .workspace import Workspace
 
-# Largest number of singular sets that are drawn; the sets with the most points are drawn first.
+# Largest number of singular sets that are drawn: those on which the search found the most points.
 MAX_SETS = 4
-# Length of the longer side of the plane, inches.
+# Length of the longer side of the drawn workspace, inches.
 SIDE_LENGTH = 7.0
 # Width of the colour bar with its labels, inches.
 BAR_WIDTH = 1.6
-# The colour scale ends at this percentile of the distances, so that a few cells with large
-# distances do not determine the scale.
+# The colour scale ends at this percentile of the cells' distances to singularity, so that a few
+# cells with large distances do not determine the scale.
 HIGH_PERCENTILE = 98.0
 # Smallest difference between upper and lower limit of a colour scale, rad.
 MIN_SCALE = 1e-3
 
 
 def workspace_picture(robot: Robot, space: Workspace, critical: CriticalPoints) -> Draw:
-    """Return the picture of a workspace."""
+    """
+    Return the picture of a workspace: its distances to singularity as colours, its border and its
+    singular curves.
+    """
 
     def draw(figure: Figure) -> None:
         rows, columns = space.best.shape
@@ -78,7 +81,7 @@ def _poses(robot: Robot, space: Workspace) -> str:
 
 def scale_of(values: Floats) -> ColourScale:
     """
-    Return the colour scale for distances in rad, some of which may be nan.
+    Return the colour scale for distances to singularity in rad, some of which may be nan.
 
     The scale begins at 0. If the smallest distance is above half of the scale's upper limit, the
     scale begins at the smallest distance.
@@ -91,8 +94,8 @@ def scale_of(values: Floats) -> ColourScale:
 
 
 def _draw_border(axes: Axes, space: Workspace) -> None:
-    # Draw the outline of the reached cells. Add a margin of empty cells, so that the outline is
-    # closed.
+    # Draw the outline of the cells that the tool reached. Add a margin of empty cells, so that the
+    # outline is closed.
     reached = np.pad(np.isfinite(space.best), 2).astype(float)
     if np.max(_blurred(reached)) < 1.0:
         return  # a workspace that is a line has no outline

@@ -4,8 +4,8 @@
 Check the messages of a page before viser reads them.
 
 A page may send its camera, and new values of the panel's sliders, boxes, buttons and lists. All
-other messages of viser's clients (other attributes of an element of the panel, files, shares) are
-refused.
+other messages of viser's clients are refused, for example those that change another attribute of a
+panel element, send a file or share the page.
 """
 
 import math

@@ -90,7 +90,7 @@ class Drawing:
         )
 
     def clear_trail(self) -> None:
-        """Remove all points of the trail."""
+        """Remove all points of the tool's trail."""
         self._trail.clear()
 
     def draw(self, scene: Scene, shown: Set[str]) -> None:
@@ -142,7 +142,7 @@ class Drawing:
                 setattr(handle, name, value)
 
     def _draw_lines(self, handle: Any, points: Floats | None, shown: bool = True) -> None:
-        # Show segments (2, 3) or (k, 2, 3); hide the object if there are no segments.
+        # Show line segments (2, 3) or (k, 2, 3), m; hide the object if there are no segments.
         if points is None or not len(points) or not shown:
             self._set(handle, visible=False)
         else:

@@ -12,11 +12,11 @@ from ....node.drawing.observation import Observation
 from ....node.drawing.scene import distance_text, factor_name
 from ....robot.measures import MEASURES, Level
 
-# Value of a measure at which its gauge is full, divided by the threshold of WARN.
+# Value at which the gauge of a singularity measure is full, divided by the threshold of WARN.
 FULL_RATIO = 5.0
-# If the time to the threshold is this (s) or longer, its gauge is full.
+# If the predicted time to the WARN threshold is this (s) or longer, its gauge is full.
 FULL_TIME = 10.0
-# If the time to the threshold is below this (s), its gauge has the colour of WARN.
+# If the predicted time to the WARN threshold is below this (s), its gauge has the colour of WARN.
 WARN_TIME = 2.0
 # A joint is near a limit if its distance from the limit, divided by the joint's range, is below
 # this value. If only one limit is finite, the distance itself, in rad or m, is compared with this
@@ -68,7 +68,7 @@ class JointReading(NamedTuple):
     remark
         `near lower limit`, `beyond upper limit`, or empty.
     level
-        OK, WARN near a limit, ERROR beyond it.
+        OK, WARN near a joint limit, ERROR beyond it.
     """
 
     name: str
@@ -79,7 +79,10 @@ class JointReading(NamedTuple):
 
 
 def headline(seen: Observation) -> str:
-    """Return the level as text; at WARN and ERROR, add the name of the nearest factor."""
+    """
+    Return the singularity status as text. For WARN and ERROR, add the name of the singular factor
+    that is nearest to zero.
+    """
     words = LEVEL_WORDS[seen.level]
     name = factor_name(seen) if seen.level in (Level.WARN, Level.ERROR) else ''
     return f'{words}: {name}' if name else words
@@ -87,7 +90,8 @@ def headline(seen: Observation) -> str:
 
 def gauges_of(seen: Observation) -> tuple[Gauge, ...]:
     """
-    Return the gauges: watched measure, distance, time to the threshold, scale of the command.
+    Return the gauges: the measure that has thresholds, the distance to singularity, the time to
+    the WARN threshold, and the factor by which the node scales commands.
     """
     thresholds = seen.robot.singularity.thresholds
     measure = MEASURES[thresholds.measure]
@@ -111,8 +115,8 @@ def gauges_of(seen: Observation) -> tuple[Gauge, ...]:
 
 
 def _scale_gauges(seen: Observation) -> tuple[Gauge, ...]:
-    # Return no gauge without a scale, because the node publishes a scale only if it receives
-    # commands.
+    # Return the gauge of the factor by which the node scales velocity commands; none if the node
+    # receives no commands, because then it publishes no factor.
     if seen.scale is None:
         return ()
     value, cause, level = seen.scale

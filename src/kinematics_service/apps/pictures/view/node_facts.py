@@ -22,8 +22,8 @@ from ....rigid_motion import exact_rpy, pose_of
 from ....robot.measures import Thresholds
 from ....robot.robot import Robot, with_singularity, with_tool
 
-# Two tool frames are equal if they differ by less than this (m, rad). They may differ, because the
-# description of the node has rounded numbers.
+# The tool frames of node and robot file are taken as equal if they differ by less than this (m,
+# rad). They may differ, because the description of the node has rounded numbers.
 TOOL_TOLERANCE = 1e-9
 
 
@@ -93,7 +93,10 @@ class NodeFacts(NamedTuple):
         return f'the robot file here is not as {self.source} has read it; ~/reload reads it again'
 
     def judged(self, robot: Robot) -> Robot:
-        """Return `robot` with the node's joint names, thresholds and characteristic length."""
+        """
+        Return `robot` with the joint names, the singularity thresholds and the characteristic
+        length of the node.
+        """
         named = replace(robot, joint_names=self.joints)
         try:
             return with_singularity(named, self.length, self.thresholds)

@@ -36,7 +36,7 @@ class Headers(Protocol):
 
 
 class HttpRefusal(NamedTuple):
-    """The refusal of a request: a status code of HTTP, and a sentence for the client."""
+    """The refusal of an HTTP request: a status code, and a sentence for the client."""
 
     status: int
     sentence: str
@@ -105,7 +105,10 @@ class OriginCheck(NamedTuple):
         return None
 
     def is_shown_by(self, path: str) -> bool:
-        """Return whether an address contains the token, or a token is not needed."""
+        """
+        Return whether a client may see the page at this address: the address contains the token,
+        or no token is needed.
+        """
         shown = (value for name, value in _query(path) if name == TOKEN)
         return not self.token or any(map(self._is_token, shown))
 

@@ -124,15 +124,15 @@ class Page:
         return bool(self._publish.visible and self._publish.value)
 
     def follow(self, q: Floats) -> None:
-        """Lock the sliders, and move them to joint positions q (n,)."""
+        """Lock the sliders, and move them to the joint positions q (n,) of the arm."""
         self._set_unlocked(False)
         self._self_motion.release()
         self.sliders.jump(q)
 
     def lead(self) -> tuple[Floats, Floats | None]:
         """
-        Unlock the sliders, and return their positions q and velocities qdot (None at rest), shape
-        (n,) each.
+        Unlock the sliders, and return the joint positions q (n,) and velocities qdot (n,) that
+        they set; qdot: None at rest.
         """
         self._set_unlocked(True)
         requested, self._requested = self._requested, None
@@ -152,7 +152,10 @@ class Page:
             button.disabled = not unlocked
 
     def show(self, seen: Observation, title: str, status: str) -> None:
-        """Show an observation, a title and a status line; browsers receive only changes."""
+        """
+        Show the computed or received values of the arm, a title and a status line; browsers
+        receive only changes.
+        """
         self.last = seen
         shown = {name for name, switch in self._switches.items() if switch.value}
         scene = scene_of(seen)

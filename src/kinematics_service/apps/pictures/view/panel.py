@@ -26,9 +26,10 @@ from ....robot.measures import MEASURES, Level
 from .gauges import Gauge, JointReading, gauges_of, headline, joint_readings
 
 ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
-# Colour of text on a background in the colour of each level.
+# Colour of text on a background in the colour of each level (OK, WARN, ERROR, STALE).
 INK = {Level.OK: '#fff', Level.WARN: '#000', Level.ERROR: '#fff', Level.STALE: '#fff'}
-# Symbols of the levels, for readers who cannot see the colours, and for print.
+# Symbols of the levels (OK, WARN, ERROR, STALE), for readers who cannot see the colours, and for
+# print.
 SIGNS = {Level.OK: '●', Level.WARN: '▲', Level.ERROR: '■', Level.STALE: '○'}
 
 # CSS of the panel. On a narrow screen viser's panel would cover the picture, so the last rules of
@@ -67,7 +68,10 @@ def _box(name: str, content: str) -> str:
 
 
 def gauges_html(seen: Observation, title: str, status: str) -> str:
-    """Return HTML with the title, the headline, the status line and the gauges."""
+    """
+    Return HTML with the title, the headline (the singularity status), the status line and the
+    gauges.
+    """
     level = seen.level
     head = (
         f'<div id="kin-title">{escape(title)}</div>'
@@ -110,7 +114,7 @@ def facts_html(seen: Observation, scene: Scene) -> str:
         rows.append(('angular wx wy wz', f'{_numbers(seen.twist[3:])} rad/s', 'angular'))
     for measure in MEASURES.values():
         value = getattr(s, measure.name)
-        # Leave out the distance, because it has a gauge.
+        # Leave out the distance to singularity, because it has a gauge.
         if value is not None and measure.name != 'distance':
             rows.append((measure.short or measure.words, _value(value), measure.name))
     rows += [

@@ -36,8 +36,8 @@ class SelfMotionSlider:
         self._rows = next((rows for rows in tasks if has_arcs(robot, rows, '')), None)
         self._arc: IkArc | None = None
         self._searched = False
-        # `_shown` are the joint positions of the sliders, rounded to their steps. `_q` are the
-        # exact joint positions on the arc.
+        # `_shown` are the joint positions that the joints' sliders show, rounded to slider steps.
+        # `_q` are the exact joint positions on the arc.
         self._shown = self._q = np.empty(0)
         self._ratio = 0.5
         if self._rows is None:

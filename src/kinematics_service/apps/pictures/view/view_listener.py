@@ -30,7 +30,8 @@ from ....robot.robot import Robot
 from .node_facts import NodeFacts, ask_node
 from .view_outputs import MAX_AGE, ViewOutputs
 
-# Longest delay of the page, s, if messages arrive faster than the view reads them.
+# Longest delay of the page behind the messages, s, if messages arrive faster than the view reads
+# them.
 MAX_DELAY = 0.2
 # Period of the requests for a node's description, s.
 REQUEST_PERIOD = 1.0
@@ -99,8 +100,8 @@ class ViewListener:
 
     def ask(self, timeout: float) -> NodeFacts | None:
         """
-        Ask the kinematics node for its description for at most `timeout` s; return the last
-        description.
+        Ask the kinematics node for its description, and wait at most `timeout` s. Return the last
+        description received.
         """
         self._request_time, self._request = time.monotonic(), None
         facts = ask_node(self._node, self._spinner, self.source, timeout)
@@ -110,8 +111,8 @@ class ViewListener:
 
     def changed(self) -> bool:
         """
-        Return whether the kinematics node has appeared, restarted or changed. If so, read the
-        description of the node first.
+        Return whether the kinematics node has appeared, restarted or changed; then `facts` has its
+        new description.
         """
         answer = self._request
         if answer is not None and answer.done():
@@ -130,7 +131,8 @@ class ViewListener:
         return False
 
     def _publishers(self) -> frozenset[bytes]:
-        # Return the identifiers of the node's publishers, which change if the node restarts.
+        # Return the identifiers of the kinematics node's publishers, which change if the node
+        # restarts.
         topic = WARNING.replace('~', self.source)
         infos = self._node.get_publishers_info_by_topic(topic)
         return frozenset(bytes(info.endpoint_gid) for info in infos)

@@ -17,9 +17,9 @@ from .node_facts import NodeFacts
 from .run import ArmSource, run_page
 from .view_listener import ViewListener
 
-# Time limit of the answer of a node, s.
+# Time limit for the description of a node, s.
 ANSWER_TIMEOUT = 2.0
-# Number of passes of the view's loop between two searches for nodes.
+# Number of passes of the view's loop (30 per second) between two searches for nodes.
 SEARCH_TURNS = 30
 # Full name of the node if none was found.
 DEFAULT_NODE = '/kinematics'
