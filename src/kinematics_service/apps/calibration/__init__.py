@@ -3,9 +3,9 @@
 """
 Calibrate a robot: correct the numbers of its nominal table so that its poses fit measured ones.
 
-reading, boards, collecting      rows: joint positions, and poses, touches or images
--> checking, camera, conditions  `Measured`: rows that fit each other, without known mistakes
--> chosen_parameters, same_point the parameters, their priors, and the start (`placing`)
+reading, boards, collecting      rows: joint positions with measured poses, touches or images
+-> checking, camera, conditions  `Measured`: the rows after a check for mistakes
+-> chosen_parameters, same_point the parameters, their priors and start values (`placing`)
 -> fitting, calibration          `FitProblem` -> `Identified` -> `Calibration`
 -> acceptance, explanations      reasons of a refusal, mistakes that would explain it, remarks
 -> report, robot_text, output    sentences, the robot file, the page; `proposal`: the next poses

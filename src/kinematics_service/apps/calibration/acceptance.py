@@ -27,14 +27,15 @@ from .fitting import FitProblem, Identified, normal_scores, one_more
 from .identified_table import MIN_DEVIATION_RATIO
 from .result import Calibration
 
-# Largest share of the measured rows that may be outliers. The calibration is refused if more than
-# this share of the rows are outliers with an error above the largest accepted error.
+# Largest share of the measured rows that may be left out as outliers with an error above the
+# largest accepted error. The calibration is refused if the share is larger.
 OUTLIER_SHARE = 0.1
 # Significance level of two tests, each for all joints together. Fisher's exact test detects that
-# outliers lie in one part of a joint's range. The score test detects errors that depend on a joint
-# position.
+# the outliers lie in one part of a joint's range. The score test detects residuals that depend on
+# a joint position.
 TEST_LEVEL = 1e-3
-# If the noise of the instrument is given, errors up to this factor times the noise are accepted.
+# If the noise of the instrument is given, RMS residuals of the fit up to this factor times the
+# noise are accepted.
 NOISE_RATIO = 2.0
 
 
@@ -56,13 +57,16 @@ class JudgedFit(NamedTuple):
 
     @property
     def contradicting(self) -> Flags:
-        """Return flags (N,): True for each outlier whose error is above `limit`."""
+        """
+        Return flags (N,), one for each measured row: True for an outlier whose error is above
+        `limit`.
+        """
         far = np.linalg.norm(self.found.remainders, axis=2) > self.limit
         return np.asarray(~self.found.used & np.any(far, axis=1))
 
     @property
     def many_out(self) -> bool:
-        """Return whether more than a tenth of the rows were left out as outliers."""
+        """Return whether more than a tenth of the measured rows were left out as outliers."""
         return len(self.found.outliers) > OUTLIER_SHARE * self.found.count
 
 
@@ -87,8 +91,9 @@ def refusals_of(fit: JudgedFit) -> tuple[str, ...]:
 
 def noise_remarks(fit: JudgedFit) -> Iterator[str]:
     """
-    Yield a remark if more than a tenth of the rows are outliers, but none has an error above
-    `limit`. The remark suggests a larger noise of the instrument, which may explain these rows.
+    Yield a remark if more than a tenth of the measured rows are outliers, but none has an error
+    above `limit`. The remark suggests a larger noise of the instrument, which may explain the
+    outliers.
     """
     if fit.many_out and not np.any(fit.contradicting):
         position, angle = (one / math.sqrt(3) for one in fit.found.with_outliers.after.rms)
@@ -101,10 +106,10 @@ def noise_remarks(fit: JudgedFit) -> Iterator[str]:
 
 def _by_joint(found: Calibration, out: Flags) -> str:
     # Return a sentence if the outliers lie in one part of the range of a joint; else an empty
-    # text. For each joint and each outlier, test three parts of the range. The parts are the
-    # positions at or above the outlier, at or below the outlier, and at least as far from the
-    # median. For each part, count the outliers in it. Then compute how probable at least this
-    # count is if outliers are spread at random.
+    # text. For each joint and each outlier, test three parts of the joint's range: the positions
+    # at or above that of the outlier, at or below it, and at least as far from the median. For
+    # each part, count the outliers in it. Then compute how probable this count or a larger one is
+    # if outliers are spread at random over the rows.
     left, count, rows = int(np.sum(out)), len(out), found.rows
     if left < MIN_POSES or left == count:
         return ''
@@ -128,8 +133,8 @@ def _by_joint(found: Calibration, out: Flags) -> str:
 
 
 def _by_chance(count: int, left: int, drawn: int, found: int) -> float:
-    # `left` of `count` rows are outliers. Return the probability that `drawn` rows, drawn at
-    # random, contain at least `found` outliers (hypergeometric distribution).
+    # `left` of `count` measured rows are outliers. Return the probability that `drawn` of these
+    # rows, drawn at random, contain at least `found` outliers (hypergeometric distribution).
     ways = (
         math.comb(left, k) * math.comb(count - left, drawn - k)
         for k in range(found, min(left, drawn) + 1)
@@ -139,7 +144,7 @@ def _by_chance(count: int, left: int, drawn: int, found: int) -> float:
 
 def joint_remarks(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
     """
-    Yield remarks on joints: a sentence if joints move too little, and a sentence if the errors
+    Yield remarks on joints: a sentence if joints move too little, and a sentence if the residuals
     depend on the position of a joint.
     """
     yield from _nearly_still(robot, problem, found)
@@ -148,8 +153,8 @@ def joint_remarks(robot: Robot, problem: FitProblem, found: Identified) -> Itera
 
 
 def _nearly_still(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
-    # If a joint axis has an error e, the error of the tool is e times the motion of the joint. For
-    # a turning axis e is a distance (m), for a sliding axis an angle (rad). The standard deviation
+    # If a joint axis is off by e, the tool is off by e times the motion of the joint. For a
+    # turning axis e is a distance (m), for a sliding axis an angle (rad). The standard deviation
     # of e is the position noise divided by the norm of the joint's motions. Warn unless this
     # standard deviation is MIN_DEVIATION_RATIO times smaller than the usual size of e.
     q = problem.given.q[found.used]
@@ -176,7 +181,8 @@ def _by_gear(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[s
     shares, deviations = one_more(problem, found, moves[..., joints])
     scores = normal_scores(np.abs(np.divide(shares, deviations)), found.freedom)
     best = int(np.argmax(scores))
-    # The test is two-sided. Divide its significance level by the number of joints (Bonferroni).
+    # The score test is two-sided. Divide its significance level by the number of joints
+    # (Bonferroni).
     if scores[best] > NormalDist().inv_cdf(1.0 - TEST_LEVEL / (2 * robot.dof)):
         yield (
             f'The errors depend on the position of joint {robot.joint_names[joints[best]]}, as '

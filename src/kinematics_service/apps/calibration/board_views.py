@@ -30,14 +30,14 @@ if TYPE_CHECKING:
 # corner residuals is excluded if this sum is larger by 25 (5 squared) variances of the corner
 # noise.
 POSE_DEVIATIONS = 5.0
-# Stop criteria of OpenCV's pose refinement: flag 3 (stop at either of the two limits), largest
-# number of steps, smallest change.
+# Stop criteria of OpenCV's refinement of a board pose: flag 3 (stop at either of the two limits),
+# largest number of steps, smallest change of the pose.
 REFINED = (3, 50, float(np.finfo(np.float64).eps))
 # Largest usual noise of a corner's coordinate, px. A larger noise causes a warning.
 USUAL_PIXELS = 0.3
-# Limits the distance between board and camera in proposed poses. The distance is at most this
-# factor times the largest distance in the images. It is at least the smallest distance in the
-# images divided by this factor.
+# Limits the distance between board and camera in proposed poses. It is at most this factor times
+# the largest distance between board and camera in the images, and at least the smallest one
+# divided by this factor.
 DISTANCE_RATIO = 1.2
 # Least cosine of the angle between the board's normal and the camera's axis in proposed poses: the
 # angle is at most 60 degrees.
@@ -75,11 +75,11 @@ class BoardViews(FrozenArrays):
     seen : N
         The corners in each image.
     rows : shape (N,)
-        Index of the joint positions at which each image was taken.
+        For each image, the index of the joint positions at which it was taken.
     poses : shape (N, 4, 4)
         Poses of the board in the frame of the camera.
     squares : shape (N,), px^2
-        The sum of squared corner residuals of each pose.
+        The sum of the squared corner residuals at each pose.
     left_out
         Sentences on images without a pose.
     """
@@ -94,8 +94,8 @@ class BoardViews(FrozenArrays):
     @property
     def noise(self) -> float:
         """
-        Return the standard deviation (px) of one coordinate of a corner, estimated from the
-        residuals.
+        Return the standard deviation (px) of one coordinate of a corner in the images, estimated
+        from the corner residuals.
         """
         free = sum(2 * len(one.points) - 6 for one in self.seen)
         return float(np.sqrt(np.sum(self.squares) / free))
@@ -112,7 +112,8 @@ class BoardViews(FrozenArrays):
     @property
     def instrument(self) -> tuple[float, float]:
         """
-        Return the noise of a typical pose (m, rad), propagated from the noise of the corners.
+        Return the noise of one coordinate of the position (m) and of the rotation vector (rad) of
+        a typical board pose, propagated from the noise of the corners.
         """
         position, rotation = (self.noise * self.typical).tolist()
         return position, rotation
@@ -164,8 +165,9 @@ class BoardViews(FrozenArrays):
         Return flags (N,): whether the camera sees the whole board at each of N poses (N, 4, 4) of
         the board.
 
-        The distance from camera to board must be nearly a distance in the images. The angle
-        between the board's normal and the axis of the camera must be below 60 degrees.
+        The distance from camera to board must be in the range of the distances in the images,
+        widened by DISTANCE_RATIO. The angle between the board's normal and the axis of the camera
+        must be below 60 degrees.
         """
         points = self._whole.points
         middle = np.append(points.mean(axis=0), 1.0)
@@ -182,7 +184,8 @@ class BoardViews(FrozenArrays):
 
     def pixel_errors(self, remainders: Floats) -> Floats:
         """
-        Return the RMS errors (N,), px, of the corners of each image at predicted poses.
+        Return the RMS errors (N,), px, of the corners of each image, if the board is at the pose
+        that the calibrated arm predicts.
 
         Parameters
         ----------
@@ -198,8 +201,9 @@ class BoardViews(FrozenArrays):
 
 def moved(camera: Intrinsics, pose: Floats, seen: SeenCorners) -> tuple[Floats, Floats]:
     """
-    Return the residuals (K, 2) of the corners, px, and the derivatives (2 K, 6) of the computed
-    pixels by position and rotation of the board.
+    Return the residuals (K, 2), px, between the seen corners and the corners computed for a pose
+    of the board. Return also the derivatives (2 K, 6) of the computed pixels by position and
+    rotation of the board.
     """
     arms = seen.points @ pose[:3, :3].T
     pixels, J = camera.pixels(arms + pose[:3, 3])
@@ -278,9 +282,9 @@ def board_views(
 def _decided(
     robot: Robot, q: Floats, found: PosesOfImages, sure: Sequence[int], camera: Camera
 ) -> PosesOfImages:
-    # First fit the offsets of base and tool to the images with only one possible pose of the
-    # board. Then choose for each image the pose whose rotation is nearest to the rotation that the
-    # arm predicts.
+    # First fit the offsets of base and tool to the images in which only one pose of the board is
+    # possible. Then choose, for each image, the board pose whose rotation is nearest to the one
+    # that the arm predicts.
     def placed(poses: Floats) -> Floats:
         return inverses(poses) if camera == ON_TOOL else poses
 
@@ -297,7 +301,7 @@ def _decided(
 
 def view_sentences(views: BoardViews, held_out: Floats, outliers: Sequence[int]) -> Iterator[str]:
     """
-    Yield the errors of the corners, and the images that do not determine a pose.
+    Yield sentences on the errors of the corners, and on the images that do not determine a pose.
 
     Parameters
     ----------
@@ -328,8 +332,8 @@ def _named(left_out: Sequence[str]) -> str:
 
 def view_document(views: BoardViews, held_out: Floats) -> dict[str, 'Json']:
     """
-    Return the data of the images as a dictionary for JSON; `held_out` is as `view_sentences` takes
-    it.
+    Return the poses, errors and remarks of the images as a dictionary for JSON; `held_out` is as
+    `view_sentences` takes it.
     """
     errors = views.pixel_errors(held_out).tolist()
     return {

@@ -229,9 +229,9 @@ def calibrate(
         return TriedCalibration(one.accepted, left, len(one.outliers))
 
     if frames is not None and frames.cause is not None:
-        # The frame check found an error that the fit can correct, but the fit is refused. Probably
-        # the error is far larger than its prior standard deviation. So report only this error as
-        # the cause.
+        # The frame check found a wrong joint zero, length or angle, which the fit can correct, but
+        # the fit is refused. Probably this error is far larger than its prior standard deviation.
+        # So report only this error as the cause.
         causes = RefusalCauses((frames.cause.sentence,), True, True)
     else:
         changes = mistakes_of(robot, names.given, read)
@@ -253,7 +253,8 @@ def _fitted(
     used, blocks = found.used, _blocks(problem)
     ends = problem.only(names.placed_groups)
     begin = refined(ends, np.zeros(len(ends.parameters)), found.noise, used)
-    # Count the different joint positions outside the largest cross-validation block.
+    # Count the different joint positions outside the cross-validation block that has the most of
+    # them.
     different = np.unique(position_numbers(given.q), return_index=True)[1]
     beside = len(different) - np.max(np.bincount(blocks[different]))
     fits = (ends, begin), (problem, found.values)
@@ -294,9 +295,9 @@ def _fitted(
 
 
 def _blocks(problem: FitProblem) -> Integers:
-    # Return the block number of each row, for cross-validation. Consecutive joint positions of a
-    # set form a block. Rows with equal joint positions are in one block, because a fitted row
-    # would predict a held-out row with equal joint positions.
+    # Return the number of the cross-validation block of each measured row. Consecutive joint
+    # positions of a set form a block. Rows with equal joint positions are in one block, because a
+    # fitted row would predict a held-out row with equal joint positions.
     numbers, begin = position_numbers(problem.given.q), 0
     blocks = np.full(len(problem.given.q), -1)
     for k in range(len(problem.chains)):

@@ -36,8 +36,8 @@ PERIOD = 0.25
 SILENCE = 5.0
 # Number of collected poses at which the first fit starts.
 MIN_POSES = 8
-# The next fit starts when the number of poses has reached this multiple of the number at the last
-# fit.
+# The next fit starts when the number of collected poses has reached this multiple of the number of
+# poses in the last fit.
 NEXT_FIT_RATIO = 1.25
 
 # A function that fits the poses collected so far and prints the result. It returns True if all

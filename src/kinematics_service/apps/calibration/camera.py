@@ -16,9 +16,10 @@ from .placing import Free, offsets_of
 
 Camera = Literal['on-tool', 'fixed']
 ON_TOOL: Camera = 'on-tool'
-# A relative error of the size of the board above this value causes a remark.
+# If the fit shows a relative error of the board's size above this value, the result has a remark.
 REMARKED_SHARE = 0.003
-# A relative error of the size of the board above this value causes a refusal.
+# If the fit shows a relative error of the board's size above this value, the calibration is
+# refused.
 REFUSED_SHARE = 0.01
 LARGER = (
     'the squares of the board are some {} times as large as given, if the arm is as large as its '
@@ -47,8 +48,9 @@ def wrong_size(problem: FitProblem, fit: Identified) -> WrongSize | None:
     larger arm has the same effect as a smaller board. The priors of the arm's numbers decide
     between arm and board.
     """
-    # Use predicted poses instead of measured poses. If the tool only rotates and hardly moves, the
-    # noise of measured positions would be taken for a wrong size of the board.
+    # Use the board poses that the fit predicts instead of the measured ones. If the tool only
+    # rotates and hardly moves, the noise of measured positions would be taken for a wrong size of
+    # the board.
     poses = problem.predicted(fit.values)
     poses = inverses(poses) if problem.given.from_tool else poses
     moves = np.zeros((len(poses), 2, 3, 2))
@@ -87,8 +89,10 @@ def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) 
         return given
     A, B = forward_kinematics(robot, given.q), given.poses
     X, Y, left = offsets_of(A, B, False, Free())
-    # Solve s p_B = X A y for the size s, the point y and the translation of X. The equation is
-    # linear in these unknowns, since the rotations of X and A do not depend on s.
+    # The true board is s times as large as given, so measured positions p_B are too small by the
+    # factor s. Solve s p_B = X A y for s, for the offset y of the tool (a point in the tool frame)
+    # and for the translation of X. The equation is linear in these unknowns, since the rotations
+    # of X and A do not depend on s.
     R = X[:3, :3] @ A[:, :3, :3]
     ones = np.broadcast_to(np.eye(3), R.shape)
     M = np.concatenate([ones, R, -B[:, :3, 3, None]], axis=2).reshape(-1, 7)
@@ -97,8 +101,8 @@ def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) 
     if size > 0.0 and abs(size - 1.0) > REFUSED_SHARE:
         scaled = B.copy()
         scaled[:, :3, 3] *= size
-        # Positions scaled by a size below 1 have smaller residuals. Divide the residuals by this
-        # size, so that they are comparable with the residuals before the correction.
+        # Positions multiplied by a size below 1 have smaller residuals. Divide these residuals by
+        # the size, so that they are comparable with the residuals before the correction.
         after = offsets_of(A, scaled, False, Free()).remainder / min(size, 1.0)
         sentence = f'the squares of the board are {size:.3g} times as large as given'
         refuse_mistake(sentence, 'board-size', float(np.median(after)), float(np.median(left)))

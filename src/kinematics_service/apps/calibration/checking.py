@@ -39,31 +39,33 @@ from .placing import Free, Offsets, offsets_of, shared_offsets
 # Two joint positions, tool positions or rotations are taken as equal if they differ by less than
 # this (rad, m).
 MIN_CHANGE = 1e-3
-# Largest median error (m) of the nominal table after base and tool are fitted. If the error is
-# larger, a mistake of the input is assumed.
+# Largest median position residual (m) of the nominal table after base and tool are fitted. If it
+# is larger, a mistake of the input is assumed.
 MAX_ERROR = 0.02
-# The frame check leaves out rows whose residual is above 5 times the median residual.
+# The frame check leaves out measured rows whose residual is above 5 times the median residual.
 OUTLIER_MEDIANS = 5.0
-# If a correction is above 4 prior standard deviations, the result has a remark. If the error of a
-# board's size is above 4 of its standard deviations, the result has a remark, too.
+# A calibration has a remark if the correction of a parameter is above 4 of its prior standard
+# deviations, or the error of the board's size above 4 of its own standard deviations.
 REMARKED_DEVIATIONS = 4.0
-# An error message names a mistake of the input if the residuals are 3 times smaller, or more,
-# after this mistake is corrected.
+# An error message names a mistake of the input if correcting it makes the median residual 3 times
+# smaller, or more.
 NAMED_RATIO = 3.0
-# Two mistakes are rivals if the residuals after their correction differ by less than a factor of
-# 2. If mistakes are rivals, none of them is reported as certain.
+# Two mistakes are rivals if the median residuals after their correction differ by less than a
+# factor of 2. If mistakes are rivals, none of them is reported as certain.
 RIVAL_RATIO = 2.0
-# Largest number of rows that are evaluated at once, summed over all hypotheses. These rows take
-# about 20 MB of memory.
+# Largest number of rows that are evaluated at once, counting the measured rows once for each
+# hypothesis. These rows take about 20 MB of memory.
 ROWS_AT_ONCE = 20_000
-# A sentence lists at most this number of names.
+# A sentence in a report or an error message lists at most this number of names.
 NAMES_IN_SENTENCE = 8
-# Poses, screws and relative changes are taken as equal if they differ by less than this (m, rad).
+# Two poses or screws are taken as equal if their entries differ by less than this (m, rad).
+# Smaller relative numbers are taken as zero.
 ROUND_OFF = 1e-9
-# The sentence that is reported if poses are 1000 times too small, because a wrong unit divided
-# them by 1000.
+# The sentence that is reported if measured positions are 1000 times too small, because a wrong
+# unit divided them by 1000.
 IN_METRES = 'the poses are in metres, not millimetres'
-# Maps the sentence on a mistake to the option of the command that corrects the mistake.
+# For some mistakes, the text that an error message adds: the option of the command that corrects
+# the mistake.
 OPTIONS = {
     INVERSE: '. Poses of a board take calibrate-camera, with the right --camera',
     DEGREES: '; add --joint-format deg',
@@ -81,10 +83,10 @@ PLACEMENT, ZEROS, COMPLIANCE = 'placement', 'zeros', 'compliance'
 # joints. Each joint stops half the backlash before its measured position.
 LAG = ArmParameter('lag', 'lag', False)
 BACKLASH = ArmParameter('backlash', 'backlash', True)
-# Causes of errors that the frame check may find although the calibration continues, because the
-# fit corrects such errors.
+# Causes that the frame check may find although the calibration continues, because the fit corrects
+# such errors.
 FOUND_HERE = ('joint_offset', 'link_length', 'link_twist')
-# Keys of causes that are wrong units.
+# Keys of the causes that are wrong units of the measured rows.
 UNIT_KEYS = ('degrees', 'millimetres')
 
 
@@ -110,11 +112,11 @@ class Measured(NamedTuple):
     sessions : shape (N,)
         The number of each row's session, from 0.
     placements
-        Parameters of the instrument's pose, six for each session but the first.
+        Parameters of the pose of the instrument, six for each session but the first.
     priors
         Prior standard deviations of `placements` and `moving`, by name.
     remarks
-        Sentences on the rows.
+        Remarks on the rows, as sentences.
     from_tool
         Whether the inverses of `poses` were measured, for example by a camera on the tool that
         sees a fixed board. If so, residuals and noise belong to the inverse poses.
@@ -272,7 +274,8 @@ def check_mark(what: str, name: str) -> None:
 
 def position_numbers(q: Floats) -> Integers:
     """
-    Return a number for each row of q, shape (N,). Equal rows have equal numbers, which begin at 0.
+    Return for each row of q the number of its joint positions, shape (N,). Equal rows have equal
+    numbers, which begin at 0.
     """
     numbers, different = np.full(len(q), -1), 0
     while np.any(left := numbers < 0):
@@ -291,7 +294,7 @@ def check_known(argument: str, name: str, known: Sequence[str]) -> None:
 
 def check_enough(q: Floats, usual: str, where: str = '', least: int = MIN_POSES) -> None:
     """
-    Raise an error if there are too few joint positions (N, n), rad or m, or too few different
+    Raise an error if there are too few joint positions q (N, n), rad or m, or too few different
     ones.
 
     Parameters
@@ -333,9 +336,9 @@ def checked_offsets(
     robot: Robot, given: Measured, free: Free, own: Free, check: bool, read: str = ''
 ) -> tuple[list[Offsets], FrameDiagnosis | None]:
     """
-    Return the initial offsets of base and tool for each set, and the result of the frame check. It
-    is the result for the first set with enough poses for a frame check; None if no set was
-    checked.
+    Return the offsets of base and tool from which the fit of each set starts, and the result of
+    the frame check. The result is that of the first set with enough poses for a frame check; None
+    if no set was checked.
 
     Parameters
     ----------
@@ -367,8 +370,8 @@ def _checked(
     q, poses, positions = given.q, given.poses, given.positions
     middle = float(np.median(found.remainder))
     if positions and len(q) >= CAUSE_POSES:
-        # Test for mistakes only if there are at least CAUSE_POSES positions. Any three positions
-        # can be fitted by offsets of base and point alone.
+        # Test for mistakes only if at least CAUSE_POSES positions were measured. Offsets of the
+        # base and of the measured point alone can fit any three positions.
         _check_positions(robot, q, poses, middle, free)
     near = np.flatnonzero(found.remainder <= OUTLIER_MEDIANS * middle + MIN_CHANGE)
     near = near[np.unique(np.linspace(0, len(near) - 1, MAX_POSES).astype(int))]
@@ -378,8 +381,8 @@ def _checked(
         cause = diagnosis.cause
         left = middle if cause is None else cause.errors.position_rms
         if min(left, middle) > MAX_ERROR:
-            # No mistake of whole poses explains the errors, so test mistakes of the positions
-            # alone.
+            # No mistake of poses with orientations explains the errors, so test mistakes that
+            # concern only positions.
             alone = offsets_of(forward_kinematics(robot, q), poses, True, free)
             _check_positions(robot, q, poses, float(np.median(alone.remainder)), free)
         if cause is not None and cause.key not in FOUND_HERE:
@@ -418,15 +421,15 @@ def explained_by_joints(
 ) -> str:
     """
     Return a text that names the mistakes of joint positions (N, n) that would explain large
-    residuals; empty if no mistake does.
+    position residuals; empty if no mistake does.
 
     Parameters
     ----------
     middle
-        The median length of the residuals, m.
+        The median length of the position residuals, m.
     left
         A function that takes H corrected arrays of joint positions (H, N, n), and returns the
-        lengths (H, N) of the residuals, m.
+        lengths (H, N) of the position residuals, m.
     """
     changes, at_once = list(joint_hypotheses_of(robot, q)), max(1, ROWS_AT_ONCE // len(q))
     blocks = (changes[k : k + at_once] for k in range(0, len(changes), at_once))
@@ -444,8 +447,8 @@ def explained_by_joints(
 
 
 def _is_in_metres(robot: Robot) -> bool:
-    # Return whether the lengths of the table are in metres, not millimetres. They are in metres if
-    # the length of the arm is below sqrt(1000) = 32, the geometric mean of 1 and 1000.
+    # Return whether the lengths of the table are in metres, not millimetres. An arm is about 1 m =
+    # 1000 mm long, so they are in metres if its length is below sqrt(1000) = 32.
     return robot.singularity.task.length**2 < 1000
 
 
@@ -468,15 +471,16 @@ def _check_positions(robot: Robot, q: Floats, poses: Floats, middle: float, free
 
 def refuse_mistake(sentence: str, code: str, left: float, middle: float) -> None:
     """
-    Raise an error if the median residual is more than 3 times smaller after a mistake is
-    corrected.
+    Raise an error if correcting a mistake of the input makes the median residual more than 3 times
+    smaller.
 
     Parameters
     ----------
     sentence, code
         The mistake as a sentence, and the code of the error.
     left, middle
-        Median length of the residuals with the mistake corrected, and without correction, m.
+        Median length of the position residuals with the mistake corrected, and without correction,
+        m.
 
     Raises
     ------

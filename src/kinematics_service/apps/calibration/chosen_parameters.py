@@ -41,10 +41,11 @@ from .fitting import (
 from .identified_table import ParameterCombination, combinations_of, motion_of, structural_rank
 from .placing import Offsets
 
-# Prior standard deviation (m and rad) of base, tool and points. It is wide, since base, tool and
-# points may be anywhere.
+# Prior standard deviation (m and rad) of the poses of base and tool, and of touched points. It is
+# wide, since they may be anywhere.
 PLACE_PRIOR = 1.0
-# Prior standard deviation of a lag, s, and of a backlash, rad.
+# Prior standard deviation of the delay between joint states and poses, s, and of the backlash of
+# the joints, rad.
 LAG_PRIOR = 0.1
 NOTHING_SAID = Tolerances()
 # The word in `fit` and `fix` for all groups, including gear ratios. Without this word, or a word
@@ -75,8 +76,8 @@ class TouchedPoint:
 
 class PlacedEnds(NamedTuple):
     """
-    The fitted offsets of base and tool, and the poses of base and tool at which the fit starts.
-    Each array has the shape (sets, 4, 4), as in `Calibration`.
+    The fitted offsets of base and tool, and the poses of base and tool from which the fit starts,
+    for each set. Each array has the shape (sets, 4, 4), as in `Calibration`.
     """
 
     base_offsets: Floats
@@ -109,10 +110,10 @@ class ChosenParameters:
     Attributes
     ----------
     every
-        All parameters, in the order of the corrections of the chains.
+        All parameters, in the order in which the kinematic chains number their corrections.
     placed_groups
-        Groups of parameters that are fitted without the table, to compute the errors before a
-        calibration.
+        Groups of parameters, such as base and tool, that are fitted alone to compute the errors
+        before a calibration.
     """
 
     placed_groups: tuple[str, ...] = ENDS
@@ -142,7 +143,8 @@ class ChosenParameters:
         self, fit: Sequence[str], fix: Sequence[str], tolerances: Iterable[str] = ()
     ) -> list[int]:
         """
-        Return the indices of the fitted parameters; raise an error if a word names no parameter.
+        Return the indices, in `every`, of the parameters to fit; raise an error if a word of `fit`
+        or `fix` names no parameter.
         """
         groups, names = (*self.words, EVERYTHING), [one.name for one in self.every]
         for word in (*fit, *fix, *tolerances):
@@ -161,7 +163,8 @@ class ChosenParameters:
             for k, one in enumerate(self.every)
             if (not fit or one.name in self.given.priors or is_among(one, fit))
             and not is_among(one, fix)
-            # If only positions of a point are measured, skip the angles of the tool.
+            # If only positions of a point of the tool are measured, skip the rotations of the
+            # tool.
             and not (self.given.positions and one.group == 'tool' and one.angle)
         ]
         if not chosen:
@@ -171,7 +174,8 @@ class ChosenParameters:
 
     def chains(self, arm: CorrectedChain, offsets: Sequence[Offsets]) -> list[CorrectedChain]:
         """
-        Return the kinematic chains, with base and tool moved by the initial offsets.
+        Return the kinematic chains that predict the measured poses, one for each set and session,
+        with base and tool moved by the initial offsets.
 
         The order is all sets in the first session, then all sets in each other session.
         """
@@ -196,7 +200,10 @@ class ChosenParameters:
         tolerances: Mapping[str, float],
         known_distances: tuple[KnownDistance, ...] = (),
     ) -> FitProblem:
-        """Return the fit problem: to fit chains, as `chains` returns them, to measured poses."""
+        """
+        Return the problem of fitting the `chosen` parameters of the kinematic chains to measured
+        poses.
+        """
         parameters = tuple(self.every[k] for k in chosen)
         given, of_file = self.given, self.robot.description.tolerances
         session = given.sessions if given.placements else 0
@@ -212,7 +219,8 @@ class ChosenParameters:
 
     def possible(self, problem: FitProblem) -> int:
         """
-        Return the largest number of parameter combinations that measured poses can determine.
+        Return the number of parameter combinations that poses, however many are measured, can
+        determine at most.
         """
         # `J` is the Jacobian of the first set; its columns of parameters of further sets are zero.
         # Add the count of these columns, because the poses of each further set determine its own
@@ -231,7 +239,7 @@ class ChosenParameters:
 
     def ends_of(self, problem: FitProblem, values: Floats) -> PlacedEnds:
         """
-        Return the fitted offsets of base and tool, and the poses of base and tool before the fit.
+        Return the fitted offsets of base and tool, and their poses before the fit, for each set.
         """
         description = self.robot.description
         B, T = description.base.motion.matrix, description.tool.motion.matrix
@@ -248,8 +256,8 @@ class ChosenParameters:
 
     def as_given(self) -> Floats:
         """
-        Return the residuals (N, 2, 3), m and rad, of the measured poses with the unchanged robot
-        file.
+        Return the residuals (N, 2, 3), m and rad, between the measured poses and those of the
+        unchanged robot file.
         """
         poses = forward_kinematics(self.robot, self.given.q)
         return remainders_between(self.given.poses, poses, self.given.positions)
@@ -264,7 +272,8 @@ class ChosenParameters:
 
     def misfits(self, used: Flags, changes: Sequence[Hypothesis]) -> Floats:
         """
-        Return the misfits (H,) of the rows after each of H mistakes of the input is corrected.
+        Return how badly the measured rows fit the robot file after each of H mistakes of the input
+        is corrected, shape (H,); see `misfits_of_poses`.
         """
         return misfits_of_poses(self.robot, self.given, used, changes)
 
@@ -274,8 +283,8 @@ class ChosenParameters:
 
     def remarks(self, problem: FitProblem, found: Identified) -> tuple[str, ...]:
         """
-        Return remarks: a sentence on unused tolerances of the robot file, and the sentences on the
-        rows.
+        Return remarks: a sentence on unused tolerances of the robot file, and the remarks on the
+        measured rows.
         """
         names = {one.name for one in self.every}
         unused = [
@@ -289,7 +298,8 @@ class ChosenParameters:
 
 def usual_motions(problem: FitProblem, noise: Noise, used: Flags) -> Floats:
     """
-    Return the QR factor R (P, P) of the Jacobian of the poses, scaled by usual errors and noise.
+    Return the QR factor R (P, P) of the Jacobian of the predicted poses by the parameters, scaled
+    by usual errors and noise.
 
     Column k of the scaled Jacobian is the motion of the poses by a usual error of parameter k, in
     standard deviations of the noise. Priors are not used, since they must not decide which
@@ -302,8 +312,8 @@ def usual_motions(problem: FitProblem, noise: Noise, used: Flags) -> Floats:
 
 
 def _moved(chain: CorrectedChain, first: int) -> CorrectedChain:
-    # Return the chain with the six placement corrections of a session, after the corrections of
-    # the base.
+    # Return the chain with six further corrections, which move the instrument in one session. They
+    # follow the corrections of the base.
     begin = chain.still[0]
     six = [CorrectingMotion(k > 2, k % 3, first + k) for k in range(len(SIX))]
     at = 1 + len(SIX)

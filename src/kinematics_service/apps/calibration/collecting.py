@@ -19,21 +19,24 @@ from ..recordings.readers.block import Flags
 
 SECOND = 1_000_000_000  # ns
 # If the joint states before and after a pose are more than this time (0.1 s, in ns) apart, the
-# pose is left out.
+# measured pose is left out.
 MAX_GAP = SECOND // 10
-# Largest number of stored joint states: about four seconds at 500 Hz.
+# Largest number of joint states in memory: about four seconds at 500 Hz.
 STATES = 2048
-# Largest number of stored poses that wait for a joint state with a later stamp.
+# Largest number of measured poses in memory that wait for a joint state with a later stamp.
 MAX_AHEAD = STATES // 8
-# Two poses are taken as one pose if each joint moved less than this angle between the poses (rad).
-# Prismatic joints are scaled by a length of the arm.
+# Two measured poses are taken as one pose if each joint moved less than this angle (rad) between
+# them. For a prismatic joint, the value is multiplied by the characteristic length.
 MIN_CHANGE = 0.02
-# Largest number of matched poses that are kept.
+# Largest number of poses, matched with joint positions, that are kept.
 MAX_POSES = 2000
 
 
 class CollectedPoses(NamedTuple):
-    """Joint positions and rates (N, n), poses (N, 4, 4) and their stamps (N,), ns."""
+    """
+    Joint positions and joint velocities (N, n) at N measured poses (N, 4, 4), and the stamps of
+    the poses (N,), ns.
+    """
 
     q: Floats
     rates: Floats
@@ -52,7 +55,10 @@ class CollectedPoses(NamedTuple):
 
 
 def table_of(poses: CollectedPoses, joint_names: Sequence[str]) -> str:
-    """Return poses as CSV text that `calibrate` reads: stamps (s), joint positions, matrices."""
+    """
+    Return collected poses as CSV text that `calibrate` reads: stamps (s), joint positions,
+    matrices.
+    """
     names = ['stamp', *(f'position.{name}' for name in joint_names)]
     lines = [','.join([*names, *(f'pose.{k}' for k in range(16))])]
     for stamp, q, pose in zip(poses.stamps, poses.q.tolist(), poses.poses):

@@ -5,8 +5,8 @@ Add parameters for drifts between sessions, and for the compliance of joints und
 
 These parameters have normal priors about zero and are fitted with the table. Drifts are
 differences from the first session (treatment coding: Searle, Linear Models, chapter 5). Joints
-yield in proportion to their torque. The robot file has no such parameters: its table is that of
-the arm without a load, in the first session.
+yield to a load in proportion to their torque. The robot file has no such parameters: its table is
+that of the arm without a load, in the first session.
 """
 
 from collections.abc import Iterator, Sequence
@@ -37,7 +37,7 @@ COMPLIANCE_PRIOR = {True: 1e-4, False: 1e-5}
 # errors of a table. The key is True for an angle (rad), False for a length (m).
 PLACEMENT_PRIOR = {True: float(ANGLE), False: LENGTH}
 # Prior standard deviation of the drift of a joint zero between sessions, as a multiple of the
-# usual error of a joint zero. Temperature causes the drift.
+# usual error of a joint zero. Changes of temperature cause the drift.
 DRIFT_SHARE = 0.5
 STANDARD_GRAVITY = 9.80665  # m/s^2
 # Largest load (kg) of an arm whose tool is 1 m from its base (RMS). For other arms, this number is
@@ -90,8 +90,8 @@ def with_conditions(
     Raises
     ------
     CalibrationError
-        The number of names or masses is not that of the rows, all of them are equal, or a number
-        of the loads is not finite.
+        The number of session names or masses is not that of the rows, all names or all masses are
+        equal, or a number of the loads is not finite.
     """
     q, n = given.q, robot.dof
     number, remarks, placements = np.zeros(len(q), dtype=np.int64), list[str](), []
@@ -112,8 +112,8 @@ def with_conditions(
             check_mark('session', name)
         number = np.array([names.index(str(one)) for one in sessions])
         remarks += _elsewhere(q, number, [f'session {name}' for name in names], 'a drift')
-        # If each set has its own base and was measured in one session, its base contains the drift
-        # of the instrument. Then add no placement parameters.
+        # If each set has its own base and was measured in one session, the base of the set
+        # contains the drift of the instrument. Then add no placement parameters.
         pairs = np.unique(np.stack([given.sets, number]), axis=1).shape[1]
         six = () if own_base and pairs == given.set_count else SIX
         for k, name in enumerate(names[1:], 1):
@@ -148,8 +148,8 @@ def _of_joints(robot: Robot, prefix: str, group: str) -> Iterator[ArmParameter]:
 
 
 def _checked_loads(robot: Robot, count: int, loads: ToolLoads) -> tuple[Floats, Floats]:
-    # Check the loads. Return the masses (N,), kg, and the weight of 1 kg as a vector in the base
-    # frame, N.
+    # Check the loads. Return the masses (N,), kg, and the weight of a mass of 1 kg as a vector in
+    # the base frame, N.
     masses, at, down = (np.array(one, dtype=np.float64) for one in loads)
     if masses.shape != (count,):
         message = f'loads must be {count} masses, not of the shape {masses.shape}'
@@ -180,8 +180,8 @@ def _checked_loads(robot: Robot, count: int, loads: ToolLoads) -> tuple[Floats, 
 
 
 def _elsewhere(q: Floats, marks: Integers, names: Sequence[str], what: str) -> Iterator[str]:
-    # Yield a warning if most joint positions of a session were measured in no other session, or
-    # most of a load with no other load.
+    # Yield a warning on each group of rows (a session, the smaller loads, or the larger loads) if
+    # most of its joint positions were measured in no other group.
     numbers = position_numbers(q)
     shared = (np.isin(numbers[marks == k], numbers[marks != k]) for k in range(len(names)))
     alone = ', '.join(name for name, own in zip(names, shared) if np.mean(own) < 0.5)

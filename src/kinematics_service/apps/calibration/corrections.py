@@ -36,7 +36,7 @@ from ...robot.task import ROW_NAMES
 from ...typography import number_text
 
 ZERO = Expression('0', Affine(0.0, ()))
-# If a number is converted to degrees or millimetres, it is rounded to this number of decimals.
+# A correction that is converted to degrees or millimetres is rounded to this number of decimals.
 DIGITS = 12
 ORDER: tuple[Axis, ...] = get_args(Axis)
 
@@ -46,14 +46,15 @@ def corrected_robot(robot: Robot, parameters: Sequence[ArmParameter], values: Fl
     Return the robot with corrections of its table.
 
     The result has no known poses, tolerances or uncertainty of the table, since these belong to
-    the nominal table. The task is that of the nominal table. The singular factors of the nominal
-    table are kept and marked as approximate, or left out if their zeros are far from singular
-    poses.
+    the nominal table. The task rows are those of the nominal table. The singular factors of the
+    nominal table are kept and marked as approximate, or left out if their zeros are far from
+    singular poses.
 
     Parameters
     ----------
     parameters, values : P
-        Parameters and their corrections, rad and m. Corrections of base and tool are ignored.
+        Parameters of the table and their corrections, rad and m. Corrections of base and tool are
+        ignored.
     """
     found = {
         (one.row, one.place): float(value)
@@ -141,8 +142,8 @@ def in_file_units(value: float, angle: bool, description: RobotDescription) -> f
 
 @dataclass(frozen=True, eq=False)
 class _Corrections:
-    # Adds corrections (rad or m) to a table. Each key of `found` is the index of a table row and
-    # the name of a number in this row.
+    # Adds corrections (rad or m) to a table. Each key of `found` has the index of a table row and
+    # the name of the corrected number in this row.
     description: RobotDescription
     found: Mapping[tuple[int, str], float]
 
@@ -178,11 +179,11 @@ class _Corrections:
         return replace(motion, argument=argument)
 
     def links(self) -> tuple[tuple[Link, ...], tuple[int, ...]]:
-        # Return two things: the corrected rows of the table, and for each frame of the nominal
-        # table the number of corrected rows before this frame.
+        # Return the corrected rows of the table. For each frame of the nominal table, return also
+        # the number of corrected rows before this frame, because a correction may add a row.
         links: list[Link] = []
         ends_at = [0]
-        turn = 0.0  # rotation (rad) about z that the next row must add
+        turn = 0.0  # rotation (rad) about z by which the next row must turn back
         for k, link in enumerate(self.description.links):
             if isinstance(link, DhRow):
                 rows, turn = self._dh_rows(k, link, turn)
@@ -191,8 +192,8 @@ class _Corrections:
             else:
                 rows = self._elementary_rows(k, link)
             links += rows
-            # If the next row reverses the rotation about z of an extra row, do not count the extra
-            # row. The frame between these two rows is turned from the nominal frame.
+            # If the next row turns back the rotation about z of an extra row, do not count the
+            # extra row. The frame between these two rows is turned from the nominal frame.
             ends_at.append(len(links) - (1 if turn else 0))
         if turn and isinstance(link, DhRow):
             links.append(_row(link, {'theta': self._turned(ZERO, turn)}))
@@ -209,7 +210,8 @@ class _Corrections:
         if not beta and not b:
             return [_row(link, cells)], 0.0
         # A DH row has no Ry and Ty, but Ry(beta) Ty(b) = Rz(90 deg) Rx(beta) Tx(b) Rz(-90 deg). So
-        # write an extra row, and turn back by -90 deg in the row after the extra row.
+        # write Ry(beta) Ty(b) as an extra row, and turn back by -90 deg about z in the row after
+        # it.
         quarter = self._turned(ZERO, math.pi / 2.0)
         extra = {'a': self._number(b, False), 'alpha': self._number(beta, True)}
         if self.description.convention == 'standard':
@@ -236,16 +238,16 @@ class _Corrections:
         T = np.eye(4)
         for axis, number in zip(ORDER, numbers):
             T = T @ small_motion(axis[0] == 'R', 'xyz'.index(axis[1]), number)
-        # Write the matrix `in` of the file unchanged as one row, and the correction as the next
-        # row.
+        # Write the matrix `in` of the file unchanged as a row of its own. The next row has the
+        # correction as its `in`, then the joint and the matrix `out` of the file.
         extra = ShapeRow(rigid_motion(T, self.description), joint, link.outer)
         if link.inner == IDENTITY:
             return [extra]
         return [ShapeRow(link.inner, None, IDENTITY), extra]
 
     def _turned(self, given: Expression, turn: float) -> Expression:
-        # Return an expression plus a rotation of +90 or -90 degrees, which is written as 90 or
-        # pi/2.
+        # Return a theta expression plus a rotation of +90 or -90 degrees, which is written as 90
+        # or pi/2.
         text = '90' if self.description.angle_unit == 'deg' else 'pi/2'
         if turn and given.text == '0':
             text = text if turn > 0.0 else f'-{text}'
@@ -268,7 +270,8 @@ class _Corrections:
 
 
 def _row(like: DhRow, cells: Mapping[str, Expression]) -> DhRow:
-    # Return a DH row with the given cells; all other numbers of the row are zero.
+    # Return a DH row of the kind of `like` with the given cells; all other numbers of the row are
+    # zero.
     pairs = zip(like.names, like.motions)
     motions = (replace(motion, argument=cells.get(name, ZERO)) for name, motion in pairs)
     return replace(like, motions=tuple(motions))

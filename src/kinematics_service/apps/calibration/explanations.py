@@ -3,8 +3,8 @@
 """
 Find mistakes of the input that would explain a refused calibration.
 
-Each possible mistake is corrected in the data, and the misfit is computed. The mistakes with the
-least misfits are tried in a calibration.
+Each possible mistake is corrected in the data, and the misfit between the measured rows and the
+robot file is computed. The mistakes with the least misfits are tried in a calibration.
 """
 
 from collections.abc import Callable, Sequence
@@ -39,7 +39,7 @@ class TriedCalibration(NamedTuple):
     accepted
         Whether the calibration is accepted.
     left
-        Errors that remain: without outliers if the calibration is accepted, else of all rows.
+        Errors after the fit: without outliers if the calibration is accepted, else of all rows.
     out
         Number of rows left out as outliers.
     """
@@ -85,7 +85,8 @@ def explained(
     changes
         The possible mistakes; each object corrects its mistake in the data.
     misfits
-        The misfit of the rows with the nominal table: as given, and with each mistake corrected.
+        The misfit between the measured rows and the nominal table: with the rows as given, then
+        with each mistake corrected.
     outcome_of
         A function that takes a mistake and returns the result of a calibration after its
         correction.
@@ -100,7 +101,7 @@ def explained(
         try:
             found.append((changes[k].sentence, outcome_of(changes[k])))
         except CalibrationError:
-            continue  # `calibrate` refuses the corrected rows before a fit
+            continue  # this correction explains nothing: `calibrate` refuses the rows
     found.sort(key=lambda one: (not one[1].accepted, one[1].left.position_rms))
     good = [one for one in found if one[1].accepted]
     rms = [one.left.position_rms for _, one in good]
@@ -125,8 +126,8 @@ def mistakes_of(robot: Robot, given: Measured, read: str) -> list[Hypothesis]:
         return list(joint_hypotheses_of(robot, given.q))
     A = forward_kinematics(robot, given.q)
     whole = hypotheses_of(ComparedData(robot, given.q, given.poses, read=read))
-    # Leave out hypotheses on other DH conventions, because their tables have other parameters.
-    # Only the frame check tries other conventions.
+    # Leave out hypotheses that the DH table was read by a wrong convention, because another table
+    # has other parameters. Only the frame check tries other conventions.
     own = [one for one in whole if one.robot is None]
     return own + list(order_hypotheses_of(given.poses, A, read))
 
@@ -135,10 +136,11 @@ def misfits_of_poses(
     robot: Robot, given: Measured, used: Flags, changes: Sequence[Hypothesis]
 ) -> Floats:
     """
-    Return the misfit of the poses after each of H supposed mistakes of the input is corrected.
+    Return the misfit (H,) between measured poses and robot file after each of H supposed mistakes
+    of the input is corrected.
 
-    Base and tool are fitted to the used rows of the set with most outliers. The misfit is a mean
-    over rows, and each row adds at most 1: larger errors than 20 mm or 2 deg do not add more.
+    Base and tool are fitted to the used rows of the set with most outliers. The misfit is the mean
+    over the rows of the squared errors in units of 20 mm and 2 deg. Each row adds at most 1.
     """
     set_ = given.sets == int(np.argmax(np.bincount(given.sets, weights=~used)))
     both = [np.flatnonzero(set_ & flags) for flags in (used, ~used)]
@@ -157,5 +159,8 @@ def misfits_of_poses(
 
 
 def truncated(squares: Floats) -> Floats:
-    """Limit each squared error (..., N) to 1, and return the means (...,) over the rows."""
+    """
+    Limit each squared error (..., N), in units of the largest acceptable error, to 1, and return
+    the means (...,) over the N rows.
+    """
     return np.asarray(np.mean(np.minimum(squares, 1.0), axis=-1))

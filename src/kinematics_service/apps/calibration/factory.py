@@ -46,7 +46,7 @@ ORIGIN = ('x', 'y', 'z', 'roll', 'pitch', 'yaw')
 LARGEST = 256 * 1024
 
 # Number of random poses (with a fixed seed) to which the corrections are fitted. The other random
-# poses test the corrections.
+# poses test the fitted corrections.
 FITTED_POSES = 100
 
 
@@ -141,8 +141,8 @@ def import_ur_calibration(path: Path, robot: Robot, text: str, date: str) -> Fac
 
 
 def _poses(path: Path, robot: Robot, q: Floats) -> Floats:
-    # Return the poses (N, 4, 4) that the factory's table has at q. The table is read from the
-    # file, which has one of two formats.
+    # Return the poses (N, 4, 4) that the factory's table gives at joint positions q (N, n). The
+    # factory's table is read from the file, which has one of two formats.
     try:
         text = text_of(path, LARGEST, 'give one of the two')
     except RecordingError as error:

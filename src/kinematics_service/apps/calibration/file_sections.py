@@ -70,8 +70,8 @@ def singularity_section(
     text: str, factors: Sequence[Factor], task: Sequence[str] = ()
 ) -> list[str] | None:
     """
-    Return the lines of the section `singularity` of a robot file, with its factors replaced by the
-    given factors; None if the section is then empty.
+    Return the lines of the section `singularity` of a robot file, with its singular factors
+    replaced by `factors`; None if the section is then empty.
 
     The rows of `task` are added if the section has no task.
     """
@@ -97,7 +97,8 @@ def constants_section(text: str, without: Sequence[str]) -> list[str] | None:
 
 
 def _entries(text: str, section: str, without: Sequence[str]) -> list[str]:
-    # Return the entries of a section, one line for each, without the keys in `without`.
+    # Return the entries of a section of a robot file, one line for each, without the keys in
+    # `without`.
     plain = text.removeprefix(BOM)
     root = yaml.compose(plain, Loader=LOADER)
     assert isinstance(root, MappingNode)

@@ -27,20 +27,23 @@ from ...robot.file.parts.parameters import ArmParameter
 from ..recordings.readers.block import Flags
 from .checking import Measured
 
-# Least noise (m and rad). A smaller estimate is round-off and is replaced by this value.
+# Least noise of measured poses (m and rad). A smaller estimate is round-off and is replaced by
+# this value.
 NOISE_FLOOR = 1e-10
 # If the estimate of the noise has fewer degrees of freedom f than this, the noise is at least
 # USUAL_NOISE. The relative standard deviation of such an estimate, 1 / sqrt(2 f), is above an
 # eighth.
 NOISE_FREEDOM = 30.0
-# Usual noise of encoders and trackers (m and rad).
+# Usual noise of encoders and trackers (m and rad), for one number of a position and of a rotation
+# vector.
 USUAL_NOISE = 2e-5
-# In Huber's estimate, rows whose residual is beyond this quantile of chi-square have smaller
-# weights.
+# In Huber's estimate, rows with a residual beyond this quantile of the noise (chi-square
+# distribution) have smaller weights.
 HUBER_QUANTILE = 0.95
 # Significance level of the chi-square test that declares a row an outlier.
 OUTLIER_CHANCE = 3e-6
-# Largest number of Gauss-Newton steps in each phase of the fit.
+# Largest number of Gauss-Newton steps in each phase of the fit (Huber's estimate, then least
+# squares without outliers).
 MAX_ROUNDS = 25
 # A phase of the fit ends if two numbers are below this value. They are the length of the step, in
 # standard deviations of the parameters, and the relative change of the noise.
@@ -48,23 +51,24 @@ STEP_TOLERANCE = 1e-3
 # Lower bound of the degrees of freedom f in Student's distribution. Because of this bound, the
 # variance f / (f - 2) stays finite; it would be infinite at f = 2.
 LEAST_STUDENT_FREEDOM = 3.0
-# If the noise has at most this number of degrees of freedom, the rows do not determine it.
+# Standard deviation (m) with which the distance between two touched points is known.
 UNKNOWN_NOISE_FREEDOM = 1.0
-# Standard deviation (m) of a known distance between points.
+# Step (rad, m) of each joint in central differences of the poses. The step is the cube root of the
+# machine epsilon, because this step has the least error (Nocedal and Wright, section 8.1).
 DISTANCE_DEVIATION = 1e-5
 # Step (rad, m) of central differences by joint positions. The step is the cube root of the machine
 # epsilon, because this step has the least error (Nocedal and Wright, section 8.1).
 STEP = float(np.cbrt(np.finfo(np.float64).eps))
 
 
-# A chain with the rows that it predicts: flags of these rows, the chain, all its corrections, and
-# the joint positions in the rows.
+# A chain with the measured rows that it predicts: flags of these rows, the chain, all its
+# corrections, and the joint positions in these rows.
 _ChainRows: TypeAlias = tuple[Flags, CorrectedChain, Floats, Floats]
 
 
 class KnownDistance(NamedTuple):
     """
-    A known distance (m) between two points, each moved by three corrections.
+    A known distance (m) between two touched points, each moved by three corrections.
 
     `first` and `second` are the indices of the first correction of each point, among all
     corrections. `between` (3,) is the vector from the first point to the second point without
@@ -94,7 +98,7 @@ class FitProblem:
         The measured rows. `sets` has the index of each row's chain; `rates` has derivatives of the
         joint positions by the last K parameters.
     known_distances
-        Distances between corrected points.
+        Known distances between touched points.
     """
 
     parameters: tuple[ArmParameter, ...]
@@ -108,14 +112,15 @@ class FitProblem:
     @property
     def kinds(self) -> int:
         """
-        Return the number of kinds of residuals: 2 if rows have positions and rotations, 1 if they
-        have positions alone.
+        Return the number of kinds of residuals: 2 if positions and rotations were measured, 1 if
+        only positions were measured.
         """
         return 1 if self.given.positions else 2
 
     def every(self, values: Floats) -> Floats:
         """
-        Return all corrections of the chains (`count`,) from the fitted ones; the others are zero.
+        Return all `count` corrections of the chains, from the P fitted ones; the corrections that
+        are not fitted are zero.
         """
         found = np.zeros(self.count)
         found[self.columns] = values
@@ -129,7 +134,10 @@ class FitProblem:
             yield own, chain, self.every(values), q
 
     def predicted(self, values: Floats) -> Floats:
-        """Return the poses (N, 4, 4) that corrections (P,) predict for the rows."""
+        """
+        Return the poses (N, 4, 4) that the chains with corrections (P,) predict for the measured
+        rows.
+        """
         poses = np.empty_like(self.given.poses)
         for own, chain, every, q in self._by_chain(values):
             poses[own] = poses_of(chain, every, q)
@@ -137,12 +145,16 @@ class FitProblem:
 
     def remainders(self, values: Floats) -> Floats:
         """
-        Return the residuals of all rows, shape (N, 2, 3): of position (m) and rotation (rad).
+        Return the residuals of all measured rows, shape (N, 2, 3): position (m) and rotation
+        (rad).
         """
         return self._between(self.predicted(values))
 
     def weighed(self, values: Floats) -> Floats:
-        """Return residuals (N, 2, 3), whitened so that all rows have equal noise."""
+        """
+        Return the residuals (N, 2, 3) of all measured rows, whitened so that all rows have equal
+        noise.
+        """
         return self.whitened(self.remainders(values))
 
     def whitened(self, rows: Floats) -> Floats:
@@ -165,7 +177,8 @@ class FitProblem:
 
     def equations(self, values: Floats) -> tuple[Floats, Floats]:
         """
-        Return whitened residuals (N, 2, 3) and the whitened Jacobian of the poses (N, 2, 3, P).
+        Return the whitened residuals (N, 2, 3), and the whitened Jacobian (N, 2, 3, P) of the
+        predicted poses by the parameters.
         """
         poses = np.empty_like(self.given.poses)
         jacobian = np.empty((len(self.given.q), 6, len(self.columns)))
@@ -179,7 +192,9 @@ class FitProblem:
         return self.whitened(self._between(poses)), self._as_weighed(poses, jacobian)
 
     def moves_with_joints(self, values: Floats) -> Floats:
-        """Return the whitened derivatives of the poses by each joint position, (N, 2, 3, n)."""
+        """
+        Return the whitened derivatives (N, 2, 3, n) of the predicted poses by each joint position.
+        """
         jacobian = np.empty((len(self.given.q), 6, self.given.q.shape[1]))
         for own, chain, every, q in self._by_chain(values):
             jacobian[own] = _moved_by_joints(chain, every, q)
@@ -192,8 +207,8 @@ class FitProblem:
 
     def distance_equations(self, values: Floats) -> tuple[Floats, Floats]:
         """
-        Return the derivatives (D, P) and the residuals (D,) of the D known distances, divided by
-        their standard deviation.
+        Return the derivatives (D, P) of the D known distances by the parameters, and their
+        residuals (D,), both divided by the standard deviation of a known distance.
         """
         every, count = self.every(values), len(self.known_distances)
         rows, remainders = np.zeros((count, self.count)), np.zeros(count)
@@ -207,8 +222,8 @@ class FitProblem:
 
     def only(self, groups: tuple[str, ...]) -> 'FitProblem':
         """
-        Return the problem that fits only the parameters of `groups`. No parameter of these groups
-        may move joints.
+        Return the problem that fits only the parameters in `groups`. None of these parameters may
+        move joints.
         """
         kept = [k for k, one in enumerate(self.parameters) if one.group in groups]
         return replace(
@@ -221,7 +236,8 @@ class FitProblem:
 
 
 def _moved_by_joints(chain: CorrectedChain, every: Floats, q: Floats) -> Floats:
-    # Return the derivatives of poses by joint positions, (rows, 6, n), by central differences.
+    # Return the derivatives of the poses of a chain by the joint positions, (rows, 6, n), by
+    # central differences.
     n = q.shape[1]
     at = np.concatenate([q + way * STEP * one for way in (1.0, -1.0) for one in np.eye(n)])
     later, sooner = poses_of(chain, every, at).reshape(2, n, -1, 4, 4)
@@ -235,7 +251,7 @@ def of_inverses(poses: Floats, jacobian: Floats) -> Floats:
     Return the Jacobian (N, 6, P) of the inverses of poses, from the poses (N, 4, 4) and their
     Jacobian.
     """
-    # If T = (R, p) moves by v and w, T^-1 moves by -R^T (v - w x p) and -R^T w.
+    # If T = (R, p) moves by v (linear) and w (angular), T^-1 moves by -R^T (v - w x p) and -R^T w.
     linear, angular = jacobian[:, :3], jacobian[:, 3:]
     turned = np.cross(angular, poses[:, :3, 3, None], axisb=1, axisa=1, axisc=1)
     R = np.swapaxes(poses[:, :3, :3], 1, 2)
@@ -255,7 +271,10 @@ def remainders_between(measured: Floats, poses: Floats, positions: bool) -> Floa
 
 
 class Noise(NamedTuple):
-    """Standard deviations of one number of a position (m) and of a rotation vector (rad)."""
+    """
+    Standard deviations of the noise of one number of a measured position (m) and of a measured
+    rotation vector (rad).
+    """
 
     position: float
     rotation: float
@@ -305,8 +324,8 @@ class _Step(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class _Equations:
-    # The linear least-squares equations of a fit, scaled by standard deviations. Each pose has a
-    # weight, or a flag that is True if the pose is used.
+    # The linear least-squares equations of one Gauss-Newton step, scaled by standard deviations.
+    # Each measured pose has a weight, or a flag that is True if the pose is used.
     problem: FitProblem
     noise: Noise
     weights: Floats | Flags
@@ -319,15 +338,16 @@ class _Equations:
         return np.asarray(np.sqrt(self.weights, dtype=np.float64)[:, None, None] / each[:, None])
 
     def right(self, values: Floats, remainders: Floats) -> Floats:
-        # Return the scaled residuals of rows, known distances and priors, in this order.
+        # Return the right-hand side: scaled residuals of the measured rows, of the known distances
+        # and of the priors, in this order.
         problem = self.problem
         rows = (remainders[:, : problem.kinds] * self.scale).reshape(-1)
         distances = problem.distance_equations(values)[1]
         return np.concatenate([rows, distances, -values / problem.prior])
 
     def solved(self, values: Floats) -> _Step:
-        # Stack the derivatives of the equations of rows, known distances and priors. The
-        # derivatives are by parameters in units of their prior standard deviations.
+        # Stack the derivatives of the measured rows, of the known distances and of the priors by
+        # the parameters. Each parameter is in units of its prior standard deviation.
         problem, count = self.problem, len(values)
         remainders, J = problem.equations(values)
         moves = J[:, : problem.kinds] * self.scale[:, :, :, None] * problem.prior
@@ -344,7 +364,7 @@ class _Equations:
 
 
 def robust_values(problem: FitProblem, noise: Noise, progress: Callable[[int], None]) -> Floats:
-    """Return the corrections (P,) of Huber's estimate; arguments are as in `find_values`."""
+    """Return the corrections (P,) by Huber's estimate; arguments are as in `find_values`."""
     values = np.zeros(len(problem.parameters))
     remainders = problem.weighed(values)
     for k in range(MAX_ROUNDS):
@@ -364,14 +384,15 @@ def find_values(
     progress: Callable[[int], None] = lambda round_: None,
 ) -> Identified:
     """
-    Solve a fit: return the corrections with their standard deviations, the noise and the outliers.
+    Fit the parameters of a problem: return the corrections with their covariance, the noise and
+    the outliers.
 
     Parameters
     ----------
     noise
         The noise of the instrument: a lower bound of the estimated noise.
     progress
-        Called with the number of each round.
+        Called with the number of each Gauss-Newton round.
     """
     noise, limit = noise or Noise(0.0, 0.0), outlier_limit(problem.kinds)
     values = robust_values(problem, noise, progress)
@@ -406,9 +427,10 @@ def find_values(
 
 def normal_scores(distances: Floats, freedom: Noise) -> Floats:
     """
-    Convert distances d, in standard deviations of an estimated noise, to normal scores.
+    Convert the residual lengths of rows, in standard deviations of an estimated noise, to normal
+    scores.
 
-    A distance d is a length divided by a noise whose estimate has f degrees of freedom, so d has a
+    A residual length d is divided by a noise whose estimate has f degrees of freedom, so d has a
     Student distribution. Up to a factor that depends on f, the Student density is a normal density
     with f log(1 + d^2 / f) instead of d^2. See Wallace, Bounds on normal approximations to
     Student's distribution, 1959. If the noise is that of the instrument, f is infinite, and d is
@@ -428,9 +450,9 @@ def widened(noise: Noise, freedom: Noise) -> Noise:
     Return the noise multiplied by a factor above 1 that allows for the error of its estimate,
     which has f degrees of freedom.
 
-    The errors have a Student distribution. The variance of this distribution is f / (f - 2) times
-    the estimate (Gelman et al., Bayesian Data Analysis, section 3.2); the factor is 1 if f is
-    infinite.
+    The residuals divided by the estimated noise have a Student distribution. The variance of this
+    distribution is f / (f - 2) times the estimate (Gelman et al., Bayesian Data Analysis, section
+    3.2); the factor is 1 if f is infinite.
     """
     f = np.maximum(freedom, LEAST_STUDENT_FREEDOM)
     return Noise(*(np.array(noise) * np.sqrt(1.0 + 2.0 / (f - 2.0))).tolist())
@@ -460,10 +482,10 @@ def held_out_remainders(
     Return the residuals (N, 2, 3) of each block of rows, with corrections fitted to the other
     blocks.
 
-    The errors of a block are independent of the corrections if its rows are independent of all
-    other rows. So put repeats of a joint position in one block. Noise and outliers are taken from
-    the fit of all rows. The fit of the other blocks starts from `values` and ends if its step is
-    below a thousandth of a standard deviation.
+    The residuals of a block test the corrections only if its rows are independent of all other
+    rows. So put repeats of a joint position in one block. Noise and outliers are taken from the
+    fit of all rows. The fit of the other blocks starts from `values` and ends if its step is below
+    a thousandth of a standard deviation.
 
     Parameters
     ----------
@@ -497,8 +519,8 @@ def one_more(
     problem: FitProblem, found: Identified, moves: Floats
 ) -> tuple[list[float], list[float]]:
     """
-    Return the estimates and the standard deviations of K further corrections, if each one alone is
-    added to the fit.
+    Return the estimates and the standard deviations of K further corrections. Each estimate is
+    that of a fit with only this one correction added.
 
     Each further correction is an added variable of the regression (Cook and Weisberg, Residuals
     and Influence in Regression, 1982, section 2.3.2) and has no prior.
@@ -516,15 +538,16 @@ def one_more(
     columns[: own[..., 0].size] = own.reshape(-1, moves.shape[3])
     triangle = triangle_of(np.column_stack([solved.rows, columns, solved.right]))
     at = len(found.values)
-    # Take the parts of the added columns, and of the residuals, that no fitted parameter explains.
+    # Take the parts of the added columns, and of the residuals, that are orthogonal to the columns
+    # of all fitted parameters.
     left, right = triangle[at:, at:-1], triangle[at:, -1]
     squares = np.maximum(np.sum(left**2, axis=0), np.finfo(np.float64).tiny)
     return (right @ left / squares).tolist(), (1.0 / np.sqrt(squares)).tolist()
 
 
 def _stepped(equations: _Equations, values: Floats, remainders: Floats) -> tuple[Floats, Floats]:
-    # Halve the Gauss-Newton step until the sum of squares does not grow. Return the step and the
-    # residuals after it. `remainders` are the residuals before the step.
+    # Halve the Gauss-Newton step until the sum of squared residuals does not grow. Return the
+    # step, and the residuals after it. `remainders` are the residuals before the step.
     step = equations.problem.prior * equations.solved(values).step
     before = equations.squares(values, remainders)
     for _ in range(MAX_ROUNDS):
@@ -547,7 +570,8 @@ def length_quantile(share: float, kinds: int) -> float:
 
 def outlier_limit(kinds: int) -> float:
     """
-    Return the distance, in standard deviations of the noise, beyond which a row is an outlier.
+    Return the length of a whitened residual, in standard deviations of the noise, beyond which a
+    row is an outlier.
     """
     return length_quantile(1.0 - OUTLIER_CHANCE, kinds)
 
@@ -563,15 +587,18 @@ def distances_of(problem: FitProblem, remainders: Floats, noise: Noise) -> Float
 
 
 def huber_weights(distances: Floats, kinds: int) -> Floats:
-    """Return Huber's weights (..., N) for distances in standard deviations of the noise."""
+    """
+    Return Huber's weights (..., N) for N residual lengths `distances`, in standard deviations of
+    the noise.
+    """
     huber = length_quantile(HUBER_QUANTILE, kinds)
     return np.asarray(huber / np.maximum(distances, huber))
 
 
 def median_noise(lengths: Floats) -> Floats:
     """
-    Estimate the standard deviation (...,) of one coordinate of random 3-vectors from the median of
-    their lengths (..., N), and return it.
+    Return the standard deviation (...,) of one coordinate of random 3-vectors, estimated from the
+    median of the vectors' lengths (..., N).
     """
     return np.asarray(
         np.maximum(np.median(lengths, axis=-1) / length_quantile(0.5, 1), NOISE_FLOOR)
@@ -581,9 +608,10 @@ def median_noise(lengths: Floats) -> Floats:
 def _evident_noise(
     problem: FitProblem, remainders: Floats, rows: Floats, inverse: Floats, used: Flags
 ) -> tuple[Noise, Noise]:
-    # Estimate the noise, and return it with its degrees of freedom. The degrees of freedom are the
-    # count of measured numbers minus the number of parameters that these numbers determine. The
-    # squared noise is the sum of squared residuals divided by the degrees of freedom.
+    # Estimate the noise from the residuals of the used rows, and return it with its degrees of
+    # freedom. The degrees of freedom are the count of measured numbers minus the number of
+    # parameters that these numbers determine. The squared noise is the sum of squared residuals
+    # divided by the degrees of freedom.
     kinds, count = problem.kinds, len(problem.given.q)
     basis = rows[: 3 * kinds * count] @ inverse
     leverage = np.sum(basis.reshape(count, kinds, -1) ** 2, axis=(0, 2))

@@ -36,19 +36,21 @@ from .checking import COMPLIANCE, LAG, NAMES_IN_SENTENCE
 # A combination of parameters is identified if the fit reduces its standard deviation at least by
 # this factor.
 MIN_DEVIATION_RATIO = 3.0
-# Entries of the projector onto the null space are taken as round-off if they are below this value.
+# Entries of the projector onto the null space of the Jacobian (parameters without effect on the
+# poses) are taken as round-off if they are below this value.
 PROJECTOR_TOLERANCE = 1e-6
-# A singular value is taken as round-off if its ratio to the largest singular value is below this.
+# A singular value of the Jacobian is taken as round-off if its ratio to the largest singular value
+# is below this.
 SINGULAR_VALUE_RATIO = 1e-9
-# A robot is taken for the calibrated robot if its poses differ by at most this value (m, rad) from
-# the poses of the calibration. Small differences arise, because the robot file rounds numbers.
+# A robot is taken for the calibrated robot if their poses differ by at most this value (m, rad).
+# Small differences arise, because the robot file rounds numbers.
 POSE_TOLERANCE = 1e-8
 
 
 @dataclass(frozen=True)
 class CalibratedParameter(ArmParameter):
     """
-    A parameter after the calibration; angles are in rad, lengths in m, a lag in s.
+    A fitted parameter with its correction; angles are in rad, lengths in m, a lag in s.
 
     Attributes
     ----------
@@ -120,8 +122,8 @@ class IdentifiedTable(FrozenArrays):
 
     def fitted_of(self, names: Sequence[str]) -> tuple[list[int], list[int]]:
         """
-        Return the indices of the fitted parameters among `names`, and their indices in
-        `parameters`.
+        Return the indices of those of `names` that are fitted, and the indices of the same
+        parameters in `parameters`.
         """
         at = {one.name: k for k, one in enumerate(self.parameters)}
         own = [k for k, name in enumerate(names) if name in at]
@@ -158,7 +160,7 @@ class TableCorrections(NamedTuple):
     chain, values : P
         The chain from base to tool, and all corrections of the chain, rad and m.
     columns, fitted
-        Indices of the fitted parameters in `values`, and in the parameters of the calibration.
+        Indices of the fitted parameters in `values`, and in the `parameters` of the calibration.
     """
 
     chain: CorrectedChain
@@ -215,7 +217,7 @@ def calibrated_errors(robot: Robot, found: IdentifiedTable, ends: bool = False) 
     """
     own = table_corrections(robot, found, ends)
     frames, screws = screws_in_frames(robot, own.chain, own.values)
-    # Compute a factor F of the covariance F F^T.
+    # Compute a factor F of the covariance F F^T of the fitted corrections.
     covariance = found.covariance[np.ix_(own.fitted, own.fitted)]
     deviations = np.sqrt(np.diag(covariance))
     values, vectors = np.linalg.eigh(covariance / np.outer(deviations, deviations))
@@ -224,8 +226,8 @@ def calibrated_errors(robot: Robot, found: IdentifiedTable, ends: bool = False) 
     rows = [k for k, column in enumerate(own.columns) if column not in of_gear]
     columns = [own.columns[k] for k in rows]
     parts = [TableErrors(frames[columns], screws[columns], np.full(len(rows), -1), factor[rows])]
-    # The factor is for relative changes of nominal gear ratios. Convert it to relative changes of
-    # the calibrated gear ratios.
+    # A row of F for a gear ratio is the relative change of the nominal ratio. Convert it to the
+    # relative change of the calibrated ratio.
     moving = joint_screws(robot)
     for k, column in enumerate(own.columns):
         if column in of_gear:
@@ -262,7 +264,10 @@ class ParameterCombination:
 
 
 def structural_rank(J: Floats) -> int:
-    """Return the rank of a scaled Jacobian; singular values below round-off are taken as zero."""
+    """
+    Return the rank of a scaled Jacobian of the poses by parameters; singular values below
+    round-off are taken as zero.
+    """
     values = np.linalg.svd(J, compute_uv=False)
     return int(np.sum(values > SINGULAR_VALUE_RATIO * values[0])) if len(values) else 0
 
@@ -286,9 +291,10 @@ def combinations_of(
     J : shape (rows, P)
         Jacobian: the motion of the poses for a usual error of each parameter.
     """
-    # Rows of `null` span the null space of J, up to round-off.
+    # Rows of `null` span the null space of J (combinations of parameters that do not move the
+    # poses), up to round-off.
     null = np.linalg.svd(J, full_matrices=len(J) < J.shape[1])[2][structural_rank(J) :]
-    # The projector onto the null space is block diagonal. Each block belongs to a set of
+    # The projector onto this null space is block diagonal. Each block belongs to a set of
     # parameters whose effects the poses do not distinguish.
     projector = null.T @ null
     projector[np.abs(projector) < PROJECTOR_TOLERANCE] = 0.0
@@ -314,7 +320,7 @@ def _combination(
     if determined > 1:
         sentence = f'only {determined} combinations of {shown} are identifiable'
         return ParameterCombination(names, determined, (), sentence)
-    # The identified combination is orthogonal to the null space.
+    # The only combination that the poses determine is orthogonal to the null space of J.
     seen = np.linalg.svd(block)[2][-1] / np.array([one.scale for one in chosen])
     seen = seen / seen[0]
     others = ' '.join(map(_term, seen[1:].tolist(), names[1:]))

@@ -13,15 +13,16 @@ import numpy as np
 from ...kernel import Floats
 from ..checking.offsets import fit_offsets, nearest_rotation
 
-# Number of rounds of least trimmed squares (Rousseeuw 1984). Each round fits the rows that had the
-# smallest residuals in the round before.
+# Number of rounds of least trimmed squares (Rousseeuw 1984). Each round fits the measured rows
+# that had the smallest residuals in the round before.
 TRIM_ROUNDS = 3
-# Each round of least trimmed squares fits this share of the rows.
+# Each round of least trimmed squares fits this share of the measured rows.
 TRIMMED_SHARE = 0.7
-# Number of alternating steps that fit base and tool to positions.
+# Number of alternating steps that fit the base and a point of the tool to measured positions.
 PLACING_STEPS = 40
-# A coordinate of the tool's point stays 0 if the positions do not determine it. This is assumed if
-# a change of the coordinate moves the positions by less than this fraction of the change.
+# A coordinate of the measured point in the tool frame stays 0 if the positions do not determine
+# it. This is assumed if a change of the coordinate moves the positions by less than this fraction
+# of the change.
 MIN_RATIO = 1e-6
 
 
@@ -37,7 +38,10 @@ class Offsets(NamedTuple):
 
 
 class Free(NamedTuple):
-    """Flags: base and tool are estimated if True; otherwise they stay as in the robot file."""
+    """
+    Flags: the offset of the base, or of the tool, is estimated if True; otherwise it stays as in
+    the robot file.
+    """
 
     base: bool = True
     tool: bool = True
@@ -87,9 +91,10 @@ def _with_remainder(X: Floats, Y: Floats, A: Floats, B: Floats) -> Offsets:
 
 
 def _of_positions(A: Floats, B: Floats, steps: int = PLACING_STEPS) -> tuple[Floats, Floats]:
-    # Solve p_B = X (p_A + R_A y) for X and the point y of the tool. Subtract means to eliminate
-    # the translation of X. Each step solves for y (least squares), then for the rotation of X
-    # (Kabsch 1976). The steps need only sums over the rows, which are computed once.
+    # Solve p_B = X (p_A + R_A y) for the base offset X and the measured point y in the tool frame.
+    # Subtract means to eliminate the translation of X. Each step solves for y (least squares),
+    # then for the rotation of X (Kabsch 1976). The steps need only sums over the measured rows,
+    # which are computed once.
     p, p_A, R_A = B[..., :3, 3], A[..., :3, 3], A[..., :3, :3]
     to, of, by = (one - one.mean(axis=1, keepdims=True) for one in (p, p_A, R_A))
     still, turning = np.einsum('hni,hnj->hij', to, of), np.einsum('hni,hnjk->hkij', to, by)

@@ -39,19 +39,19 @@ from .collecting import SECOND
 from .fitting import of_inverses
 from .result import Calibration
 
-# Noise of a measured number (m, rad) that is assumed if no pose has been measured yet.
+# Noise of one number of a measured pose (m, rad) that is assumed if no pose has been measured yet.
 NOISE = 5e-5
 # Margin that candidates keep from each limit of a joint, as a share of the range of the joint.
 LIMIT_MARGIN = 0.02
-# An exchange of a pose is accepted only if it increases the log determinant of the information
-# matrix by at least this.
+# An exchange of a chosen pose for another candidate is accepted only if it increases the log
+# determinant of the information matrix by at least this.
 MIN_GAIN = 1e-6
 MAX_COUNT = 200
-# Largest number of candidates that are taken from given joint positions or are drawn near those of
-# the images.
+# Largest number of candidates that are taken from given joint positions, or that are drawn near
+# the joint positions of the images.
 MAX_GIVEN = 4096
-# Largest difference of a candidate's joint position from that of an image, rad. For sliding joints
-# it is multiplied by the characteristic length.
+# Largest difference between a joint position of a candidate and that of an image, rad. For
+# prismatic joints it is multiplied by the characteristic length.
 SPREAD = 0.5
 # The planned motion uses this share of the speed limit of each joint.
 SPEED_SHARE = 0.25
@@ -61,7 +61,7 @@ USUAL_SPEED = 1.0
 HOLD_TIME = 2.0
 # Time (s) that the planned motion takes from rest to the first pose.
 START_TIME = 5.0
-# Number of decimals of written joint positions.
+# Number of decimals with which joint positions are written.
 DIGITS = 6
 
 
@@ -210,8 +210,8 @@ def propose_poses(
 
 def _candidates(robot: Robot) -> Floats:
     q = seeded_poses(robot.limits, robot.prismatic)
-    # Limit turning joints to half a turn each way, because a full turn more does not change the
-    # pose of the tool.
+    # Limit revolute joints to half a turn each way from 0, because a full turn more does not
+    # change the pose of the tool.
     turn = np.where(robot.prismatic, np.inf, np.pi)
     low, high = np.clip([q.min(axis=0), q.max(axis=0)], -turn, turn)
     share = (q - q.min(axis=0)) / np.ptp(q, axis=0)
@@ -234,8 +234,8 @@ def _board(after: Calibration, poses: Floats) -> Floats:
 
 
 def _around(robot: Robot, after: Calibration, views: BoardViews) -> Floats:
-    # Return random joint positions near those of the images, because at other positions the camera
-    # seldom sees the board.
+    # Return random joint positions near those at which the images were taken, because at other
+    # joint positions the camera seldom sees the board.
     random = np.random.default_rng(SEED)
     q = after.q[random.integers(after.count, size=MAX_GIVEN)]
     q = q + random.uniform(-1.0, 1.0, q.shape) * SPREAD * robot.singularity.task.column_scales
@@ -249,9 +249,9 @@ def _around(robot: Robot, after: Calibration, views: BoardViews) -> Floats:
 def _equations(
     robot: Robot, q: Floats, after: Calibration | None, positions: bool
 ) -> tuple[tuple[str, ...], Floats, Floats]:
-    # Return the names of the parameters, the Jacobian (N, rows, P) of the candidate poses, and the
-    # prior standard deviations. The Jacobian is in standard deviations of the noise per prior
-    # standard deviation.
+    # Return the names of the parameters, the Jacobian (N, rows, P) of the N candidate poses by the
+    # parameters, and the prior standard deviations. The Jacobian is in standard deviations of the
+    # noise per prior standard deviation.
     known = () if after is None else after.parameters
     arm = parameters_of(robot, any(one.group == GEARS for one in known))
     every = [*arm.table, *(one for end in ENDS for one in end_parameters(end, 0))]
@@ -282,8 +282,8 @@ def _equations(
 
 def _after(covariance: Floats, J: Floats) -> Floats:
     # Return the covariance of the parameters after a measurement with the Jacobian J and unit
-    # noise. Use Joseph's form, whose result stays positive definite. Other forms may lose this,
-    # because entries of the covariance differ by ten powers of ten.
+    # noise. Use Joseph's form, whose result stays positive definite. Other forms of the update may
+    # lose this property, because entries of the covariance differ by ten powers of ten.
     S = J @ covariance @ J.T + np.eye(len(J))
     gain = np.linalg.solve(S, J @ covariance).T
     kept = np.eye(len(covariance)) - gain @ J
@@ -295,9 +295,10 @@ def _chosen(J: Floats, information: Floats, count: int) -> list[int]:
     for _ in range(count):
         chosen.append(_best(J, information, chosen))
     value, exchanged = _value(J, information, chosen), True
-    # Compare the log determinants of the information matrix M of whole sets of poses. If M is
-    # ill-conditioned, differences of gains of single poses would be round-off. The log determinant
-    # grows with each exchange, so no set occurs twice and the loop ends.
+    # Exchange chosen poses as long as the log determinant of the information matrix M grows.
+    # Compare log det M of whole sets of poses. If M is ill-conditioned, differences between the
+    # gains of single poses would be round-off. log det M grows with each exchange, so no set
+    # occurs twice and the loop ends.
     while exchanged:
         exchanged = False
         for place in range(count):
@@ -309,8 +310,8 @@ def _chosen(J: Floats, information: Floats, count: int) -> list[int]:
 
 
 def _measured(J: Floats, information: Floats, chosen: Sequence[int]) -> Floats:
-    # Return the information matrix after the chosen poses are measured. Sort the poses, so that
-    # the matrix does not depend on the order of choice.
+    # Return the information matrix after the chosen poses are measured: `information` plus what
+    # these poses add. Sort the poses, so that the matrix does not depend on the order of choice.
     rows = J[np.array(sorted(chosen), dtype=np.int64)].reshape(-1, len(information))
     return np.asarray(information + rows.T @ rows)
 
@@ -320,9 +321,9 @@ def _value(J: Floats, information: Floats, chosen: Sequence[int]) -> float:
 
 
 def _best(J: Floats, information: Floats, others: Sequence[int]) -> int:
-    # Return the index of the pose with the largest gain among the poses that are not in `others`.
-    # The gain is the increase of log det M by the pose, log det(I + J M^-1 J^T), where M is the
-    # information matrix of `others`.
+    # Return the index of the candidate pose with the largest gain among those that are not in
+    # `others`. The gain is the increase of log det M by the pose, log det(I + J M^-1 J^T), where M
+    # is the information matrix after the poses `others` are measured.
     inverse = np.linalg.inv(_measured(J, information, others))
     inner = np.eye(J.shape[1]) + J @ (0.5 * (inverse + inverse.T)) @ np.swapaxes(J, 1, 2)
     gains = np.asarray(np.linalg.slogdet(inner)[1])

@@ -88,7 +88,8 @@ def read_measured(
     wanted
         The robot, topics and columns to read, as for an audit.
     gap : s
-        Largest time between the joint states around a pose; None: three usual intervals.
+        Largest time between the joint states before and after a pose; None: three times the usual
+        time between joint states.
     on_tool
         Whether the poses are those of a board that stands still, seen by a camera on the tool.
 
@@ -147,7 +148,7 @@ def _lag_of(robot: Robot, chosen: ChosenPoses, kind: str, on_tool: bool) -> floa
     try:
         cause = diagnose_frames(robot, q, poses, stamps, motion=motion, read=kind).cause
     except KinematicsError:
-        return 0.0  # ignore the error: the calibration will raise it again
+        return 0.0  # no lag; the calibration will raise this error again
     return cause.value or 0.0 if cause is not None and cause.key == 'time_lag' else 0.0
 
 
@@ -189,7 +190,7 @@ def _states(source: RecordingSource, wanted: Selection) -> MotionColumns:
 
 def cells_beside(given: MeasuredRecording, column: str) -> list[str]:
     """
-    Return the cells that a column of the table has beside the measured poses, one for each pose.
+    Return the cells of a table column, one for each measured pose that was read from the table.
 
     Raises
     ------
@@ -314,7 +315,7 @@ def read_images(
 
 
 def _column(file: Path, column: str) -> list[str]:
-    # Return the cells of a column. Skip empty lines, as the table's reader does.
+    # Return the cells of a table column. Skip empty lines, as the reader of the table does.
     table = table_of(file)
     if column not in table.header:
         message = f'{file}: no column {column!r}; the header has {", ".join(table.header)}'

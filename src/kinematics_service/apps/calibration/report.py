@@ -19,7 +19,8 @@ from .checking import COMPLIANCE, NAMES_IN_SENTENCE, PLACEMENT, ZEROS, in_words,
 from .identified_table import CalibratedParameter
 from .result import BLOCKS, Calibration
 
-# Maps a group of drifts or compliances to the first words of the sentence about the group.
+# Maps a group of drifts or compliances to the first words of the report's sentence about the
+# group.
 OF_CONDITION = {
     PLACEMENT: 'Drifts of where the instrument stands, from the first session',
     ZEROS: 'Drifts of the zeros of the joints, from the first session',
@@ -34,8 +35,8 @@ OF_PLACED = ['name', 'frame', 'pose', 'deviation']
 
 def facts_of(found: Calibration) -> Iterator[str]:
     """
-    Yield sentences on the errors, the noise and the identifiable parameters. The robot file has
-    these sentences as comments.
+    Yield sentences on the errors of the measured poses, the noise and the identifiable parameters.
+    The written robot file has these sentences as comments.
     """
     kind, row, rms = found.kind, found.row, found.rms_in_words
     yield (
@@ -105,7 +106,7 @@ def _verdict(found: Calibration) -> Iterator[str]:
 
 
 def _of_conditions(found: Calibration) -> Iterator[str]:
-    # Yield sentences on drifts between sessions and on compliances.
+    # Yield sentences on drifts between sessions and on compliances of joints.
     for group, words in OF_CONDITION.items():
         own = [one for one in found.parameters if one.group == group]
         beyond = [one.name for one in own if not one.may_be_zero]
@@ -220,9 +221,10 @@ def placed_camera(found: Calibration) -> tuple[PlacedThing, ...]:
 
 
 def _deviation(found: Calibration, end: str, behind: Floats, R: Floats) -> Floats:
-    # Return the standard deviations of the pose, shape (2, 3), from those of the corrections (t,
-    # w) of base or tool. These corrections move a point at p in the corrected frame by t + w x p.
-    # Corrections that are not fitted are taken as exact.
+    # Return the standard deviations of the pose of a camera or board, shape (2, 3): position and
+    # rotation. They follow from those of the corrections (t, w) of base or tool, which move a
+    # point at p in the corrected frame by t + w x p. Corrections that are not fitted are taken as
+    # exact.
     own, columns = found.fitted_of([one.name for one in end_parameters(end, 0)])
     moved = np.eye(6)
     moved[:3, 3:] = -np.cross(np.eye(3), behind[:3, 3])
@@ -232,7 +234,10 @@ def _deviation(found: Calibration, end: str, behind: Floats, R: Floats) -> Float
 
 
 def camera_sentences(found: Calibration) -> Iterator[str]:
-    """Yield sentences on the poses of camera and board, and on the errors in the images."""
+    """
+    Yield sentences on the poses of camera and board, and on the errors of the corners in the
+    images.
+    """
     yield from (one.sentence for one in placed_camera(found))
     if found.camera is not None:
         yield 'All errors are those of the board, as the camera sees it'

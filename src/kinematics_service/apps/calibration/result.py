@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The result of a calibration: corrections, errors, and identifiable parameters."""
+"""The result of a calibration: corrections, residuals, and identifiable parameters."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,8 +22,8 @@ from .explanations import RefusalCauses
 from .fitting import UNKNOWN_NOISE_FREEDOM, Noise
 from .identified_table import MIN_DEVIATION_RATIO, IdentifiedTable, ParameterCombination
 
-# Number of blocks of rows for cross-validation. Each block is once left out of the fit and then
-# predicted (held out).
+# Number of blocks into which the measured rows are divided for cross-validation. Each block is
+# once left out of the fit and then predicted (held out).
 BLOCKS = 5
 
 
@@ -78,17 +78,17 @@ class Calibration(IdentifiedTable):
         Residuals of each row for the five fits, in the order of `FitErrors`: the residual of the
         position, and that of the rotation as a rotation vector, in the frame of the poses.
     spare
-        Count of measured numbers outside the largest held-out block, minus the parameters of base
-        and tool. Equal joint positions count once.
+        Count of the measured numbers that are fitted if the largest block is held out, minus the
+        number of parameters of base and tool. Equal joint positions count once.
     possible
-        Largest number of combinations of parameters that poses of this kind could determine.
+        Largest number of combinations of parameters that any number of such poses could determine.
     singular_values : shape (P,)
         Singular values of the Jacobian of the poses, per prior standard deviation and in standard
         deviations of the noise; descending.
     combinations
         Sets of parameters that these poses do not distinguish.
     base_offsets, tool_offsets : shape (sets, 4, 4)
-        X and Y of measured = X calibrated Y.
+        X and Y of B = X A Y; A are poses of the calibrated robot, B measured poses.
     base_starts, tool_starts : shape (sets, 4, 4)
         Poses of base and tool at which the fit started. The corrections of base and tool are along
         and about the axes of these poses.
@@ -99,7 +99,7 @@ class Calibration(IdentifiedTable):
     frames
         The result of the frame check; None for positions.
     remarks
-        Sentences on the data.
+        Remarks on the measured rows and on the fit, as sentences.
     refusals
         Sentences with the reasons against the calibration; empty if it is accepted.
     explained
@@ -145,8 +145,8 @@ class Calibration(IdentifiedTable):
     @property
     def worse(self) -> str:
         """
-        Return a sentence if the errors of held-out rows are larger with the corrections; else an
-        empty text.
+        Return a sentence if the errors of held-out rows are larger with all corrections than with
+        base and tool alone; else an empty text.
 
         The errors are larger if the corrections increase the mean squared error of held-out rows
         by more than the mean squared noise. If the rows outside a held-out block determine only
@@ -170,10 +170,11 @@ class Calibration(IdentifiedTable):
     @property
     def no_better(self) -> bool:
         """
-        Return True if the corrections do not reduce the errors of held-out rows significantly.
+        Return True if all corrections together do not make the errors of held-out rows
+        significantly smaller than base and tool alone do.
 
-        By a paired test, the decrease is significant if the mean decrease of the squared errors is
-        at least two of its standard deviations.
+        By a paired test, the decrease is significant if the mean decrease of the squared position
+        errors is at least two of its standard deviations.
         """
         before, after = np.sum(self.left[3:, self.used, 0] ** 2, axis=2)
         gains = before - after
@@ -182,19 +183,19 @@ class Calibration(IdentifiedTable):
     @property
     def only_worse(self) -> bool:
         """
-        Return whether the only reason for a refusal is that the errors of held-out rows grew. More
-        rows help in this case.
+        Return whether the calibration is refused only because the errors of held-out rows grew.
+        Then measuring more rows helps.
         """
         return self.refusals == (self.worse,)
 
     @property
     def count(self) -> int:
-        """Return the number of rows."""
+        """Return the number of measured rows."""
         return len(self.q)
 
     @property
     def used(self) -> Flags:
-        """Return flags (N,): True for the rows that are not outliers."""
+        """Return flags (N,): True for the measured rows that are not outliers."""
         return ~np.isin(np.arange(self.count), self.outliers)
 
     @property
@@ -228,25 +229,25 @@ class Calibration(IdentifiedTable):
 
     @property
     def noise_told(self) -> bool:
-        """Return whether the rows have enough numbers to estimate the noise."""
+        """Return whether the measured rows contain enough numbers to estimate the noise."""
         return min(self.freedom) > UNKNOWN_NOISE_FREEDOM
 
     @property
     def known(self) -> int:
         """
-        Return the number of identified combinations of parameters. The fit reduces the standard
-        deviation of such a combination to a third of the prior one or less.
+        Return the number of identified combinations of parameters: the fit reduces their standard
+        deviation to a third of the prior standard deviation or less.
         """
         return int(np.sum(self.singular_values > MIN_DEVIATION_RATIO))
 
     @cached_property
     def without(self) -> FitErrors:
-        """Return the errors of the rows that are not outliers."""
+        """Return the errors of the measured rows that are not outliers."""
         return self._errors(self.used)
 
     @cached_property
     def with_outliers(self) -> FitErrors:
-        """Return the errors of all rows, outliers included."""
+        """Return the errors of all measured rows, outliers included."""
         return self._errors(np.ones_like(self.used))
 
     def _errors(self, rows: Flags) -> FitErrors:
@@ -254,24 +255,25 @@ class Calibration(IdentifiedTable):
 
     @property
     def held_out_before(self) -> Errors:
-        """Return the errors of held-out rows with only base and tool fitted."""
+        """Return the errors of held-out rows, predicted with only base and tool fitted."""
         return self.without.held_out_before
 
     @property
     def held_out(self) -> Errors:
-        """Return the errors of held-out rows with all corrections fitted."""
+        """Return the errors of held-out rows, predicted with all corrections fitted."""
         return self.without.held_out
 
     @property
     def remainders(self) -> Floats:
         """
-        Return the residuals of all rows after the corrections are applied, (N, 2, 3), m and rad.
+        Return the residuals of all measured rows with all corrections applied, (N, 2, 3), m and
+        rad.
         """
         return np.asarray(self.left[2])
 
     @cached_property
     def corrections(self) -> dict[str, float]:
-        """Return the corrections by the name of the parameter, rad and m."""
+        """Return the correction of each parameter by the name of the parameter, rad and m."""
         return {one.name: one.correction for one in self.parameters}
 
     @property

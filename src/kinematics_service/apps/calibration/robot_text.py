@@ -53,12 +53,12 @@ from .result import Calibration
 KNOWN_POSE_COUNT = 5
 MAX_SOURCE_LENGTH = 2000
 
-# Number of digits with which the factor L of the covariance L L^T is written. Few digits are not
-# enough, because the standard deviations of poses may be far smaller than those of single numbers
-# of the table.
+# The covariance of the table's numbers is written as a factor L (covariance L L^T), with this
+# number of digits. Few digits are not enough, because the standard deviations of poses may be far
+# smaller than those of single numbers of the table.
 DIGITS = 6
-# An entry of the factor L is written as zero if it is smaller than this share of the norm of its
-# row.
+# An entry of the factor L of the covariance L L^T is written as zero if its ratio to the norm of
+# its row of L is smaller.
 NEGLIGIBLE_RATIO = 1e-7
 OF_JOINTS = ('encoder_noise', 'encoder_resolution', 'backlash', 'velocity_noise')
 
@@ -149,9 +149,9 @@ def calibrated_text(
 def _without_unused_constants(
     text: str, nominal: RobotDescription
 ) -> tuple[str, RobotDescription]:
-    # Remove constants that only the old base, tool or factors used. Repeat this, because a removed
-    # constant may have been the only user of another constant. Return the new text and its robot
-    # description.
+    # Remove constants of the robot file that only the old base, tool or singular factors used.
+    # Repeat this, because a removed constant may have been the only user of another constant.
+    # Return the new text and its robot description.
     def unused(description: RobotDescription) -> list[str]:
         where = {one.where for one in description.warnings}
         return [one.name for one in description.constants if f'constants.{one.name}' in where]
@@ -193,8 +193,8 @@ def certificate(
     found: Calibration, robot: Robot, origin: CalibrationOrigin, frames: Frames
 ) -> list[str]:
     """
-    Return the comment lines at the head of the robot file. They describe the data, the fit and the
-    results.
+    Return the comment lines at the head of the robot file. They describe the measured data, the
+    fit and its results.
 
     Parameters
     ----------
@@ -226,10 +226,11 @@ def certificate(
 def _known_poses(
     found: Calibration, robot: Robot, q: Floats, poses: Floats, frames: Frames
 ) -> list[str]:
-    # Return the lines of the section `known_poses`. It has measured poses of evenly spaced rows,
-    # written as poses of the tool in the base frame of the written file.
+    # Return the lines of the section `known_poses`. It has the measured poses of some evenly
+    # spaced rows, written as poses of the tool in the base frame of the written file.
     X, Y = found.base_offsets[0], found.tool_offsets[0]
-    # Leave outliers out if the calibration is accepted. If it is refused, take all rows.
+    # If the calibration is accepted, leave out the outliers. If it is refused, take all measured
+    # rows.
     outliers = set(found.outliers) if found.accepted else set()
     rows = np.array([k for k in range(len(q)) if k not in outliers])
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, KNOWN_POSE_COUNT).astype(int))]
@@ -261,9 +262,9 @@ def _known_poses(
 
 
 def _tolerances(found: Calibration, poses: Floats, frames: Frames) -> tuple[float, float]:
-    # Return the tolerances (m, rad) of known poses. They are the outlier limit times the estimated
-    # noise, so that all used poses are within the tolerances. They are at most ERROR_LIMIT, or the
-    # outlier limit times the noise of the instrument if that is larger.
+    # Return the tolerances (m, rad) of the known poses in the written file. They are the outlier
+    # limit times the estimated noise, so that all used poses are within them. They are at most
+    # ERROR_LIMIT, or the outlier limit times the noise of the instrument if this is larger.
     known, limit = found.instrument or (0.0, 0.0), outlier_limit(2)
     length, angle = (
         limit * min(noise, max(most / limit, of_instrument))
@@ -327,8 +328,8 @@ def named_factor(
     covariance L L^T.
 
     The covariance of a calibration is for corrections of the nominal table. Most corrections
-    correspond to one parameter of the calibrated table, maybe in another row. A rotation within a
-    row of two matrices corresponds to a combination of several parameters.
+    correspond to one parameter of the calibrated table, maybe in another table row. A rotation
+    between the two matrices of one table row corresponds to a combination of several parameters.
     """
     errors, known = calibrated_errors(robot, found, ends), named_errors(robot)
     made_of = np.zeros((len(known.frames), len(errors.frames)))
@@ -342,8 +343,8 @@ def named_factor(
             own = np.flatnonzero(there)
             made_of[own, column] = np.linalg.lstsq(known.screws[own].T, screw, rcond=None)[0]
     factor = made_of @ errors.factor
-    # `known` has one row of a gear ratio for each screw of its joint. These rows are equal, so
-    # keep only the first.
+    # A gear ratio has one row in `known` for each screw that its joint moves. These rows are
+    # equal, so keep only the first.
     _, first = np.unique(known.of, return_index=True)
     rows = first[np.any(made_of[first], axis=1)]
     triangle = np.linalg.qr(factor[rows].T, mode='r')
@@ -354,7 +355,8 @@ def named_factor(
 def _scaled(
     value: float, angle: bool, description: RobotDescription | None, digits: int = DIGITS
 ) -> str:
-    # Return a number as text in the units of the file; unchanged if no description is given.
+    # Return a number (rad or m) as text in the units of the robot file; in rad or m if no
+    # description is given.
     unit = 1.0
     if description is not None:
         unit = description.radians if angle else description.metres

@@ -68,9 +68,10 @@ from .placing import PLACING_STEPS
 POINTS = 'points'
 # The tip touches a point exactly if their distance is below this value (m), which is round-off.
 TOUCH_TOLERANCE = 1e-13
-# Longest step (rad, m) of the joints in the search for an exact touch.
+# Longest step (rad, m) of a joint in the search for joint positions at which the tip touches a
+# point exactly.
 STEP_LIMIT = 0.5
-# Usual joints turn by at most this angle (rad). If a joint position is larger, test whether the
+# Usual joints turn by at most this angle (rad). If a joint angle is larger, test whether the joint
 # positions are in degrees.
 MAX_TURN = 4 * np.pi
 # A matrix that reverses the sign of translations. It is needed, because a correction of a touched
@@ -80,8 +81,9 @@ MIRROR = np.diag([-1.0, -1.0, -1.0, 1.0])
 
 class TouchStart(NamedTuple):
     """
-    Initial points (..., K, 3) in the base frame, and initial tips (..., 3) in the tool frame, m.
-    `left` has the residuals (..., N, 3) from tips to points, m.
+    Positions of K touched points (..., K, 3) in the base frame, and of the tip (..., 3) in the
+    tool frame, m, from which the fit starts. `left` has the residuals (..., N, 3) from tip to
+    touched point, m.
     """
 
     points: Floats
@@ -90,7 +92,7 @@ class TouchStart(NamedTuple):
 
     @property
     def distances(self) -> Floats:
-        """Return the distances (..., N), m, from tips to points."""
+        """Return the distances (..., N), m, from the tip to the touched point in each row."""
         return np.asarray(np.linalg.norm(self.left, axis=-1))
 
 
@@ -126,9 +128,9 @@ def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> Touc
         shares /= np.sum(shares, axis=-1, keepdims=True)
         mean_at, mean_R = shares @ at, np.einsum('...kn,...nij->...kij', shares, R)
         if free:
-            # Subtract from each row the mean over the rows of its point. This eliminates the
-            # points. Then solve for the tip, with a prior so wide that it hardly changes the
-            # solution.
+            # Subtract from each row the mean over the rows that touch the same point. This
+            # eliminates the positions of the points. Then solve for the tip, with a prior so wide
+            # that it hardly changes the solution.
             J, off = R - mean_R[..., point, :, :], mean_at[..., point, :] - at
             M = np.einsum('...n,...nij,...nik->...jk', weights, J, J)
             M = M + (noise[..., None] / PLACE_PRIOR) ** 2 * np.eye(3)
@@ -191,7 +193,9 @@ class SamePointParameters(ChosenParameters):
         self.every = (*arm.table, *points, *end_parameters('tool', 0))
 
     def first(self, end: str, k: int) -> int:
-        """Return the index of the first correction of point k, or of the tool."""
+        """
+        Return the index, in `every`, of the first correction of touched point k, or of the tool.
+        """
         points = k if end == POINTS else len(self.names)
         return len(self.table) + 3 * points
 
@@ -199,8 +203,8 @@ class SamePointParameters(ChosenParameters):
         self, fit: Sequence[str], fix: Sequence[str], tolerances: Iterable[str] = ()
     ) -> list[int]:
         """
-        Return the indices of the fitted parameters, which include the positions of all points.
-        Raise an error if a word names no parameter.
+        Return the indices, in `every`, of the parameters to fit, which include the positions of
+        all touched points. Raise an error if a word of `fit` or `fix` names no parameter.
         """
         for word in (*fit, *fix):
             if word.rpartition('.')[0] in self.names:
@@ -214,7 +218,7 @@ class SamePointParameters(ChosenParameters):
     ) -> FitProblem:
         """
         Return the fit problem for points that the tip of the tool has touched. The fit starts from
-        the positions of the points and of the tip on the nominal arm.
+        the positions of points and tip that fit the nominal arm.
 
         Raises
         ------
@@ -237,20 +241,20 @@ class SamePointParameters(ChosenParameters):
         return self.problem(chains, poses, chosen, tolerances, distances)
 
     def undone(self, change: Hypothesis) -> UndoneRows:
-        """Correct a mistake of the input, and return the rows as arguments of `calibrate`."""
+        """Correct a mistake of the input, and return the touches as arguments of `calibrate`."""
         return {'q': change.joints(self.given.q), 'same_point': self.marks}
 
     def misfits(self, used: Flags, changes: Sequence[Hypothesis]) -> Floats:
         """
-        Return the truncated mean of the squared distances from tips to points, after each of H
-        mistakes of the input is corrected.
+        Return the misfit (H,) after each of H mistakes of the input is corrected: the mean of the
+        squared distances from tip to touched point, in units of 20 mm, each at most 1.
         """
         distances = self._distances(np.stack([one.joints(self.given.q) for one in changes]))
         return truncated((distances / ERROR_LIMIT.position) ** 2)
 
     def _distances(self, joints: Floats) -> Floats:
         # Take H corrected arrays of joint positions (H, N, n). Fit tip and points to each array,
-        # and return the distances (H, N) from tips to points, m.
+        # and return the distances (H, N) from tip to touched point, m.
         return started(self.robot, joints, self.given.sets).distances
 
     def _check_touches(self, start: TouchStart) -> None:
@@ -283,8 +287,8 @@ class SamePointParameters(ChosenParameters):
                 )
 
     def _chain(self, k: int, tip: Floats) -> CorrectedChain:
-        # The chain goes from the base frame to the tip; a correction of point k moves the tip in
-        # the opposite direction.
+        # The chain goes from the base frame to the tip. The fit compares the tip with the initial
+        # position of point k, so a correction of point k moves the tip in the opposite direction.
         description = self.robot.description
         tool = np.array(description.tool.motion.matrix)
         tool[:3, 3] += tool[:3, :3] @ tip
@@ -297,7 +301,10 @@ class SamePointParameters(ChosenParameters):
         return replace(self.chain, still=tuple(still))
 
     def possible(self, problem: FitProblem) -> int:
-        """Return the number of parameter combinations that any touches could determine."""
+        """
+        Return the number of parameter combinations that touches, however many, can determine at
+        most.
+        """
         q = seeded_poses(self.robot.limits, self.robot.prismatic)
         point = np.arange(len(q)) % len(self.names)
         return structural_rank(self._exact_jacobian(problem, Noise(LENGTH, 1.0), q, point))
@@ -305,7 +312,7 @@ class SamePointParameters(ChosenParameters):
     def combinations(
         self, problem: FitProblem, noise: Noise, used: Flags
     ) -> tuple[ParameterCombination, ...]:
-        """Return the sets of parameters that the touched points do not distinguish."""
+        """Return the sets of parameters whose effects the used touches do not distinguish."""
         J = self._exact_jacobian(problem, noise, self.given.q[used], self.given.sets[used])
         return combinations_of(J, problem.parameters)
 
@@ -330,8 +337,9 @@ class SamePointParameters(ChosenParameters):
 
     def ends_of(self, problem: FitProblem, values: Floats) -> PlacedEnds:
         """
-        Return the offsets X and Y of tip = X calibrated Y, and the poses of base and tool before
-        the fit. X is the identity, because the base is that of the robot file.
+        Return the offsets X and Y of B = X A Y, and the poses of base and tool before the fit. A
+        are poses of the calibrated robot, and B those of the tip. X is the identity, because the
+        base is that of the robot file.
         """
         _, tool_offsets, _, tool_starts = super().ends_of(problem, values)
         base = self.robot.description.base.motion.matrix[None]
@@ -339,8 +347,8 @@ class SamePointParameters(ChosenParameters):
 
     def as_given(self) -> Floats:
         """
-        Return the residuals (N, 2, 3) from the tip of the robot file to the fitted points, m.
-        Residuals of rotations are zero.
+        Return the residuals (N, 2, 3), m, from the tip of the robot file to the touched points,
+        which are fitted to this tip. Residuals of rotations are zero.
         """
         left = started(self.robot, self.given.q, self.given.sets, free=False).left
         return np.stack([left, np.zeros_like(left)], axis=1)
@@ -387,8 +395,9 @@ class SamePointParameters(ChosenParameters):
 
 
 def _touching(robot: Robot, q: Floats, targets: Floats, tip: Floats) -> tuple[Floats, Flags]:
-    # Move the tip to its targets from q by damped least squares (Levenberg and Marquardt). Return
-    # the joint positions, and flags of the rows whose tip has reached the target.
+    # Start at joint positions q, and move the tip to the target of each row by damped least
+    # squares (Levenberg and Marquardt). Return the joint positions, and flags of the rows whose
+    # tip has reached the target.
     for _ in range(PLACING_STEPS + 1):
         T, J = forward_kinematics(robot, q), jacobian(robot, q, at=tip)[:, :3]
         left = targets - (T[:, :3, 3] + T[:, :3, :3] @ tip)

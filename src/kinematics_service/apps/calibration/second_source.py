@@ -26,16 +26,16 @@ from ..checking.other_robots import OtherRobot, left_by, other_robot
 from .collecting import CollectedPoses
 from .zero_jump import RECENT, JumpDetector, Watched
 
-# Number of poses at which the first diagnosis is made, and number of new poses after which the
-# next diagnosis is made.
+# Number of poses with which the first diagnosis is made, and number of new poses after which the
+# poses are diagnosed again.
 MIN_NEW = 20
-# Causes of errors for which a diagnosis may mistake a jump of a joint zero. If a jump is detected,
+# A diagnosis may name one of these causes if in truth a joint zero jumped. If a jump is detected,
 # the status reports the jump instead of such a cause.
 LOOKS_OF_A_JUMP = ('joint_offset', 'link_length', 'link_twist', 'time_lag')
-# The advice to the user if large errors remain that no mistake explains.
+# Advice to the user if large errors between the poses and the robot file remain that no mistake
+# explains.
 ADVICE = 'calibrate-live collects poses for a robot file of this very arm'
-# The motion of the joints over time: a list of stamps (ns) with the joint positions (n,) at each
-# stamp.
+# Recorded motion of the joints: a list of stamps (ns) with the joint positions (n,) at each stamp.
 Way = list[tuple[int, Floats]]
 
 
@@ -50,7 +50,7 @@ class Examined:
     unseen
         Number of poses since the last diagnosis.
     newest
-        The newest poses.
+        The newest poses of the second source.
     diagnosis
         The last diagnosis of poses without a jump; or a sentence that says why no diagnosis was
         possible.
@@ -76,8 +76,8 @@ def examined(
     robot: Robot, limits: ReferenceLimits, before: Examined | None, new: CollectedPoses, way: Way
 ) -> Examined:
     """
-    Update the diagnosis and the jump test with new poses, and return both. `way` has the joints'
-    path.
+    Update the diagnosis and the jump test with new poses, and return both. `way` is the recorded
+    motion of the joints.
     """
     if before is None:
         return restarted(robot, limits, None, new, way)
@@ -106,8 +106,8 @@ def restarted(
 ) -> Examined:
     """
     Diagnose the newest poses alone, and continue or start a jump test. A running jump test goes on
-    if the new diagnosis has the status level of the previous diagnosis. Otherwise a new jump test
-    starts, if the poses fit the robot file.
+    if the new diagnosis has the same status level (OK or WARN) as the previous one. Otherwise a
+    new jump test starts, if the poses fit the robot file.
     """
     recent, judge = newest.at(slice(-RECENT, None)), judge_of(limits)
     found = diagnosed(robot, recent, way)
@@ -130,8 +130,8 @@ def restarted(
 
 def diagnosed(robot: Robot, poses: CollectedPoses, way: Way) -> FrameDiagnosis | str:
     """
-    Return the diagnosis of poses, or a sentence that says why no diagnosis is possible; `way` has
-    the joints' path.
+    Return the diagnosis of poses, or a sentence that says why no diagnosis is possible; `way` is
+    the recorded motion of the joints.
     """
     stamps = np.array(poses.stamps)
     rising = np.argsort(stamps, kind='stable')
@@ -147,7 +147,9 @@ def diagnosed(robot: Robot, poses: CollectedPoses, way: Way) -> FrameDiagnosis |
 
 
 def judge_of(limits: ReferenceLimits) -> FrameLimits:
-    """Convert the limits of the node's settings to limits of the frame check."""
+    """
+    Convert the limits of position and angle in the node's settings to limits of the frame check.
+    """
     return FrameLimits(
         PoseLimit(limits.position_warn, limits.angle_warn),
         PoseLimit(limits.position_stop, limits.angle_stop),

@@ -21,7 +21,7 @@ from ...robot.robot import Robot
 from .collecting import PoseCollector
 from .second_source import MIN_NEW, Examined, examined, frames_status
 
-# Largest number of stored poses that were matched with joint states.
+# Largest number of stored poses of the second source that were matched with joint states.
 MAX_POSES = 256
 # Least time between two stored samples of the joints' path, ns. So the path is stored at 100 Hz at
 # most.
@@ -29,7 +29,8 @@ PATH_STEP = 10_000_000
 # Number of stored samples of the joints' path, from which a lag is found. At 100 Hz they cover the
 # last minute.
 PATH_SAMPLES = 6_000
-# The status is WARN if no pose arrived for this time (s), or if no pose was used for this time.
+# The status is WARN if no pose of the second source arrived for this time (s), or if no pose was
+# used for this time.
 PATIENCE = 5.0
 # If the stamps of poses and joint states differ by more than this time (s), the stamps come from
 # two clocks. No source of poses is so late.
@@ -40,8 +41,8 @@ class SecondSourceWatch:
     """
     Collects poses of a second source, and compares them with the poses of the robot file.
 
-    Poses and joint states must have the same clock. The comparison runs in a thread of its own: it
-    takes 20 ms for a diagnosis and 1 ms for a new pose.
+    Poses and joint states must have the same clock. The comparison runs in a separate thread: a
+    diagnosis takes 20 ms, and the jump test of a new pose 1 ms.
 
     Parameters
     ----------
@@ -74,7 +75,7 @@ class SecondSourceWatch:
         return self._examined is not None
 
     def note_pose(self, stamp: int, pose: Floats) -> None:
-        """Take a pose (4, 4) with its stamp (ns)."""
+        """Take a pose (4, 4) of the second source with its stamp (ns)."""
         now, poses = time.monotonic(), self._poses
         poses.note_pose(stamp, pose)
         self._arrived += 1
@@ -82,16 +83,16 @@ class SecondSourceWatch:
         self._ahead = 0.0 if is_stale else 1e-9 * (stamp - self._way[-1][0])
         is_matched = poses.different > 0 and poses.unmatched == self._unmatched
         if is_stale or is_matched and self._ahead < CLOCK_DIFFERENCE:
-            # `_used_at` is the time of the last used pose. Set it to the present time if this pose
-            # was used. Do so as well if joint states are missing, because the status `input`
-            # already reports missing joint states.
+            # `_used_at` is the time at which a pose was last used. Set it to the present time if
+            # this pose was used. Do so as well if joint states are missing, because the status
+            # `input` already reports missing joint states.
             self._used_at, self._arrived = now, 0
         self._unmatched = poses.unmatched
 
     def note_state(self, stamp: int, q: Floats) -> None:
         """
-        Take joint positions (n,) at a stamp (ns). A pose is compared once the joint states before
-        and after it have arrived.
+        Take joint positions (n,) at a stamp (ns). A pose of the second source is compared once the
+        joint states before and after it have arrived.
         """
         self._noted_at = time.monotonic()
         self._poses.note_state(stamp, q)
@@ -110,8 +111,8 @@ class SecondSourceWatch:
         return found
 
     def _why_unused(self, refused: str) -> str:
-        # Return the reason why no pose was used within the last PATIENCE seconds; empty if a pose
-        # was used.
+        # Return the reason why no pose of the second source was used within the last PATIENCE
+        # seconds; empty if a pose was used.
         if (silence := time.monotonic() - self._used_at) < PATIENCE:
             return ''
         if not self._arrived:

@@ -5,12 +5,13 @@ Detect a jump of a joint zero by the generalized likelihood ratio (GLR) test of 
 
 Willsky and Jones 1976; Basseville and Nikiforov 1993, chapter 7. The residual of a pose is e = H x
 + A delta + noise. The unknown x contains base, tool, lag and the errors of the table, with
-Gaussian priors. The jump delta of one parameter acts on one pose of the window and on all later
-poses. The test maximizes the likelihood ratio over the parameter that jumps, the first pose after
-the jump, and delta. x is estimated from the window and from the baseline, earlier poses without a
-jump. A wrong table is part of x, so a new working region raises no alarm. Errors that successive
-poses share raise the threshold. The number of poses that share an error is estimated. The estimate
-can be too small, so shared errors may still raise an alarm, mostly within the first 70 poses.
+Gaussian priors. The jump delta of one parameter (a joint zero, base, tool or lag) acts on one pose
+of the window of newest poses and on all later poses. The test maximizes the likelihood ratio over
+the parameter that jumps, the first pose after the jump, and delta. x is estimated from the window
+and from the baseline, earlier poses without a jump. A wrong table is part of x, so a new working
+region raises no alarm. Errors that successive poses share raise the threshold. The number of poses
+that share an error is estimated. The estimate can be too small, so shared errors may still raise
+an alarm, mostly within the first 70 poses.
 """
 
 import math
@@ -32,65 +33,70 @@ from ..checking.offsets import fit_at, fit_offsets, jacobian, moved_offsets, res
 from ..recordings.readers.block import Flags
 from .collecting import CollectedPoses
 
-# Thresholds of the test: quantiles of chi-square with 1 and 6 degrees of freedom, exceeded with
-# probability 1e-10. With some 1000 tests for each pose, a healthy arm raises one false alarm in
-# 1e7 poses.
+# Thresholds of the likelihood ratio of a jump: quantiles of chi-square with 1 degree of freedom
+# (joint zero, lag) and 6 (base, tool), exceeded with probability 1e-10. With some 1000 tests for
+# each pose, a healthy arm raises one false alarm in 1e7 poses.
 THRESHOLDS = {1: 41.8, 6: 58.4}
-# No poses are added to the baseline while the likelihood ratio of a jump is above its threshold
-# minus this share of the smaller threshold.
+# No poses are added to the baseline while a jump is suspected: while its likelihood ratio is above
+# its threshold minus this share of the smaller threshold.
 FREEZE_RATIO = 0.5
-# The window has this number of poses, or up to one batch more. It has more than 100 poses, because
-# a slip of a joint must be detected within 100 poses of a camera.
+# The window, which is tested for a jump, holds this number of the newest poses, or up to one batch
+# more. It has more than 100 poses, because a slip of a joint must be detected within 100 poses of
+# a camera.
 WINDOW = 128
-# Up to this number of wrong poses of a second source raise no alarm.
+# A jump is not reported if only this number of poses, or fewer, suggest it, because the second
+# source may measure some poses wrong.
 MAX_FAILED = 5
 # A jump is proven only if at least this number of poses came after the jump and fit better with
 # the jump.
 MIN_POSES = MAX_FAILED + 1
-# Number of poses that are tested together and then enter the baseline together.
+# Number of new poses that are tested together. Later they enter the baseline together.
 BATCH = 16
-# Lower bounds of the noise, m and rad: standard deviations of one number of a pose that a tracker
-# measures.
+# Lower bounds of the noise, m and rad: standard deviations of one number of a pose that a good
+# tracker measures.
 MIN_NOISE = 1e-4, np.radians(0.02)
 # Prior standard deviation (m and rad) of the offsets of base and tool from their fitted values. It
 # is so wide that it hardly affects the estimate.
 OFFSET = 0.3
-# Prior standard deviation (s) of the lag: two periods of joint states at 200 Hz.
+# Prior standard deviation (s) of the delay between joint states and poses of the second source:
+# two periods of joint states at 200 Hz.
 LAG = 0.01
-# Largest number of poses in the baseline. The baseline keeps only the newest poses, so that the
-# estimate follows an arm that warms up.
+# Largest number of poses in the baseline. The baseline keeps only the newest poses without a jump,
+# so that the estimate follows an arm that warms up.
 MEMORY = 2 * WINDOW
-# Linearize again if the offsets of base and tool moved by this value or more (m, rad). If they
-# moved less, the error of the linearization, the square of the motion, is negligible.
+# The residuals are linearized again if the offsets of base and tool moved by this value or more
+# (m, rad). If they moved less, the error of the linearization, the square of the motion, is
+# negligible.
 STEP = 2e-3
-# The median of chi-square with 6 degrees of freedom.
+# The median of chi-square with 6 degrees of freedom, the squared residual of a pose.
 MEDIAN = 5.35
-# Largest number of successive linearizations of the offsets.
+# Largest number of successive linearizations, each at the newly estimated offsets of base and
+# tool.
 ROUNDS = 8
-# A joint that moved less than this (rad) is never named as the joint that jumped. Prismatic joints
-# are scaled by a length of the arm.
+# A joint that moved less than this (rad) is never named as the joint that jumped. For a prismatic
+# joint, the value is multiplied by the characteristic length.
 MIN_RANGE = 0.02
-# Information on the size of a jump is taken as round-off if it is below this share of the
-# information for a known x.
+# The information (inverse variance) on the size of a jump is taken as round-off if it is below
+# this share of the information that a known x (base, tool, lag, table) would give.
 MIN_RATIO = 1e-9
-# A joint is named only if its gain is at least the largest gain minus this number. The number
-# belongs to a likelihood ratio of 100.
+# A joint is named only if its jump increases twice the log likelihood nearly as much as the best
+# joint does: at most by this number less, which belongs to a likelihood ratio of 100.
 RIVAL_GAIN = 2.0 * math.log(100)
-# If a jump exceeds the threshold by this number of standard deviations, the test detects it in
-# nine of ten cases.
+# The test detects a jump in nine of ten cases if its size, in standard deviations, exceeds the
+# square root of the threshold by this number.
 POWER_Z = NormalDist().inv_cdf(0.9)
 # Number of the newest poses that are given to a diagnosis: half of the window.
 RECENT = WINDOW // 2
 # The second source fails if more than an eighth of the poses of the window are outliers.
 MAX_OUTLIERS = WINDOW // 8
-# The status names the smallest jump that the test would detect with this number of poses after the
-# jump.
+# The status names the smallest jump that the test would detect once this number of poses has come
+# after the jump.
 FORECAST = 50
 
 BASE, TOOL, LAGS = slice(0, 6), slice(6, 12), slice(12, 13)
 KEYS = {BASE.start: 'base', TOOL.start: 'tool', LAGS.start: 'time_lag'}
-# In the fit of the offsets, an error of this length (m) weighs as much as an error of 1 rad. The
-# length is 1, so positions are not scaled.
+# In the fit of the offsets of base and tool, an error of this length (m) weighs as much as an
+# error of 1 rad. The length is 1, so positions are not scaled.
 ONE = np.ones((1, 1, 1))
 
 
@@ -106,7 +112,8 @@ class ZeroJump:
     names
         The joints that may have jumped, the likeliest first; or the key if no joint jumped.
     sizes
-        Size of the jump for each name, rad, m or s; for base and tool the rotation (rad).
+        Size of the jump for each name in `names`, rad, m or s; for base and tool the rotation
+        (rad).
     position, angle
         RMS motion of the tool poses by the jump, m and rad.
     stamp, count
@@ -183,7 +190,9 @@ class Watched(NamedTuple):
         )
 
     def values(self) -> list[tuple[str, str]]:
-        """Return the keys and values of the diagnostics message."""
+        """
+        Return the keys and values that the diagnostics message of the second source contains.
+        """
         jump = self.jump
         return [
             ('poses tested', str(self.tested)),
@@ -198,9 +207,10 @@ class Watched(NamedTuple):
 
 
 class _Baseline:
-    # Estimates x from poses without a jump. `mean` and `information` are the mean and the
-    # information matrix of x, in units of the prior of x. The noise follows from the residuals and
-    # from the number of entries of x that the poses determine (MacKay 1992).
+    # Estimates the unknown x (base, tool, lag, table) from poses without a jump. `mean` and
+    # `information` are the mean and the information matrix of x, in units of the prior of x. The
+    # noise follows from the residuals and from the number of entries of x that the poses determine
+    # (MacKay 1992).
     def __init__(self, rows: Floats, unknown: Integers, floor: Floats) -> None:
         e, H = rows[:, :, 0], rows[:, :, 1:][:, :, unknown]
         r = np.moveaxis(e.reshape(len(e), 2, 3), 1, 0).reshape(2, -1, 1)
@@ -234,14 +244,14 @@ def poses_of_one_error(residuals: Floats) -> Floats:
     """
     sums, differences = residuals[1:] + residuals[:-1], residuals[1:] - residuals[:-1]
     squares = np.sum(sums**2, axis=(0, 2)), np.sum(differences**2, axis=(0, 2))
-    # If all residuals are zero, set the ratio to 1.
+    # If all residuals are zero, set the ratio of von Neumann to 1.
     ratio = np.divide(*squares, out=np.ones(2), where=squares[1] > 0.0)
     return np.asarray(np.maximum(ratio, 1.0))
 
 
 class _JumpCandidate(NamedTuple):
-    # A possible jump of one parameter. `own` selects the columns of the parameter. `begin` is the
-    # index of the first pose after the jump, `size` the size of the jump. `gain` is twice the
+    # A possible jump of one parameter. `own` selects the derivatives by the parameter. `begin` is
+    # the index of the first pose after the jump, `size` the size of the jump. `gain` is twice the
     # increase of the log likelihood by the jump. `excess` is the test statistic minus its
     # threshold. `scale` is the variance of the residuals divided by that of the baseline, at least
     # 1.
@@ -255,7 +265,8 @@ class _JumpCandidate(NamedTuple):
 
 class _LikelihoodRatios:
     # Computes the likelihood ratios of possible jumps in a window of poses. The unknown x (base,
-    # tool, lag, table) is estimated from baseline and window. Residuals are in units of the noise.
+    # tool, lag, table) is estimated from the baseline and from the window. Residuals are in units
+    # of the noise.
     def __init__(
         self, rows: Floats, used: Flags, unknown: Integers, jumping: int, baseline: _Baseline
     ) -> None:
@@ -265,56 +276,56 @@ class _LikelihoodRatios:
         G = baseline.information + K.T @ K
         G += np.finfo(np.float64).eps * np.trace(G) * np.eye(len(G))
         whitening = np.linalg.inv(np.linalg.cholesky(G))
-        # Whiten x, so that its components are uncorrelated with variance 1. The columns of B
-        # belong to these components.
+        # Transform x, so that its components are uncorrelated with variance 1. The columns of B
+        # are the derivatives of the residuals by these components.
         B, y = K @ whitening.T, whitening @ (prior + K.T @ r)
         self.A, self.B, self.left = A, B.reshape(H.shape), (r - B @ y).reshape(e.shape)
         products = np.concatenate([A, self.B, self.left[:, :, None]], axis=2)
-        # Row k of `sums` belongs to a jump at pose k: it is the sum of the products from pose k to
-        # the last pose.
+        # Row k of `sums` belongs to a jump at pose k. It has the products of the derivatives A by
+        # a jump with A, B and the residuals, summed from pose k to the last pose.
         self.sums = np.cumsum((np.swapaxes(A, 1, 2) @ products)[::-1], axis=0)[::-1]
         told = float(np.sum(baseline.freedom))
         self.misfit = told + float(r @ r + baseline.mean @ prior - y @ y)
         self.freedom = told + 6.0 * float(np.sum(used))
 
     def information(self, sums: Floats, own: slice) -> Floats:
-        # Return the information matrix (k, k) of the size of a jump, for each of K jumps, if x is
-        # unknown.
+        # Return the information matrix (k, k) on the k numbers of a jump, for each of K jumps, if
+        # x (base, tool, lag, table) is unknown and estimated with it.
         D, whole = sums[:, own, self.A.shape[2] : -1], sums[:, own, own]
         least = MIN_RATIO * (1.0 + np.max(np.einsum('kii->ki', whole), axis=1))
         unit = least[:, None, None] * np.eye(whole.shape[1])
         return np.asarray(whole - D @ np.swapaxes(D, 1, 2) + unit)
 
     def likeliest(self, own: slice, sums: Floats, first: int) -> _JumpCandidate:
-        # Return the likeliest jump of the columns `own`. Row i of `sums` belongs to a jump that
-        # begins at pose `first` + i.
+        # Return the likeliest jump of the parameter with the derivatives `own`. Row i of `sums`
+        # belongs to a jump that begins at pose `first` + i.
         u = sums[:, own, -1]
         sizes = np.linalg.solve(self.information(sums, own), u[:, :, None])[:, :, 0]
         gains = np.sum(u * sizes, axis=1)
         at = int(np.argmax(gains))
         gain, dof = float(gains[at]), u.shape[1]
         rest, left = self.freedom - dof, self.misfit - gain
-        # The likelihood ratio is that for a noise of unknown scale. With Bartlett's factor the
-        # ratio is nearly chi-square distributed.
+        # The likelihood ratio holds for a noise of unknown size. With Bartlett's factor it is
+        # nearly chi-square distributed.
         ratio = (rest + 0.5 * dof - 1.0) * math.log1p(gain / max(left, rest))
         scale = max(1.0, left / self.freedom)
         return _JumpCandidate(own, first + at, sizes[at], gain, ratio - THRESHOLDS[dof], scale)
 
     def parts(self, jump: _JumpCandidate) -> tuple[Floats, Floats]:
-        # Return two arrays: the residuals (N, 6) without the effect of a jump, and the
-        # contributions (N,) of the poses to the gain of the jump.
+        # Return two arrays: the residuals (N, 6) of the window with the effect of a jump removed,
+        # and the contributions (N,) of the poses to the gain of the jump.
         jumped = self.A[:, :, jump.own] @ jump.size
         jumped[: jump.begin] = 0.0
         x = jump.size @ self.sums[jump.begin, jump.own, self.A.shape[2] : -1]
         return self.left - jumped + self.B @ x, np.sum(jumped * self.left, axis=1)
 
     def is_proven(self, jump: _JumpCandidate) -> bool:
-        # Return whether a jump is proven. The gain of a jump is a sum of contributions of poses.
-        # Each contribution is clipped, so that MAX_FAILED poses cannot prove a jump. More than
-        # half of the poses must fit better with the jump. A jump that only a few outliers suggest
-        # fails this test, because the other poses fit worse with it. `noise` is the mean squared
-        # residual with the jump, times the number of successive poses that share an error. It
-        # multiplies the threshold if it is above 1.
+        # Return whether a jump is proven. Its gain (twice the increase of the log likelihood) is a
+        # sum of contributions of poses. Each contribution is clipped, so that MAX_FAILED poses
+        # cannot prove a jump. More than half of the poses must fit better with the jump. A jump
+        # that only a few outliers suggest fails this test, because the other poses fit worse with
+        # it. `noise` is the mean squared residual after the jump is removed, times the number of
+        # successive poses that share an error. If it is above 1, it multiplies the threshold.
         left, (after, shares) = self.left, self.parts(jump)
         blocks = after.reshape(-1, 2, 3)
         left, after, shares = (part[jump.begin :] for part in (left, after, shares))
@@ -341,8 +352,8 @@ class _LikelihoodRatios:
 
 class JumpDetector:
     """
-    Tests the poses of a second source for a jump. The baseline of the test are earlier poses
-    without a jump.
+    Tests the poses of a second source for a jump. The baseline of the test consists of earlier
+    poses without a jump.
 
     Parameters
     ----------
@@ -375,7 +386,7 @@ class JumpDetector:
             self._rows, self._used = self._linearized(first), np.ones(len(first.q), dtype=bool)
             self._learn(first)
             gains = self._ratios_of_window().outlier_gains()
-            # Compare the largest gain with the median gain instead of a threshold, because
+            # Compare the largest outlier gain with the median one instead of a threshold, because
             # outliers enlarge the estimate of the noise and so reduce all gains.
             worst = float(np.max(gains))
             if worst <= THRESHOLDS[6] / MEDIAN * float(np.median(gains)):
@@ -386,8 +397,8 @@ class JumpDetector:
         self._keep(len(first.q))
 
     def _learn(self, poses: CollectedPoses) -> None:
-        # Add poses to the baseline. Then linearize and estimate the offsets of base and tool,
-        # until the offsets hardly change.
+        # Add poses to the baseline. Then linearize the residuals and estimate the offsets of base
+        # and tool again, until the offsets hardly change.
         self._learned = self._learned.followed_by(poses).at(slice(-MEMORY, None))
         for _ in range(ROUNDS):
             rows = self._linearized(self._learned)
@@ -404,8 +415,8 @@ class JumpDetector:
         self._rows, self._used = self._rows[begin:], self._used[begin:]
 
     def _linearized(self, of: CollectedPoses) -> Floats:
-        # Return the residuals of N poses and their M derivatives side by side, (N, 6, 1 + M), m
-        # and rad.
+        # Return the residuals of N poses, and their M derivatives by offsets, lag, joint zeros and
+        # table errors, side by side, (N, 6, 1 + M), m and rad.
         state = evaluate(self._robot, of.q, of.rates, depth=kernel.ALL_FRAMES)
         A, count = state.pose, len(of.q)
         fit = fit_at(A[None], of.poses[None], self._X, self._Y, ONE)
@@ -445,7 +456,7 @@ class JumpDetector:
 
     def _test(self) -> bool:
         # Test the poses of the window for a jump, and report a proven jump. Return True if no jump
-        # is suspected; the baseline may take new poses only then.
+        # is suspected. Only then may poses be added to the baseline.
         count = len(self._rows)
         self._used = np.ones(count, dtype=bool)
         if count < MIN_POSES:
@@ -463,8 +474,8 @@ class JumpDetector:
                 if self._jump:
                     break
                 # A few wrong poses may look like this jump. So test again without the poses that
-                # do not fit the jump. Leave out the poses, too, that contribute far more to the
-                # gain of the jump than the others.
+                # do not fit the jump. Leave out, too, the poses that contribute far more to the
+                # gain of the jump than other poses do.
                 (after, shares), begin = ratios.parts(best), best.begin
                 usual = np.median(shares[begin:][self._used[begin:]])
                 gains = np.maximum(np.sum(after**2, axis=1), MEDIAN * shares / max(usual, 1e-9))
@@ -472,8 +483,8 @@ class JumpDetector:
             worst = float(np.max(gains))
             if worst <= scale * THRESHOLDS[6]:
                 break
-            # Leave out only poses with more than half of the largest gain. Poses with smaller
-            # gains may fit once the worst poses are left out.
+            # Leave out only poses whose outlier gain is more than half of the largest one. Other
+            # poses may fit once the worst poses are left out.
             self._used &= gains < 0.5 * worst
         self._ratios = ratios
         if self._jump and (returned := self._returned(ratios, best)):
@@ -491,7 +502,8 @@ class JumpDetector:
 
     @property
     def _moved(self) -> list[int]:
-        # Return the joints that moved enough to be named.
+        # Return the indices of the joints that moved far enough to be named as the joint that
+        # jumped.
         ranges = (self._most - self._least) / self._robot.singularity.task.column_scales
         return [int(j) for j in np.flatnonzero(ranges > MIN_RANGE)]
 
@@ -502,7 +514,8 @@ class JumpDetector:
         return [ratios.likeliest(own, sums, first) for own in (BASE, TOOL, LAGS, *joints)]
 
     def _returned(self, ratios: _LikelihoodRatios, best: _JumpCandidate) -> int:
-        # Return the first pose after the end of a temporary jump; 0 if the jump still lasts.
+        # Return the index of the first pose after a temporary jump has ended; 0 if the jump still
+        # lasts.
         first, end = best.begin + MIN_POSES, len(self._rows) - MAX_FAILED
         if first >= end:
             return 0
@@ -515,8 +528,8 @@ class JumpDetector:
         joints.sort(key=lambda one: -one.gain)
         if best.own in (BASE, TOOL) and joints:
             # If a joint jumps by an angle, the linear model loses the share angle^2 of the joint's
-            # gain. Name base or tool only if its gain is larger than that of the joint by more
-            # than this loss plus the difference of the thresholds.
+            # gain. Name base or tool only if its gain exceeds the joint's gain by more than this
+            # loss plus the difference of the two thresholds.
             bent = joints[0].gain * float(joints[0].size[0]) ** 2
             fewer = best.scale * (THRESHOLDS[6] - THRESHOLDS[1])
             best = joints[0] if best.gain - joints[0].gain < bent + fewer else best
@@ -545,8 +558,8 @@ class JumpDetector:
 
 
 def _table_of(robot: Robot) -> TableErrors:
-    # Return the uncertainty of the table in the robot file, or the usual errors of a nominal
-    # table.
+    # Return the uncertainty of the table that the robot file gives, or else the usual errors of a
+    # nominal table.
     said = robot.description.uncertainty
     if said is None or not (said.parameters or said.factor):
         usual = tuple((one.name, one.scale) for one in parameters_of(robot).table)

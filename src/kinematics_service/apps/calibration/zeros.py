@@ -90,12 +90,12 @@ def calibrate_zeros(
         As in `calibrate`.
     """
     offsets = [one for one in parameters_of(robot).table if one.group == 'offsets']
-    # Prior standard deviations of the joint zeros. They are ten times the standard deviation below
-    # which a zero is identified.
+    # Prior standard deviations of the joint zeros: ten times the standard deviation below which a
+    # zero is identified.
     before = {one.name: 10.0 * TOLERANCES[not one.angle] for one in offsets}
     fit = ('offsets', *ENDS, *([] if approach is None else [BACKLASH.group]))
     # Skip the frame check (`check=False`), because it assumes right joint zeros and would report
-    # another robot.
+    # that another robot was measured.
     measured = partial(calibrate, robot, poses=points, approach=approach, progress=progress)
     fitted = partial(measured, fit=fit, tolerances=before, check=False)
     found = fitted(q, fix=fix, noise=noise)
@@ -111,8 +111,8 @@ def calibrate_zeros(
 
 
 def _hidden(found: Calibration) -> tuple[str, ...]:
-    # Return the names of joint offsets whose effect corrections of base and tool can produce as
-    # well. If these offsets are not fitted, the fit explains the touches equally well.
+    # Return the names of joint offsets whose effect on the touches equals that of corrections of
+    # base and tool. If these offsets are not fitted, the fit explains the touches equally well.
     offsets = {one.name for one in found.parameters if one.group == 'offsets'}
     hidden = list[str]()
     for one in found.combinations:
@@ -125,16 +125,16 @@ def zeros_of(found: Calibration) -> tuple[JointZero, ...]:
     """
     Return the zeros of the joints that follow from the corrections of a table's offsets.
 
-    Several joints may move one row of the table. The zeros are the joint motions that change the
-    rows as the corrections do. They are computed by the pseudoinverse.
+    Several joints may move one table row. The zeros are the joint motions that move the table rows
+    as the corrections do, computed by the pseudoinverse.
     """
     arm = parameters_of(found.robot)
     offsets = [one for one in arm.table if one.group == 'offsets']
     _, _, by_theta, by_d = arm.chain.screws
     moved = np.where(np.array([one.angle for one in offsets])[:, None], by_theta, by_d)
     rows, columns = found.fitted_of([one.name for one in offsets])
-    # If the offset of a table row is not fitted, it adds nothing to the zeros. The joints that
-    # move this row are marked as not known.
+    # If the offset of a table row is not fitted, it adds nothing to the zeros. The zeros of the
+    # joints that move this row are marked as not known.
     by_rows = np.linalg.pinv(moved)
     stays = np.abs(np.delete(by_rows, rows, axis=1)).max(axis=1, initial=0.0) > ROUND_OFF
     by_rows = by_rows[:, rows]

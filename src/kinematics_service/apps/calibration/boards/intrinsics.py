@@ -23,7 +23,7 @@ MATRIX = ('camera_matrix', 'k', 'K', 'mtx')
 DISTORTION = ('distortion_coefficients', 'dist_coeffs', 'dist_coeff', 'd', 'D', 'dist')
 WIDTH, HEIGHT = ('image_width', 'width'), ('image_height', 'height')
 KEYS_OF_FILE = f'{MATRIX[0]}, {DISTORTION[0]}, {WIDTH[0]} and {HEIGHT[0]}'
-# Accepted models of distortion, by ROS's names. Files of OpenCV have no model name.
+# Accepted models of lens distortion, by ROS's names. Files of OpenCV have no model name.
 MODELS = ('plumb_bob', 'rational_polynomial', '')
 # Accepted counts of distortion coefficients. The distortion model of OpenCV can have these counts.
 COUNTS = (4, 5, 8, 12, 14)
@@ -62,8 +62,8 @@ class Intrinsics(FrozenArrays):
         """
         zero = np.zeros(3)
         seen, J = opencv().projectPoints(points, zero, zero, self.matrix, self.distortion)
-        # Columns 3 to 5 of J are derivatives of the pixels by the translation `tvec`. They equal
-        # the derivatives by the point.
+        # Columns 3 to 5 of J are derivatives of the pixels by the translation `tvec` of the point
+        # in the frame of the camera. They equal the derivatives by the point.
         return seen.reshape(-1, 2), J[:, 3:6].reshape(-1, 2, 3)
 
     def sees(self, points: Floats, rim: float = 0.0) -> Flags:

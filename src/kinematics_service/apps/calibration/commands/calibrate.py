@@ -22,7 +22,7 @@ ORIGIN, DOWN = (0.0, 0.0, 0.0), (0.0, 0.0, -1.0)
 
 
 class ConditionOptions(NamedTuple):
-    """Options for the sessions and the loads of the measured poses."""
+    """Options for the sessions in which poses were measured, and for the loads on the tool."""
 
     sessions: Optional[str] = option('The session of each row; `file`: of each FILE.', 'COLUMN')
     load: Optional[str] = option('The load on the tool in each row, kg.', 'COLUMN')
@@ -70,8 +70,9 @@ def calibrate(
     """
     Identify the numbers of an arm from measured poses of its tool, and write its robot file.
 
-    FILE has joint states and poses, as for audit: a bag, or a table (.csv). Numbers have priors;
-    one that is not identifiable keeps its nominal value. Exit code 1: the result is refused.
+    FILE has joint states and poses, as for audit: a bag, or a table (.csv). Numbers of the table
+    have priors; one that is not identifiable keeps its nominal value. Exit code 1: the result is
+    refused.
 
     \b
     Examples:

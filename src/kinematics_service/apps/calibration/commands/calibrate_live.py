@@ -85,7 +85,7 @@ def calibrate_live(
     try:
         run_calibration(run, robot, (), outputs, calibrated)
     except BaseException:
-        _keep(arm, heard)  # do not lose poses that took minutes to collect
+        _keep(arm, heard)  # write the poses to a file, because collecting them took minutes
         raise
 
 
@@ -118,7 +118,8 @@ def collected(
 
 
 def _keep(robot: Robot, poses: CollectedPoses) -> None:
-    # Write the poses to a CSV file. If writing fails, too, stay silent: another error is raised.
+    # Write the collected poses to a CSV file. If writing fails, too, stay silent: another error is
+    # raised.
     file = Path(f'heard_poses_{datetime.now().astimezone():%Y%m%d_%H%M%S}.csv')
     with suppress(KinematicsError):
         write_file(file, table_of(poses, robot.joint_names))

@@ -16,7 +16,7 @@ from .calibration_options import FilesArgument, FitOptions, TableOptions, groupe
 from .calibration_outputs import OutputOptions, run_calibration
 
 DISTANCE = re.compile(r'([^,=]+),([^,=]+)=\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(mm|m)?')
-MAX_DISTANCE = 100.0  # m; no arm touches points that are farther apart
+MAX_DISTANCE = 100.0  # m; largest --distance, because no arm touches points farther apart
 POINT = 'point'  # the column that names the point of each row
 
 POINT_OPTION = option('The column that names the points.', 'COLUMN', POINT)
@@ -37,9 +37,10 @@ def calibrate_touch(
     """
     Calibrate an arm without an instrument: a spike on the tool touches the same points again.
 
-    FILE is a table (.csv) of joint positions and of the name of the point touched from many
-    poses. Points and tip are fitted. Touches make the ratios of lengths identifiable, and the
-    lengths if --distance gives the distance of two points. Exit code 1: the result is refused.
+    FILE is a table (.csv): each row has joint positions and the name of the touched point. Touch
+    each point from many poses. Points and tip are fitted. Touches make the ratios of lengths
+    identifiable, and the lengths if --distance gives the distance of two points. Exit code 1: the
+    result is refused.
 
     \b
     Examples:

@@ -61,7 +61,8 @@ def calibrate_zeros(
 
     Without FILE, --html writes a sheet to print. FILE is a table (.csv): each row has the name of
     a cross that the tip touched, and the joint positions. The places of sheet and tip are fitted.
-    Columns velocity.<joint>, the way each joint came, identify a backlash.
+    Columns velocity.<joint>, whose signs are the directions from which the joints came, identify a
+    backlash.
 
     \b
     Examples:

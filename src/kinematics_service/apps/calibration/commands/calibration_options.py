@@ -67,7 +67,10 @@ class TableOptions(NamedTuple):
 
 
 class PoseOptions(NamedTuple):
-    """Options for the poses of a recording; `own` names the frames that differ between files."""
+    """
+    Options of the measured poses in recordings. `own` names the ends (base, tool) whose pose
+    differs from file to file.
+    """
 
     topic: Optional[str] = option('Topic of joint states, if a bag has several.', 'TOPIC')
     pose_topic: Optional[str] = option('Topic of poses, points or transforms; /tf:FRAME.', 'TOPIC')

@@ -27,7 +27,10 @@ from .calibration_options import check_inputs, check_output
 
 
 class FramesChoice(str, Enum):
-    """Values of --frames: base and tool of the robot file, or of the measured poses."""
+    """
+    Values of --frames: whose base and tool the written file has, those of the robot file or of the
+    measured poses.
+    """
 
     robot = 'robot'
     measured = 'measured'

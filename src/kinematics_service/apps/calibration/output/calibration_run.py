@@ -26,7 +26,8 @@ from ..reading import MeasuredRecording, TouchRecording, read_measured
 from ..result import Calibration
 from ..zeros import JointZero
 
-# If a joint is faster than this, rad/s or m/s, the arm moved, and the calibration fits a lag.
+# If a joint is faster than this, rad/s or m/s, the arm moved while poses were measured, and the
+# calibration fits a lag.
 MOVING = 0.05
 NO_CONDITIONS = RowConditions()
 Recordings = Sequence[MeasuredRecording]
@@ -41,7 +42,7 @@ class CalibratedPoses(NamedTuple):
     found
         The calibration.
     files, remarks
-        Names of the measured files, and sentences on reading the files.
+        Names of the files with measured poses, and remarks on reading them.
     q, poses : shapes (N, n) and (N, 4, 4)
         Joint positions and measured poses of the first set, from which the known poses of the
         robot file are taken.
@@ -107,7 +108,8 @@ class CalibrationRun(NamedTuple):
     def read(self, files: Sequence[Path], reading: Selection, gap: float | None) -> Recordings:
         """
         Read the measured poses of files, and return them. `gap` (s) is the largest time between
-        the joint states before and after a pose; None stands for three usual intervals.
+        the joint states before and after a pose; None: three times the usual time between joint
+        states.
         """
         given = [read_measured(file, reading, gap, self.camera == ON_TOOL) for file in files]
         if len({one.positions for one in given}) > 1:
@@ -140,7 +142,8 @@ class CalibrationRun(NamedTuple):
         arguments of the library's `calibrate`.
         """
         moves = qdot is not None and np.max(np.abs(qdot)) > MOVING
-        # Tolerances that the robot file has for single numbers override the option.
+        # Tolerances that the robot file has for single numbers override the prior standard
+        # deviations in `limit`.
         limit, named = self.limit, dict(self.arm.description.tolerances.named)
         table = [one for one in parameters_of(self.arm).table if one.name not in named]
         sizes = {one.name: limit[one.angle] for one in table} if limit else {}
@@ -150,5 +153,5 @@ class CalibrationRun(NamedTuple):
 
 
 def origin_of(given: Sequence[MeasuredRecording | TouchRecording]) -> tuple[list[str], list[str]]:
-    """Return the names of all files, and all remarks on reading the files."""
+    """Return the names of all files with measured rows, and all remarks on reading the files."""
     return [one.file for one in given], [remark for one in given for remark in one.remarks]

@@ -20,7 +20,7 @@ from ..identified_table import CalibratedParameter
 from ..report import cells_of, sentences_of
 from ..result import Calibration
 
-# A plot shows at most this number of measured rows.
+# A plot on the page shows at most this number of measured rows.
 MAX_ROWS = 1000
 # Sizes of a plot, px: width, width of a plot in two columns, height.
 WIDTH = 720
@@ -33,8 +33,8 @@ TOP = 10
 BOTTOM = 34
 # Largest number of decades of a logarithmic axis.
 PLOT_DECADES = 4
-# Number of decades on the axis of a parameter's bar. The axis ends at the prior standard
-# deviation.
+# Number of decades on the logarithmic axis of a bar, which shows the standard deviation of one
+# parameter. The axis ends at the prior standard deviation.
 DECADES = 3
 
 
