@@ -82,11 +82,13 @@ def plot(
         'smooth|sine|FILE.csv',
         shown='smooth',
     ),
-    joints: Optional[str] = option('Two joints.', 'ACROSS,UP', shown='those that matter most'),
+    joints: Optional[str] = option(
+        'Two joints.', 'ACROSS,UP', shown='the two that change the distance most'
+    ),
     plane: Optional[str] = option(
         "Radius and height about joint 1's axis, or two base axes.",
         'rz|xy|xz|yz',
-        shown='whichever shows most',
+        shown='rz, or the widest base plane',
     ),
     at: Optional[float] = option(
         'Position of --plane xy, xz or yz on the third axis.', 'M', shown='0'
