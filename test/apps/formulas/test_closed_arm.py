@@ -130,9 +130,9 @@ def test_derive_writes_the_equations(capsys):
 @pytest.mark.slow
 def test_every_format_has_the_loops():
     for format in ('latex', 'markdown', 'html'):
-        document = document_of(derived('crank_slider'), format, None, None, (0.0, 1.0))
+        document = document_of(derived('crank_slider'), format)
         assert 'slider_crank' in document.replace('\\', '')
-    document = json.loads(document_of(derived('crank_slider'), 'json', None, None, (0.0, 1.0)))
+    document = json.loads(document_of(derived('crank_slider'), 'json'))
     (loop,) = document['loops']
     assert loop['passive'] == ['psi', 'slider']
     assert loop['determinant'] == 'rod*cos(psi + q)'

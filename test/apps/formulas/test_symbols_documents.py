@@ -371,7 +371,8 @@ TRAJECTORY = json.loads((GOLDEN / 'traj_s002_tool_velocity.json').read_text())
 def trajectory():
     d = derived('rrp_elementary')
     texts = zip(d.variables, TRAJECTORY['q_of_t'])
-    return along(d, parse_path(', '.join(f'{v} = {text}' for v, text in texts), d))
+    path = ', '.join(f'{v} = {text}' for v, text in texts)
+    return along(d, path, (0.0, 2 * np.pi))
 
 
 def test_c30_velocity_along_the_path_of_document_002():
@@ -385,7 +386,7 @@ def test_c30_velocity_along_the_path_of_document_002():
 
 def test_c30_crossings_of_the_path_of_document_002():
     (case,) = [c for c in TRAJECTORY['cases'] if 'singular_times_0_to_2pi' in c]
-    crossings = trajectory().crossings(0.0, 2 * np.pi)
+    crossings = trajectory().crossings
     assert {c.name for c in crossings} == {'boom_length'}
     np.testing.assert_allclose(
         [c.time for c in crossings], case['singular_times_0_to_2pi'], rtol=0, atol=1e-12
@@ -405,8 +406,8 @@ def test_c30_crossings_of_the_path_of_document_002():
 )
 def test_a_path_that_touches_is_told_from_one_that_crosses_twice_or_misses(q2, met):
     derivation = derived('planar_2r')
-    path = along(derivation, parse_path(f'q1=t, q2={q2}', derivation))
-    found = [(c.time, c.until, c.touches) for c in path.crossings(0.0, 2.0)]
+    path = along(derivation, f'q1=t, q2={q2}', (0.0, 2.0))
+    found = [(c.time, c.until, c.touches) for c in path.crossings]
     assert [c[2] for c in found] == [c[2] for c in met]
     times, expected = ([c[:2] for c in every] for every in (found, met))
     assert np.allclose(times, expected, rtol=0, atol=1e-7)
@@ -515,7 +516,7 @@ def test_a_path_in_millimetres_with_a_locked_joint_is_a_motion_of_all_joints():
         '  - {name: d3, type: prismatic, limits: [0, 900]}\n'
     )
     derivation = ks.derive(robot, {'q1': '30'})
-    path = along(derivation, parse_path('q2=2*t, d3=300*t*t', derivation))
+    path = along(derivation, 'q2=2*t, d3=300*t*t')
     q, qdot = path.motion(np.array([0.0, 0.5]))
     np.testing.assert_allclose(q, [[np.pi / 6, 0.0, 0.0], [np.pi / 6, 1.0, 0.075]], atol=1e-15)
     np.testing.assert_allclose(qdot, [[0.0, 2.0, 0.0], [0.0, 2.0, 0.3]], atol=1e-15)

@@ -283,7 +283,7 @@ def test_factors_of_large_and_small_numbers_are_seen_to_meet():
     # Fractions for odd angles have a dozen digits: one factor is 1e11 times the other.
     exact = sliding().exact
     arithmetic, three = exact.arithmetic, (0, 1, 2)
-    view = simplest_view(exact.J, exact.frames, arithmetic, three, three, any_point=False)
+    view = simplest_view(exact.J, exact.frames, three, three, any_point=False)
     (minor,) = minors_of(view, three, three, 3).values
     q1 = sliding().variables[0]
     sine = arithmetic.exponential((0, {q1: 1})) - arithmetic.exponential((0, {q1: -1}))

@@ -37,7 +37,7 @@ def families(name):
     exact, factors = derived(name).exact, derived(name).singular_set.factors
     n = len(exact.sampler.moving)
     rows = exact.sampler.rows
-    view = simplest_view(exact.J, exact.frames, exact.arithmetic, rows, range(n), n == 6)
+    view = simplest_view(exact.J, exact.frames, rows, range(n), n == 6)
     minors = minors_of(view, rows, range(n), n)
     functions = [
         Numbers(factor.value, exact.arithmetic)

@@ -30,7 +30,7 @@ from kinematics_service.apps.formulas.derive.output.json_output import json_of
 from kinematics_service.apps.formulas.derive.output.latex import latex_of
 from kinematics_service.apps.formulas.derive.output.report import report_of
 from kinematics_service.apps.formulas.derive.output.text import text_of
-from kinematics_service.apps.formulas.derive.path import along, parse_path
+from kinematics_service.apps.formulas.derive.path import along
 
 ARMS = ['craig_3r', 'rrp_elementary', 'six_joint_dh_unit', 'offset_stanford_printed']
 SQUARE = ['craig_3r', 'rrp_elementary', 'puma560', 'offset_stanford_printed']
@@ -44,7 +44,7 @@ def report(name):
     derivation = derived(name)
     path = None
     if name == 'rrp_elementary':
-        path = along(derivation, parse_path('theta1=sin(t), theta2=t/2, d3=1+t', derivation))
+        path = along(derivation, 'theta1=sin(t), theta2=t/2, d3=1+t')
     return report_of(derivation, None, path)
 
 
@@ -127,8 +127,8 @@ def test_json_is_read_back_by_sympy(name):
 
 def test_json_has_the_velocity_along_a_path():
     derivation = derived('planar_2r')
-    path = along(derivation, parse_path('q1=sin(t), q2=2*t', derivation))
-    said = json.loads(json_of(derivation, path, (-1.0, 1.0)))['path']
+    path = along(derivation, 'q1=sin(t), q2=2*t', (-1.0, 1.0))
+    said = json.loads(json_of(derivation, path))['path']
     assert said['q'] == ['sin(t)', '2*t']
     assert said['qdot'] == ['cos(t)', '2']
     omega = [sympy.sympify(entry, locals={'t': sympy.Symbol('t')}) for entry in said['omega']]

@@ -23,7 +23,7 @@ def families(name):
     exact = derived(name).exact
     n = len(exact.sampler.moving)
     rows = exact.sampler.rows
-    view = simplest_view(exact.J, exact.frames, exact.arithmetic, rows, range(n), n == 6)
+    view = simplest_view(exact.J, exact.frames, rows, range(n), n == 6)
     product, _ = product_of(minors_of(view, rows, range(n), n), exact.arithmetic)
     names = [factor.name for factor in derived(name).singular_set.factors]
     values = dict(zip(names, (factor.value for factor in product.factors)))

@@ -158,27 +158,27 @@ def _document(
 ) -> str:
     from ..derive.output.code import code_of
     from ..derive.output.documents import document_of
-    from ..derive.path import along, parse_path
+    from ..derive.path import along
 
     if code is not None:
         return code_of(derivation, code.value)
-    given = None if path is None else along(derivation, parse_path(path, derivation))
+    given = None if path is None else along(derivation, path, span)
     if plot is not None and given is not None:
-        _plot(given, span, plot)
-    return document_of(derivation, format.value, frame, given, span)
+        _plot(given, plot)
+    return document_of(derivation, format.value, frame, given)
 
 
-def _plot(along: 'PathAlong', span: tuple[float, float], file: Path) -> None:
+def _plot(along: 'PathAlong', file: Path) -> None:
     import numpy as np
 
     from ...pictures.plots.motion import SAMPLES, PlottedMotion
     from ...pictures.plots.picture import save_picture
     from ...pictures.plots.velocity import velocity_picture
 
-    times = np.linspace(*span, SAMPLES)
+    times = np.linspace(*along.span, SAMPLES)
     q, qdot = along.motion(times)
     motion = PlottedMotion(times, q, qdot, 'the path', False, np.array([], dtype=int))
-    marked = [crossing.time for crossing in along.crossings(*span)]
+    marked = [crossing.time for crossing in along.crossings]
     save_picture(velocity_picture(along.derivation.robot, motion, marked), file, other='.png')
 
 

@@ -235,4 +235,4 @@ def _chain(
         tool=Placement('to', end),
     )
     frames = frames_of(alone, arithmetic)
-    return writer_of(frames, arithmetic).matrix(frames.T_base_tool)
+    return writer_of(frames).matrix(frames.T_base_tool)

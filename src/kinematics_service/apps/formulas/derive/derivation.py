@@ -19,7 +19,7 @@ from ....robot.robot import AnyRobot, Robot, robot_in_letters
 from . import jacobian as ways
 from .algebra.arithmetic import Arithmetic, arithmetic_of
 from .algebra.laurent import Laurent
-from .algebra.matrices import Matrix
+from .algebra.matrices import Matrix, terms_in
 from .algebra.names import Names, names_of
 from .closed_loops import LoopEquations, closed_determinant, loops_of
 from .frames import Frames, frames_of
@@ -307,12 +307,12 @@ def derive(
     methods = {}
     for name, way in ways.METHODS.items():
         tell(f'Jacobian: {name}')
-        methods[name] = ways.differences(J, way(frames, arithmetic))
+        methods[name] = terms_in(J - way(frames))
     loops = loops_of(robot, opened(robot.description), arithmetic, tell)
     singular_set = _closed_set(exact, loops, tell) if loops else _singular_set(exact, tell)
     singular_set = singular_set or _singular_set(exact_of(robot, locked, parts=2), tell)
-    assert singular_set is not None  # only a ring without half angles gives None
-    C = ways.coupling(frames, arithmetic)
+    assert singular_set is not None  # with half angles, all factors split
+    C = ways.coupling(frames)
     plain = C.shape[0] == C.shape[1] and all(sum(map(bool, row)) == 1 for row in C.tolist())
     return Derivation(
         robot=robot,
@@ -365,7 +365,7 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
     J_t = minors.view.J[[*sampler.rows]]
     factors = singular_factors(product, search, writer, exact.frames, J_t)
     constant = writer.expression(product.constant)
-    remainder = remainder_of(rests, writer, arithmetic)
+    remainder = remainder_of(rests, writer)
     bases = [f.expression if minors.square else sympy.Abs(f.expression) for f in factors]
     powers = [base**factor.power for base, factor in zip(bases, factors)]
     # Multiply by the constant last, because sympy would expand a constant times a single sum.
@@ -398,7 +398,7 @@ def _minors(exact: Exact, columns: Sequence[int], rank: int) -> Minors | None:
         return None
     # Let `simplest_view` change the reference point only if the rank is 6. Minors of six rows do
     # not depend on the reference point, but smaller minors do.
-    view = simplest_view(exact.J, exact.frames, exact.arithmetic, sampler.rows, columns, rank == 6)
+    view = simplest_view(exact.J, exact.frames, sampler.rows, columns, rank == 6)
     return minors_of(view, sampler.rows, columns, rank)
 
 
@@ -420,9 +420,9 @@ def exact_of(robot: Robot, locked: Mapping[str, str] | None = None, parts: int =
     whole = replace(arm, links=(*arm.links, *rows_of_loops))
     arithmetic = arithmetic_of(whole, names_of(whole, locked), parts)
     frames = frames_of(arm, arithmetic)
-    J = ways.geometric(frames, arithmetic)
+    J = ways.geometric(frames)
     sampler = sampler_of(robot, arithmetic)
-    return Exact(arithmetic, frames, writer_of(frames, arithmetic), sampler, J)
+    return Exact(arithmetic, frames, writer_of(frames), sampler, J)
 
 
 def determinant_factors(exact: Exact) -> dict[sympy.Expr, Laurent]:

@@ -207,10 +207,10 @@ def proves_lost(lost: Lost, zeros: CommonZeros, frames: Frames) -> bool:
         return False
     arithmetic = zeros.arithmetic
     if lost.point is None:
-        J = in_axes_of(geometric(frames, arithmetic), frames.in_base[lost.frame])
+        J = in_axes_of(geometric(frames), frames.in_base[lost.frame])
     else:
         axes = axes_seen_from(frames, lost.point)
-        J = about(frames, arithmetic, axes, np.full(3, arithmetic.ring.number(0)))
+        J = about(frames, axes, np.full(3, arithmetic.ring.number(0)))
         T_base_point, T_base_frame = frames.in_base[lost.point], frames.in_base[lost.frame]
         J = in_axes_of(J, inverse(T_base_point) @ T_base_frame)
     if not lost.held:

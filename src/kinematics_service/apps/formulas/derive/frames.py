@@ -21,7 +21,7 @@ from ....robot.file.parts.description import (
     RobotDescription,
 )
 from .algebra.arithmetic import NOTHING, Arithmetic
-from .algebra.matrices import Matrix, identity, inverse
+from .algebra.matrices import Matrix, identity, inverse, terms_in
 from .algebra.names import Affine
 
 # Maximum number of terms of the tool's pose, because more terms would take minutes. The pose of
@@ -60,6 +60,8 @@ class Frames:
 
     Attributes
     ----------
+    arithmetic
+        The ring of all entries, and what its generators mean.
     rows
         The rows of the table.
     row_transforms
@@ -72,6 +74,7 @@ class Frames:
         Pose of the tool in the base frame.
     """
 
+    arithmetic: Arithmetic
     rows: tuple[ExactRow, ...]
     row_transforms: tuple[Matrix, ...]
     tool: Matrix
@@ -96,7 +99,7 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
     base = _motion(description.base.motion, arithmetic)
     in_base = tuple(accumulate(transforms, np.matmul, initial=base))
     T = in_base[-1] @ tool
-    size = sum(map(len, T.flat))
+    size = terms_in(T)
     if size > MAX_POSE_TERMS:
         nearly = any(one.approximate for one in description.singularity.factors)
         said = description.uncertainty
@@ -113,7 +116,7 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
             advice += '; the factors here are those of that one, approximately'
         message = f'the pose of the tool has {size} terms (at most {MAX_POSE_TERMS}): {advice}'
         raise DerivationError(message, code='too-large')
-    return Frames(rows, transforms, tool, in_base, T)
+    return Frames(arithmetic, rows, transforms, tool, in_base, T)
 
 
 def _row(link: Link, convention: str, arithmetic: Arithmetic) -> ExactRow:

@@ -72,21 +72,19 @@ def _row_starts(frames: Frames, frame: int) -> Iterable[tuple[int, Matrix]]:
     yield from zip(reversed(range(frame)), accumulate(map(inverse, reversed(before)), np.matmul))
 
 
-def coupling(frames: Frames, arithmetic: Arithmetic) -> sympy.Matrix:
+def coupling(frames: Frames) -> sympy.Matrix:
     """
     Return the matrix C that maps joint positions q to theta and d of the moving rows: (theta, d) =
     C q + constants.
 
     C has a row for each theta or d that moves, in the order of the table, theta before d.
     """
-    variables = arithmetic.names.variables
+    variables = frames.arithmetic.names.variables
     moved = (factors for row in frames.rows for _, factors in (row.theta, row.d) if factors)
     return sympy.ImmutableMatrix([[factors.get(v, 0) for v in variables] for factors in moved])
 
 
-def jacobian_of(
-    frames: Frames, arithmetic: Arithmetic, axes: Sequence[Axis], linear: Sequence[Matrix]
-) -> Matrix:
+def jacobian_of(frames: Frames, axes: Sequence[Axis], linear: Sequence[Matrix]) -> Matrix:
     """
     Return the Jacobian J = J_open C in the frame in which `axes` are given, with C from
     `coupling`. J_open has a column for each theta or d that moves.
@@ -96,32 +94,32 @@ def jacobian_of(
     linear
         The velocity of the reference point for each axis, if the row of the axis turns at 1 rad/s.
     """
-    nothing = np.full(3, arithmetic.ring.number(0))
+    nothing = np.full(3, frames.arithmetic.ring.number(0))
     open_: list[Matrix] = []
     for axis, velocity in zip(axes, linear):
         row = frames.rows[axis.row]
         open_ += [np.concatenate([velocity, axis.z])] if row.theta[1] else []
         open_ += [np.concatenate([axis.z, nothing])] if row.d[1] else []
-    C = arithmetic.constant_matrix(coupling(frames, arithmetic).tolist())
+    C = frames.arithmetic.constant_matrix(coupling(frames).tolist())
     return np.transpose(open_) @ C
 
 
-def about(frames: Frames, arithmetic: Arithmetic, axes: Sequence[Axis], point: Matrix) -> Matrix:
+def about(frames: Frames, axes: Sequence[Axis], point: Matrix) -> Matrix:
     """
     Return J with reference point p in the frame in which `axes` are given. Its columns are [z x (p
     - o); z].
     """
     linear = [np.cross(axis.z, point - axis.o) for axis in axes]
-    return jacobian_of(frames, arithmetic, axes, linear)
+    return jacobian_of(frames, axes, linear)
 
 
-def geometric(frames: Frames, arithmetic: Arithmetic) -> Matrix:
+def geometric(frames: Frames) -> Matrix:
     """Return J in base axes. Its columns are [z x (p - o); z], or [z; 0] for a prismatic joint."""
     axes = axes_seen_from(frames, -1)
-    return about(frames, arithmetic, axes, frames.T_base_tool[:3, 3])
+    return about(frames, axes, frames.T_base_tool[:3, 3])
 
 
-def screw_based(frames: Frames, arithmetic: Arithmetic) -> Matrix:
+def screw_based(frames: Frames) -> Matrix:
     """
     Return J by screws [s; s_o x s] about the tool. Here s is the direction of an axis, and s_o is
     a point on the axis seen from the tool.
@@ -137,17 +135,17 @@ def screw_based(frames: Frames, arithmetic: Arithmetic) -> Matrix:
         s_o[k] = seen + R @ row.before[:3, 3]
     axes = axes_seen_from(frames, -1)
     linear = [np.cross(s_o[axis.row], axis.z) for axis in axes]
-    return jacobian_of(frames, arithmetic, axes, linear)
+    return jacobian_of(frames, axes, linear)
 
 
-def analytic(frames: Frames, arithmetic: Arithmetic) -> Matrix:
+def analytic(frames: Frames) -> Matrix:
     """
     Return J by dp/dq and vee(dR/dq R^T), without axes and cross products.
 
     R is split in the middle of the table, R = A B. Then dR R^T = dA A^T + A dB B^T A^T, which has
     far fewer terms to multiply.
     """
-    middle = (len(frames.rows) + 1) // 2
+    arithmetic, middle = frames.arithmetic, (len(frames.rows) + 1) // 2
     p = frames.T_base_tool[:3, 3]
     A = frames.in_base[middle][:3, :3]
     B = reduce(np.matmul, (*frames.row_transforms[middle:], frames.tool))[:3, :3]
@@ -159,7 +157,7 @@ def analytic(frames: Frames, arithmetic: Arithmetic) -> Matrix:
     return np.transpose(columns)
 
 
-def rotation_taken_out(frames: Frames, arithmetic: Arithmetic) -> Matrix:
+def rotation_taken_out(frames: Frames) -> Matrix:
     """
     Return J from the derivatives T'(q_k) T^-1 of the pose T, by the method of the source document
     of the golden case s002_rrp_ets.
@@ -168,7 +166,7 @@ def rotation_taken_out(frames: Frames, arithmetic: Arithmetic) -> Matrix:
     differentiated alone and transformed to the base. The last column of T' T^-1 is the velocity
     v_0 of the point at the base's origin. The tool's velocity is v_0 + w x p.
     """
-    p = frames.T_base_tool[:3, 3]
+    arithmetic, p = frames.arithmetic, frames.T_base_tool[:3, 3]
     columns = []
     for variable in arithmetic.names.variables:
         spatial = np.full((4, 4), arithmetic.ring.number(0))
@@ -188,19 +186,12 @@ def derivative(matrix: Matrix, arithmetic: Arithmetic, variable: sympy.Symbol) -
     return np.reshape(np.array(entries), matrix.shape)
 
 
-METHODS: dict[str, Callable[[Frames, Arithmetic], Matrix]] = {
+METHODS: dict[str, Callable[[Frames], Matrix]] = {
     'geometric': geometric,
     'screw': screw_based,
     'analytic': analytic,
     'rotation taken out': rotation_taken_out,
 }
-
-
-def differences(one: Matrix, other: Matrix) -> int:
-    """
-    Return the number of terms in the difference of two matrices; 0 if the matrices are equal.
-    """
-    return sum(map(len, (one - other).flat))
 
 
 def may_turn(rows: Collection[int]) -> bool:

@@ -23,7 +23,7 @@ from ....kernel import Floats
 from .algebra.arithmetic import Arithmetic
 from .algebra.factors import Factored, RealFactor, factored
 from .algebra.laurent import Laurent, total
-from .algebra.matrices import Matrix
+from .algebra.matrices import Matrix, terms_in
 from .algebra.quotient import divided
 from .frames import Frames
 from .jacobian import about, axes_seen_from, in_axes_of, jacobian_of, may_turn
@@ -82,17 +82,8 @@ class Minors:
         return len(self.values) == 1
 
 
-def _size(J: Matrix) -> int:
-    return sum(map(len, J.flat))
-
-
 def simplest_view(
-    J: Matrix,
-    frames: Frames,
-    arithmetic: Arithmetic,
-    rows: Sequence[int],
-    columns: Sequence[int],
-    any_point: bool,
+    J: Matrix, frames: Frames, rows: Sequence[int], columns: Sequence[int], any_point: bool
 ) -> View:
     """
     Return J with the fewest terms, among all axes and points that do not change the minors.
@@ -101,7 +92,7 @@ def simplest_view(
     ----------
     J
         Jacobian of the tool, base axes.
-    frames, arithmetic
+    frames
         The arm.
     rows
         Indices of the task rows. If only one or two of the linear (or of the angular) rows are
@@ -115,25 +106,22 @@ def simplest_view(
         seen_from = frames.in_base if may_turn(rows) else frames.in_base[:1]
         views = [View(in_axes_of(J, T), f'frame {k}', 'the tool') for k, T in enumerate(seen_from)]
         return min(views, key=lambda v: sum(len(v.J[i][j]) for i in rows for j in columns))
-    best: tuple[tuple[int, int, int], View] | None = None
+    found: list[tuple[int, int, int, View]] = []
     n = len(frames.rows)
-    origin = np.full(3, arithmetic.ring.number(0))
+    origin = np.full(3, frames.arithmetic.ring.number(0))
     # Try frames in the middle of the table first, because J is usually shortest in their axes.
     # Skip a frame if the angular rows alone have more terms than the best J so far.
     for frame in sorted(range(n + 1), key=lambda k: abs(2 * k - n)):
         axes = axes_seen_from(frames, frame)
-        angular = jacobian_of(frames, arithmetic, axes, [origin] * len(axes))
-        if best is not None and _size(angular) > best[0][0]:
+        angular = jacobian_of(frames, axes, [origin] * len(axes))
+        if found and terms_in(angular) > min(found)[0]:
             continue
         named = [(f'the origin of frame {frame}', origin)]
         named += [(f'the origin of the axis of row {axis.row + 1}', axis.o) for axis in axes]
         for index, (name, point) in enumerate(named):
-            seen = about(frames, arithmetic, axes, point)
-            order = (_size(seen), frame, index)
-            if best is None or order < best[0]:
-                best = (order, View(seen, f'frame {frame}', name))
-    assert best is not None
-    return best[1]
+            seen = about(frames, axes, point)
+            found.append((terms_in(seen), frame, index, View(seen, f'frame {frame}', name)))
+    return min(found)[3]
 
 
 def minors_of(view: View, rows: Sequence[int], columns: Sequence[int], rank: int) -> Minors:
@@ -228,7 +216,7 @@ def _often_divided(values: list[Laurent], factor: Laurent, most: int) -> tuple[i
     return power, values
 
 
-def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmetic) -> sympy.Expr:
+def remainder_of(rests: Sequence[Laurent], writer: Writer) -> sympy.Expr:
     """
     Divide the minors by their common factors, and return the square root of the quotients' sum of
     squares. A constant factor is written before the root.
@@ -237,17 +225,17 @@ def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmeti
         return sympy.Integer(1)
     written = [writer.expression(rest) for rest in rests]
     if sum(map(len, rests)) <= MAX_FACTORED_TERMS:
-        products = [_product(rest, writer, arithmetic) for rest in rests]
+        products = [_product(rest, writer) for rest in rests]
         written = [min(pair, key=sympy.count_ops) for pair in zip(products, written)]
     squares = sympy.factor_terms(sympy.Add(*_without_pythagoras([e**2 for e in written])))
     if sum(map(len, rests)) > MAX_SQUARED_TERMS:
         return sympy.sqrt(squares)
-    summed = total(arithmetic.ring, (rest * rest for rest in rests))
-    return sympy.sqrt(min((_product(summed, writer, arithmetic), squares), key=sympy.count_ops))
+    summed = total(writer.arithmetic.ring, (rest * rest for rest in rests))
+    return sympy.sqrt(min((_product(summed, writer), squares), key=sympy.count_ops))
 
 
-def _product(value: Laurent, writer: Writer, arithmetic: Arithmetic) -> sympy.Expr:
-    product = factored(value, arithmetic)
+def _product(value: Laurent, writer: Writer) -> sympy.Expr:
+    product = factored(value, writer.arithmetic)
     powers = (writer.expression(factor.value) ** factor.power for factor in product.factors)
     return math.prod(powers, start=writer.expression(product.constant))
 

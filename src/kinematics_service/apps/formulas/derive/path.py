@@ -6,8 +6,9 @@ these times, a factor of the determinant changes its sign or has a minimum 0 of 
 """
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import sympy
@@ -66,6 +67,8 @@ class Path:
         as functions of t.
     p, v, omega
         Position, linear and angular velocity of the tool as functions of t, base axes.
+    span : s
+        Start and end of the time in which crossings with the singular set are searched.
     """
 
     derivation: Derivation
@@ -74,6 +77,7 @@ class Path:
     p: sympy.Matrix
     v: sympy.Matrix
     omega: sympy.Matrix
+    span: tuple[float, float]
 
     def sampled(self, expression: sympy.Expr, times: Floats) -> Floats:
         """Return the values of an expression of t at times (N,), with the lengths of the file."""
@@ -95,9 +99,10 @@ class Path:
         function = sympy.lambdify(TIME, numbers, 'numpy')
         return lambda times: np.broadcast_to(function(times), times.shape).astype(float)
 
-    def crossings(self, start: float, end: float) -> tuple[PathCrossing, ...]:
+    @cached_property
+    def crossings(self) -> tuple[PathCrossing, ...]:
         """
-        Return the times in [start, end], s, at which the path meets the singular set.
+        Return the times within `span` at which the path meets the singular set.
 
         If a factor of the determinant changes its sign between two samples, bisection finds the
         time. If the signs are equal, a search finds the minimum of the factor's absolute value. If
@@ -105,7 +110,7 @@ class Path:
         crosses the family twice.
         """
         along = dict(zip(self.derivation.variables, self.q))
-        times = np.linspace(start, end, SAMPLES)
+        times = np.linspace(*self.span, SAMPLES)
         found = []
         for factor in self.derivation.singular_set.factors:
             value = self._function(factor.expression.subs(along))
@@ -197,12 +202,21 @@ def parse_path(text: str, derivation: Derivation) -> dict[sympy.Symbol, sympy.Ex
     return found
 
 
-def along(derivation: Derivation, path: Mapping[sympy.Symbol, sympy.Expr]) -> Path:
-    """Return position and velocity of the tool along q(t)."""
+def along(derivation: Derivation, text: str, span: tuple[float, float] = (0.0, 6.3)) -> Path:
+    """
+    Return position and velocity of the tool along q(t).
+
+    Parameters
+    ----------
+    text
+        The path, as `parse_path` reads it.
+    span
+        See `Path`.
+    """
+    path = parse_path(text, derivation)
     q = sympy.ImmutableMatrix([path[variable] for variable in derivation.variables])
     qdot = q.diff(TIME)
     values = dict(zip(derivation.variables, q))
-    J = derivation.jacobian.subs(values)
-    twist = J * qdot
+    twist = derivation.jacobian.subs(values) * qdot
     position = derivation.position.subs(values)
-    return Path(derivation, q, qdot, position, twist[:3, :], twist[3:, :])
+    return Path(derivation, q, qdot, position, twist[:3, :], twist[3:, :], span)

@@ -251,19 +251,19 @@ def _tidied(leaf: sympy.Expr) -> sympy.Expr:
     return sympy.factor_terms(leaf)
 
 
-def writer_of(frames: Frames, arithmetic: Arithmetic) -> Writer:
+def writer_of(frames: Frames) -> Writer:
     """
     Return the writer of an arm; it uses sums of angles if the arm has parallel joints.
     """
-    singles = _basis(arithmetic, ())
-    sums = _basis(arithmetic, _parallel_sums(frames, arithmetic))
+    arithmetic = frames.arithmetic
+    singles, sums = _basis(arithmetic, ()), _basis(arithmetic, _parallel_sums(frames))
     assert singles is not None  # the joint angles alone always form a basis
     return Writer(arithmetic, sums or singles, singles)
 
 
-def _parallel_sums(frames: Frames, arithmetic: Arithmetic) -> list[tuple[int, ...]]:
+def _parallel_sums(frames: Frames) -> list[tuple[int, ...]]:
     # Return sums of the angles of successive rows whose z axes are parallel, as integer vectors.
-    variables = arithmetic.names.variables
+    arithmetic, variables = frames.arithmetic, frames.arithmetic.names.variables
     total = [0] * len(variables)
     found: list[tuple[int, ...]] = []
     sign = 1

@@ -27,7 +27,8 @@ from sympy.polys.rings import PolyElement
 from sympy.polys.rings import ring as polynomial_ring
 
 from .arithmetic import Arithmetic
-from .half_factors import lowered, lowest, paired, upright, upright_half
+from .half_factors import RealFactor as RealFactor
+from .half_factors import lowered, lowest, paired
 from .laurent import Laurent, Terms, from_terms
 from .quotient import quotient_constant
 
@@ -49,29 +50,6 @@ MAX_GAUSSIAN_GENERATORS = 3
 # If a determinant is not proved to be fully factored, each of its factors with at most this number
 # of terms is tested for irreducibility separately.
 MAX_SHORT_TERMS = 100
-
-
-@dataclass(frozen=True)
-class RealFactor:
-    """
-    A real factor of a polynomial, and the power with which it divides the polynomial.
-
-    Attributes
-    ----------
-    halves
-        The two half-angle factors whose product is the factor; empty if there are none. They are
-        real in a ring with half angles.
-    alone
-        Whether the factor splits only in a ring with half angles, which this ring is not.
-    splits
-        Whether `halves` are real polynomials in whole angles, as in `half_factors.Whole`.
-    """
-
-    value: Laurent
-    power: int
-    halves: tuple[Laurent, ...] = ()
-    alone: bool = False
-    splits: bool = False
 
 
 @dataclass(frozen=True)
@@ -103,18 +81,9 @@ def factored(value: Laurent, arithmetic: Arithmetic) -> Factored:
         return _whole(value, arithmetic, complete)
     turns, steps = polynomial.turns, polynomial.steps
     halves = [(_turned_back(piece, turns, steps), power) for piece, power in pieces]
-    wholes = paired([h for h in halves if arithmetic.moves(h[0])], arithmetic)
-    if wholes is None:
+    factors = paired([h for h in halves if arithmetic.moves(h[0])], arithmetic)
+    if factors is None:
         return _whole(value, arithmetic, complete=False, alone=True)
-    factors = [
-        RealFactor(
-            upright(whole.terms, arithmetic),
-            whole.power,
-            tuple(upright_half(half, arithmetic) for half in whole.halves),
-            splits=whole.splits,
-        )
-        for whole in wholes
-    ]
     moving = [*factors, *_sliding_monomials(value, arithmetic)]
     constant = quotient_constant(value, _product(moving, arithmetic), arithmetic)
     if constant is None:

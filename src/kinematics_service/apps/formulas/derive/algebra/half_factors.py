@@ -21,27 +21,30 @@ def _degrees(terms: Terms, indices: Sequence[int]) -> list[int]:
 
 
 @dataclass(frozen=True)
-class Whole:
+class RealFactor:
     """
-    A factor in whole angles that is real for real angles.
+    A real factor of a polynomial, and the power of this factor in the product.
 
     Attributes
     ----------
     halves
-        The two half-angle factors, such as sin q/2 and cos q/2 for sin q, if half a turn of an
-        angle maps one factor to the other; otherwise empty.
+        The two half-angle factors whose product is the factor, such as sin q/2 and cos q/2 for sin
+        q; empty if there are none. They are real in a ring with half angles.
+    alone
+        Whether the factor splits into half-angle factors that the ring does not contain.
     splits
         Whether `halves` are real polynomials in whole angles, as for cos 2q. A row that turns by
         twice a joint's angle gives such factors.
     """
 
-    terms: Terms
+    value: Laurent
     power: int
-    halves: tuple[Terms, ...] = ()
+    halves: tuple[Laurent, ...] = ()
+    alone: bool = False
     splits: bool = False
 
 
-def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[Whole] | None:
+def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[RealFactor] | None:
     """
     Multiply pairs of irreducible half-angle factors (terms, power), and return whole-angle
     factors.
@@ -64,27 +67,28 @@ def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[Whol
         alike = any(_proportional(one, other) for one in wanted)
         return alike and _is_whole(_times(terms, other, ring), indices)
 
-    open_ = dict(enumerate(halves))
-    singles: list[Whole] = []
-    result: list[Whole] = []
+    open_ = list(halves)
+    singles: list[RealFactor] = []
+    result: list[RealFactor] = []
     while open_:
-        k, (terms, power) = next(iter(open_.items()))
-        del open_[k]
+        terms, power = open_.pop(0)
         whole = _is_whole(terms, indices)
         turned = _half_turned(terms, joints)
         wanted = [] if whole else [_conjugate(terms, indices)]
         wanted += [] if turned is None else [turned]
         partner = next(
-            (j for j, o in open_.items() if o[1] == power and fits(terms, o[0], wanted)), -1
+            (j for j, o in enumerate(open_) if o[1] == power and fits(terms, o[0], wanted)), -1
         )
         if partner >= 0:
             other, _ = open_.pop(partner)
             is_turned = turned is not None and _proportional(turned, other)
             pair = (terms, other) if is_turned else ()
+            own = tuple(_upright_half(half, arithmetic) for half in pair)
             splits = is_turned and not any(_turns(terms, k) // parts % 2 for k in indices)
-            result.append(Whole(_times(terms, other, ring), power, pair, splits))
+            value = _upright(_times(terms, other, ring), arithmetic)
+            result.append(RealFactor(value, power, own, splits=splits))
         elif whole:
-            singles.append(Whole(terms, power))
+            singles.append(RealFactor(_upright(terms, arithmetic), power))
         else:
             return None
     return singles + result
@@ -155,7 +159,7 @@ def _product(one: tuple[int, int], other: tuple[int, int]) -> tuple[int, int]:
     return a * c - b * d, a * d + b * c
 
 
-def upright(terms: Terms, arithmetic: Arithmetic) -> Laurent:
+def _upright(terms: Terms, arithmetic: Arithmetic) -> Laurent:
     """Multiply a factor by a monomial and a number that make it real (equal to its conjugate)."""
     # Multiply the terms by a complex number that makes them real, then divide by the common
     # divisor of the coefficients.
@@ -202,11 +206,11 @@ def _unit(one: tuple[int, int], opposite: tuple[int, int]) -> tuple[int, int]:
     return 1, 0
 
 
-def upright_half(terms: Terms, arithmetic: Arithmetic) -> Laurent:
+def _upright_half(terms: Terms, arithmetic: Arithmetic) -> Laurent:
     """
-    Make a factor real by `upright`. If the ring lacks the half angles of the factor, return the
+    Make a factor real by `_upright`. If the ring lacks the half angles of the factor, return the
     factor unchanged.
     """
     if _is_whole(terms, _angle_indices(arithmetic)):
-        return upright(terms, arithmetic)
+        return _upright(terms, arithmetic)
     return from_terms(arithmetic.ring, terms)

@@ -23,3 +23,8 @@ def inverse(T: Matrix) -> Matrix:
     result[:3, :3] = T[:3, :3].T
     result[:3, 3] = -(T[:3, :3].T @ T[:3, 3])
     return result
+
+
+def terms_in(matrix: Matrix) -> int:
+    """Return the number of terms in all entries of a matrix; 0 if all entries are 0."""
+    return sum(map(len, matrix.flat))

@@ -15,11 +15,7 @@ from .text import text_of
 
 
 def document_of(
-    derivation: Derivation,
-    format: str,
-    frame: str | None = None,
-    path: Path | None = None,
-    span: tuple[float, float] = (0.0, 6.3),
+    derivation: Derivation, format: str, frame: str | None = None, path: Path | None = None
 ) -> str:
     """
     Return a derivation as a document.
@@ -30,12 +26,12 @@ def document_of(
         The derivation to write.
     format
         `json`, or a name of `WRITERS`.
-    frame, path, span
+    frame, path
         See `report_of`.
     """
     if format == 'json':
-        return json_of(derivation, path, span)
-    return WRITERS[format](report_of(derivation, frame, path, span))
+        return json_of(derivation, path)
+    return WRITERS[format](report_of(derivation, frame, path))
 
 
 def markdown_of(blocks: Sequence[Block]) -> str:

@@ -14,9 +14,7 @@ from ..path import Path
 from ..singular_set import FamilyCrossing
 
 
-def json_of(
-    derivation: Derivation, path: Path | None = None, span: tuple[float, float] = (0.0, 6.3)
-) -> str:
+def json_of(derivation: Derivation, path: Path | None = None) -> str:
     """Return a derivation as JSON text; lengths in the file's unit, joint angles in rad."""
     found = derivation.singular_set
     determinant, product = found.determinant, found.determinant.expression
@@ -64,7 +62,7 @@ def json_of(
             **attributes(path, 'q', 'qdot', 'v', 'omega'),
             'crossings': [
                 {'time': c.time, 'until': c.until, 'factor': c.name, 'touches': c.touches}
-                for c in path.crossings(*span)
+                for c in path.crossings
             ],
         }
     return json.dumps(document, indent=1, default=_written) + '\n'

@@ -60,10 +60,7 @@ Block = Heading | Sentence | Equation
 
 
 def report_of(
-    derivation: Derivation,
-    frame: str | None = None,
-    path: Path | None = None,
-    span: tuple[float, float] = (0.0, 6.3),
+    derivation: Derivation, frame: str | None = None, path: Path | None = None
 ) -> tuple[Block, ...]:
     """
     Return a derivation as blocks: headings, sentences and equations.
@@ -76,9 +73,6 @@ def report_of(
         Axes of the Jacobian: `base` (default), `tool`, or the number of a frame.
     path
         A path q(t). If it is given, the report has the tool's velocity along the path.
-    span : s
-        Start and end of the time in which crossings of the path with the singular set are
-        searched.
     """
     blocks = [*_frames(derivation), *_loops(derivation)]
     blocks += _jacobian(derivation, frame or 'base')
@@ -87,7 +81,7 @@ def report_of(
     else:
         blocks += [*_determinant(derivation), *_singular(derivation)]
     if path is not None:
-        blocks += _path(path, span)
+        blocks += _path(path)
     return tuple(blocks)
 
 
@@ -330,15 +324,15 @@ def _there(factor: SingularFactor) -> Iterator[Block]:
         yield say(f'Joints: {factor.idle}{seen.get("idle", "")}.')
 
 
-def _path(path: Path, span: tuple[float, float]) -> Iterator[Block]:
+def _path(path: Path) -> Iterator[Block]:
     yield Heading('Along the path', 2)
     yield Equation('q(t)', path.q)
     yield Equation('\\dot{q}(t)', path.qdot)
     yield Equation('v(t)', path.v)
     yield Equation('\\omega(t)', path.omega)
-    crossings = path.crossings(*span)
+    crossings, (start, end) = path.crossings, path.span
     times = 'once' if len(crossings) == 1 else f'{len(crossings)} times'
-    yield say(f'Meets the singular set {times} between {span[0]:g} and {span[1]:g} s.')
+    yield say(f'Meets the singular set {times} between {start:g} and {end:g} s.')
     for crossing in crossings:
         how = ' (touches)' if crossing.touches else ''
         until = f' to {crossing.until:.6f}' if crossing.until > crossing.time else ''
