@@ -4,12 +4,12 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple, TypedDict
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...errors import CalibrationError, ParameterNotFoundError
-from ...kernel import Floats, Integers
+from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...kinematics.uncertainty.corrected_chain import CorrectedChain, CorrectingMotion
 from ...kinematics.uncertainty.parameters import placement, scaled_jacobian
@@ -84,17 +84,6 @@ class PlacedEnds(NamedTuple):
     tool_offsets: Floats
     base_starts: Floats
     tool_starts: Floats
-
-
-class UndoneRows(TypedDict, total=False):
-    """
-    The arguments of `calibrate` for measured rows in which a mistake of the input is corrected.
-    """
-
-    q: Floats
-    poses: Floats
-    sets: Integers
-    same_point: Sequence[str]
 
 
 def asks_for_gears(fit: Sequence[str]) -> bool:
@@ -262,7 +251,7 @@ class ChosenParameters:
         poses = forward_kinematics(self.robot, self.given.q)
         return remainders_between(self.given.poses, poses, self.given.positions)
 
-    def undone(self, change: Hypothesis) -> UndoneRows:
+    def undone(self, change: Hypothesis) -> dict[str, Any]:
         """
         Correct a mistake of the input, and return the measured rows as arguments of `calibrate`.
         """

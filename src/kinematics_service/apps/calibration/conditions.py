@@ -63,13 +63,6 @@ class ToolLoads(NamedTuple):
     gravity: Sequence[float] = (0.0, 0.0, -1.0)
 
 
-class RowConditions(NamedTuple):
-    """The arguments `sessions` and `loads` of `calibrate`."""
-
-    sessions: Sequence[str] | None = None
-    loads: ToolLoads | None = None
-
-
 def with_conditions(
     robot: Robot,
     given: Measured,

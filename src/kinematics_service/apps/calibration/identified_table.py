@@ -239,8 +239,7 @@ def calibrated_errors(robot: Robot, found: IdentifiedTable, ends: bool = False) 
     return TableErrors(*(np.concatenate(arrays) for arrays in zip(*parts)))
 
 
-@dataclass(frozen=True)
-class ParameterCombination:
+class ParameterCombination(NamedTuple):
     """
     A set of parameters that the poses determine only in combinations.
 

@@ -3,7 +3,7 @@
 """Report a calibration as sentences, as rows of a table, and as a document for programs."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,8 +29,6 @@ OF_CONDITION = {
 # Fields that the JSON document has for each parameter, each combination of parameters, and each
 # pose of the camera or the board.
 OF_PARAMETER = ('name', 'group', 'unit', 'correction', 'deviation', 'prior', 'identifiable')
-OF_COMBINATION = ['names', 'determined', 'coefficients', 'sentence']
-OF_PLACED = ['name', 'frame', 'pose', 'deviation']
 
 
 def facts_of(found: Calibration) -> Iterator[str]:
@@ -159,21 +157,20 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Json]:
         'errors': found.without,
         'errors_with_outliers': found.with_outliers,
         'parameters': [attributes(one, *OF_PARAMETER, 'may_be_zero') for one in found.parameters],
-        'combinations': [attributes(one, *OF_COMBINATION) for one in found.combinations],
+        'combinations': found.combinations,
         'points': [
             {**attributes(one, 'name', 'position', 'deviation'), 'touches': one.count}
             for one in found.points
         ],
         **attributes(found, 'base_offsets', 'tool_offsets', 'base_starts', 'tool_starts'),
         'frame_check': None if found.frames is None else found.frames.sentence,
-        'camera': [attributes(one, *OF_PLACED) for one in placed_camera(found)],
+        'camera': placed_camera(found),
         'images': found.views and view_document(found.views, found.left[4]),
         'sentences': list(sentences_of(found)),
     }
 
 
-@dataclass(frozen=True, eq=False)
-class PlacedThing:
+class PlacedThing(NamedTuple):
     """
     The pose of the camera or of the board.
 

@@ -12,7 +12,7 @@ known.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -46,7 +46,6 @@ from .chosen_parameters import (
     ChosenParameters,
     PlacedEnds,
     TouchedPoint,
-    UndoneRows,
     usual_motions,
 )
 from .explanations import truncated
@@ -240,8 +239,8 @@ class SamePointParameters(ChosenParameters):
         poses = rigid_positions(points[self.given.sets])
         return self.problem(chains, poses, chosen, tolerances, distances)
 
-    def undone(self, change: Hypothesis) -> UndoneRows:
-        """Correct a mistake of the input, and return the touches as arguments of `calibrate`."""
+    def undone(self, change: Hypothesis) -> dict[str, Any]:
+        """Correct a mistake of the input, and return the rows as arguments of `calibrate`."""
         return {'q': change.joints(self.given.q), 'same_point': self.marks}
 
     def misfits(self, used: Flags, changes: Sequence[Hypothesis]) -> Floats:

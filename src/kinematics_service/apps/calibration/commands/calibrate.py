@@ -4,11 +4,11 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, NamedTuple, Optional
+from typing import Annotated, Any, NamedTuple, Optional
 
 from ....cli.options import RobotOption, WrongUsage, given_robot, named, option
 from ....errors import CalibrationError
-from ..conditions import RowConditions, ToolLoads
+from ..conditions import ToolLoads
 from ..output.calibration_run import CalibratedPoses, CalibrationRun
 from ..reading import MeasuredRecording, cells_beside
 from .calibration_options import FilesArgument, FitOptions, PoseOptions, TableOptions, grouped
@@ -40,8 +40,11 @@ class ConditionOptions(NamedTuple):
         if self.load is None and (self.load_at, self.gravity) != (ORIGIN, DOWN):
             raise WrongUsage('--load-at, --gravity: need the masses; give --load COLUMN too')
 
-    def of(self, given: Sequence[MeasuredRecording]) -> RowConditions:
-        """Return the session and the load of the tool in each measured row of `given`."""
+    def of(self, given: Sequence[MeasuredRecording]) -> dict[str, Any]:
+        """
+        Return the session and the load of the tool in each measured row of `given`, as arguments
+        of the library's `calibrate`.
+        """
         sessions = loads = None
         if self.sessions == EACH_FILE:
             sessions = [Path(one.file).name for one in given for _ in one.q]
@@ -54,7 +57,7 @@ class ConditionOptions(NamedTuple):
             except ValueError as error:
                 message = f'column {self.load!r}: not a mass in kg: {error}'
                 raise CalibrationError(message, code='not-a-number') from None
-        return RowConditions(sessions, loads)
+        return {'sessions': sessions, 'loads': loads}
 
 
 @grouped
@@ -91,6 +94,6 @@ def calibrate(
 
     def calibrated(one: CalibrationRun) -> CalibratedPoses:
         rows = one.read(given, reading, poses.pose_gap)
-        return one.of_recordings(rows, conditions.of(rows))
+        return one.of_recordings(rows, **conditions.of(rows))
 
     run_calibration(run, robot, given, outputs, calibrated)

@@ -21,7 +21,6 @@ from ..calibration import calibrate
 from ..camera import ON_TOOL, Camera
 from ..checking import Measured, refuse_loops
 from ..chosen_parameters import ChosenParameters, asks_for_gears
-from ..conditions import RowConditions
 from ..reading import MeasuredRecording, TouchRecording, read_measured
 from ..result import Calibration
 from ..zeros import JointZero
@@ -29,7 +28,6 @@ from ..zeros import JointZero
 # If a joint is faster than this, rad/s or m/s, the arm moved while poses were measured, and the
 # calibration fits a lag.
 MOVING = 0.05
-NO_CONDITIONS = RowConditions()
 Recordings = Sequence[MeasuredRecording]
 
 
@@ -117,12 +115,10 @@ class CalibrationRun(NamedTuple):
             raise CalibrationError(message, code='conflict')
         return given
 
-    def of_recordings(
-        self, given: Recordings, conditions: RowConditions = NO_CONDITIONS
-    ) -> CalibratedPoses:
+    def of_recordings(self, given: Recordings, **conditions: Any) -> CalibratedPoses:
         """
         Return the calibration from the poses of recordings; each file is one set. `conditions` are
-        the sessions and loads of the rows.
+        `sessions` and `loads` as for the library's `calibrate`.
         """
         on_tool = self.camera == ON_TOOL
         found = self.calibrated(
@@ -131,7 +127,7 @@ class CalibrationRun(NamedTuple):
             sets=np.repeat(np.arange(len(given)), [len(one.q) for one in given]),
             qdot=np.concatenate([one.rates for one in given]),
             read='' if on_tool else given[0].kind,
-            **conditions._asdict(),
+            **conditions,
         )
         poses = inverses(given[0].poses) if on_tool else given[0].poses
         return CalibratedPoses(found, *origin_of(given), given[0].q, poses)
