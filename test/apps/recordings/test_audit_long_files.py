@@ -24,7 +24,7 @@ from kinematics_service.apps.recordings.audit import frames
 from kinematics_service.apps.recordings.audit.auditing import audit
 from kinematics_service.apps.recordings.readers import (
     columns,
-    table_rows,
+    table_reader,
     table_source,
     unpacking,
 )
@@ -45,7 +45,7 @@ LINE = BAD + 2
 @pytest.fixture(autouse=True)
 def short_pieces(monkeypatch):
     """Have tables read in pieces of a few hundred rows, of which a short file has several."""
-    monkeypatch.setattr(table_rows, 'LARGEST_BLOCK', PIECE)
+    monkeypatch.setattr(table_reader, 'LARGEST_BLOCK', PIECE)
 
 
 def lines(rows=ROWS):
@@ -169,7 +169,7 @@ def test_pieces_of_a_table_give_the_same_document(tmp_path, capsys, monkeypatch,
     assert whole['frames']['considered'] == 150
     assert whole['frames']['as_given']['position_max'] < 1e-12
     assert whole['stream']['backwards'] == back
-    monkeypatch.setattr(table_rows, 'LARGEST_BLOCK', 77)
+    monkeypatch.setattr(table_reader, 'LARGEST_BLOCK', 77)
     monkeypatch.setattr(columns, 'MAX_HELD_NUMBERS', 100)
     assert document(capsys, file, '--robot', 'craig_3r') == whole
 
@@ -310,7 +310,7 @@ def test_messages_of_ros_1_are_read_in_columns_as_one_by_one(stores):
 def test_a_folder_without_room_ends_the_audit_of_a_table_in_a_sentence(tmp_path, monkeypatch):
     file = written(tmp_path / 'run.csv', lines(900))
     monkeypatch.setattr(columns, 'MAX_HELD_NUMBERS', 10)
-    monkeypatch.setattr(table_rows, 'LARGEST_BLOCK', 100)
+    monkeypatch.setattr(table_reader, 'LARGEST_BLOCK', 100)
     monkeypatch.setattr('tempfile.tempdir', str(tmp_path / 'none'))
     arm = robot_of('planar_2r')
     with (

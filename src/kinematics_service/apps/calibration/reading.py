@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Read measured poses with the joint positions at their times, and tables of touched points."""
 
-import csv
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -25,7 +24,7 @@ from ..recordings.readers.block import Times, UnreadableMessage
 from ..recordings.readers.open_file import TABLES, open_source
 from ..recordings.readers.source import RecordingSource, Selection
 from ..recordings.readers.stamp_format import StampFormat, stamp_format
-from ..recordings.readers.table_reader import table_of
+from ..recordings.readers.table_rows import table_of
 from .boards.board import BoardFinder, SeenCorners
 
 # The column that names the image of each row.
@@ -322,6 +321,4 @@ def _column(file: Path, column: str) -> list[str]:
         raise CalibrationError(message, code='unknown-name')
     at = table.header.index(column)
     with table.opened() as stream:
-        rows = csv.reader(table.lines(stream), delimiter=table.delimiter)
-        filled = (row for row in rows if any(map(str.strip, row)))
-        return [row[at].strip() if at < len(row) else '' for row in filled]
+        return [row[at].strip() if at < len(row) else '' for _, row in table.cells(stream)]

@@ -161,7 +161,7 @@ def _with_solutions(
 
 def _may_vanish(constant: Laurent, arithmetic: Arithmetic) -> bool:
     # Return whether a constant is 0 up to round-off with the lengths of the file.
-    number = Numbers(constant, arithmetic).function
+    number = Numbers(constant, arithmetic)
     still = np.zeros(len(arithmetic.names.variables))
     return bool(abs(number(still)) <= 1e-9 * number.magnitude(still))
 

@@ -2,20 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Define a finding of an audit, and write durations as text."""
 
-from typing import NamedTuple
+from ..readers.source import Remark
 
-from ....robot.measures import Level
-
-
-class Finding(NamedTuple):
-    """
-    One finding of an audit: a sentence with its `level` OK, WARN or ERROR. If a file or its poses
-    cannot be used, `code` names the cause; otherwise it is empty.
-    """
-
-    level: Level
-    text: str
-    code: str = ''
+# A finding has the fields of a remark on the file: level OK, WARN or ERROR, text, and code. The
+# code names the cause of a refusal or of a fault of the file; it is empty for other findings.
+Finding = Remark
 
 
 def seconds(time: float) -> str:

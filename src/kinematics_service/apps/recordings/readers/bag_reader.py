@@ -70,17 +70,13 @@ def _one_sentence(path: Path) -> Iterator[None]:
     except KinematicsError:
         raise
     except Exception as error:
-        if not _from_the_reader(error):
+        # Raise an error of this package again: rosbags and its dependencies did not raise it.
+        *_, (frame, _) = walk_tb(error.__traceback__)
+        if frame.f_globals.get('__name__', '').startswith(__package__.partition('.')[0]):
             raise
         reason = ' '.join(str(error).split()) or type(error).__name__
         message = f'{path}: cannot be read as a bag: {reason}{_advice(path)}'
         raise RecordingError(message, code='unreadable') from None
-
-
-def _from_the_reader(error: BaseException) -> bool:
-    # Returns whether an error was raised by rosbags or its dependencies, and not by this package.
-    *_, (frame, _) = walk_tb(error.__traceback__)
-    return not frame.f_globals.get('__name__', '').startswith(__package__.partition('.')[0])
 
 
 def _advice(path: Path) -> str:
@@ -248,7 +244,7 @@ class _Bag:
         self.read = 0
         for _, time, raw in self.reader.messages(connections):
             self.read += 1
-            yield time, unpacking.unpacked_message(raw, self.path) if self.packed else raw
+            yield time, unpacking.unpacked(raw, self.path) if self.packed else raw
 
     def _blocks(self, connections: list[Any]) -> Iterator[Block | UnreadableMessage]:
         for length, alike in groupby(self._raw(connections), lambda message: len(message[1])):

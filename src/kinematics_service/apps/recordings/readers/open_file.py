@@ -12,7 +12,7 @@ from pathlib import Path
 from ....errors import RecordingError
 from .plan_reader import open_planned
 from .source import RecordingSource, Selection
-from .table_reader import open_table
+from .table_reader import TableReader
 
 INSTALL = (
     "bags need rosbags ({reason}): pip install '.[bag]' in its checkout, or pip install rosbags"
@@ -62,7 +62,7 @@ def open_source(file: Path, wanted: Selection) -> Iterator[RecordingSource]:
     if suffix in TEXTS:
         yield open_planned(file, wanted)
     elif suffix in TABLES:
-        yield open_table(file, wanted)
+        yield TableReader(file, wanted).source()
     else:
         what = f'suffix {suffix}' if suffix else 'a name without suffix'
         message = f'{file}: {what} is not accepted; give one of {KINDS}'

@@ -65,7 +65,7 @@ def read_recording(file: Path, robot: Robot) -> Recording:
         f"columns of UR's RTDE recorder; joints of {robot.name}: "
         f'{listed(robot.joint_names, LISTED)}'
     )
-    reader = TableReader(file, Selection(robot), accepted)
+    reader = TableReader(file, Selection(robot), accepted, whole=True)
     columns = reader.columns
     beginning = columns.names.velocity
     given = [name for name in robot.joint_names if beginning + name in reader.header]
@@ -74,7 +74,7 @@ def read_recording(file: Path, robot: Robot) -> Recording:
         message = f'{file}: there is no column {beginning + missing!r}; {accepted}'
         raise RecordingError(message, code='missing-column')
     wanted = [*columns.positions, *columns.velocities]
-    pieces = list(reader.rows(wanted, whole=True).pieces())
+    pieces = list(reader.pieces(wanted))
     stamps, numbers = (np.concatenate(columns) for columns in zip(*pieces))
     n, units = robot.dof, columns.joints.units(robot)
     velocities = units.scale * numbers[:, n:] if columns.velocities else None

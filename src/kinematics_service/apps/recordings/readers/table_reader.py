@@ -3,41 +3,24 @@
 """Read joint states from a table, which is a CSV file with a known layout of columns."""
 
 import csv
-import io
-import re
-from collections.abc import Callable
-from functools import partial
-from itertools import islice
+import math
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TextIO
+
+import numpy as np
 
 from ....errors import RecordingError
 from ....robot.measures import Level
-from ....robot.tables.delimiter import delimiter_of
 from .arm_columns import HOW, arm_columns
+from .block import LARGEST_BLOCK
 from .source import RecordingSource, Remark, Selection
-from .table_rows import NO_TEXT, RowReader, TableFile, lines_of, number_of
+from .stamp_format import UNITS, unit_of
+from .table_rows import MAX_STAMP, NO_TEXT, NUMBER, TableRows, nanoseconds_of, number_of, table_of
 from .table_source import source_of
 
 # Number of bytes that are read at once to count lines.
 READ_SIZE = 2**20
-# Column names and decimal commas are detected in this number of first lines of a file.
-HEAD_LINES = 100
-COMMENT = '#'
 HINT = '; --stamps says the unit, or the rate of the rows, or none if the arm stands in each'
-COMMA = re.compile(r'\d,\d')
-
-
-def open_table(file: Path, wanted: Selection) -> RecordingSource:
-    """
-    Open a table of joint states.
-
-    Raises
-    ------
-    RecordingError
-        The table cannot be read, or columns are missing; the message names line and column.
-    """
-    return TableReader(file, wanted, HOW).source()
 
 
 class TableReader:
@@ -48,6 +31,9 @@ class TableReader:
     ----------
     accepted
         Text that describes the accepted columns, for the error about a missing column.
+    whole
+        Whether each row must be complete and finite. Otherwise empty cells and an incomplete last
+        line are accepted.
 
     Attributes
     ----------
@@ -55,6 +41,8 @@ class TableReader:
         The names of all columns.
     columns
         The columns of the arm.
+    remarks
+        Remarks on the file, complete after all rows were read.
 
     Raises
     ------
@@ -62,9 +50,11 @@ class TableReader:
         The table cannot be read, or columns are missing.
     """
 
-    def __init__(self, file: Path, wanted: Selection, accepted: str) -> None:
-        self.file, self.wanted = file, wanted
-        self._hint = HINT if accepted is HOW else ''
+    def __init__(
+        self, file: Path, wanted: Selection, accepted: str = HOW, whole: bool = False
+    ) -> None:
+        self.file, self.wanted, self.remarks = file, wanted, list[Remark]()
+        self._whole, self._hint = whole, HINT if accepted is HOW else ''
         self._table = table_of(file, accepted)
         self.header = self._table.header
         numbered = wanted.columns is None or not any(map(str.isdigit, wanted.columns))
@@ -75,95 +65,119 @@ class TableReader:
                 code='missing-header',
             )
         self.columns = arm_columns(file, self.header, wanted, accepted)
-
-    def rows(self, columns: list[str], whole: bool = False) -> RowReader:
-        """
-        Return a `RowReader` of the given columns. `whole` says whether each row must be complete
-        and finite.
-        """
-        return RowReader(
-            self._table, self.columns.stamp, columns, self.columns.stamps, whole, self._hint
-        )
+        self._digits = UNITS.get(self.columns.stamps.unit)
 
     def source(self) -> RecordingSource:
         """Return the table as a recording, with measured tool poses if the table has them."""
         own = self.columns
-        reader = self.rows([*own.positions, *own.velocities, *own.poses])
         if self._table.decimal_comma:
-            reader.remarks.append(Remark(Level.OK, 'commas in numbers are taken as points'))
+            self.remarks.append(Remark(Level.OK, 'commas in numbers are taken as points'))
         total = _count_lines(self.file) - self._table.heads
-        return source_of(own, self.wanted, 'table', total, reader.pieces(), reader.remarks)
+        pieces = self.pieces([*own.positions, *own.velocities, *own.poses])
+        return source_of(own, self.wanted, 'table', total, pieces, self.remarks)
 
+    def pieces(self, columns: Sequence[str]) -> Iterator[TableRows]:
+        """
+        Yield stamps and the given columns of the rows in their order, in pieces of at most
+        `LARGEST_BLOCK` rows.
 
-def table_of(file: Path, accepted: str = HOW) -> TableFile:
-    """
-    Open a table, and find its column names and its delimiter.
-
-    Raises
-    ------
-    RecordingError
-        The table cannot be read.
-    """
-    try:
-        opened: Callable[[], TextIO] = partial(file.open, encoding='utf-8-sig', newline='')
-        with opened() as stream:
-            if not file.is_file():
-                # Keep the text of a pipe in memory, because a pipe can be read once, and the table
-                # is read twice.
-                opened = partial(io.StringIO, ''.join(lines_of(stream)))
-        with opened() as stream:
-            lines = list(islice(lines_of(stream), HEAD_LINES))
-        filled = [k for k, line in enumerate(lines) if line.strip()]
-        if not filled:
-            raise RecordingError(f'{file}: the file is empty; {accepted}', code='empty')
-        return _table(file, opened, lines, filled)
-    except UnicodeDecodeError:
-        raise RecordingError(f'{file}: {NO_TEXT}', code='encoding') from None
-    except FileNotFoundError:
-        message = f'{file}: there is no such file; give a table of joint states (.csv)'
-        raise RecordingError(message, code='missing-file') from None
-    except OSError as error:
-        message = f'{file}: cannot be read: {error.strerror}'
-        raise RecordingError(message, code='unreadable') from None
-    except csv.Error as error:
-        message = f'{file}: cannot be read as a table: {error}'
-        raise RecordingError(message, code='syntax') from None
-
-
-def _table(
-    file: Path, opened: Callable[[], TextIO], lines: list[str], filled: list[int]
-) -> TableFile:
-    # Skip comment lines, which begin with #. The last comment line may hold the column names.
-    rows = [k for k in filled if not lines[k].lstrip().startswith(COMMENT)]
-    first = lines[rows[0]] if rows else ''
-    delimiter = delimiter_of([first or lines[filled[0]]])
-    decimal_comma = delimiter != ',' and any(COMMA.search(lines[k]) for k in rows)
-    cells = _cells(first, delimiter)
-    heads = rows[0] + 1 if rows else len(lines)
-    remarks = [k for k in filled if rows and k < rows[0]]
-    labelled = any('.' in cell for cell in cells) and len(cells) > 2
-    header, named = cells, True
-    if not rows or _are_numbers(cells[1:] if labelled else cells, decimal_comma):
-        heads -= bool(rows)
-        header = _cells(lines[remarks[-1]].lstrip(' #'), delimiter) if remarks else []
-        named = len(header) == len(cells)
-    if not named:
-        header = [str(k + 1) for k in range(len(cells))]
-    return TableFile(file, opened, delimiter, header, heads, decimal_comma, named)
-
-
-def _cells(line: str, delimiter: str) -> list[str]:
-    cells = line.split() if delimiter == ' ' else next(csv.reader([line], delimiter=delimiter))
-    return [cell.strip() for cell in cells]
-
-
-def _are_numbers(cells: list[str], decimal_comma: bool) -> bool:
-    for cell in cells:
+        Raises
+        ------
+        RecordingError
+            A line is not a valid row; the message names line and column.
+        """
+        stamp = self.columns.stamp
+        stamp_at = [self.header.index(stamp)] if stamp else []
+        at = [self.header.index(column) for column in columns]
+        stamps: list[int] = []
+        numbers: list[list[float]] = []
+        count = 0
         try:
-            number_of(cell.replace(',', '.') if decimal_comma else cell)
+            for line, cells in self._lines():
+                count += 1
+                stamps += [self._nanoseconds(line, cells[column]) for column in stamp_at]
+                numbers.append([self._number(line, column, cells[column]) for column in at])
+                if len(numbers) == LARGEST_BLOCK:
+                    yield self._rows(stamps, numbers, count)
+                    stamps, numbers = [], []
+        except UnicodeDecodeError:
+            raise RecordingError(f'{self.file}: {NO_TEXT}', code='encoding') from None
+        except csv.Error as error:
+            message = f'{self.file}: cannot be read as a table: {error}'
+            raise RecordingError(message, code='syntax') from None
+        if not count:
+            message = f'{self.file}: has a header but no rows; add rows of numbers'
+            raise RecordingError(message, code='empty')
+        if numbers:
+            yield self._rows(stamps, numbers, count)
+
+    def _rows(self, stamps: list[int], numbers: list[list[float]], end: int) -> TableRows:
+        times = np.array(stamps, dtype=np.int64)
+        if not self.columns.stamp:
+            times = self.columns.stamps.of_rows(end - len(numbers), len(numbers))
+        return TableRows(times, np.array(numbers))
+
+    def _lines(self) -> Iterator[tuple[int, list[str]]]:
+        # Yields line number and cells of each row. Skips an incomplete last row with a remark,
+        # unless rows must be whole.
+        with self._table.opened() as stream:
+            filled = self._table.cells(stream)
+            count = 0
+            for line, cells in filled:
+                count += 1
+                if len(cells) >= len(self.header) and not any(cells[len(self.header) :]):
+                    yield line, cells
+                    continue
+                if count > 1 and not self._whole and next(filled, None) is None:
+                    text = f'line {line}, the last one, is cut off and left out'
+                    self.remarks.append(Remark(Level.OK, text, 'cut-off'))
+                    return
+                raise RecordingError(
+                    f'{self.file}:{line}: {len(cells)} cells, but the header has '
+                    f'{len(self.header)} columns',
+                    code='wrong-length',
+                )
+
+    def _digits_of(self, stamp: str) -> int:
+        # Returns the decimal places of the stamps' unit, which follows from the size of the first
+        # stamp. A stamp that is not a number counts as seconds here; `_nanoseconds` refuses it.
+        unit = unit_of(number_of(stamp)) if NUMBER.fullmatch(stamp.strip()) else 's'
+        if unit != 's':
+            name = self.columns.stamp
+            text = f'column {name!r} is taken in {unit}, as the size of its stamps tells'
+            self.remarks.append(Remark(Level.OK, text))
+        return UNITS[unit]
+
+    def _nanoseconds(self, line: int, cell: str) -> int:
+        if self._digits is None:
+            self._digits = self._digits_of(cell)
+        try:
+            return nanoseconds_of(cell, self._digits)
         except ValueError:
-            return False
-    return True
+            what = {9: 'seconds', 6: 'ms', 3: 'us', 0: 'ns'}[self._digits]
+            raise RecordingError(
+                f'{self.file}:{line}: column {self.columns.stamp!r}: '
+                f'{cell[:40]!a} is not a time in {what} '
+                f'(0 to {MAX_STAMP.scaleb(9 - self._digits):f})'
+                f'{", nor a date such as 2024-09-24T14:05:15.1Z" if ":" in cell else ""}'
+                f'{self._hint}',
+                code='not-a-time',
+            ) from None
+
+    def _number(self, line: int, column: int, cell: str) -> float:
+        text = cell.strip()
+        try:
+            value = number_of(text) if text else math.nan
+        except ValueError:
+            value = None
+        if value is None or (self._whole and not math.isfinite(value)):
+            raise RecordingError(
+                f'{self.file}:{line}: column {self.header[column]!r}: '
+                f'{ascii(text[:40]) if text else "an empty cell"} is not a '
+                f'{"finite " if self._whole else ""}number',
+                code='not-a-number' if value is None or not text else 'not-finite',
+            )
+        return value
 
 
 def _count_lines(file: Path) -> int:

@@ -1,28 +1,30 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Read the rows of a table line by line, and check their numbers and stamps."""
+"""Open a table, and read its header, its lines, and the numbers and times in its cells."""
 
 import csv
-import math
+import io
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from datetime import datetime
 from decimal import Decimal
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple, TextIO
 
-import numpy as np
-
 from ....errors import RecordingError
 from ....kernel import Floats
-from ....robot.measures import Level
+from ....robot.tables.delimiter import delimiter_of
 from ....typography import plain_signs
-from .block import LARGEST_BLOCK, Times
-from .source import Remark
-from .stamp_format import UNITS, StampFormat, unit_of
+from .arm_columns import HOW
+from .block import Times
 
 MAX_LINE_LENGTH = 2**20
+# Number of first lines of a file in which column names and decimal commas are searched.
+HEAD_LINES = 100
+COMMENT = '#'
+COMMA = re.compile(r'\d,\d')
 NO_TEXT = 'is not UTF-8 text; save the table as UTF-8'
 # Upper bound of stamps, s. It is the range of the stamp in a ROS header.
 MAX_STAMP = Decimal(2**31)
@@ -91,143 +93,75 @@ class TableFile(NamedTuple):
                 yield self.heads + rows.line_num, cells
 
 
-class RowReader:
+def table_of(file: Path, accepted: str = HOW) -> TableFile:
     """
-    Reads the rows of a table.
+    Open a table, and find its column names and its delimiter.
 
-    Parameters
-    ----------
-    stamp, columns
-        Name of the stamp column, empty if stamps are computed from row numbers; names of the other
-        columns to read.
-    stamps
-        The unit of the stamps; or, if there are none, the rate of the rows.
-    hint
-        Advice for the error message about an invalid stamp.
-    whole
-        Whether each row must be complete and finite. Otherwise empty cells and an incomplete last
-        line are accepted.
-
-    Attributes
-    ----------
-    remarks
-        Remarks on the file, complete after all rows were read.
+    Raises
+    ------
+    RecordingError
+        The table cannot be read.
     """
+    try:
+        opened: Callable[[], TextIO] = partial(file.open, encoding='utf-8-sig', newline='')
+        with opened() as stream:
+            if not file.is_file():
+                # Keep the text of a pipe in memory, because a pipe can be read once, and the table
+                # is read twice.
+                opened = partial(io.StringIO, ''.join(lines_of(stream)))
+        with opened() as stream:
+            lines = list(islice(lines_of(stream), HEAD_LINES))
+        filled = [k for k, line in enumerate(lines) if line.strip()]
+        if not filled:
+            raise RecordingError(f'{file}: the file is empty; {accepted}', code='empty')
+        return _table(file, opened, lines, filled)
+    except UnicodeDecodeError:
+        raise RecordingError(f'{file}: {NO_TEXT}', code='encoding') from None
+    except FileNotFoundError:
+        message = f'{file}: there is no such file; give a table of joint states (.csv)'
+        raise RecordingError(message, code='missing-file') from None
+    except OSError as error:
+        message = f'{file}: cannot be read: {error.strerror}'
+        raise RecordingError(message, code='unreadable') from None
+    except csv.Error as error:
+        message = f'{file}: cannot be read as a table: {error}'
+        raise RecordingError(message, code='syntax') from None
 
-    def __init__(
-        self,
-        table: TableFile,
-        stamp: str,
-        columns: Sequence[str],
-        stamps: StampFormat,
-        whole: bool = False,
-        hint: str = '',
-    ) -> None:
-        self.remarks: list[Remark] = []
-        self._table, self._file, self._header = table, table.file, table.header
-        self._whole, self._stamps, self._hint = whole, stamps, hint
-        self._stamp_at = [table.header.index(stamp)] if stamp else []
-        self._at = [table.header.index(column) for column in columns]
-        self._digits = UNITS.get(stamps.unit)
 
-    def pieces(self) -> Iterator[TableRows]:
-        """
-        Yield the rows in their order, in pieces of at most `LARGEST_BLOCK`.
+def _table(
+    file: Path, opened: Callable[[], TextIO], lines: list[str], filled: list[int]
+) -> TableFile:
+    # Skip comment lines, which begin with #. The last comment line may hold the column names.
+    rows = [k for k in filled if not lines[k].lstrip().startswith(COMMENT)]
+    first = lines[rows[0]] if rows else ''
+    delimiter = delimiter_of([first or lines[filled[0]]])
+    decimal_comma = delimiter != ',' and any(COMMA.search(lines[k]) for k in rows)
+    cells = _cells(first, delimiter)
+    heads = rows[0] + 1 if rows else len(lines)
+    remarks = [k for k in filled if rows and k < rows[0]]
+    labelled = any('.' in cell for cell in cells) and len(cells) > 2
+    header, named = cells, True
+    if not rows or _are_numbers(cells[1:] if labelled else cells, decimal_comma):
+        heads -= bool(rows)
+        header = _cells(lines[remarks[-1]].lstrip(' #'), delimiter) if remarks else []
+        named = len(header) == len(cells)
+    if not named:
+        header = [str(k + 1) for k in range(len(cells))]
+    return TableFile(file, opened, delimiter, header, heads, decimal_comma, named)
 
-        Raises
-        ------
-        RecordingError
-            A line is not a valid row; the message names line and column.
-        """
-        stamps: list[int] = []
-        numbers: list[list[float]] = []
-        count = 0
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    cells = line.split() if delimiter == ' ' else next(csv.reader([line], delimiter=delimiter))
+    return [cell.strip() for cell in cells]
+
+
+def _are_numbers(cells: list[str], decimal_comma: bool) -> bool:
+    for cell in cells:
         try:
-            for line, cells in self._lines():
-                count += 1
-                stamps += [self._nanoseconds(line, cells[column]) for column in self._stamp_at]
-                numbers.append([self._number(line, column, cells[column]) for column in self._at])
-                if len(numbers) == LARGEST_BLOCK:
-                    yield self._rows(stamps, numbers, count)
-                    stamps, numbers = [], []
-        except UnicodeDecodeError:
-            raise RecordingError(f'{self._file}: {NO_TEXT}', code='encoding') from None
-        except csv.Error as error:
-            message = f'{self._file}: cannot be read as a table: {error}'
-            raise RecordingError(message, code='syntax') from None
-        if not count:
-            message = f'{self._file}: has a header but no rows; add rows of numbers'
-            raise RecordingError(message, code='empty')
-        if numbers:
-            yield self._rows(stamps, numbers, count)
-
-    def _rows(self, stamps: list[int], numbers: list[list[float]], end: int) -> TableRows:
-        if self._stamp_at:
-            return TableRows(np.array(stamps, dtype=np.int64), np.array(numbers))
-        return TableRows(self._stamps.of_rows(end - len(numbers), len(numbers)), np.array(numbers))
-
-    def _lines(self) -> Iterator[tuple[int, list[str]]]:
-        # Yields line number and cells of each row. If the last row is incomplete, skips it and
-        # adds a remark, unless rows must be complete (`whole`).
-        with self._table.opened() as stream:
-            filled = self._table.cells(stream)
-            count = 0
-            for line, cells in filled:
-                count += 1
-                if len(cells) >= len(self._header) and not any(cells[len(self._header) :]):
-                    yield line, cells
-                    continue
-                if count > 1 and not self._whole and next(filled, None) is None:
-                    text = f'line {line}, the last one, is cut off and left out'
-                    self.remarks.append(Remark(Level.OK, text, 'cut-off'))
-                    return
-                raise RecordingError(
-                    f'{self._file}:{line}: {len(cells)} cells, but the header has '
-                    f'{len(self._header)} columns',
-                    code='wrong-length',
-                )
-
-    def _digits_of(self, stamp: str) -> int:
-        # Guesses the unit of the stamps from the size of the first stamp, and returns the number
-        # of decimal places from this unit to nanoseconds. A stamp that is not a number counts as
-        # seconds here; `_nanoseconds` refuses it.
-        unit = unit_of(number_of(stamp)) if NUMBER.fullmatch(stamp.strip()) else 's'
-        if unit != 's':
-            name = self._header[self._stamp_at[0]]
-            text = f'column {name!r} is taken in {unit}, as the size of its stamps tells'
-            self.remarks.append(Remark(Level.OK, text))
-        return UNITS[unit]
-
-    def _nanoseconds(self, line: int, cell: str) -> int:
-        if self._digits is None:
-            self._digits = self._digits_of(cell)
-        try:
-            return nanoseconds_of(cell, self._digits)
+            number_of(cell.replace(',', '.') if decimal_comma else cell)
         except ValueError:
-            what = {9: 'seconds', 6: 'ms', 3: 'us', 0: 'ns'}[self._digits]
-            raise RecordingError(
-                f'{self._file}:{line}: column {self._header[self._stamp_at[0]]!r}: '
-                f'{cell[:40]!a} is not a time in {what} '
-                f'(0 to {MAX_STAMP.scaleb(9 - self._digits):f})'
-                f'{", nor a date such as 2024-09-24T14:05:15.1Z" if ":" in cell else ""}'
-                f'{self._hint}',
-                code='not-a-time',
-            ) from None
-
-    def _number(self, line: int, column: int, cell: str) -> float:
-        text = cell.strip()
-        try:
-            value = number_of(text) if text else math.nan
-        except ValueError:
-            value = None
-        if value is None or (self._whole and not math.isfinite(value)):
-            raise RecordingError(
-                f'{self._file}:{line}: column {self._header[column]!r}: '
-                f'{ascii(text[:40]) if text else "an empty cell"} is not a '
-                f'{"finite " if self._whole else ""}number',
-                code='not-a-number' if value is None or not text else 'not-finite',
-            )
-        return value
+            return False
+    return True
 
 
 def lines_of(stream: TextIO) -> Iterator[str]:

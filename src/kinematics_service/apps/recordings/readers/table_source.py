@@ -45,7 +45,6 @@ def source_of(
     robot = wanted.robot
     names = tuple(wanted.joint_prefix + name for name in robot.joint_names)
     units = columns.joints.units(robot)
-    plain = not columns.joints.text
     n = len(columns.positions)
     m = n + len(columns.velocities)
     poses = PoseRows(columns.form, len(columns.poses), n)
@@ -54,9 +53,7 @@ def source_of(
     def blocks() -> Iterator[Block]:
         clock, count, alike = ForwardClock(), 0, 0
         for stamps, numbers in pieces:
-            q, qdot = numbers[:, :n], numbers[:, n:m]
-            if not plain:
-                q, qdot = units.positions(q), qdot * units.scale[: m - n]
+            q, qdot = units.positions(numbers[:, :n]), numbers[:, n:m] * units.scale[: m - n]
             if columns.poses:
                 # A measured pose belongs to the joint positions in the same row, not to those at
                 # the same time. Skip rows without any number of a pose. A row with only some

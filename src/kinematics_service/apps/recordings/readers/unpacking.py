@@ -71,7 +71,7 @@ def bounded_chunks(path: Path) -> Iterator[None]:
     """
 
     def bounded(open_packed: Callable[..., Any]) -> Callable[..., bytes]:
-        return lambda data, size=MAX_PART_BYTES: _unpacked(data, open_packed, path, size)
+        return lambda data, size=MAX_PART_BYTES: unpacked(data, path, open_packed, size)
 
     own = {'zstd': bounded(zstd.open), 'lz4': bounded(lz4.frame.open), 'bz2': bounded(bz2.open)}
     tables = storage_mcap.DECOMPRESSORS, rosbag1.decompressors
@@ -83,18 +83,6 @@ def bounded_chunks(path: Path) -> Iterator[None]:
     finally:
         for table, before in zip(tables, usual):
             table.update(before)
-
-
-def unpacked_message(data: bytes, path: Path) -> bytes:
-    """
-    Unpack a message of a bag, and return its bytes.
-
-    Raises
-    ------
-    RecordingError
-        The message is too large.
-    """
-    return _unpacked(data, zstd.open, path, MAX_PART_BYTES)
 
 
 def leave_messages_packed(reader: rosbag1.Reader | rosbag2.Reader) -> bool:
@@ -145,10 +133,23 @@ def _most_together(chunks: Sequence[Any]) -> int:
     return max(accumulate(size for _, _, size in sorted(changes)), default=0)
 
 
-def _unpacked(data: bytes, open_packed: Callable[..., Any], path: Path, size: int) -> bytes:
+def unpacked(
+    data: bytes,
+    path: Path,
+    opened: Callable[..., Any] = zstd.open,
+    size: int = MAX_PART_BYTES,
+) -> bytes:
+    """
+    Unpack a message or a chunk of a bag, and return its bytes.
+
+    Raises
+    ------
+    RecordingError
+        It has more than `size` bytes, or is too large.
+    """
     most = min(size, MAX_PART_BYTES)
     refusal = f'{path}: a part of it unpacks to more than {most:,} bytes; record it anew'
-    with open_packed(BytesIO(data), 'rb') as stream:
+    with opened(BytesIO(data), 'rb') as stream:
         return b''.join(_pieces(stream, most, refusal))
 
 

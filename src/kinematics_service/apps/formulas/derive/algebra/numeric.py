@@ -46,7 +46,19 @@ class Numbers:
 
     def __call__(self, q: Floats) -> Floats:
         """Return the value at q, shape (...,)."""
-        return self.function(np.asarray(q, dtype=float))
+        c, turns, powers = self._sum
+        terms: Complexes = c * np.exp(1j * (q @ turns))
+        for k in np.flatnonzero(np.any(powers, axis=0)):
+            terms = terms * q[..., k, None] ** powers[:, k]
+        return np.asarray(np.sum(terms, axis=-1).real)
+
+    def magnitude(self, largest: Floats) -> Floats:
+        """Return an upper bound of the absolute value for |q| <= largest, shape (...,)."""
+        c, _, powers = self._sum
+        sizes = np.broadcast_to(np.abs(c), (*largest.shape[:-1], len(powers)))
+        for k in np.flatnonzero(np.any(powers, axis=0)):
+            sizes = sizes * largest[..., k, None] ** powers[:, k]
+        return np.asarray(np.sum(sizes, axis=-1))
 
     def gradient(self, q: Floats) -> Floats:
         """Return the derivatives of the polynomial by each joint variable at q, shape (..., n)."""
@@ -81,57 +93,29 @@ class Numbers:
         return Numbers(self.value.scaled(factor, divisor), self.arithmetic)
 
     @cached_property
-    def function(self) -> 'Sum':
-        """Return the polynomial as a sum of numeric terms."""
-        return sum_of(self.value, self.arithmetic)
+    def _sum(self) -> tuple[Complexes, Floats, Integers]:
+        # Return c, turns and powers of the terms c exp(i turns q) q^powers, whose sum is the
+        # polynomial. The factor c contains the values of the constants.
+        value, arithmetic = self.value, self.arithmetic
+        ring, variables, values = arithmetic.ring, arithmetic.names.variables, arithmetic.values
+        terms = value.terms()
+        exponents = np.array(list(terms), dtype=int).reshape(len(terms), len(ring.generators))
+        c = np.array([complex(a, b) for a, b in terms.values()], dtype=complex) / value.divisor
+        for k in np.flatnonzero(~np.isnan(values)):
+            if np.any(exponents[:, k]):
+                c = c * values[k] ** exponents[:, k]
+        angles = [arithmetic.angle_index(v) for v in variables]
+        units = np.array([arithmetic.units[v] for v in variables], dtype=float)
+        turns = exponents[:, angles] / units
+        c = c * np.exp(1j * (turns @ np.array([float(arithmetic.offsets[v]) for v in variables])))
+        lengths = [ring.index('number', v) for v in variables]
+        return c, turns.T, exponents[:, lengths]
 
     @cached_property
     def firsts(self) -> tuple['Numbers', ...]:
         """Return the derivatives of the polynomial by each joint variable, as polynomials."""
         variables, derivative = self.arithmetic.names.variables, self.arithmetic.derivative
         return tuple(replace(self, value=derivative(self.value, v)) for v in variables)
-
-
-@dataclass(frozen=True, eq=False)
-class Sum:
-    """
-    A sum of terms c exp(i turns q) q^powers. The factor c contains the values of the constants.
-    """
-
-    coefficients: Complexes
-    turns: Floats
-    powers: Integers
-
-    def __call__(self, q: Floats) -> Floats:
-        """Return the value at q, shape (...,)."""
-        terms: Complexes = self.coefficients * np.exp(1j * (q @ self.turns))
-        for k in np.flatnonzero(np.any(self.powers, axis=0)):
-            terms = terms * q[..., k, None] ** self.powers[:, k]
-        return np.asarray(np.sum(terms, axis=-1).real)
-
-    def magnitude(self, largest: Floats) -> Floats:
-        """Return an upper bound of the sum's absolute value for |q| <= largest, shape (...,)."""
-        sizes = np.broadcast_to(np.abs(self.coefficients), (*largest.shape[:-1], len(self.powers)))
-        for k in np.flatnonzero(np.any(self.powers, axis=0)):
-            sizes = sizes * largest[..., k, None] ** self.powers[:, k]
-        return np.asarray(np.sum(sizes, axis=-1))
-
-
-def sum_of(value: Laurent, arithmetic: Arithmetic) -> Sum:
-    """Return a real polynomial as a sum of numeric terms, with the constants of the file."""
-    ring, variables, values = arithmetic.ring, arithmetic.names.variables, arithmetic.values
-    terms = value.terms()
-    exponents = np.array(list(terms), dtype=int).reshape(len(terms), len(ring.generators))
-    c = np.array([complex(a, b) for a, b in terms.values()], dtype=complex) / value.divisor
-    for k in np.flatnonzero(~np.isnan(values)):
-        if np.any(exponents[:, k]):
-            c = c * values[k] ** exponents[:, k]
-    angles = [arithmetic.angle_index(v) for v in variables]
-    units = np.array([arithmetic.units[v] for v in variables], dtype=float)
-    turns = exponents[:, angles] / units
-    c = c * np.exp(1j * (turns @ np.array([float(arithmetic.offsets[v]) for v in variables])))
-    lengths = [ring.index('number', v) for v in variables]
-    return Sum(c, turns.T, exponents[:, lengths])
 
 
 def poses_on(functions: Sequence[DifferentiableFunction], starts: Floats, scale: Floats) -> Floats:

@@ -105,14 +105,14 @@ def _bends(functions: Sequence[Numbers], largest: Floats) -> Floats:
     # Return bounds of the second derivatives of the m functions for |q| <= largest, shape (..., m,
     # n, n).
     bounds = [
-        [[second.function.magnitude(largest) for second in first.firsts] for first in f.firsts]
+        [[second.magnitude(largest) for second in first.firsts] for first in f.firsts]
         for f in functions
     ]
     return np.moveaxis(np.array(bounds), (0, 1, 2), (-3, -2, -1))
 
 
 def _round_off(functions: Sequence[Numbers], largest: Floats) -> Floats:
-    return ROUND_OFF * np.stack([f.function.magnitude(largest) for f in functions], axis=-1)
+    return ROUND_OFF * np.stack([f.magnitude(largest) for f in functions], axis=-1)
 
 
 def _shown(functions: Sequence[Numbers], q: Floats, box: Box) -> tuple[float, ...] | None:
@@ -159,7 +159,7 @@ def _halved(functions: Sequence[Numbers], box: Box, moving: Floats) -> Zero:
     middle, half = (box.low + box.high) / 2, np.where(moving, (box.high - box.low) / 2, 0.0)
     # Enlarge the box by a margin, so that round-off does not exclude zeros on its boundary.
     centers, radii = middle[None], np.where(moving, half + ZERO_DISTANCE, 0.0)[None]
-    terms = sum(len(f.function.powers) for f in functions) * (1 + len(middle))
+    terms = sum(len(f.value.terms()) for f in functions) * (1 + len(middle))
     left = min(MAX_BOXES, MAX_TERM_EVALUATIONS // max(1, terms))
     while len(centers):
         left -= len(centers)
