@@ -266,7 +266,7 @@ def test_a_useless_full_turn_is_remarked(points, joint, words):
     q = np.tile(START, (len(points), 1))
     q[:, joint] = points
     plan = PlannedTrajectory(JOINTS, 2.0 * np.arange(len(points)), q, None, None)
-    remarks = list(_full_turns(robot, plan, '', 'The plan'))
+    remarks = list(_full_turns(robot, plan, 'The plan'))
     assert [one.level for one in remarks] == ([Level.WARN] if words else [])
     for one in remarks:
         for word in (f'The plan turns {JOINTS[joint]} ', *words):

@@ -141,18 +141,17 @@ class BoardViews(FrozenArrays):
         Return a whitening matrix (6, 6) for each of N poses. The matrix times the residual of the
         pose has the noise of a typical pose.
         """
-        return self._whitening(self.poses, self.seen)
+        return self.whitening_at(self.poses, self.seen)
 
-    def whitening_at(self, poses: Floats) -> Floats:
+    def whitening_at(self, poses: Floats, seen: Sequence[SeenCorners] = ()) -> Floats:
         """
-        Return a whitening matrix (6, 6) for each of N given poses (N, 4, 4) of the board. The
-        function assumes that the camera sees the same corners at each pose: those of the image
-        with most corners.
-        """
-        return self._whitening(poses, [self._whole] * len(poses))
+        Return a whitening matrix (6, 6) for each of N given poses (N, 4, 4) of the board.
 
-    def _whitening(self, poses: Floats, seen: Iterable[SeenCorners]) -> Floats:
-        roots = np.linalg.cholesky(self._covariances(poses, seen))
+        Without `seen`, the function assumes that the camera sees the same corners at each pose:
+        those of the image with most corners.
+        """
+        corners = seen or [self._whole] * len(poses)
+        roots = np.linalg.cholesky(self._covariances(poses, corners))
         return np.asarray(np.repeat(self.typical, 3)[:, None] * np.linalg.inv(roots))
 
     @property

@@ -129,9 +129,7 @@ def _arm(
         recording = recordings.read_recording(Path(replay), robot)
         due = recording.due
         words = f'{robot.name} replays {len(due)} joint states of {due[-1]:.1f} s from {replay}'
-        moments = moments_of_recording(
-            due, recording.stamps, recording.positions, recording.velocities
-        )
+        moments = moments_of_recording(due, *recording)
         arm = VirtualArm(_helper(node, 'arm'), names, moments, period_of_recording(due), command)
         return arm, words
     path = TRAJECTORIES[trajectory](robot)

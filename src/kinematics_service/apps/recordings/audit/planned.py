@@ -26,7 +26,7 @@ TURN_RESOLUTION = 0.05
 
 class PlanSettings(NamedTuple):
     """
-    Settings of the check of planned trajectories, passed to `check_plan`.
+    Settings of the check of plans: the last arguments of `check_plan`.
 
     Attributes
     ----------
@@ -62,28 +62,28 @@ def checks_of(
     cannot be checked, add a remark to the source.
     """
     checks = {}
+    names = [joint_prefix + name for name in robot.joint_names]
     for number, plan in enumerate(source.plans, 1):
         which, several = 'The plan', len(source.plans)
         if several > 1:
             which = f'Trajectory {number} of {several}'
+        own = plan.of(names)
         try:
-            checks[number] = _check(robot, plan, joint_prefix, asked)
+            checks[number] = check_plan(robot, *own[1:], *asked)
         except PlanError as error:
             text = f'{which} is not checked: {error}'
             source.remarks.append(Remark(Level.ERROR, text, error.code))
         else:
-            source.remarks.extend(_full_turns(robot, plan, joint_prefix, which))
+            source.remarks.extend(_full_turns(robot, own, which))
         progress(1)
     return checks
 
 
-def _full_turns(
-    robot: Robot, plan: PlannedTrajectory, prefix: str, which: str
-) -> Iterator[Remark]:
+def _full_turns(robot: Robot, plan: PlannedTrajectory, which: str) -> Iterator[Remark]:
     # Yields a remark for each joint that makes unnecessary full turns. Without these turns, the
     # joint would move within its limits, and the poses of the arm would be the same.
     for j, name in enumerate(robot.joint_names):
-        q = plan.positions[:, plan.names.index(prefix + name)]
+        q = plan.positions[:, j]
         sides = np.flatnonzero(np.diff(np.sign(np.diff(q)))) + 1
         ends = [0, *sides.tolist(), len(q) - 1]
         steps = [(k, k + 1) for k in range(len(q) - 1)]
@@ -101,23 +101,3 @@ def _full_turns(
                     f'{plan.times[begin]:.3f} to {plan.times[end]:.3f} s, and {rest}',
                 )
                 break
-
-
-def _check(
-    robot: Robot, plan: PlannedTrajectory, joint_prefix: str, asked: PlanSettings
-) -> PlanCheck:
-    columns = [plan.names.index(joint_prefix + name) for name in robot.joint_names]
-    velocities, accelerations = (
-        None if table is None else table[:, columns]
-        for table in (plan.velocities, plan.accelerations)
-    )
-    return check_plan(
-        robot,
-        plan.times,
-        plan.positions[:, columns],
-        velocities,
-        accelerations,
-        asked.distance,
-        asked.speed_limit,
-        asked.speed_of,
-    )

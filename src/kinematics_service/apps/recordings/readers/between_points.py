@@ -3,6 +3,7 @@
 """Sample the motion that joint_trajectory_controller makes from a planned trajectory."""
 
 import sys
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -40,6 +41,13 @@ class PlannedTrajectory(NamedTuple):
     positions: Floats
     velocities: Floats | None
     accelerations: Floats | None
+
+    def of(self, names: Sequence[str]) -> 'PlannedTrajectory':
+        """Return the motion of some of the joints, in the order of `names`."""
+        columns = [self.names.index(name) for name in names]
+        qdot, qddot = (None if table is None else table[:, columns] for table in self[3:])
+        q = self.positions[:, columns]
+        return PlannedTrajectory(tuple(names), self.times, q, qdot, qddot)
 
 
 class SampledSteps(NamedTuple):
