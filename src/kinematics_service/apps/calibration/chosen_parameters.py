@@ -47,7 +47,6 @@ PLACE_PRIOR = 1.0
 # Prior standard deviation of the delay between joint states and poses, s, and of the backlash of
 # the joints, rad.
 LAG_PRIOR = 0.1
-NOTHING_SAID = Tolerances()
 # The word in `fit` and `fix` for all groups, including gear ratios. Without this word, or a word
 # for gear ratios, gear ratios are not fitted.
 EVERYTHING = 'all'
@@ -309,9 +308,7 @@ def _moved(chain: CorrectedChain, first: int) -> CorrectedChain:
     return replace(chain, still=((*begin[:at], *six, *begin[at:]), *chain.still[1:]))
 
 
-def prior_of(
-    one: ArmParameter, tolerances: Mapping[str, float], of_file: Tolerances = NOTHING_SAID
-) -> float:
+def prior_of(one: ArmParameter, tolerances: Mapping[str, float], of_file: Tolerances) -> float:
     """
     Return the prior standard deviation of a parameter, rad, m or s.
 

@@ -8,7 +8,6 @@ correction.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import get_args
 
 import numpy as np
 
@@ -16,7 +15,6 @@ from ...errors import KinematicsError
 from ...kernel import Floats
 from ...kinematics.uncertainty.corrected_chain import small_motion
 from ...rigid_motion import exact_rpy
-from ...robot.file.parts.convention_table import Axis
 from ...robot.file.parts.description import (
     IDENTITY,
     DhRow,
@@ -28,6 +26,7 @@ from ...robot.file.parts.description import (
     Tolerances,
     Uncertainty,
 )
+from ...robot.file.parts.links import AXES
 from ...robot.file.parts.parameters import ArmParameter
 from ...robot.file.parts.tolerances import GEAR
 from ...robot.file.text.expressions import Affine, Expression
@@ -38,7 +37,6 @@ from ...typography import number_text
 ZERO = Expression('0', Affine(0.0, ()))
 # A correction that is converted to degrees or millimetres is rounded to this number of decimals.
 DIGITS = 12
-ORDER: tuple[Axis, ...] = get_args(Axis)
 
 
 def corrected_robot(robot: Robot, parameters: Sequence[ArmParameter], values: Floats) -> Robot:
@@ -224,7 +222,7 @@ class _Corrections:
         return [first, _row(link, {**extra, 'd': cells['d'], 'theta': back})], 0.0
 
     def _elementary_rows(self, k: int, link: ElementaryMotion) -> list[Link]:
-        numbers = ((axis, self.of(k, axis)) for axis in ORDER if (k, axis) in self.found)
+        numbers = ((axis, self.of(k, axis)) for axis in AXES if (k, axis) in self.found)
         extra = (ElementaryMotion(axis, self._number(x, axis[0] == 'R')) for axis, x in numbers)
         return [*extra, self._joint_added(link, k)]
 
@@ -232,11 +230,11 @@ class _Corrections:
         if link.joint is None:
             return [link]
         joint = self._joint_added(link.joint, k)
-        numbers = [self.of(k, axis) for axis in ORDER]
+        numbers = [self.of(k, axis) for axis in AXES]
         if not any(numbers):
             return [replace(link, joint=joint)]
         T = np.eye(4)
-        for axis, number in zip(ORDER, numbers):
+        for axis, number in zip(AXES, numbers):
             T = T @ small_motion(axis[0] == 'R', 'xyz'.index(axis[1]), number)
         # Write the matrix `in` of the file unchanged as a row of its own. The next row has the
         # correction as its `in`, then the joint and the matrix `out` of the file.

@@ -176,9 +176,8 @@ def _given(robot: Robot, q: npt.ArrayLike, poses: npt.ArrayLike) -> ComparedData
     if not (np.all(np.isfinite(q)) and np.all(np.isfinite(B))):
         raise FramesError('q, poses: must be finite numbers', code='not-finite')
     if len(q) < MIN_POSES:
-        raise FramesError(
-            f'{len(q)} poses are too few: at least {MIN_POSES} are needed', code='too-few'
-        )
+        message = f'{len(q)} poses are too few: at least {MIN_POSES} are needed'
+        raise FramesError(message, code='too-few')
     check_rotations(B[:, :3, :3])
     return ComparedData(robot, q, B)
 
@@ -219,14 +218,12 @@ def _later(
     # if the stamps do not rise.
     t = None if stamps is None else numbers_of('stamps', stamps)
     if t is not None and t.shape != (len(q),):
-        raise FramesError(
-            f'stamps must have the shape {(len(q),)}, not {t.shape}', code='wrong-shape'
-        )
+        message = f'stamps must have the shape {(len(q),)}, not {t.shape}'
+        raise FramesError(message, code='wrong-shape')
     if motion is not None:
         if t is None:
-            raise FramesError(
-                'motion: needs the stamps of the poses; give stamps too', code='missing'
-            )
+            message = 'motion: needs the stamps of the poses; give stamps too'
+            raise FramesError(message, code='missing')
         times, positions = (numbers_of('motion', part) for part in motion)
         if times.ndim != 1 or positions.shape != (len(times), robot.dof):
             raise FramesError(

@@ -122,10 +122,8 @@ def _arm(
     if replay is not None:
         recordings = app_module('recording')
         if recordings is None:
-            raise RecordingError(
-                '--replay: the app recordings, which reads it, was removed; install it again',
-                code='missing-package',
-            )
+            message = '--replay: the app recordings, which reads it, was removed; install it again'
+            raise RecordingError(message, code='missing-package')
         recording = recordings.read_recording(Path(replay), robot)
         due = recording.due
         words = f'{robot.name} replays {len(due)} joint states of {due[-1]:.1f} s from {replay}'

@@ -15,10 +15,9 @@ from ...kinematics.singularity import Singularity
 from ...kinematics.tool_state import ToolState
 from ...printing import number
 from ...robot.robot import Robot
+from ...robot.task import TWIST_ROWS
 from .plots.ranges import clear_pose
 from .sketch import sketch
-
-TWIST_ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
 
 
 def html_of(result: Robot | ToolState | Singularity | IkResult) -> str:

@@ -23,10 +23,10 @@ from ....node.drawing.observation import Observation
 from ....node.drawing.scene import LEVEL_COLOURS, Scene, short_names
 from ....rigid_motion import roll_pitch_yaw
 from ....robot.measures import MEASURES, Level
+from ....robot.task import TWIST_ROWS
 from .gauges import Gauge, JointReading, gauges_of, headline, joint_readings
 
-ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
-# Colour of text on a background in the colour of each level (OK, WARN, ERROR, STALE).
+# Colour of text on a background in the colour of each level.
 INK = {Level.OK: '#fff', Level.WARN: '#000', Level.ERROR: '#fff', Level.STALE: '#fff'}
 # Symbols of the levels (OK, WARN, ERROR, STALE), for readers who cannot see the colours, and for
 # print.
@@ -152,7 +152,7 @@ def jacobian_html(seen: Observation) -> str:
         f'<tr><td>{label}</td>'
         + ''.join(f'<td class="num">{_number(float(value))}</td>' for value in row)
         + '</tr>'
-        for label, row in zip(ROWS, seen.jacobian)
+        for label, row in zip(TWIST_ROWS, seen.jacobian)
     )
     per = 'rad (m for sliding joints)' if np.any(seen.robot.prismatic) else 'rad'
     return _box(

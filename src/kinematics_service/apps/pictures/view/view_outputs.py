@@ -28,6 +28,7 @@ from ....node.messages.readings import (
 from ....node.messages.topics import SCALE, SCALE_REASON, WARNING, WARNING_QOS
 from ....node.process.latest_message import LatestMessage
 from ....robot.measures import Level
+from ....robot.task import TWIST_ROWS
 
 # If a message is older than this (s), the view does not show it as live.
 MAX_AGE = 1.0
@@ -122,7 +123,6 @@ def _six_rows(message: Any) -> Floats | None:
         matrix = jacobian_of(message)
     except LayoutError:
         return None
-    wanted = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
-    if set(matrix.rows) != set(wanted):
+    if set(matrix.rows) != set(TWIST_ROWS):
         return None
-    return matrix.jacobian[[matrix.rows.index(name) for name in wanted]]
+    return matrix.jacobian[[matrix.rows.index(name) for name in TWIST_ROWS]]

@@ -209,10 +209,8 @@ def _of_file(whole: Episode) -> Iterator[Episode]:
     try:
         parts = list(islice(READERS[file.suffix.lower()](whole), MAX_EPISODES + 1))
         if len(parts) > MAX_EPISODES:
-            raise RecordingError(
-                f'{file}: has more than {MAX_EPISODES:,} episodes; cut it into several files',
-                code='too-many',
-            )
+            message = f'{file}: has more than {MAX_EPISODES:,} episodes; cut it into several files'
+            raise RecordingError(message, code='too-many')
     except ImportError as error:
         raise missing_library(error) from None
     except Exception as error:

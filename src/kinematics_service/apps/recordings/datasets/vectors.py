@@ -43,11 +43,8 @@ class Columns(NamedTuple):
         return len(self.columns[0])
 
     def chosen(self, names: Sequence[str]) -> Floats:
-        """Return the numbers (N, k) of the k columns that are called `names`."""
-        places = [self.header.index(name) for name in names]
-        if not places:
-            return np.zeros((len(self), 0))
-        return np.column_stack([self.columns[k] for k in places])
+        """Return the numbers (N, k) of the columns with these names."""
+        return np.column_stack([self.columns[self.header.index(name)] for name in names])
 
 
 def columns_of_episode(episode: Episode) -> Columns:

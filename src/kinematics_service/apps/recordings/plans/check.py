@@ -136,13 +136,8 @@ def _times(times: npt.ArrayLike) -> Floats:
     elif np.any(np.diff(at) <= 0.0):
         code = 'wrong-order'
     if code:
-        raise PlanError(
-            'times must be finite numbers that rise, one for each point',
-            'times',
-            ['(N,)'],
-            at.shape,
-            code=code,
-        )
+        message = 'times must be finite numbers that rise, one for each point'
+        raise PlanError(message, 'times', ['(N,)'], at.shape, code=code)
     return at
 
 
@@ -152,14 +147,10 @@ def _table(robot: Robot, table: npt.ArrayLike | None, name: str, count: int) -> 
     expected = (count, robot.dof)
     rows = numbers_of(name, table, JointVectorError, [expected])
     if rows.shape != expected:
-        raise JointVectorError(
-            f'{name} has shape {rows.shape}; of {count} points and the joints of {robot.name} '
-            f'({", ".join(robot.joint_names)}) it must be {expected}',
-            name,
-            [expected],
-            rows.shape,
-            code='wrong-shape',
-        )
+        joints = f'{robot.name} ({", ".join(robot.joint_names)})'
+        accepted = f'of {count} points and the joints of {joints} it must be {expected}'
+        message = f'{name} has shape {rows.shape}; {accepted}'
+        raise JointVectorError(message, name, [expected], rows.shape, code='wrong-shape')
     bad = np.flatnonzero(~np.all(np.isfinite(rows), axis=1))
     if len(bad):
         message = f'{name} must be finite: point {bad[0]} is {rows[bad[0]].tolist()}'
@@ -214,11 +205,7 @@ def _extreme(
 
     seen, bound, *_ = bracketed(motion, bounded, enough, MAX_PIECES)
     if not bound.value <= kernel.LARGEST:
-        raise PlanError(
-            f'between its points {name} moves too far or too fast to be judged',
-            'q',
-            [f'at most {kernel.LARGEST:g}'],
-            bound.value,
-            code='too-large',
-        )
+        message = f'between its points {name} moves too far or too fast to be judged'
+        accepted = f'at most {kernel.LARGEST:g}'
+        raise PlanError(message, 'q', [accepted], bound.value, code='too-large')
     return JointExtreme(seen.value, moment_at(motion, seen.segment, seen.s))

@@ -62,14 +62,10 @@ class ClosedPlan:
         self._robot, self._motion, self._threshold = robot, motion, threshold
         farthest = float(np.max(np.sum(np.abs(motion.coefficients), axis=1)))
         if farthest > MAX_POSITION:
-            raise PlanError(
-                f'{robot.name} has closed loops, and a joint moves to {farthest:g} rad or m; '
-                f'accepted is at most {MAX_POSITION:g}',
-                'q',
-                [f'at most {MAX_POSITION:g}'],
-                farthest,
-                code='too-large',
-            )
+            accepted = f'at most {MAX_POSITION:g}'
+            far = f'a joint moves to {farthest:g} rad or m; accepted is {accepted}'
+            message = f'{robot.name} has closed loops, and {far}'
+            raise PlanError(message, 'q', [accepted], farthest, code='too-large')
         moves = (
             np.sum(np.abs(motion.coefficients[:, 1:]), axis=1)
             / robot.singularity.task.column_scales

@@ -112,13 +112,9 @@ def chain_to(robot: Robot, of: str) -> Chain | None:
     give = f'with closed loops give {TOOL} or the number {frames}'
     if joints:
         give = f'give {TOOL}, the number {frames}, or a joint ({", ".join(joints)})'
-    raise PlanError(
-        f'{robot.name} has no point {of!r}; {give}',
-        'speed_of',
-        (TOOL, f'a frame from 0 to {robot.rows}', *joints),
-        of,
-        code='unknown-name',
-    )
+    message = f'{robot.name} has no point {of!r}; {give}'
+    accepted = (TOOL, f'a frame from 0 to {robot.rows}', *joints)
+    raise PlanError(message, 'speed_of', accepted, of, code='unknown-name')
 
 
 def _shortened(robot: Robot, last: int, offset: Floats) -> Chain | None:

@@ -408,10 +408,8 @@ class _Search:
             pose_of_columns(columns, form) if columns else pose_columns(self.header, parts, form)
         )
         if found is None and asked:
-            raise RecordingError(
-                f'{self.file}: the columns {text}* are not a pose; {ACCEPTED_POSES}',
-                code='missing-column',
-            )
+            message = f'{self.file}: the columns {text}* are not a pose; {ACCEPTED_POSES}'
+            raise RecordingError(message, code='missing-column')
         return found or ([], PoseFormat())
 
     def _poses_alone(self, guessed: list[str]) -> tuple[list[str], PoseFormat]:

@@ -185,10 +185,8 @@ class _Bag:
             if kind in kinds:
                 return (wanted if wanted in self.types else f'/{wanted}'), kind
             known = f'is {kind}' if kind else 'does not exist'
-            raise RecordingError(
-                f'{self.path}: topic {wanted} {known}; {self._listed()}',
-                code='wrong-type' if kind else 'unknown-name',
-            )
+            message = f'{self.path}: topic {wanted} {known}; {self._listed()}'
+            raise RecordingError(message, code='wrong-type' if kind else 'unknown-name')
         for kind in kinds:
             topics = [topic for topic, own in self.types.items() if own == kind]
             if len(topics) > 1:

@@ -246,10 +246,8 @@ def _seconds(time: Any, k: int, where: str) -> float:
         parts = (time, 0)
     if {type(part) for part in parts} <= {int, float} and all(abs(p) < 1e18 for p in parts):
         return float(parts[0]) + float(parts[1]) * 1e-9
-    raise RecordingError(
-        f'{where}: points[{k}]: time_from_start must be sec and nanosec, or seconds',
-        code='wrong-type',
-    )
+    message = f'{where}: points[{k}]: time_from_start must be sec and nanosec, or seconds'
+    raise RecordingError(message, code='wrong-type')
 
 
 def blocks_of_trajectories(

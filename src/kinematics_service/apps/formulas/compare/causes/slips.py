@@ -17,7 +17,7 @@ from ...arm.numbers import DEGREE, Floats
 from ...arm.world import World
 from ..arm.quantities import Quantity, arranged, refusal_of, value_of
 from ..statements.checks import QuantityCheck
-from .variant import Variant
+from .variant import POSES, Variant
 
 MILLIMETRES_PER_METRE = 1000.0  # by definition
 
@@ -38,7 +38,7 @@ def millimetres(check: QuantityCheck) -> Iterator[Variant]:
         yield mistaken(check, 'the linear rows are in mm', J)
         J[:, :3, list(check.world.table.slides)] /= MILLIMETRES_PER_METRE
         yield mistaken(check, 'lengths are in mm', J)
-    elif check.quantity.kind in ('tool', 'pose', 'row', 'general'):
+    elif check.quantity.kind in POSES:
         values = check.right.copy()
         values[:, :3, 3:] *= MILLIMETRES_PER_METRE
         yield Variant('the position is in mm', values)

@@ -43,8 +43,7 @@ def origin_of(recording: Path, robot: str, date: str) -> Provenance:
     Return the provenance of an audit: recording, robot file and date. The robot is a name or a
     file.
     """
-    robot_file = find_robot_file(robot)
-    return Provenance(date, _sha256(recording), str(robot), _sha256(robot_file))
+    return Provenance(date, _sha256(recording), robot, _sha256(find_robot_file(robot)))
 
 
 def _sha256(path: Path) -> str:
