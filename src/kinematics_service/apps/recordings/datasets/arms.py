@@ -8,52 +8,35 @@ from typing import NamedTuple
 
 from ....errors import RecordingError
 from ....typography import listed
-from ..readers.arm_columns import MAX_LISTED
+from ..readers.arm_columns import MAX_LISTED, ColumnNames
 from ..readers.source import Selection
 
-
-class KnownVectors(NamedTuple):
-    """
-    Names of the vectors of joint positions, joint velocities and tool poses in one kind of robot
-    learning dataset.
-
-    Attributes
-    ----------
-    position, velocity
-        Names of the vectors of joint positions and joint velocities.
-    pose
-        Name of the vector of the tool pose, or names of two vectors: position and orientation.
-    kind
-        Kind of the tool's orientation, such as `rpy`, if the elements of the pose vector have no
-        names. Empty: the default of `pose_format`.
-    """
-
-    position: str
-    velocity: str
-    pose: str
-    kind: str = ''
-
-
-KNOWN = (
+# Names of vectors that occur together in one kind of robot learning dataset (the pose may be two
+# vectors: position and orientation), and the kind of the orientations if the elements of the pose
+# vector have no names. Empty: the default of `pose_format`.
+KNOWN = {
     # Names in LeRobot datasets, and in datasets converted to LeRobot.
-    KnownVectors('observation.state', 'observation.velocity', 'observation.ee_pose'),
-    KnownVectors(
-        'observation.state', 'observation.velocity', 'observation.cartesian_position', 'rpy'
-    ),
+    ColumnNames('', 'observation.state', 'observation.velocity', 'observation.ee_pose'): '',
+    ColumnNames(
+        '', 'observation.state', 'observation.velocity', 'observation.cartesian_position'
+    ): 'rpy',
     # Names in HDF5 files of robomimic, ALOHA and DROID.
-    KnownVectors(
-        'obs.robot0_joint_pos', 'obs.robot0_joint_vel', 'obs.robot0_eef_pos+obs.robot0_eef_quat'
-    ),
-    KnownVectors('observations.qpos', 'observations.qvel', 'observations.ee_pose'),
-    KnownVectors(
+    ColumnNames(
+        '',
+        'obs.robot0_joint_pos',
+        'obs.robot0_joint_vel',
+        'obs.robot0_eef_pos+obs.robot0_eef_quat',
+    ): '',
+    ColumnNames('', 'observations.qpos', 'observations.qvel', 'observations.ee_pose'): '',
+    ColumnNames(
+        '',
         'observation.robot_state.joint_positions',
         'observation.robot_state.joint_velocities',
         'observation.robot_state.cartesian_position',
-        'rpy',
-    ),
-    KnownVectors('qpos', 'qvel', 'ee_pose'),
-    KnownVectors('q', 'qd', 'pose'),
-)
+    ): 'rpy',
+    ColumnNames('', 'qpos', 'qvel', 'ee_pose'): '',
+    ColumnNames('', 'q', 'qd', 'pose'): '',
+}
 STAMPS = ('timestamp', 'stamp', 'time')
 # Phrase of a message, such as 'state[0:6] is taken for the joints shoulder, elbow': no option says
 # which vector holds the joint positions, so it is assumed.
@@ -113,8 +96,9 @@ def arms_of(header: list[str], wanted: Selection, rate: float) -> tuple[DatasetA
             code='missing-column',
         )
     names = max(there, key=lambda one: _elements(header, one.pose.split('+')[0]) != [])
-    if names.kind and not wanted.pose_format.kind:
-        wanted = wanted._replace(pose_format=wanted.pose_format._replace(kind=names.kind))
+    if KNOWN[names] and not wanted.pose_format.kind:
+        wanted = wanted._replace(pose_format=wanted.pose_format._replace(kind=KNOWN[names]))
+    names = names._replace(stamp=stamp)
     parts = _parts(header, names.position, wanted)
     if len(parts) > 1 and '.json' in wanted.joint_format.text:
         raise RecordingError(
@@ -125,7 +109,7 @@ def arms_of(header: list[str], wanted: Selection, rate: float) -> tuple[DatasetA
     return tuple(
         DatasetArm(
             label,
-            wanted._replace(columns=_columns(header, names, stamp, part, k, len(parts))),
+            wanted._replace(columns=_columns(header, names, part, k, len(parts))),
             part,
             f'{part.rstrip(".")} {TAKEN} {", ".join(wanted.robot.joint_names)}',
         )
@@ -183,12 +167,9 @@ def _parts(header: list[str], vector: str, wanted: Selection) -> list[tuple[str,
     )
 
 
-def _columns(
-    header: list[str], names: KnownVectors, stamp: str, part: str, k: int, arms: int
-) -> str:
-    # Returns the value of the option --columns that selects stamps, positions, velocities and
-    # poses of arm number k.
-    found = [f'stamp={stamp}'] if stamp else []
+def _columns(header: list[str], names: ColumnNames, part: str, k: int, arms: int) -> str:
+    # Returns the value of the option --columns that selects the columns of arm number k.
+    found = [f'stamp={names.stamp}'] if names.stamp else []
     found.append(f'position={part}')
     slice_ = part.removeprefix(names.position)
     if _elements(header, names.velocity):
