@@ -125,25 +125,15 @@ def fold(
 
 def poses_and_jacobians(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
     """Return the tool poses (N, 4, 4) of a chain, and J in base axes, (N, 6, n), at q (N, n)."""
-    rows = _evaluated(chain, q, kernel.JACOBIAN)
+    rows = evaluated(chain, q)
     J = rows[:, kernel.JACOBIAN_AT : kernel.JACOBIAN_AT + 6 * chain.dof]
     return rows[:, :16].reshape(-1, 4, 4), J.reshape(-1, 6, chain.dof)
 
 
-def poses_and_frames(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
-    """
-    Return the tool poses (N, 4, 4) of a chain, and the poses of the table's frames, at q (N, n).
-
-    The frames are frame 0 and the frame after each row, (N, rows + 1, 4, 4), in the base frame.
-    """
-    rows = _evaluated(chain, q, kernel.ALL_FRAMES)
-    frames = rows[:, chain.widths[kernel.JACOBIAN] :]
-    return rows[:, :16].reshape(-1, 4, 4), frames.reshape(len(q), chain.frames, 4, 4)
-
-
-def _evaluated(chain: Chain, q: Floats, depth: int) -> Floats:
-    rows = np.empty((len(q), chain.widths[depth]))
-    kernel.evaluate(chain, np.ascontiguousarray(q), chain.at_rest.reshape(1, -1), depth, rows)
+def evaluated(chain: Chain, q: Floats) -> Floats:
+    """Return the rows that the kernel fills for a chain at rest at q (N, n), without frames."""
+    rows, rates = np.empty((len(q), chain.widths[kernel.JACOBIAN])), chain.at_rest.reshape(1, -1)
+    kernel.evaluate(chain, np.ascontiguousarray(q), rates, kernel.JACOBIAN, rows)
     return rows
 
 

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from .. import kernel
 from ..kernel import Chain, ChainTable, Floats, Integers
+from .chain import evaluated
 from .task import Task
 
 # Largest number of entries of a chain for which the third and fourth derivatives are bounded. An
@@ -65,8 +66,7 @@ class _Elements(NamedTuple):
 
 
 def _elements(chain: Chain, q: Floats) -> _Elements:
-    row = np.zeros(chain.widths[kernel.JACOBIAN])
-    kernel.evaluate(chain, q[None], np.zeros((1, chain.dof)), kernel.JACOBIAN, row[None])
+    row = evaluated(chain, q[None])[0]
     pose = row[:16].reshape(4, 4)
     screws = row[chain.screws_at : chain.screws_at + 6 * chain.entries].reshape(6, -1).T
     first = chain.table.first_entry

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...kernel import Floats
 from ...rigid_motion import rotation_vector
-from ..chain import poses_and_frames
+from ..chain import poses_and_jacobians
 from ..robot import Robot
 from .chain import UrdfChain
 
@@ -72,7 +72,7 @@ def certify(chain: UrdfChain, robot: Robot) -> Certificate:
     Compare the tool poses of a robot with the poses of the URDF chain from which it was made.
     """
     q = configurations(chain)
-    expected, found = chain.poses(q), poses_and_frames(robot.chain, q)[0]
+    expected, found = chain.poses(q), poses_and_jacobians(robot.chain, q)[0]
     position = np.linalg.norm(found[:, :3, 3] - expected[:, :3, 3], axis=1)
     turned = np.swapaxes(expected[:, :3, :3], 1, 2) @ found[:, :3, :3]
     rotation = np.linalg.norm(rotation_vector(turned), axis=1)
