@@ -11,7 +11,7 @@ from ..text.expression_syntax import IDENTIFIER, why_no_name
 from ..text.fault_report import Place, number, quoted
 from ..text.yaml_document import ScalarNode, Yaml
 from .description import JointDescription, JointType
-from .quantities import DEGREES, INFINITE, KIND_OF, METRES, MILLIMETRES, RADIANS, Quantities, Units
+from .quantities import DEGREES, INFINITE, KIND_OF, RADIANS, Quantities
 from .schema import JointEntry
 
 MAX_JOINTS = 128  # limits the size of Jacobian messages, which have a column for each joint
@@ -159,21 +159,19 @@ def _limits(
         texts = ', '.join(map(str, entry.limits))
         at.fault(f'the lower limit must be below the upper one, not [{texts}]', 'wrong-order')
     else:
-        _warn_of_limits(lower, upper, joint_type, at, quantities.units)
+        _warn_of_limits(lower, upper, joint_type, at, quantities)
     return lower, upper
 
 
 def _warn_of_limits(
-    lower: float, upper: float, joint_type: JointType, at: Place, units: Units
+    lower: float, upper: float, joint_type: JointType, at: Place, quantities: Quantities
 ) -> None:
     largest = max((abs(end) for end in (lower, upper) if math.isfinite(end)), default=0.0)
     if largest == 0.0:
         return
+    units = quantities.units
     if joint_type == 'prismatic':
-        if units.length == 'm' and largest > 10.0:
-            at.warn(f'a stroke to {number(largest)} m: {MILLIMETRES}', 'wrong-unit')
-        if units.length == 'mm' and largest < 0.002:
-            at.warn(f'a stroke to {number(largest * 1e3)} mm: {METRES}', 'wrong-unit')
+        quantities.warn_of_length(largest, 0.002, 10.0, 'a stroke to {}', at)
     elif joint_type == 'revolute':
         turns = largest / (2.0 * math.pi)
         # Accept limits up to 4 turns in rad, because a wrist may turn several times. Warn of an

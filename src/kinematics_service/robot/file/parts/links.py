@@ -9,12 +9,12 @@ from typing import get_args
 
 from ..text.entries import checked, checked_formula, checked_list
 from ..text.expressions import Expression
-from ..text.fault_report import Place, number, quoted
+from ..text.fault_report import Place, quoted
 from ..text.yaml_document import ScalarNode, Yaml
 from .convention_table import CONVENTIONS, MOVING, Axis, Convention, RowKind
 from .description import DhRow, ElementaryMotion, Link, ShapeRow
 from .motions import read_motion
-from .quantities import LARGEST_USUAL_LENGTH, METRES, MILLIMETRES, Kind, Quantities
+from .quantities import LARGEST_USUAL_LENGTH, Kind, Quantities
 from .schema import ShapeRowEntry, dh_row_entry
 
 MAX_ROWS = 512
@@ -86,11 +86,9 @@ def names_in_rows(rows: Iterable[Link]) -> frozenset[str]:
 def warn_of_size(rows: Sequence[Link], quantities: Quantities) -> None:
     """Warn if the sum of all lengths in the table is implausible in the unit of the file."""
     lengths = [length for row in rows for length in _lengths(row)]
-    total, at, unit = sum(lengths), quantities.top['links'], quantities.units.length
-    if unit == 'm' and total > LARGEST_USUAL_LENGTH and max(lengths) <= LARGEST_USUAL_LENGTH:
-        at.warn(f'lengths of {number(total)} m in all: {MILLIMETRES}', 'wrong-unit')
-    if unit == 'mm' and 0.0 < total < MIN_USUAL_LENGTH:
-        at.warn(f'lengths of {number(total * 1e3)} mm in all: {METRES}', 'wrong-unit')
+    total, words, at = sum(lengths), 'lengths of {} in all', quantities.top['links']
+    if max(lengths, default=0.0) <= LARGEST_USUAL_LENGTH:
+        quantities.warn_of_length(total, MIN_USUAL_LENGTH, LARGEST_USUAL_LENGTH, words, at)
 
 
 def _lengths(row: Link) -> Iterator[float]:

@@ -276,6 +276,19 @@ class Quantities:
             coefficients.append((variable, factor))
         return Affine(self.units.to_si(affine.constant, kind), tuple(coefficients))
 
+    def warn_of_length(
+        self, length: float, least: float, most: float, words: str, at: Place
+    ) -> None:
+        """
+        Warn of a length, m, that is implausible in the unit of the file.
+
+        The lengths `least` and `most` are plausible; `words` has {} for the length and its unit.
+        """
+        if self.units.length == 'm' and most < length < math.inf:
+            at.warn(f'{words.format(f"{number(length)} m")}: {MILLIMETRES}', 'wrong-unit')
+        if self.units.length == 'mm' and 0.0 < length < least:
+            at.warn(f'{words.format(f"{number(length * 1e3)} mm")}: {METRES}', 'wrong-unit')
+
     def _warn_of_units(self, expression: Expression, kind: Kind, at: Place) -> None:
         value = expression.affine.constant
         if self.letters & names_in(expression.text):

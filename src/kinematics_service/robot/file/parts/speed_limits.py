@@ -9,7 +9,7 @@ from ..text.entries import checked, checked_mapping, choice
 from ..text.fault_report import Place, number, quoted
 from ..text.yaml_document import Yaml
 from .description import PointDescription, SpeedLimit
-from .quantities import DEGREES, METRES, MILLIMETRES, Kind, Quantities, Units
+from .quantities import DEGREES, Kind, Quantities
 from .schema import SpeedLimitEntry
 
 KINDS: dict[str, Kind] = {'linear': 'length', 'angular': 'angle', 'reduced': 'length'}
@@ -64,15 +64,13 @@ def _limit(
         message = f'must be at most linear, {entry.linear}, not {entry.reduced}'
         at['reduced'].fault(message, 'wrong-order')
         return None
-    _warn_of_units(limit, at, quantities.units)
+    _warn_of_units(limit, at, quantities)
     return limit
 
 
-def _warn_of_units(limit: SpeedLimit, at: Place, units: Units) -> None:
+def _warn_of_units(limit: SpeedLimit, at: Place, quantities: Quantities) -> None:
+    least, most, words = SMALLEST_USUAL_SPEED, LARGEST_USUAL_SPEED, 'a speed of {}/s'
     for key, speed in (('linear', limit.linear), ('reduced', limit.reduced)):
-        if units.length == 'm' and LARGEST_USUAL_SPEED < speed < math.inf:
-            at[key].warn(f'a speed of {number(speed)} m/s: {MILLIMETRES}', 'wrong-unit')
-        if units.length == 'mm' and speed < SMALLEST_USUAL_SPEED:
-            at[key].warn(f'a speed of {number(speed * 1e3)} mm/s: {METRES}', 'wrong-unit')
-    if units.angle == 'rad' and LARGEST_USUAL_ROTATION < limit.angular < math.inf:
+        quantities.warn_of_length(speed, least, most, words, at[key])
+    if quantities.units.angle == 'rad' and LARGEST_USUAL_ROTATION < limit.angular < math.inf:
         at['angular'].warn(f'a speed of {number(limit.angular)} rad/s: {DEGREES}', 'wrong-unit')
