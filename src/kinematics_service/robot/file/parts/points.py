@@ -6,7 +6,6 @@ import re
 from collections.abc import Sequence
 
 from ..text.entries import checked, checked_mapping
-from ..text.expression_syntax import NameRefusal
 from ..text.fault_report import Place, quoted
 from ..text.yaml_document import Yaml
 from .description import Placement, PointDescription
@@ -51,20 +50,19 @@ def read_points(
     return tuple(point for point in points if point is not None)
 
 
-def _why_no_name(name: str, frames: dict[str, str]) -> NameRefusal | None:
+def _check_name(name: str, frames: dict[str, str], at: Place) -> None:
     if name in RESERVED_NAMES:
         message = f'{quoted(name)} is reserved for {RESERVED_NAMES[name]}; write another name'
-        return NameRefusal(message, 'reserved-name')
-    if name in frames:
+        at.fault(message, 'reserved-name')
+    elif name in frames:
         message = f'{quoted(name)} is the frame of the {frames[name]}; write another name'
-        return NameRefusal(message, 'duplicate-name')
-    if len(name) > MAX_NAME_LENGTH or not POINT_NAME.fullmatch(name):
-        message = (
+        at.fault(message, 'duplicate-name')
+    elif len(name) > MAX_NAME_LENGTH or not POINT_NAME.fullmatch(name):
+        at.fault(
             f'{quoted(name)} cannot be part of a topic; write a letter, then letters, digits and '
-            f'single underscores, at most {MAX_NAME_LENGTH} characters'
+            f'single underscores, at most {MAX_NAME_LENGTH} characters',
+            'wrong-name',
         )
-        return NameRefusal(message, 'wrong-name')
-    return None
 
 
 def check_row(row: int | None, rows: int, at: Place) -> None:
@@ -81,8 +79,7 @@ def _point(
     name: str, data: Yaml, rows: int, frames: dict[str, str], quantities: Quantities
 ) -> PointDescription | None:
     at = quantities.top['points', name]
-    if reason := _why_no_name(name, frames):
-        at.fault(reason.message, reason.code)
+    _check_name(name, frames, at)
     entry = checked(PointEntry, data, at)
     check_row(entry.row, rows, at)
     motion = pose_motion(entry, at, quantities)
