@@ -257,12 +257,9 @@ def _build_for_its_joints(description: RobotDescription) -> Robot:
     # arm has closed loops, choose the task from all joints.
     if description.loops:
         return build_robot(description)
-    joints = [joint for joint in description.joints if not joint.unused]
-    chain = chain_of(replace(description, joints=tuple(joints)), None)
-    limits = np.array([[joint.lower, joint.upper] for joint in joints])
-    prismatic = [joint.type == 'prismatic' for joint in joints]
-    q = generic_poses(chain, limits, prismatic)
-    task = find_task(chain, [joint.name for joint in joints], q, prismatic)
+    joints = tuple(joint for joint in description.joints if not joint.unused)
+    of_joints = replace(description, joints=joints)
+    task = singularity_model(of_joints, chain_of(of_joints, None)).task
     singularity = replace(description.singularity, task=task.rows)
     return build_robot(replace(description, singularity=singularity))
 
