@@ -137,8 +137,7 @@ def with_tool(
     if xyz is not None or not written:
         place = _texts(matrix[:3, 3], description.metres)
     if rpy is not None or not written:
-        angles = exact_rpy(matrix[:3, :3]) if rpy is None else rpy
-        turn = _texts(angles, description.radians)
+        turn = _texts(rpy or exact_rpy(matrix[:3, :3]), description.radians)
     motion = RigidMotion(matrix, (*place, *turn))
     return replace(description, tool=Placement(tool.frame, motion), known_poses=())
 
@@ -160,14 +159,6 @@ def _texts(numbers: npt.ArrayLike, unit: float) -> tuple[str, ...]:
     return tuple(repr(value / unit) for value in np.asarray(numbers, dtype=np.float64).tolist())
 
 
-def _moved(motion: RigidMotion, place: Floats, unit: float) -> RigidMotion:
-    # Move the origin of a frame to `place`, (3,), m, in the frame's own axes. The result has new
-    # texts for xyz, and the old texts for rpy.
-    matrix = motion.matrix.copy()
-    matrix[:3, 3] += matrix[:3, :3] @ place
-    return RigidMotion(matrix, (*_texts(matrix[:3, 3], unit), *motion.texts[3:]))
-
-
 def ending_at(
     description: RobotDescription, of: str | int, at: npt.ArrayLike | None = None
 ) -> RobotDescription:
@@ -186,8 +177,11 @@ def ending_at(
     """
     point = described_point(description, of)
     if at is not None:
-        moved = _moved(point.motion, place_in_frame(at), description.metres)
-        point = replace(point, motion=moved)
+        matrix = point.motion.matrix.copy()
+        matrix[:3, 3] += matrix[:3, :3] @ place_in_frame(at)
+        # The texts of rpy stay.
+        texts = (*_texts(matrix[:3, 3], description.metres), *point.motion.texts[3:])
+        point = replace(point, motion=RigidMotion(matrix, texts))
     elif point.name == TOOL:
         return description
     links = description.links[: point.row]

@@ -78,7 +78,6 @@ def _with_leaders(robot: Robot, rows: list[list[_JointTerm]]) -> list[list[_Join
 class _Planner:
     def __init__(self, robot: Robot, names: FrameNames) -> None:
         self.robot = robot
-        self.joint_names = robot.joint_names
         self.base = names.frame_prefix + (names.base or robot.base_frame)
         self.tool = names.frame_prefix + (names.tool or robot.tool_frame)
         self.points = {
@@ -86,7 +85,7 @@ class _Planner:
         }
         self._stem = f'{names.frame_prefix}{robot.name}_frame'
         self._links = {self.base, self.tool, *self.points}
-        self._joints = set(self.joint_names)
+        self._joints = set(robot.joint_names)
 
     def plan(self) -> UrdfPlan:
         robot, rows = self.robot, table_rows(self.robot.description)
@@ -104,7 +103,7 @@ class _Planner:
         ]
         joints.append(self._fixed(frames[-1], self.tool, robot.description.tool.motion.matrix))
         found = [joint.name for joint in joints if joint.type != 'fixed' and not joint.mimic]
-        order = tuple(name for name in self.joint_names if name in found)
+        order = tuple(name for name in robot.joint_names if name in found)
         # Readers of URDF order joints as in the chain. So write the order of the joints only if it
         # differs from the order in the chain.
         order = () if list(order) == found else order
@@ -144,7 +143,7 @@ class _Planner:
     def _moving(
         self, i: int, term: _JointTerm, parent: str, child: str, origin: Floats, hub: bool
     ) -> PlannedJoint:
-        j, factor, name = term.joint, term.factor, self.joint_names[term.joint]
+        j, factor, name = term.joint, term.factor, self.robot.joint_names[term.joint]
         limits, velocity = self.robot.limits[j], float(self.robot.velocity_limits[j])
         # Give a helical joint the type `revolute` even if it has no limits. Pinocchio represents a
         # continuous joint by (cos, sin), which a sliding joint cannot mimic. Give a turning mimic
