@@ -157,7 +157,7 @@ def ik_target_of(
     ordered = known if rows is None else rows_in_order(TargetError, rows, known)
     counted = _counted(robot, ordered, axis or '')
     pose, exact = _rigid(given), counted.exact
-    residual = _residual(robot, pose, counted)
+    residual = residual_of(robot, pose, ordered, axis or '')
     bound = counted.off_by_one * tolerance
     return IkTarget(ordered, axis or '', pose, residual, tolerance, bound, exact, exact)
 
@@ -230,11 +230,7 @@ def residual_of(
     Return the kernel's `Residual`, the error of the tool against a pose (4, 4), for the given
     rows.
     """
-    return _residual(robot, pose, _counted(robot, rows, axis))
-
-
-def _residual(robot: Robot, pose: Floats, counted: _Counted) -> kernel.Residual:
-    weights, tool_axis, reach, _, _ = counted
+    weights, tool_axis, reach, _, _ = _counted(robot, rows, axis)
     return kernel.Residual(
         robot.chain, pose, robot.singularity.task.rotation, weights, tool_axis, reach
     )
