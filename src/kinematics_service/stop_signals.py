@@ -60,6 +60,13 @@ class StopSignal:
         self.time_out: float | None = None
         self.last_words = b''
 
+    def handle(self, number: int, frame: FrameType | None) -> None:
+        """Take a signal as a handler of Python; end the process at the second signal."""
+        if self.came:
+            os._exit(0)
+        self.came = True
+        self.then()
+
     def follow(self, signals: int) -> None:
         """
         Wait for stop signals on a pipe until the pipe is closed.
@@ -103,36 +110,22 @@ def stop_signals() -> Iterator[StopSignal]:
     `meanwhile` is not called.
     """
     stop = StopSignal()
-    if not HAS_ALARM:
-        yield from _by_handlers(stop)
-        return
-    # The Python handlers do nothing, because the thread of `follow` reads the signals as bytes
-    # from a pipe.
-    descriptor = _watched(NUMBERS, lambda number, frame: None, stop.follow)
+    if HAS_ALARM:
+        # The Python handlers do nothing, because the thread of `follow` reads the signals as
+        # bytes from a pipe.
+        descriptor = _watched(NUMBERS, lambda number, frame: None, stop.follow)
+    else:
+        for number in NUMBERS:
+            signal.signal(number, stop.handle)
     try:
         yield stop
     finally:
         for number in NUMBERS:
             signal.signal(number, signal.SIG_IGN)
-        signal.set_wakeup_fd(-1)
-        signal.alarm(0)
-        os.close(descriptor)  # closing the pipe ends the thread of `follow`
-
-
-def _by_handlers(stop: StopSignal) -> Iterator[StopSignal]:
-    def handle(number: int, frame: FrameType | None) -> None:
-        if stop.came:
-            os._exit(0)
-        stop.came = True
-        stop.then()
-
-    for number in NUMBERS:
-        signal.signal(number, handle)
-    try:
-        yield stop
-    finally:
-        for number in NUMBERS:
-            signal.signal(number, signal.SIG_IGN)
+        if HAS_ALARM:
+            signal.set_wakeup_fd(-1)
+            signal.alarm(0)
+            os.close(descriptor)  # closing the pipe ends the thread of `follow`
 
 
 @contextmanager
