@@ -202,7 +202,10 @@ def same(outcome, expected):
         found = [outcome.q, outcome.qdot]
     else:
         found = [outcome.state.q, outcome.state.qdot]
-        arrays = [(outcome.state.numbers, expected[4]), (outcome.quaternion_xyzw, expected[5])]
+        arrays = [
+            (outcome.state.numbers, expected[4]),
+            (outcome.state.continuous_quaternion_xyzw, expected[5]),
+        ]
         if any(a.tobytes() != np.asarray(b).tobytes() for a, b in arrays):
             return False
     for numbers, wanted in zip(found, expected[:2]):

@@ -405,7 +405,7 @@ def test_the_sign_of_the_quaternion_is_continuous_over_two_turns(one):
         answer = one.take(
             sample((4 * math.pi * k / 400, 0.2, 0.3), at=START + k * 10 * MILLISECOND)
         )
-        quaternions.append(answer.quaternion_xyzw)
+        quaternions.append(answer.state.continuous_quaternion_xyzw)
     quaternions = np.array(quaternions)
     np.testing.assert_allclose(np.linalg.norm(quaternions, axis=1), 1.0, atol=ROUND_OFF)
     assert np.all(np.sum(quaternions[1:] * quaternions[:-1], axis=1) > 0.99)
@@ -441,7 +441,7 @@ def test_no_sample_makes_it_raise_and_every_answer_is_finite(craig, samples, sou
         outcome = one.take(each)
         if isinstance(outcome, EstimatorOutput):
             assert np.all(np.isfinite(outcome.state.numbers))
-            assert abs(np.linalg.norm(outcome.quaternion_xyzw) - 1.0) < ROUND_OFF
+            assert abs(np.linalg.norm(outcome.state.continuous_quaternion_xyzw) - 1.0) < ROUND_OFF
             ks.singularity(craig, outcome.state.q, outcome.state.qdot)
     assert sum(
         count
@@ -505,6 +505,8 @@ def test_the_last_answer_is_computed_anew_for_another_arm_once_all_joints_are_kn
     one.configure(longer, EstimatorSettings())
     answer = one.anew(last)
     np.testing.assert_array_equal(answer.state.pose, ks.forward_kinematics(longer, Q))
-    assert np.linalg.norm(answer.quaternion_xyzw) == pytest.approx(1.0, abs=ROUND_OFF)
+    assert np.linalg.norm(answer.state.continuous_quaternion_xyzw) == pytest.approx(
+        1.0, abs=ROUND_OFF
+    )
     assert not np.array_equal(answer.state.pose, last.state.pose)
     assert Estimator(longer, EstimatorSettings()).anew(last) is None

@@ -87,13 +87,6 @@ class EstimatorOutput(NamedTuple):
     velocity_source: str
     quantities: Mapping[type['StreamQuantity'], Floats | None] = MappingProxyType({})
 
-    @property
-    def quaternion_xyzw(self) -> Floats:
-        """
-        Return the orientation as unit quaternion, with a sign that is continuous over time.
-        """
-        return self.state.continuous_quaternion_xyzw
-
 
 class StreamQuantity(ABC):
     """
@@ -490,7 +483,8 @@ class Estimator:
         if refusal is not None:
             return MessageOutcome(refusal=refusal)
         positions, velocities = doubles(sample.positions), doubles(sample.velocities)
-        reported = ReportedJoints(named.ours, positions, velocities, *sample.times)
+        times = sample.stamp, sample.received, sample.arrival
+        reported = ReportedJoints(named.ours, positions, velocities, *times)
         outcome = _OUTCOMES[kernel.observe(self.robot.singularity.arm, self.joints, reported, row)]
         if outcome is _UNREAD:
             return MessageOutcome(refusal=self._bad_position(named.ours, positions))

@@ -40,8 +40,3 @@ class JointSample(NamedTuple):
     def time(self) -> int:
         """Return the stamp, ns, or the time of receipt if the message has no stamp."""
         return self.stamp or self.received
-
-    @property
-    def times(self) -> tuple[int, int, int]:
-        """Return the stamp, the time of receipt by the ROS clock, and by the steady clock, ns."""
-        return self.stamp, self.received, self.arrival

@@ -74,7 +74,9 @@ def assert_same(result, parts, live):
     assert timeline.differenced[:].tolist() == sources
     np.testing.assert_array_equal(timeline.position, [state.position for state in states])
     quaternions = np.concatenate([part.quaternion_xyzw for part in parts])
-    np.testing.assert_array_equal(quaternions, [answer.quaternion_xyzw for answer in live.answers])
+    np.testing.assert_array_equal(
+        quaternions, [answer.state.continuous_quaternion_xyzw for answer in live.answers]
+    )
     jacobians = np.concatenate([part.state.jacobian for part in parts])
     np.testing.assert_array_equal(jacobians, [state.jacobian for state in states])
     series = document_of(result)['series']

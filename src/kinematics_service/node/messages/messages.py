@@ -80,8 +80,9 @@ def transform_message(report: StateReport) -> TransformStamped:
     message.header.frame_id = report.settings.base_frame
     message.child_frame_id = report.settings.tool_frame
     translation, rotation = message.transform.translation, message.transform.rotation
-    translation.x, translation.y, translation.z = map(float, report.answer.state.position)
-    rotation.x, rotation.y, rotation.z, rotation.w = map(float, report.answer.quaternion_xyzw)
+    state = report.answer.state
+    translation.x, translation.y, translation.z = map(float, state.position)
+    rotation.x, rotation.y, rotation.z, rotation.w = map(float, state.continuous_quaternion_xyzw)
     return message
 
 
