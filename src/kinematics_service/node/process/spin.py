@@ -14,13 +14,13 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
 
 from ...stop_signals import StopSignal
+from ..steady_time import steady_timer
 from .passed_over import PassedOver
 
 # Period (s) of the check for a stop while no event arrives, if the caller does not interrupt the
@@ -211,15 +211,8 @@ def _executor_for(node: Node, context: Context) -> tuple[Any, bool]:
 
 
 def _fires_a_timer(executor: Any, node: Node) -> bool:
-    fired = False
-
-    def fire() -> None:
-        nonlocal fired
-        fired = True
-
-    timer = node.create_timer(0.001, fire, clock=Clock(clock_type=ClockType.STEADY_TIME))
-    deadline = time.monotonic() + SELF_TEST_TIMEOUT
-    while not fired and time.monotonic() < deadline:
-        executor.spin_once(timeout_sec=0.01)
+    fired = Future()
+    timer = steady_timer(node, 0.001, lambda: fired.set_result(None))
+    executor.spin_until_future_complete(fired, timeout_sec=SELF_TEST_TIMEOUT)
     node.destroy_timer(timer)
-    return fired
+    return bool(fired.done())
