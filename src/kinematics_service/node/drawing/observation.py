@@ -72,13 +72,8 @@ class Observation:
     scale: CommandScale | None = None
 
 
-def observation_of(
-    state: ToolState, singularity: Singularity, level: Level | None = None
-) -> Observation:
-    """
-    Return the observation of an arm in a state. `state` must contain all link frames. If `level`
-    is given, it replaces the singularity level in `singularity`.
-    """
+def observation_of(state: ToolState, singularity: Singularity) -> Observation:
+    """Return the observation of an arm in a state, which must contain all link frames."""
     loops = loop_links(state)
     corners = [np.stack([loop.corners[:-1], loop.corners[1:]], axis=1) for loop in loops]
     return Observation(
@@ -91,5 +86,5 @@ def observation_of(
         axes=(*axes_of(state), *motor_axes(state.robot, loops)),
         loops=np.concatenate([np.empty((0, 2, 3)), *corners]),
         singularity=singularity,
-        level=Level(int(singularity.level)) if level is None else level,
+        level=Level(int(singularity.level)),
     )
