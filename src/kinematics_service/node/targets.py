@@ -145,18 +145,17 @@ class Targets:
             self._thread.start()
 
     def _take_poses(self) -> None:
-        # Answer only the newest target pose; it replaces older poses that arrived while the last
-        # answer was computed.
-        waiting = self._poses.get()
-        while waiting is not None:
+        # Answer only the newest pose, which replaces other poses that arrived during the last
+        # answer.
+        while (waiting := self._poses.get()) is not None:
             self._wait_for_executor()
             replaced = 0
             while waiting is not None and not self._poses.empty():
                 waiting, replaced = self._poses.get(), replaced + 1
-            if waiting is not None:
-                with contextlib.suppress(InvalidHandle):  # the node may be destroyed already
-                    self._take_pose(waiting, replaced)
-                waiting = self._poses.get()
+            if waiting is None:
+                return
+            with contextlib.suppress(InvalidHandle):  # the node may be destroyed already
+                self._take_pose(waiting, replaced)
 
     def _wait_for_executor(self) -> None:
         # Let the executor empty its queue first, because the computation of an answer holds the
@@ -186,7 +185,7 @@ class Targets:
                 near=present.q,
                 rows=settings.target_rows,
                 axis=settings.target_axis,
-                tolerance=settings.target_tolerance,
+                tolerance=settings.values['ik.tolerance'],
                 curves=False,
             )
             choice = best_choice(choice_of(result, settings.robot, present.q), T, settings)
