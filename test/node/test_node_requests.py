@@ -67,7 +67,7 @@ def test_a_parameter_is_set(arm, told):
         assert one.node.settings.robot.description.tool.motion.matrix[2, 3] == 150.0
         code, output, _ = told('set', 'kinematics', 'scale.rise', '3')
         assert (code, output) == (0, '/kinematics: scale.rise is now 3\n')
-        assert one.node.settings.scale_rise == 3.0
+        assert one.node.settings.values['scale.rise'] == 3.0
         assert told('set', 'tool.xyz', '[]')[0] == told('set', 'joint_prefix', 'l_')[0] == 0
         assert one.node.settings.joint_names[0] == 'l_q1'
         assert told('set', 'joint_prefix', '')[0] == 0

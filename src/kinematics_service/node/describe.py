@@ -63,8 +63,8 @@ def description_of(
         'quaternion': 'x y z w',
         'scale': {
             'rule': 'servo' if settings.scale_rule else 'distance',
-            'horizon': settings.scale_horizon,
-            'rise': settings.scale_rise,
+            'horizon': settings.values['scale.horizon'],
+            'rise': settings.values['scale.rise'],
             'reduced': settings.scale_reduced,
             'speed_limits': {
                 limit.of: {

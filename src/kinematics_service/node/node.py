@@ -300,7 +300,7 @@ class KinematicsNode(Node):
             warned = (singularity, level) if is_due else None
             if self._watchdog.is_canceled():  # the state was stale until this message
                 self._watchdog.reset()
-        wanted = active.channels or self.settings.publish_tf
+        wanted = active.channels or self.settings.values['publish_tf']
         try:
             if wanted and self._grid.passes(outcome.stamp, self.settings.period):
                 self._outputs.publish(outcome, active, isinstance(message, SerializedSample))

@@ -165,7 +165,7 @@ class Outputs:
         """Apply new settings, which change the names of frames and the labels in messages."""
         self._settings, self._active = settings, None
         self.channels = [self._configured(channel) for channel in self._offered(settings)]
-        if settings.publish_tf and self._tf is None:
+        if settings.values['publish_tf'] and self._tf is None:
             # Import the type only if needed, because the wheels of ROS lack it.
             from tf2_msgs.msg import TFMessage
 
@@ -217,7 +217,7 @@ class Outputs:
             if of not in reports:
                 reports[of] = self._report(of, answer)
             channel.send(reports[of])
-        if self._settings.publish_tf and self._tf is not None:
+        if self._tf is not None and self._settings.values['publish_tf']:
             transform = transform_message(reports.get('') or self._report('', answer))
             self._tf.publish(self._tf.msg_type(transforms=[transform]))
 

@@ -25,7 +25,7 @@ class DescriptionPublisher:
 
     def configure(self, settings: NodeSettings) -> None:
         """Apply new settings, which may have other names of frames and joints."""
-        if not settings.publish_robot_description:
+        if not settings.values['publish_robot_description']:
             self._withdraw()
             return
         from ..robot.urdf.elements import FrameNames

@@ -121,7 +121,7 @@ class Scaling:
             settings.robot,
             present.state.q[None],
             qdot[None],
-            horizon=settings.scale_horizon,
+            horizon=settings.values['scale.horizon'],
             reduced=settings.scale_reduced,
             rule=settings.scale_rule,
         )
@@ -132,7 +132,7 @@ class Scaling:
         now = time.monotonic()
         if self._last is not None:
             before, at = self._last
-            value = min(value, before + self._settings.scale_rise * (now - at))
+            value = min(value, before + self._settings.values['scale.rise'] * (now - at))
         self._last = value, now
         return value
 

@@ -65,15 +65,9 @@ class NodeSettings:
         `linear_first` or `angular_first`.
     period : ns
         Smallest difference between the stamps of published answers; 0 publishes all answers.
-    publish_tf
-        Whether to publish the tool on /tf.
-    publish_robot_description
-        Whether to publish a URDF.
     target_rows, target_axis
         The rows of a target pose that must be reached, and the axis of the tool whose direction
         must be reached, or None.
-    target_tolerance : m, rad
-        Largest error of a pose that counts as reached.
     redundancy, redundancy_step : rad
         The criterion that selects the solution of a redundant arm, and the largest distance of
         this solution from the nearest one, along the solution curve.
@@ -83,10 +77,6 @@ class NodeSettings:
         The settings that turn target twists into joint velocities.
     reference
         Thresholds for poses of a second source.
-    scale_horizon : s
-        Reaction time of the controller whose motion the scale slows.
-    scale_rise : 1/s
-        Largest rate at which the scale rises.
     scale_reduced
         Whether the reduced speeds of the robot file apply.
     scale_rule
@@ -96,7 +86,7 @@ class NodeSettings:
     doubts
         Sentences on parameters whose values may be in mm or degrees.
     values
-        The value of each parameter, for topics that have parameters of their own.
+        The value of each parameter, for parameters that one module uses as they are.
     of
         Name of the point to which these settings apply; `tool` for the tool.
     """
@@ -110,18 +100,13 @@ class NodeSettings:
     twist_frame: str
     row_order: str
     period: int
-    publish_tf: bool
-    publish_robot_description: bool
     target_rows: tuple[str, ...]
     target_axis: str | None
-    target_tolerance: float
     redundancy: str
     redundancy_step: float
     target_timeout: int
     servo: ServoSettings
     reference: ReferenceLimits
-    scale_horizon: float
-    scale_rise: float
     scale_reduced: bool
     scale_rule: ServoRule | None
     points: Mapping[str, 'NodeSettings']
@@ -267,18 +252,13 @@ def settings_from(
         twist_frame=values['twist_frame'],
         row_order=values['row_order'],
         period=round(1e9 / rate) if rate > 0.0 else 0,
-        publish_tf=values['publish_tf'],
-        publish_robot_description=values['publish_robot_description'],
         target_rows=_linear(rows) if axis else rows,
         target_axis=axis,
-        target_tolerance=values['ik.tolerance'],
         redundancy=values['ik.redundancy'],
         redundancy_step=values['ik.redundancy_step'] or math.inf,
         target_timeout=round(values['ik.target_timeout'] * 1e9),
         servo=_servo(values, rows, judged),
         reference=_reference(values),
-        scale_horizon=values['scale.horizon'],
-        scale_rise=values['scale.rise'],
         scale_reduced=_reduced(values, judged),
         scale_rule=_scale_rule(values, judged),
         points={},

@@ -14,12 +14,7 @@ from ...kinematics.servo_rule import ServoRule
 from ...robot.file.parts.quantities import Kind
 from ...robot.measures import MEASURES
 
-# Ways to read and write messages: as bytes, or as objects of rclpy.
-TRANSPORTS = ('bytes', 'messages')
 AXES = ('base', 'tool')
-SCALE_RULES = ('distance', 'servo')
-# Criteria that select the solution of a redundant arm.
-REDUNDANCY = ('near', *CRITERIA)
 # Descriptions of the parameters for the scaling rule `servo` of MoveIt Servo.
 SERVO_RULE = {
     'lower_singularity_threshold': 'Of `scale.rule` servo: condition number from which a motion '
@@ -117,7 +112,7 @@ TRANSPORT = Parameter(
     'bytes',
     "How messages are read and written: straight in their bytes, or as rclpy's messages; both "
     'give the same, the second costs more. Set at start.',
-    TRANSPORTS,
+    ('bytes', 'messages'),
     read_only=True,
 )
 
@@ -212,7 +207,7 @@ PARAMETERS = (
         'distance',
         "What slows `~/scale` before singular poses: the distance, or MoveIt Servo's rule with "
         'the settings that follow, named as Servo has them.',
-        SCALE_RULES,
+        ('distance', 'servo'),
     ),
     *(
         Parameter(f'scale.{name}', getattr(ServoRule, name), description, range=(1e-9, 1e6))
@@ -266,7 +261,7 @@ PARAMETERS = (
         'the nearest to where it is; or, on the arc of postures that this one is on, that of '
         'largest clearance from singular poses, or of largest margin from the joint limits. '
         '`~/ik/status` has the ends of the arc.',
-        REDUNDANCY,
+        ('near', *CRITERIA),
     ),
     Parameter(
         'ik.redundancy_step',
