@@ -13,7 +13,7 @@ import typer
 
 from ..kernel import Floats
 from ..kinematics.inverse.problem.target import TOOL_AXES
-from ..kinematics.inverse.result import IkFamily, IkResult, IkSolution
+from ..kinematics.inverse.result import OTHERS, IkFamily, IkResult, IkSolution
 from ..kinematics.inverse.self_motion.arcs import IkArc
 from ..kinematics.inverse.solve import TOLERANCE, inverse_kinematics
 from ..printing import Output, attributes, facts, heading, json_text, number, plain
@@ -293,12 +293,11 @@ def _completeness(result: IkResult) -> str:
     curves = any(family.intervals for family in result.families)
     if result.complete == 'partial' or not (result.solutions or curves):
         return ''
-    if result.complete == 'found':
-        return '; there may be others'
-    if result.roots is None:
-        return '; there are no others'
+    others = f'; {OTHERS[result.complete]}'
+    if result.complete == 'found' or result.roots is None:
+        return others
     found, bound = result.roots
-    return f'; there are no others ({found} of {bound} complex ones found)'
+    return f'{others} ({found} of {bound} complex ones found)'
 
 
 def _solution_rows(

@@ -54,7 +54,7 @@ class Alarm(NamedTuple):
         Return True if `step` would publish no warning at this level and time, for any lost
         direction and any nearest factor.
         """
-        if self.last is None or level is not self.level:
+        if self.last is None or level != self.level:
             return False
         return level in _QUIET or arrival - self.last < MIN_TURN_PERIOD
 
@@ -68,18 +68,13 @@ class Alarm(NamedTuple):
         WARN or ERROR, it must publish once a second. It must also publish if the lost direction
         turns, or if another singular factor becomes the one nearest to zero.
         """
-        if self.last is None or level != self.level:
-            say = True
-        elif level in _QUIET:
-            say = False
-        else:
-            since = arrival - self.last
-            say = since >= REPEAT_PERIOD or (
-                since >= MIN_TURN_PERIOD and (factor != self.factor or self._turned(direction))
-            )
-        if say:
-            return Alarm(level, direction, arrival, factor), True
-        return self, False
+        if self.is_settled(level, arrival):
+            return self, False
+        recent = self.last is not None and arrival - self.last < REPEAT_PERIOD
+        same = level == self.level and factor == self.factor
+        if recent and same and not self._turned(direction):
+            return self, False
+        return Alarm(level, direction, arrival, factor), True
 
     def _turned(self, direction: Floats | None) -> bool:
         if direction is None or self.direction is None:

@@ -531,19 +531,16 @@ class Estimator:
             # Forget all joint positions, because positions so large that the kernel's results
             # overflowed must not stay in memory.
             kernel.forget(self.joints)
-        return self._not_closed() if refusal.reason == outcomes.NOT_CLOSED else refusal
-
-    def _not_closed(self) -> RefusedMessage:
-        # Explain only the first of successive messages at whose positions a loop does not close,
-        # because making the sentence takes 100 times as long as reading a message.
-        if self._is_open:
-            return RefusedMessage(outcomes.NOT_CLOSED)
+        # Only the first message with open loops gets a sentence, because making the sentence takes
+        # 100 times as long as reading a message.
+        if refusal.reason != outcomes.NOT_CLOSED or self._is_open:
+            return refusal
         self._is_open = True
         _, sentence = why_not_closed(self.robot, self.joints.positions())
-        return RefusedMessage(
-            outcomes.NOT_CLOSED,
-            sentence or f'a loop of {self.robot.name} ends on the way from the last position',
+        sentence = (
+            sentence or f'a loop of {self.robot.name} ends on the way from the last position'
         )
+        return RefusedMessage(outcomes.NOT_CLOSED, sentence)
 
     def _shape_refusal(self, sample: JointSample, named: MessageJoints) -> RefusedMessage | None:
         if not named.ours.count:
