@@ -333,7 +333,7 @@ class Deaf:
     def nothing(self, *arguments, **options):
         pass
 
-    add_node = remove_node = shutdown = spin_once = nothing
+    add_node = remove_node = shutdown = spin_once = spin_until_future_complete = nothing
 
 
 @pytest.mark.parametrize('experimental', [None, SimpleNamespace(EventsExecutor=Deaf)])
