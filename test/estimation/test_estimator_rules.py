@@ -181,7 +181,8 @@ def test_a_shallow_answer_is_the_deep_one_without_its_frames():
     width = len(shallow.state.numbers)
     assert np.array_equal(shallow.state.numbers, deep.state.numbers[:width])
     assert deep.state.link_frames.shape == (7, 4, 4)
-    assert np.array_equal(shallow.quaternion_xyzw, deep.quaternion_xyzw)
+    shallow_quaternion = shallow.state.continuous_quaternion_xyzw
+    assert np.array_equal(shallow_quaternion, deep.state.continuous_quaternion_xyzw)
 
 
 def test_another_timeout_and_source_count_from_the_next_message_on():
