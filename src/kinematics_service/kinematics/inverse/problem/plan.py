@@ -206,8 +206,7 @@ def _pivots(idle: Floats) -> list[int]:
     for k in range(len(left)):
         j = left.shape[1] - 1 - int(np.argmax(np.round(np.abs(left[k][::-1]), 9)))
         pivots.append(j)
-        for i in range(k + 1, len(left)):
-            left[i] = left[i] - left[k] * (left[i, j] / left[k, j])
+        left[k + 1 :] -= left[k] * (left[k + 1 :, j, None] / left[k, j])
     return pivots
 
 
@@ -403,12 +402,11 @@ def _solvable(screws: Screws) -> bool:
     # search solves these cases.
     first = with_feet(screws)
     z1, z2, z3 = first.axes[:3]
-    both_turn = not first.slides[0] and not first.slides[1]
-    if both_turn and parallel(z1, z2) and np.array_equal(first.points[0], first.points[1]):
-        return False
-    if first.slides[0] and first.slides[1] and parallel(z1, z2):
-        return False
-    return not (parallel(z1, z2) and parallel(z2, z3))
+    if not parallel(z1, z2):
+        return True
+    one, two = first.slides[:2]
+    same_axis = not (one or two) and np.array_equal(first.points[0], first.points[1])
+    return not (same_axis or (one and two) or parallel(z2, z3))
 
 
 def _closed(way: int, form: Screws, point: Floats, backwards: bool) -> kernel.ClosedForm:
