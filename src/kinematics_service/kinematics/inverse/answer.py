@@ -189,12 +189,6 @@ def _solutions(problem: IkProblem, found: DistinctSolutions) -> tuple[IkSolution
     )
 
 
-def _moving_joints(robot: Robot, motions: Floats) -> tuple[str, ...]:
-    """Return the names of the joints that at least one of the joint motions (k, n) moves."""
-    columns = zip(robot.joint_names, *motions.tolist())
-    return tuple(name for name, *moves in columns if any(abs(move) > MIN_MOTION for move in moves))
-
-
 def _named(robot: Robot, which: npt.NDArray[np.bool_]) -> tuple[str, ...]:
     return tuple(robot.joint_names[j] for j in np.flatnonzero(which))
 
@@ -210,11 +204,12 @@ def family_of(problem: IkProblem, family: SolutionFamily, moved: Floats | None =
     plan = problem.plan
     chosen = representatives(plan, family.q[None], problem.near)
     outside = chosen.outside[0]
+    moves = np.any(np.abs(family.motions if moved is None else moved) > MIN_MOTION, axis=0)
     return IkFamily(
         q=chosen.q[0].copy(),
         motions=family.motions.copy(),
         straight=family.straight,
-        joints=_moving_joints(problem.robot, family.motions if moved is None else moved),
+        joints=_named(problem.robot, moves),
         residual=family.error,
         feasible=not bool(np.any(outside)),
         beyond=_named(problem.robot, outside),
