@@ -173,12 +173,8 @@ def _units(
     kinds = [joint.type for joint in description.joints]
     kinds += [joint.type for joint in passive_of(description.loops)]
     inside = {int(j) for pair in chains for chain in pair for j in chain.table.joint}
-    return np.array(
-        [
-            (size if kind == 'prismatic' else 1.0) if j in inside else np.inf
-            for j, kind in enumerate(kinds)
-        ]
-    )
+    units = (size if kind == 'prismatic' else 1.0 for kind in kinds)
+    return np.array([unit if j in inside else np.inf for j, unit in enumerate(units)])
 
 
 def _turns(
