@@ -10,14 +10,7 @@ from collections.abc import Sequence
 from contextlib import nullcontext, suppress
 from typing import Any
 
-from ..errors import (
-    ArmsError,
-    Fault,
-    KinematicsError,
-    RobotConflictError,
-    RobotFileError,
-    UrdfError,
-)
+from .. import errors
 from ..stop_signals import interruptible
 from .arguments import WrongArguments, join_numbers, name_robots, split_ros_arguments
 from .missing_ros import RosMissingError
@@ -60,7 +53,7 @@ def run(argv: Sequence[str] | None = None) -> int:
     code = _code_of(None)
     try:
         sys.stdout.flush()
-    except KinematicsError as error:
+    except errors.KinematicsError as error:
         return _failed(str(error))
     except BrokenPipeError:
         return READER_GONE
@@ -96,9 +89,9 @@ def _code_of(argv: Sequence[str] | None) -> int:
         if (message := getattr(end.__context__, 'format_message', None)) and _wants_json(ours):
             _print_error(WRONG_USAGE, message())
         return end.code if isinstance(end.code, int) else 0
-    except (RobotConflictError, ArmsError) as error:
+    except (errors.RobotConflictError, errors.ArmsError) as error:
         return _refused(error, ours, 2)
-    except KinematicsError as error:
+    except errors.KinematicsError as error:
         return _refused(error, ours)
     except RosMissingError as error:
         return _failed(f'kinematics_service: {error}')
@@ -109,16 +102,16 @@ def _code_of(argv: Sequence[str] | None) -> int:
         return _failed(f'kinematics_service: {text} (set KINEMATICS_TRACEBACK=1 for the details)')
 
 
-def _refused(error: KinematicsError, ours: Sequence[str], code: int = 1) -> int:
+def _refused(error: errors.KinematicsError, ours: Sequence[str], code: int = 1) -> int:
     if _wants_json(ours):
-        faults = error.faults if isinstance(error, RobotFileError) else ()
-        if isinstance(error, UrdfError):
+        faults = error.faults if isinstance(error, errors.RobotFileError) else ()
+        if isinstance(error, errors.UrdfError):
             faults = (error.fault,)
         _print_error(error.code, str(error), faults)
     return _failed(str(error), code)
 
 
-def _print_error(code: str, message: str, faults: Sequence[Fault] = ()) -> None:
+def _print_error(code: str, message: str, faults: Sequence[errors.Fault] = ()) -> None:
     from ..printing import attributes, json_text
 
     entry: dict[str, Any] = {'code': code, 'message': message}

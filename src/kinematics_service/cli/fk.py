@@ -7,39 +7,22 @@ from ..kinematics.singularity import Singularity, singularity_of
 from ..kinematics.tool_state import ToolState, evaluate
 from ..printing import Output, attributes, facts, heading, json_text, number, numbers
 from ..rigid_motion import roll_pitch_yaw
-from .options import (
-    AtOption,
-    DegreesOption,
-    JsonOption,
-    OfOption,
-    PositionsOption,
-    RobotOption,
-    ending_at,
-    flag,
-    given_positions,
-    given_robot,
-)
-from .singularity_report import (
-    DEGREES,
-    JSON_KEYS,
-    print_singularity,
-    short_measures,
-    singularity_json,
-    state_json,
-)
+from . import options, singularity_report
 
 # Text at the end of the help: the keys of the JSON object `singularity`.
-HELP_ENDS = JSON_KEYS
+HELP_ENDS = singularity_report.JSON_KEYS
 
 
 def fk(
-    robot: RobotOption,
-    q: PositionsOption,
-    of: OfOption = None,
-    at: AtOption = None,
-    deg: DegreesOption = False,
-    everything: bool = flag('--all', 'Also print the matrix, all measures, and a line per joint.'),
-    json: JsonOption = False,
+    robot: options.RobotOption,
+    q: options.PositionsOption,
+    of: options.OfOption = None,
+    at: options.AtOption = None,
+    deg: options.DegreesOption = False,
+    everything: bool = options.flag(
+        '--all', 'Also print the matrix, all measures, and a line per joint.'
+    ),
+    json: options.JsonOption = False,
 ) -> None:
     """
     Print the pose of the tool at joint positions, and how near the pose is to a singular pose.
@@ -64,16 +47,16 @@ def fk(
       matrix                         4 rows of 4
       singularity                    an object:
     """
-    arm = ending_at(given_robot(robot), of, at)
-    state = evaluate(arm, given_positions(arm, q, deg))
+    arm = options.ending_at(options.given_robot(robot), of, at)
+    state = evaluate(arm, options.given_positions(arm, q, deg))
     singularity = singularity_of(state)
     if json:
         document = {
-            **state_json(state),
+            **singularity_report.state_json(state),
             **attributes(state, 'position', 'quaternion_xyzw'),
             'roll_pitch_yaw': roll_pitch_yaw(state.pose[:3, :3]),
             'matrix': state.pose,
-            'singularity': singularity_json(arm, singularity),
+            'singularity': singularity_report.singularity_json(arm, singularity),
         }
         print(json_text(document))
     else:
@@ -87,15 +70,17 @@ def _print_pose(out: Output, state: ToolState, singularity: Singularity, everyth
     pose = [
         ('position x y z', f'{numbers(state.position)}  m'),
         ('quaternion x y z w', numbers(state.quaternion_xyzw)),
-        ('roll pitch yaw', f'{in_rad}{numbers(rpy * DEGREES, 4)}  deg'),
+        ('roll pitch yaw', f'{in_rad}{numbers(rpy * singularity_report.DEGREES, 4)}  deg'),
     ]
     title = f'{robot.name}: pose of {robot.tool_frame} in {robot.base_frame}'
     if everything:
         out.print(heading(title), facts([*pose, ('matrix', _matrix_text(state.pose))]))
-        print_singularity(out, state, singularity)
+        singularity_report.print_singularity(out, state, singularity)
     else:
         title += ' (--all prints more)'
-        out.print(heading(title), facts([*pose, *short_measures(state, singularity)]))
+        out.print(
+            heading(title), facts([*pose, *singularity_report.short_measures(state, singularity)])
+        )
 
 
 def _matrix_text(matrix: Floats) -> str:

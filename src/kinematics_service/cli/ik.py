@@ -20,18 +20,7 @@ from ..printing import Output, attributes, facts, heading, json_text, number, pl
 from ..rigid_motion import rotation_of_quaternion, rotation_of_roll_pitch_yaw
 from ..robot.robot import Robot
 from ..robot.task import ROW_NAMES
-from .options import (
-    DegreesOption,
-    JsonOption,
-    RobotOption,
-    WrongUsage,
-    flag,
-    given_numbers,
-    given_robot,
-    joint_values,
-    named,
-    option,
-)
+from . import options
 from .singularity_report import DEGREES, arm_json
 
 # For each method of inverse kinematics, the text that the output has for it.
@@ -39,7 +28,7 @@ HOW = {'closed form': 'in closed form', 'algebraic': 'by elimination', 'search':
 
 RpyOption = Annotated[
     Optional[str],
-    named(
+    options.named(
         '--rpy',
         'Its orientation: roll, pitch, yaw; R = Rz(yaw) Ry(pitch) Rx(roll).',
         'NUMBERS',
@@ -48,13 +37,13 @@ RpyOption = Annotated[
 ]
 QuaternionOption = Annotated[
     Optional[str],
-    named(
+    options.named(
         '--quaternion', 'Its orientation: x, y, z, w.', 'NUMBERS', show_default='any orientation'
     ),
 ]
 NearOption = Annotated[
     Optional[str],
-    named(
+    options.named(
         '--near',
         'Joint positions the solutions should be near.',
         'NUMBERS',
@@ -64,32 +53,34 @@ NearOption = Annotated[
 
 
 def ik(
-    robot: RobotOption,
-    xyz: str = option('Position of the tool in the base frame, m.', 'NUMBERS', default=...),
+    robot: options.RobotOption,
+    xyz: str = options.option(
+        'Position of the tool in the base frame, m.', 'NUMBERS', default=...
+    ),
     rpy: RpyOption = None,
     quaternion: QuaternionOption = None,
     near: NearOption = None,
-    rows: Optional[str] = option(
+    rows: Optional[str] = options.option(
         'Match only these of x y z rx ry rz of the target, in the axes of frame 0.',
         'NAMES',
         shown='all of a pose, x y z of a position',
     ),
-    axis: Optional[str] = option(
+    axis: Optional[str] = options.option(
         'Match only the direction of this tool axis: x, y or z.',
         'AXIS',
         shown='the whole orientation',
     ),
-    tolerance: float = option(
+    tolerance: float = options.option(
         'Largest pose error of a solution, m and rad.', default=TOLERANCE, least=0.0
     ),
-    seed: int = option('Seed of the random starts of a search.', default=0, least=0),
-    one: bool = flag('--one', 'Stop at the first solution found.'),
-    everything: bool = flag('--all', 'Also print solutions outside the joint limits.'),
-    family: bool = flag(
+    seed: int = options.option('Seed of the random starts of a search.', default=0, least=0),
+    one: bool = options.flag('--one', 'Stop at the first solution found.'),
+    everything: bool = options.flag('--all', 'Also print solutions outside the joint limits.'),
+    family: bool = options.flag(
         '--family', 'Print the curves of solutions of an arm with one redundant joint.'
     ),
-    deg: DegreesOption = False,
-    json: JsonOption = False,
+    deg: options.DegreesOption = False,
+    json: options.JsonOption = False,
 ) -> None:
     """
     Print the joint positions that bring the tool to a pose, or only to a position, and whether it
@@ -142,16 +133,18 @@ def ik(
       nearest                        null, or q, residual, position_error, rotation_error
     """
     if one and everything:
-        raise WrongUsage('--one and --all exclude each other; give one of them')
+        raise options.WrongUsage('--one and --all exclude each other; give one of them')
     if one and family:
-        raise WrongUsage('--one and --family exclude each other; give one of them')
+        raise options.WrongUsage('--one and --family exclude each other; give one of them')
     if axis is not None and (axis not in TOOL_AXES or (rpy is None and quaternion is None)):
         if axis in TOOL_AXES:
-            raise WrongUsage('--axis needs a rotation; give --rpy or --quaternion as well')
-        raise WrongUsage(f'--axis: unknown axis {axis!r} (accepted: {", ".join(TOOL_AXES)})')
-    arm = given_robot(robot)
+            raise options.WrongUsage('--axis needs a rotation; give --rpy or --quaternion as well')
+        raise options.WrongUsage(
+            f'--axis: unknown axis {axis!r} (accepted: {", ".join(TOOL_AXES)})'
+        )
+    arm = options.given_robot(robot)
     target = target_from(xyz, rpy, quaternion, deg)
-    start = None if near is None else joint_values(arm, near, '--near', deg)
+    start = None if near is None else options.joint_values(arm, near, '--near', deg)
     result = inverse_kinematics(
         arm,
         target,
@@ -181,19 +174,19 @@ def target_from(xyz: str, rpy: str | None, quaternion: str | None, degrees: bool
     WrongUsage
         An option has too many or too few numbers, or two options exclude each other.
     """
-    position = given_numbers('--xyz', xyz, 3)
+    position = options.given_numbers('--xyz', xyz, 3)
     if rpy is not None and quaternion is not None:
-        raise WrongUsage('--rpy and --quaternion exclude each other; give one of them')
+        raise options.WrongUsage('--rpy and --quaternion exclude each other; give one of them')
     if rpy is not None:
-        angles = given_numbers('--rpy', rpy, 3, True, degrees)
+        angles = options.given_numbers('--rpy', rpy, 3, True, degrees)
         if not degrees and np.abs(angles).max() > math.tau:
             message = '--rpy is read in radians and looks like degrees: did you mean --deg?'
             print(message, file=sys.stderr)
         R = rotation_of_roll_pitch_yaw(angles)
     elif quaternion is not None:
-        given = given_numbers('--quaternion', quaternion, 4)
+        given = options.given_numbers('--quaternion', quaternion, 4)
         if abs(float(np.linalg.norm(given)) - 1.0) > 1e-3:
-            raise WrongUsage(f'--quaternion: {quaternion} must have length 1')
+            raise options.WrongUsage(f'--quaternion: {quaternion} must have length 1')
         R = rotation_of_quaternion(given)
     else:
         return position
@@ -206,7 +199,7 @@ def _row_names(text: str, target: Floats, axis: str | None) -> list[str]:
     accepted = ROW_NAMES if target.ndim == 2 and axis is None else ROW_NAMES[:3]
     names = re.split(r'\s*,\s*|\s+', text.strip())
     if set(names) - set(accepted):
-        raise WrongUsage(f'--rows: unknown rows {text!r} (accepted: {" ".join(accepted)})')
+        raise options.WrongUsage(f'--rows: unknown rows {text!r} (accepted: {" ".join(accepted)})')
     return names
 
 

@@ -15,21 +15,7 @@ from ..printing import Output, broken_name, heading, json_text, number, plain, t
 from ..robot.points import TOOL
 from ..robot.robot import Robot
 from ..robot.task import TWIST_ROWS
-from .options import (
-    AtOption,
-    DegreesOption,
-    JsonOption,
-    OfOption,
-    PositionsOption,
-    RobotOption,
-    WrongUsage,
-    ending_at,
-    given_point,
-    given_positions,
-    given_robot,
-    joint_values,
-    option,
-)
+from . import options
 from .singularity_report import (
     DEGREES,
     JSON_KEYS,
@@ -47,11 +33,13 @@ HELP_ENDS = JSON_KEYS
 
 
 def jacobian(
-    robot: RobotOption,
-    q: PositionsOption,
-    qdot: Optional[str] = option('Joint velocities in rad/s and m/s, for the twist.', 'NUMBERS'),
-    of: OfOption = None,
-    at: AtOption = None,
+    robot: options.RobotOption,
+    q: options.PositionsOption,
+    qdot: Optional[str] = options.option(
+        'Joint velocities in rad/s and m/s, for the twist.', 'NUMBERS'
+    ),
+    of: options.OfOption = None,
+    at: options.AtOption = None,
     axes: Annotated[
         str,
         typer.Option(
@@ -61,8 +49,8 @@ def jacobian(
             help='The axes of the rows: of the base, the tool, a point, or the frame of a row.',
         ),
     ] = BASE,
-    deg: DegreesOption = False,
-    json: JsonOption = False,
+    deg: options.DegreesOption = False,
+    json: options.JsonOption = False,
 ) -> None:
     """
     Print the Jacobian at joint positions, the twist of the tool at joint velocities, and how near
@@ -88,16 +76,16 @@ def jacobian(
       qdot, twist                    n and 6 numbers
       singularity                    an object:
     """
-    whole = given_robot(robot)
-    arm = ending_at(whole, of, at)
-    rates = None if qdot is None else joint_values(arm, qdot, '--qdot', deg)
-    state = evaluate(arm, given_positions(arm, q, deg), rates)
+    whole = options.given_robot(robot)
+    arm = options.ending_at(whole, of, at)
+    rates = None if qdot is None else options.joint_values(arm, qdot, '--qdot', deg)
+    state = evaluate(arm, options.given_positions(arm, q, deg), rates)
     J, twist = state.jacobian, None if qdot is None else state.twist
     if axes != BASE:
         try:
-            pose = pose_of_axes(whole, given_point(axes), state.q)
+            pose = pose_of_axes(whole, options.given_point(axes), state.q)
         except PointError as error:
-            raise WrongUsage(f'--axes: {error}') from None
+            raise options.WrongUsage(f'--axes: {error}') from None
         J = in_axes_of(pose, J)
         twist = None if twist is None else in_axes_of(pose, twist[:, None])[:, 0]
     singularity = singularity_of(state)
@@ -122,7 +110,7 @@ def jacobian(
 
 def _axes_name(robot: Robot, axes: str) -> str:
     named = {BASE: robot.base_frame, TOOL: robot.tool_frame}
-    return named.get(axes) or robot.point(given_point(axes)).name
+    return named.get(axes) or robot.point(options.given_point(axes)).name
 
 
 def _place(robot: Robot, at: str | None) -> str:

@@ -18,17 +18,8 @@ from ..kernel import Floats
 from ..rigid_motion import inverse, screw_z
 from ..typography import linear_text
 from .conventions import table_rows
+from .file.parts import description
 from .file.parts.convention_table import Axis
-from .file.parts.description import (
-    IDENTITY,
-    ElementaryMotion,
-    Link,
-    Placement,
-    RigidMotion,
-    RobotDescription,
-    ShapeRow,
-    SingularityDescription,
-)
 from .file.parts.joints import MAX_JOINTS
 from .file.parts.links import names_in_rows
 from .file.reader import refuse
@@ -60,7 +51,7 @@ def _negative(affine: Affine) -> Affine:
     return Affine(0.0, tuple((name, -factor) for name, factor in affine.coefficients))
 
 
-def _chain(arm: RobotDescription, variables: Mapping[str, str]) -> _JointChain:
+def _chain(arm: description.RobotDescription, variables: Mapping[str, str]) -> _JointChain:
     # Return the chain of an arm from the frame of the cell to the tool of the arm, with renamed
     # variables.
     motions, screws = [arm.base.motion.matrix], []
@@ -80,8 +71,10 @@ def _renamed(affine: Affine, variables: Mapping[str, str]) -> Affine:
 
 
 def relative_motion(
-    first: RobotDescription, second: RobotDescription, names: tuple[str, str]
-) -> RobotDescription:
+    first: description.RobotDescription,
+    second: description.RobotDescription,
+    names: tuple[str, str],
+) -> description.RobotDescription:
     """
     Return an arm whose base is the tool of the first arm and whose tool is the tool of the second.
 
@@ -143,10 +136,10 @@ def relative_motion(
             if variable in moving
         ),
         links=links,
-        base=Placement(first.tool.frame, _as_matrix(chain.motions[0])),
-        tool=Placement(second.tool.frame, _as_matrix(chain.motions[-1])),
+        base=description.Placement(first.tool.frame, _as_matrix(chain.motions[0])),
+        tool=description.Placement(second.tool.frame, _as_matrix(chain.motions[-1])),
         points=(),
-        singularity=SingularityDescription(),
+        singularity=description.SingularityDescription(),
         uncertainty=None,
         known_poses=(),
         speed_limits=(),
@@ -179,21 +172,24 @@ def _joined(first: _JointChain, second: _JointChain) -> _JointChain:
     return _JointChain(motions, screws)
 
 
-def _links(chain: _JointChain) -> 'Sequence[Link]':
+def _links(chain: _JointChain) -> 'Sequence[description.Link]':
     # Return the chain as table rows of Sheth and Uicker, T = in * joint * inverse(out), because
     # `in` and `out` can be any constant motions.
-    links: list[Link] = []
+    links: list[description.Link] = []
     for k, screw in enumerate(chain.screws):
         moves = [
-            ElementaryMotion(axis, Expression(_text(affine), affine))
+            description.ElementaryMotion(axis, Expression(_text(affine), affine))
             for axis, affine in zip(SCREW_AXES, screw)
             if affine.coefficients
         ]
-        after = IDENTITY
+        after = description.IDENTITY
         if k < len(chain.screws) - 1:
             after = _as_matrix(inverse(chain.motions[k + 1]))
-        links += [ShapeRow(IDENTITY, move, IDENTITY) for move in moves[:-1]]
-        links.append(ShapeRow(IDENTITY, moves[-1], after))
+        links += [
+            description.ShapeRow(description.IDENTITY, move, description.IDENTITY)
+            for move in moves[:-1]
+        ]
+        links.append(description.ShapeRow(description.IDENTITY, moves[-1], after))
     return links
 
 
@@ -201,7 +197,7 @@ def _text(affine: Affine) -> str:
     return linear_text((factor, name) for name, factor in affine.coefficients)
 
 
-def _as_matrix(motion: Floats) -> RigidMotion:
+def _as_matrix(motion: Floats) -> description.RigidMotion:
     # Round the entries to 15 digits, so that right angles are exact in the new table.
     numbers = [0.0 if abs(x) < ZERO_TOLERANCE else float(f'{x:.15g}') for x in motion.ravel()]
-    return RigidMotion(np.reshape(numbers, (4, 4)), tuple(map(repr, numbers)))
+    return description.RigidMotion(np.reshape(numbers, (4, 4)), tuple(map(repr, numbers)))

@@ -17,31 +17,13 @@ from ...kinematics.uncertainty.parameters import parameters_of
 from ...robot.file.parts.parameters import ENDS, GEARS, TABLE_GROUPS
 from ...robot.robot import AnyRobot, as_robot
 from ..checking.hypotheses import Hypothesis
+from . import checking, fitting
 from .acceptance import JudgedFit, joint_remarks, noise_remarks, refusals_of
 from .camera import Camera, given_by_camera, wrong_size
-from .checking import (
-    BACKLASH,
-    REMARKED_DEVIATIONS,
-    Measured,
-    check_known,
-    checked_offsets,
-    measured,
-    position_numbers,
-    refuse_loops,
-)
 from .chosen_parameters import ChosenParameters, asks_for_gears
 from .conditions import ToolLoads, with_conditions
 from .corrections import corrected_robot
 from .explanations import RefusalCauses, TriedCalibration, explained, mistakes_of
-from .fitting import (
-    FitProblem,
-    Identified,
-    Noise,
-    find_values,
-    held_out_remainders,
-    refined,
-    weighted_jacobian,
-)
 from .identified_table import CalibratedParameter
 from .placing import Free
 from .result import BLOCKS, Calibration
@@ -163,10 +145,10 @@ def calibrate(
     robot = as_robot(robot)
     if noise is not None and numbers_of('noise', noise).shape != (2,):
         raise ArgumentError.refused('noise', 'two numbers, m and rad', noise)
-    known, priors = None if noise is None else Noise(*noise), tolerances or {}
+    known, priors = None if noise is None else fitting.Noise(*noise), tolerances or {}
     if camera is not None:
-        check_known('camera', camera, get_args(Camera))
-    refuse_loops(robot.description)
+        checking.check_known('camera', camera, get_args(Camera))
+    checking.refuse_loops(robot.description)
     names: ChosenParameters
     if same_point is not None:
         others = (poses, sets, qdot, approach, camera, sessions, loads, whitening)
@@ -189,14 +171,16 @@ def calibrate(
             message = 'give poses, or same_point with its distances apart'
             raise CalibrationError(message, code='conflict')
         if approach is None:
-            given = measured(robot, q, poses, sets, qdot)
+            given = checking.measured(robot, q, poses, sets, qdot)
         else:
             half_behind = -0.5 * np.sign(numbers_of('approach', approach))
-            given = measured(robot, q, poses, sets, half_behind)._replace(moving=(BACKLASH,))
+            given = checking.measured(robot, q, poses, sets, half_behind)._replace(
+                moving=(checking.BACKLASH,)
+            )
         if camera is not None:
             given = given_by_camera(robot, given, camera, check)
         for end in own:
-            check_known('own', end, ENDS)
+            checking.check_known('own', end, ENDS)
         each = Free('base' in own, 'tool' in own)
         given = with_conditions(robot, given, each.base, sessions, loads)
         arm = parameters_of(robot, asks_for_gears(fit))
@@ -206,7 +190,7 @@ def calibrate(
         groups = {names.every[k].group for k in fitted}
         free = Free('base' in groups, 'tool' in groups)
         progress('frame check')
-        offsets, frames = checked_offsets(robot, given, free, each, check, read)
+        offsets, frames = checking.checked_offsets(robot, given, free, each, check, read)
         chains = names.chains(arm.chain, offsets)
         problem = names.problem(chains, given.poses, fitted, priors)
     found, identified = _fitted(names, problem, known, progress)
@@ -243,24 +227,24 @@ def calibrate(
 
 def _fitted(
     names: ChosenParameters,
-    problem: FitProblem,
-    instrument: Noise | None,
+    problem: fitting.FitProblem,
+    instrument: fitting.Noise | None,
     progress: Callable[[str], None],
-) -> tuple[Calibration, Identified]:
+) -> tuple[Calibration, fitting.Identified]:
     robot, given = names.robot, names.given
-    found = find_values(problem, instrument, lambda k: progress(f'round {k + 1}'))
+    found = fitting.find_values(problem, instrument, lambda k: progress(f'round {k + 1}'))
     progress('cross-validation')
     used, blocks = found.used, _blocks(problem)
     ends = problem.only(names.placed_groups)
-    begin = refined(ends, np.zeros(len(ends.parameters)), found.noise, used)
+    begin = fitting.refined(ends, np.zeros(len(ends.parameters)), found.noise, used)
     # Count the different joint positions outside the cross-validation block that has the most of
     # them.
-    different = np.unique(position_numbers(given.q), return_index=True)[1]
+    different = np.unique(checking.position_numbers(given.q), return_index=True)[1]
     beside = len(different) - np.max(np.bincount(blocks[different]))
     fits = (ends, begin), (problem, found.values)
     remaining = [one.remainders(values) for one, values in fits]
-    remaining += [held_out_remainders(*fit, found, blocks) for fit in fits]
-    weighted = weighted_jacobian(problem, found.values, found.noise, used)
+    remaining += [fitting.held_out_remainders(*fit, found, blocks) for fit in fits]
+    weighted = fitting.weighted_jacobian(problem, found.values, found.noise, used)
     numbers = np.stack([found.values, np.sqrt(np.diag(found.covariance)), problem.prior]).tolist()
     parameters = tuple(
         CalibratedParameter(*astuple(one), *own) for one, *own in zip(problem.parameters, *numbers)
@@ -294,11 +278,11 @@ def _fitted(
     return replace(calibration, refusals=refusals_of(judged), remarks=tuple(remarks)), found
 
 
-def _blocks(problem: FitProblem) -> Integers:
+def _blocks(problem: fitting.FitProblem) -> Integers:
     # Return the number of the cross-validation block of each measured row. Consecutive joint
     # positions of a set form a block. Rows with equal joint positions are in one block, because a
     # fitted row would predict a held-out row with equal joint positions.
-    numbers, begin = position_numbers(problem.given.q), 0
+    numbers, begin = checking.position_numbers(problem.given.q), 0
     blocks = np.full(len(problem.given.q), -1)
     for k in range(len(problem.chains)):
         own = np.unique(numbers[(problem.given.sets == k) & (blocks < 0)])
@@ -309,9 +293,9 @@ def _blocks(problem: FitProblem) -> Integers:
     return blocks
 
 
-def _few_rows(given: Measured, found: Identified) -> Iterator[str]:
+def _few_rows(given: checking.Measured, found: fitting.Identified) -> Iterator[str]:
     used, count = int(np.sum(found.used)), len(found.values)
-    different = len(np.unique(position_numbers(given.q[found.used])))
+    different = len(np.unique(checking.position_numbers(given.q[found.used])))
     rows = (3 if given.positions else 6) * different
     if rows < 2 * count:
         poses = f'{used} poses' if different == used else f'{different} different poses of {used}'
@@ -324,7 +308,7 @@ def _few_rows(given: Measured, found: Identified) -> Iterator[str]:
 def _far_corrections(parameters: Sequence[CalibratedParameter]) -> Iterator[str]:
     for one in parameters:
         beyond = abs(one.correction) / one.prior
-        if one.group in TABLE_GROUPS and beyond > REMARKED_DEVIATIONS:
+        if one.group in TABLE_GROUPS and beyond > checking.REMARKED_DEVIATIONS:
             yield (
                 f'{one.name} is corrected by {one.in_words(one.correction)}, {beyond:.2g} times '
                 f'its usual error of {one.in_words(one.prior)}: look at the table of the robot '

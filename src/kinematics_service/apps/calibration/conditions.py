@@ -20,15 +20,7 @@ from ...kernel import Floats, Integers
 from ...kinematics.statics import joint_torques
 from ...robot.file.parts.parameters import ANGLE, LENGTH, SIX, ArmParameter
 from ...robot.robot import Robot
-from .checking import (
-    COMPLIANCE,
-    PLACEMENT,
-    ROUND_OFF,
-    ZEROS,
-    Measured,
-    check_mark,
-    position_numbers,
-)
+from . import checking
 
 # Prior standard deviations of the compliance of a joint. The values are those of soft gears. The
 # key is True for a turning joint (rad/Nm), False for a sliding joint (m/N).
@@ -65,11 +57,11 @@ class ToolLoads(NamedTuple):
 
 def with_conditions(
     robot: Robot,
-    given: Measured,
+    given: checking.Measured,
     own_base: bool,
     sessions: Sequence[str | int] | None,
     loads: ToolLoads | None,
-) -> Measured:
+) -> checking.Measured:
     """
     Return the measured rows with parameters added for their sessions and loads.
 
@@ -102,7 +94,7 @@ def with_conditions(
             message = f'sessions: all rows are of session {names[0]!r}; name two or more, or none'
             raise CalibrationError(message, code='no-variation')
         for name in names:
-            check_mark('session', name)
+            checking.check_mark('session', name)
         number = np.array([names.index(str(one)) for one in sessions])
         remarks += _elsewhere(q, number, [f'session {name}' for name in names], 'a drift')
         # If each set has its own base and was measured in one session, the base of the set
@@ -110,16 +102,18 @@ def with_conditions(
         pairs = np.unique(np.stack([given.sets, number]), axis=1).shape[1]
         six = () if own_base and pairs == given.set_count else SIX
         for k, name in enumerate(names[1:], 1):
-            placements += [ArmParameter(f'{name}.{one}', PLACEMENT, one in SIX[3:]) for one in six]
-            for one in _of_joints(robot, f'{name}.', ZEROS):
+            placements += [
+                ArmParameter(f'{name}.{one}', checking.PLACEMENT, one in SIX[3:]) for one in six
+            ]
+            for one in _of_joints(robot, f'{name}.', checking.ZEROS):
                 moving[one] = DRIFT_SHARE * one.scale
             rates.append((number == k)[:, None, None] * np.eye(n))
     if loads is not None:
         masses, pull = _checked_loads(robot, len(q), loads)
         wrench = np.concatenate([masses[:, None] * pull, np.zeros((len(q), 3))], axis=1)
         torques = joint_torques(robot, q, wrench, at=np.asarray(loads.at))
-        torques[np.abs(torques) < ROUND_OFF * np.max(masses) * STANDARD_GRAVITY] = 0.0
-        for one in _of_joints(robot, 'compliance.', COMPLIANCE):
+        torques[np.abs(torques) < checking.ROUND_OFF * np.max(masses) * STANDARD_GRAVITY] = 0.0
+        for one in _of_joints(robot, 'compliance.', checking.COMPLIANCE):
             moving[one] = COMPLIANCE_PRIOR[one.angle]
         rates.append(torques[:, :, None] * np.eye(n))
         larger = (masses > np.mean(masses)).astype(np.int64)
@@ -175,7 +169,7 @@ def _checked_loads(robot: Robot, count: int, loads: ToolLoads) -> tuple[Floats, 
 def _elsewhere(q: Floats, marks: Integers, names: Sequence[str], what: str) -> Iterator[str]:
     # Yield a warning on each group of rows (a session, the smaller loads, or the larger loads) if
     # most of its joint positions were measured in no other group.
-    numbers = position_numbers(q)
+    numbers = checking.position_numbers(q)
     shared = (np.isin(numbers[marks == k], numbers[marks != k]) for k in range(len(names)))
     alone = ', '.join(name for name, own in zip(names, shared) if np.mean(own) < 0.5)
     if alone:

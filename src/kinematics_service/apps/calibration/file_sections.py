@@ -13,16 +13,7 @@ import yaml
 from yaml import MappingNode
 
 from ...errors import RobotFileWriteError
-from ...robot.file.parts.description import (
-    IDENTITY,
-    DhRow,
-    ElementaryMotion,
-    Factor,
-    Link,
-    Placement,
-    PointDescription,
-    RigidMotion,
-)
+from ...robot.file.parts import description
 from ...robot.file.text.yaml_reader import LOADER
 from ...robot.file.writing.writer import BOM, entry_of, last_line, scalar, written_entries
 
@@ -67,7 +58,7 @@ def with_sections(
 
 
 def singularity_section(
-    text: str, factors: Sequence[Factor], task: Sequence[str] = ()
+    text: str, factors: Sequence[description.Factor], task: Sequence[str] = ()
 ) -> list[str] | None:
     """
     Return the lines of the section `singularity` of a robot file, with its singular factors
@@ -107,19 +98,19 @@ def _entries(text: str, section: str, without: Sequence[str]) -> list[str]:
     return [f'  {entry}' for entry in written.values()]
 
 
-def links_section(links: Sequence[Link]) -> list[str]:
+def links_section(links: Sequence[description.Link]) -> list[str]:
     """Return the lines of the section `links`, one line for each row of the table."""
     return ['links:', *(f'  - {_link(link)}' for link in links)]
 
 
-def placement_section(key: str, placement: Placement, note: str = '') -> list[str]:
+def placement_section(key: str, placement: description.Placement, note: str = '') -> list[str]:
     """Return the line of the section `base` or `tool`, with `note` as its comment."""
     pose = _motion(placement.motion).removeprefix('{')
     comment = f'  # {note}' if note else ''
     return [f'{key}: {{frame: {scalar(placement.frame)}, {pose}{comment}']
 
 
-def points_section(points: Sequence[PointDescription]) -> list[str]:
+def points_section(points: Sequence[description.PointDescription]) -> list[str]:
     """Return the lines of the section `points`."""
     lines = ['points:']
     for one in points:
@@ -128,27 +119,29 @@ def points_section(points: Sequence[PointDescription]) -> list[str]:
     return lines
 
 
-def _link(link: Link) -> str:
-    if isinstance(link, DhRow):
+def _link(link: description.Link) -> str:
+    if isinstance(link, description.DhRow):
         cells = (f'{name}: {scalar(link[name].text)}' for name in link.names)
         return f'{{{", ".join(cells)}}}'
-    if isinstance(link, ElementaryMotion):
+    if isinstance(link, description.ElementaryMotion):
         return _elementary(link)
     parts = []
-    if link.inner != IDENTITY or (link.joint is None and link.outer == IDENTITY):
+    if link.inner != description.IDENTITY or (
+        link.joint is None and link.outer == description.IDENTITY
+    ):
         parts.append(f'in: {_motion(link.inner)}')
     if link.joint is not None:
         parts.append(f'joint: {_elementary(link.joint)}')
-    if link.outer != IDENTITY:
+    if link.outer != description.IDENTITY:
         parts.append(f'out: {_motion(link.outer)}')
     return f'{{{", ".join(parts)}}}'
 
 
-def _elementary(motion: ElementaryMotion) -> str:
+def _elementary(motion: description.ElementaryMotion) -> str:
     return scalar(f'{motion.axis}({motion.argument.text})')
 
 
-def _motion(motion: RigidMotion) -> str:
+def _motion(motion: description.RigidMotion) -> str:
     texts = [scalar(text) for text in motion.texts]
     if len(texts) == 6:
         return f'{{xyz: [{", ".join(texts[:3])}], rpy: [{", ".join(texts[3:])}]}}'

@@ -26,16 +26,9 @@ from ...robot.robot import Robot, build_robot
 from ...typography import number_text
 from ...version import __version__
 from ..checking.errors import ERROR_LIMIT
+from . import corrections
 from .camera import ON_TOOL
 from .checking import ROUND_OFF
-from .corrections import (
-    built_nearly,
-    in_file_units,
-    of_joints_alone,
-    rigid_motion,
-    task_of,
-    with_ends,
-)
 from .file_sections import (
     constants_section,
     links_section,
@@ -127,7 +120,7 @@ def calibrated_text(
         # the calibrated table.
         'tolerance': None,
         'links': links_section(robot.description.links),
-        'singularity': singularity_section(text, factors, task_of(found.robot) or ()),
+        'singularity': singularity_section(text, factors, corrections.task_of(found.robot) or ()),
     }
     if robot.description.points:
         sections['points'] = points_section(robot.description.points)
@@ -180,13 +173,13 @@ def placed_robot(found: Calibration, frames: Frames) -> Robot:
     description = found.calibrated.description
     base = found.base_offsets[0] @ description.base.motion.matrix
     tool = description.tool.motion.matrix @ found.tool_offsets[0]
-    placed = with_ends(description, base, tool)
+    placed = corrections.with_ends(description, base, tool)
     try:
         return build_robot(placed)
     except KinematicsError:
         # The singular poses of an arm with few joints depend on the tool frame. With the measured
         # tool frame, the singular factors of the file hold only approximately.
-        return built_nearly(placed)
+        return corrections.built_nearly(placed)
 
 
 def certificate(
@@ -253,8 +246,8 @@ def _known_poses(
     lines = [f'known_poses:  # {"the tip touched a point" if found.points else "measured"}']
     for joints, pose in zip(q[rows].tolist(), T):
         turns = zip(joints, ~robot.prismatic)
-        at = [number_text(in_file_units(x, turn, description)) for x, turn in turns]
-        six = rigid_motion(pose, description).texts
+        at = [number_text(corrections.in_file_units(x, turn, description)) for x, turn in turns]
+        six = corrections.rigid_motion(pose, description).texts
         entry = f'q: [{", ".join(at)}], xyz: [{", ".join(six[:3])}]'
         entry += '' if found.positions else f', rpy: [{", ".join(six[3:])}]'
         lines.append(f'  - {{{entry}, tolerance: {{{bounds}}}}}')
@@ -296,7 +289,7 @@ def uncertainty_section(found: Calibration, robot: Robot, ends: bool) -> list[st
     """
     description = robot.description
     lines = ['uncertainty:']
-    joints = of_joints_alone(found.robot.description.uncertainty)
+    joints = corrections.of_joints_alone(found.robot.description.uncertainty)
     for key in OF_JOINTS if joints is not None else ():
         values = getattr(joints, key.removeprefix('encoder_'))
         if values is not None and any(values):

@@ -29,18 +29,7 @@ from ..checking.diagnosis import MIN_POSES
 from ..checking.errors import ERROR_LIMIT, length_in_words
 from ..checking.hypotheses import DEGREES, Hypothesis, from_degrees
 from ..recordings.readers.block import Flags
-from .checking import (
-    MAX_ERROR,
-    MIN_CHANGE,
-    NAMES_IN_SENTENCE,
-    Measured,
-    check_enough,
-    check_mark,
-    explained_by_joints,
-    finite_rows,
-    refuse_mistake,
-    rigid_positions,
-)
+from . import checking, fitting
 from .chosen_parameters import (
     PLACE_PRIOR,
     ChosenParameters,
@@ -49,17 +38,6 @@ from .chosen_parameters import (
     usual_motions,
 )
 from .explanations import truncated
-from .fitting import (
-    MAX_ROUNDS,
-    STEP_TOLERANCE,
-    FitProblem,
-    Identified,
-    KnownDistance,
-    Noise,
-    huber_weights,
-    median_noise,
-    outlier_limit,
-)
 from .identified_table import ParameterCombination, combinations_of, structural_rank
 from .placing import PLACING_STEPS
 
@@ -119,10 +97,10 @@ def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> Touc
     tip = np.zeros((*at.shape[:-2], 3))
     points = np.stack([np.median(at[..., point == k, :], axis=-2) for k in range(len(own))], -2)
     left = points[..., point, :] - at
-    for _ in range(MAX_ROUNDS):
+    for _ in range(fitting.MAX_ROUNDS):
         before, distances = tip, np.linalg.norm(left, axis=-1)
-        noise = median_noise(distances)[..., None]
-        weights = huber_weights(distances / noise, 1)
+        noise = fitting.median_noise(distances)[..., None]
+        weights = fitting.huber_weights(distances / noise, 1)
         shares = own * weights[..., None, :]
         shares /= np.sum(shares, axis=-1, keepdims=True)
         mean_at, mean_R = shares @ at, np.einsum('...kn,...nij->...kij', shares, R)
@@ -137,7 +115,7 @@ def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> Touc
             tip = np.linalg.solve(M, right[..., None])[..., 0]
         points = mean_at + np.einsum('...kij,...j->...ki', mean_R, tip)
         left = points[..., point, :] - at - np.einsum('...nij,...j->...ni', R, tip)
-        if np.all(np.abs(tip - before) < STEP_TOLERANCE * noise):
+        if np.all(np.abs(tip - before) < fitting.STEP_TOLERANCE * noise):
             break
     return TouchStart(points, tip, left)
 
@@ -171,22 +149,22 @@ class SamePointParameters(ChosenParameters):
         gears: bool,
     ) -> None:
         marks = [str(one) for one in same_point]
-        joints = finite_rows('q', q, robot.dof, len(marks))
+        joints = checking.finite_rows('q', q, robot.dof, len(marks))
         names = tuple(dict.fromkeys(marks))
         point = np.array([names.index(one) for one in marks], dtype=np.int64)
         if not names:
             message = f'same_point: no row touches a point; at least {MIN_POSES} at one are needed'
             raise CalibrationError(message, code='empty')
         for k, name in enumerate(names):
-            check_mark('point', name)
+            checking.check_mark('point', name)
             # Require only two different joint positions at a point, because an arm of three joints
             # reaches a point at only a few joint positions.
             usual = f'{2 * robot.dof} or more at each point'
-            check_enough(joints[point == k], usual, f'point {name}: ', least=2)
+            checking.check_enough(joints[point == k], usual, f'point {name}: ', least=2)
         self.marks, self.names, self.apart = marks, names, _checked(apart, names)
         self.chain = (arm := parameters_of(robot, gears)).chain
-        nowhere = rigid_positions(np.zeros((len(marks), 3)))
-        super().__init__(robot, Measured.of(joints, nowhere, True, point), (), arm.table)
+        nowhere = checking.rigid_positions(np.zeros((len(marks), 3)))
+        super().__init__(robot, checking.Measured.of(joints, nowhere, True, point), (), arm.table)
         axes = [(name, axis) for name in names for axis in SIX[:3]]
         points = (ArmParameter(f'{name}.{axis}', POINTS, False, place=axis) for name, axis in axes)
         self.every = (*arm.table, *points, *end_parameters('tool', 0))
@@ -214,7 +192,7 @@ class SamePointParameters(ChosenParameters):
 
     def touch_problem(
         self, chosen: Sequence[int], tolerances: Mapping[str, float], check: bool
-    ) -> FitProblem:
+    ) -> fitting.FitProblem:
         """
         Return the fit problem for points that the tip of the tool has touched. The fit starts from
         the positions of points and tip that fit the nominal arm.
@@ -232,11 +210,11 @@ class SamePointParameters(ChosenParameters):
             self._check_distances(start)
         points, first = start.points, [self.first(POINTS, k) for k in range(len(self.names))]
         distances = tuple(
-            KnownDistance(first[i], first[j], points[j] - points[i], distance)
+            fitting.KnownDistance(first[i], first[j], points[j] - points[i], distance)
             for (i, j), distance in self.apart.items()
         )
         chains = [self._chain(k, start.tip) for k in range(len(self.names))]
-        poses = rigid_positions(points[self.given.sets])
+        poses = checking.rigid_positions(points[self.given.sets])
         return self.problem(chains, poses, chosen, tolerances, distances)
 
     def undone(self, change: Hypothesis) -> dict[str, Any]:
@@ -258,26 +236,27 @@ class SamePointParameters(ChosenParameters):
 
     def _check_touches(self, start: TouchStart) -> None:
         robot, q, middle = self.robot, self.given.q, float(np.median(start.distances))
-        if middle < MIN_CHANGE:
+        if middle < checking.MIN_CHANGE:
             return
         # Test for degrees only if angles are large. If small angles are divided by 57, the arm
         # hardly moves and the tip stays near one point, so the test would always report degrees.
         if np.max(np.abs(q[:, ~robot.prismatic]), initial=0.0) > MAX_TURN:
             left = self._distances(from_degrees(robot, q))
-            refuse_mistake(DEGREES, 'wrong-unit', float(np.median(left)), middle)
-        if middle > MAX_ERROR:
+            checking.refuse_mistake(DEGREES, 'wrong-unit', float(np.median(left)), middle)
+        if middle > checking.MAX_ERROR:
             raise CalibrationError(
                 f'half of the touches are more than {length_in_words(middle)} from their points: '
                 f'no robot {robot.name} is off by that much; it is another robot, or rows '
-                f'name the wrong points{explained_by_joints(robot, q, middle, self._distances)}',
+                'name the wrong points'
+                f'{checking.explained_by_joints(robot, q, middle, self._distances)}',
                 code='another-robot',
             )
 
     def _check_distances(self, start: TouchStart) -> None:
         for (i, j), given in self.apart.items():
             found = float(np.linalg.norm(start.points[j] - start.points[i]))
-            if abs(given - found) > MAX_ERROR:
-                thousandth = abs(given / 1000 - found) < MAX_ERROR
+            if abs(given - found) > checking.MAX_ERROR:
+                thousandth = abs(given / 1000 - found) < checking.MAX_ERROR
                 raise CalibrationError(
                     f'points {self.names[i]} and {self.names[j]} are {length_in_words(found)} '
                     f'apart by the touches, not {length_in_words(given)}'
@@ -299,24 +278,24 @@ class SamePointParameters(ChosenParameters):
         still[-1] = (*still[-1], *end, tool)
         return replace(self.chain, still=tuple(still))
 
-    def possible(self, problem: FitProblem) -> int:
+    def possible(self, problem: fitting.FitProblem) -> int:
         """
         Return the number of parameter combinations that touches, however many, can determine at
         most.
         """
         q = seeded_poses(self.robot.limits, self.robot.prismatic)
         point = np.arange(len(q)) % len(self.names)
-        return structural_rank(self._exact_jacobian(problem, Noise(LENGTH, 1.0), q, point))
+        return structural_rank(self._exact_jacobian(problem, fitting.Noise(LENGTH, 1.0), q, point))
 
     def combinations(
-        self, problem: FitProblem, noise: Noise, used: Flags
+        self, problem: fitting.FitProblem, noise: fitting.Noise, used: Flags
     ) -> tuple[ParameterCombination, ...]:
         """Return the sets of parameters whose effects the used touches do not distinguish."""
         J = self._exact_jacobian(problem, noise, self.given.q[used], self.given.sets[used])
         return combinations_of(J, problem.parameters)
 
     def _exact_jacobian(
-        self, problem: FitProblem, noise: Noise, q: Floats, point: Integers
+        self, problem: fitting.FitProblem, noise: fitting.Noise, q: Floats, point: Integers
     ) -> Floats:
         # Return the scaled Jacobian of the tip at joint positions with which the nominal arm
         # touches the points exactly. At these joint positions, the touches stay exact if all
@@ -329,12 +308,12 @@ class SamePointParameters(ChosenParameters):
             q=touching[exact],
             sets=point[exact],
             rates=np.zeros((int(np.sum(exact)), q.shape[1], 0)),
-            poses=rigid_positions(self.start.points[point[exact]]),
+            poses=checking.rigid_positions(self.start.points[point[exact]]),
         )
         there = replace(problem, given=rows)
         return usual_motions(there, noise, np.ones(len(rows.q), dtype=bool))
 
-    def ends_of(self, problem: FitProblem, values: Floats) -> PlacedEnds:
+    def ends_of(self, problem: fitting.FitProblem, values: Floats) -> PlacedEnds:
         """
         Return the offsets X and Y of B = X A Y, and the poses of base and tool before the fit. A
         are poses of the calibrated robot, and B those of the tip. X is the identity, because the
@@ -352,7 +331,9 @@ class SamePointParameters(ChosenParameters):
         left = started(self.robot, self.given.q, self.given.sets, free=False).left
         return np.stack([left, np.zeros_like(left)], axis=1)
 
-    def points(self, problem: FitProblem, found: Identified) -> tuple[TouchedPoint, ...]:
+    def points(
+        self, problem: fitting.FitProblem, found: fitting.Identified
+    ) -> tuple[TouchedPoint, ...]:
         """Return the touched points with their fitted positions and standard deviations."""
         own = slice(self.first(POINTS, 0), self.first('tool', 0))
         moved = problem.every(found.values)[own].reshape(-1, 3)
@@ -364,7 +345,7 @@ class SamePointParameters(ChosenParameters):
             for name, ((x, y, z), (dx, dy, dz), count) in zip(self.names, numbers)
         )
 
-    def remarks(self, problem: FitProblem, found: Identified) -> tuple[str, ...]:
+    def remarks(self, problem: fitting.FitProblem, found: fitting.Identified) -> tuple[str, ...]:
         """
         Return remarks: a sentence if the scale of the lengths is unknown, and a sentence for each
         row that seems to name a wrong point.
@@ -385,8 +366,8 @@ class SamePointParameters(ChosenParameters):
         own, left = self.given.sets, problem.remainders(found.values)[:, 0]
         distances = np.linalg.norm(points - (points[own] - left)[:, None], axis=2)
         nearest = np.argmin(distances, axis=1)
-        near = np.min(distances, axis=1) < outlier_limit(1) * found.noise.position
-        for row in np.flatnonzero(~found.used)[:NAMES_IN_SENTENCE]:
+        near = np.min(distances, axis=1) < fitting.outlier_limit(1) * found.noise.position
+        for row in np.flatnonzero(~found.used)[: checking.NAMES_IN_SENTENCE]:
             if nearest[row] != own[row] and near[row]:
                 touched = names[nearest[row]]
                 result.append(f'Row {row} is marked {names[own[row]]} but touches {touched}')

@@ -13,14 +13,7 @@ from rich.text import Text
 
 from ...errors import LayoutError
 from ...kernel import Floats
-from ...node.messages.readings import (
-    TWIST,
-    JacobianReading,
-    WarningReading,
-    jacobian_of,
-    scale_of,
-    warned_of,
-)
+from ...node.messages import readings
 from ...printing import plain
 from ...robot.measures import MEASURES, Level
 from .demo_listener import INTERVAL, DemoListener
@@ -125,7 +118,7 @@ def _title(listener: DemoListener, width: int) -> Text:
     return Text(left + right.rjust(width - len(left)), style='bold')
 
 
-def _warning(warned: WarningReading | None, width: int) -> list[Text]:
+def _warning(warned: readings.WarningReading | None, width: int) -> list[Text]:
     if warned is None:
         return [Text('waiting for the node'), *[Text()] * (SENTENCE_LINES - 1)]
     sentence = plain(warned.sentence)
@@ -156,7 +149,7 @@ def _motion(listener: DemoListener, width: int) -> list[Text]:
         degrees = [math.degrees(angle) for angle in shown.roll_pitch_yaw]
         pose = [f'{_narrow(shown.position)} m  ', f'  rpy {_narrow(degrees, 1)} deg']
     if listener.twist.message is not None:
-        linear, angular = TWIST.of(listener.twist.message).vectors.values()
+        linear, angular = readings.TWIST.of(listener.twist.message).vectors.values()
         twist = [f'{_narrow(linear)} m/s', f'  ang {_narrow(angular)} rad/s']
     lines = []
     for label, parts in (('tool  x y z ', pose), ('twist x y z ', twist)):
@@ -177,14 +170,14 @@ def _jacobian(listener: DemoListener, width: int) -> list[Text]:
     if listener.jacobian.message is None:
         return [_labelled('Jacobian', MISSING)]
     try:
-        matrix = jacobian_of(listener.jacobian.message)
+        matrix = readings.jacobian_of(listener.jacobian.message)
     except LayoutError as error:
         return [_labelled('Jacobian', str(error))]
     speeds = listener.joint_speeds()
     if set(matrix.columns) <= set(speeds):
         # Below each column of the Jacobian, show the velocity of the column's joint.
         row = np.array([speeds[name] for name in matrix.columns])
-        matrix = JacobianReading(
+        matrix = readings.JacobianReading(
             (*matrix.rows, QDOT), matrix.columns, np.vstack([matrix.jacobian, row])
         )
     return [Text(line) for line in matrix_lines(matrix, width)]
@@ -206,7 +199,7 @@ def _scale(listener: DemoListener) -> Text:
     message, reason = listener.scale.message, listener.reason.message
     if message is None or reason is None:
         return _labelled('scale', MISSING)
-    cause, (line,) = warned_of(reason).cause, scale_lines(scale_of(message))
+    cause, (line,) = readings.warned_of(reason).cause, scale_lines(readings.scale_of(message))
     return _labelled('scale', f'{line.removeprefix("scale ")}  {plain(cause)}'.rstrip())
 
 

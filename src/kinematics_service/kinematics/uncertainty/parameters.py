@@ -30,15 +30,7 @@ from ...robot.file.parts.parameters import (
 )
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
-from .corrected_chain import (
-    CorrectedChain,
-    CorrectingMotion,
-    GearMotion,
-    MovingScrews,
-    Part,
-    pose_change,
-    small_motion,
-)
+from . import corrected_chain
 from .triangle import triangle_of
 
 # An extra parameter is added only if the other parameters cannot produce the tool motion that its
@@ -71,12 +63,12 @@ class ArmParameters:
     """
 
     table: tuple[ArmParameter, ...]
-    chain: CorrectedChain
+    chain: corrected_chain.CorrectedChain
 
 
 def placement(
-    chain: CorrectedChain, base: Floats, tool: Floats, first: tuple[int, int]
-) -> CorrectedChain:
+    chain: corrected_chain.CorrectedChain, base: Floats, tool: Floats, first: tuple[int, int]
+) -> corrected_chain.CorrectedChain:
     """
     Return the chain extended by the motions of base and tool, each with six corrections.
 
@@ -91,7 +83,8 @@ def placement(
         (tool).
     """
     begin, end = (
-        tuple(CorrectingMotion(k > 2, k % 3, index + k) for k in range(6)) for index in first
+        tuple(corrected_chain.CorrectingMotion(k > 2, k % 3, index + k) for k in range(6))
+        for index in first
     )
     still = list(chain.still)
     still[0] = (base, *begin, *still[0])
@@ -122,7 +115,7 @@ def parameters_of(robot: Robot, gears: bool = False) -> ArmParameters:
         return arm
     own = gear_parameters(robot.description.joints)
     count = len(arm.table)
-    motions = tuple(GearMotion(one.row, count + at) for at, one in enumerate(own))
+    motions = tuple(corrected_chain.GearMotion(one.row, count + at) for at, one in enumerate(own))
     return ArmParameters((*arm.table, *own), replace(arm.chain, gears=motions))
 
 
@@ -157,7 +150,7 @@ def _of_rows(robot: Robot) -> ArmParameters:
 
 def scaled_jacobian(
     robot: Robot,
-    chain: CorrectedChain,
+    chain: corrected_chain.CorrectedChain,
     parameters: Sequence[ArmParameter],
     positions: bool = False,
 ) -> Floats:
@@ -171,7 +164,7 @@ def scaled_jacobian(
     """
     q = seeded_poses(robot.limits, robot.prismatic)[:POSES]
     scales = np.array([one.scale for one in parameters])
-    J = pose_change(chain, np.zeros(len(scales)), q).jacobian * scales
+    J = corrected_chain.pose_change(chain, np.zeros(len(scales)), q).jacobian * scales
     J[:, 3:] *= robot.singularity.task.length
     if positions:
         J = J[:, :3]
@@ -181,7 +174,7 @@ def scaled_jacobian(
 def _built(description: RobotDescription, extra: set[str] | None) -> ArmParameters:
     # Builds the chain with a correction for each parameter. `extra` has the names of the extra
     # parameters; None means all extra parameters.
-    still: list[list[Part]] = [[]]
+    still: list[list[corrected_chain.Part]] = [[]]
     moving: list[Row] = []
     table: list[ArmParameter] = []
     rows = table_rows(description)
@@ -194,7 +187,7 @@ def _built(description: RobotDescription, extra: set[str] | None) -> ArmParamete
         first = len(table)
         table += [one.parameter for one in kept]
         motions = {
-            one.parameter.name: CorrectingMotion(
+            one.parameter.name: corrected_chain.CorrectingMotion(
                 one.parameter.angle, AXES.index(one.axis), first + k
             )
             for k, one in enumerate(kept)
@@ -208,7 +201,9 @@ def _built(description: RobotDescription, extra: set[str] | None) -> ArmParamete
             still[-1].append(screw_z(row.theta.constant, row.d.constant))
         still[-1] += after
     screws = _screws_of(moving, [joint.variable for joint in description.joints])
-    return ArmParameters(tuple(table), CorrectedChain(tuple(map(tuple, still)), screws))
+    return ArmParameters(
+        tuple(table), corrected_chain.CorrectedChain(tuple(map(tuple, still)), screws)
+    )
 
 
 def _arranged(
@@ -216,19 +211,19 @@ def _arranged(
     link: Link,
     row: Row,
     kept: Sequence[PlacedParameter],
-    motions: dict[str, CorrectingMotion],
-) -> tuple[list[Part], list[Part]]:
+    motions: dict[str, corrected_chain.CorrectingMotion],
+) -> tuple[list[corrected_chain.Part], list[corrected_chain.Part]]:
     # Returns the constant motions and corrections of a row of the table in two lists, before and
     # after the joint screw of the row.
     if isinstance(link, DhRow):
         at = {one.parameter.place: motions[one.parameter.name] for one in kept}
         product = CONVENTIONS[convention]
-        extra: list[Part] = [at[place] for place in EXTRA_PLACES if place in at]
+        extra: list[corrected_chain.Part] = [at[place] for place in EXTRA_PLACES if place in at]
         before, after = (
             [part for one in part_of for part in _constant(one, link, at)]
             for part_of in (product.before_joint, product.after_joint)
         )
-        along: list[Part] = [at[one.quantity] for one in product.joint_motions]
+        along: list[corrected_chain.Part] = [at[one.quantity] for one in product.joint_motions]
         if product.after_joint:
             return [*before, *along], [*after, *extra]
         return [*before, *extra, *along], after
@@ -243,19 +238,19 @@ def _arranged(
 
 
 def _constant(
-    motion: NamedMotion, link: DhRow, at: dict[str, CorrectingMotion]
-) -> tuple[Part, Part]:
+    motion: NamedMotion, link: DhRow, at: dict[str, corrected_chain.CorrectingMotion]
+) -> tuple[corrected_chain.Part, corrected_chain.Part]:
     # Returns one constant motion of a row's matrix product, and the correction of this motion.
     value = link[motion.quantity].affine.constant
-    still = small_motion(motion.axis[0] == 'R', AXES.index(motion.axis[1]), value)
+    still = corrected_chain.small_motion(motion.axis[0] == 'R', AXES.index(motion.axis[1]), value)
     return still, at[motion.quantity]
 
 
-def _screws_of(rows: Sequence[Row], variables: Sequence[str]) -> MovingScrews:
+def _screws_of(rows: Sequence[Row], variables: Sequence[str]) -> corrected_chain.MovingScrews:
     thetas, ds = [row.theta for row in rows], [row.d for row in rows]
     theta_0, d_0 = (np.array([one.constant for one in motions]) for motions in (thetas, ds))
     by_theta, by_d = (
         np.array([[dict(one.coefficients).get(key, 0.0) for key in variables] for one in motions])
         for motions in (thetas, ds)
     )
-    return MovingScrews(theta_0, d_0, by_theta, by_d)
+    return corrected_chain.MovingScrews(theta_0, d_0, by_theta, by_d)

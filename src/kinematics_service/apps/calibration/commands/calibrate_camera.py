@@ -6,30 +6,23 @@ from typing import Annotated
 
 from ....cli.options import RobotOption, WrongUsage, given_robot, named
 from ..output.calibration_run import CalibratedPoses, CalibrationRun
-from .calibration_options import (
-    CameraChoice,
-    FilesArgument,
-    FitOptions,
-    ImageOptions,
-    PoseOptions,
-    TableOptions,
-    grouped,
-)
+from . import calibration_options
 from .calibration_outputs import OutputOptions, run_calibration
 
 
-@grouped
+@calibration_options.grouped
 def calibrate_camera(
     robot: RobotOption,
     camera: Annotated[
-        CameraChoice, named('--camera', 'On the tool, or fixed with the board on the tool')
+        calibration_options.CameraChoice,
+        named('--camera', 'On the tool, or fixed with the board on the tool'),
     ],
     outputs: OutputOptions,
-    fitting: FitOptions,
-    poses: PoseOptions,
-    table: TableOptions,
-    images: ImageOptions,
-    files: FilesArgument = None,
+    fitting: calibration_options.FitOptions,
+    poses: calibration_options.PoseOptions,
+    table: calibration_options.TableOptions,
+    images: calibration_options.ImageOptions,
+    files: calibration_options.FilesArgument = None,
 ) -> None:
     """
     Calibrate an arm and a camera at once, by a board that the camera sees.

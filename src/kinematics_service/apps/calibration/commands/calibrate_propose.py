@@ -13,17 +13,7 @@ from ....output_file import write_file
 from ....printing import working
 from ..proposal import MAX_COUNT, LineOfSight, propose_poses, table_text, trajectory_text
 from ..reading import read_positions
-from .calibration_options import (
-    CameraChoice,
-    FilesArgument,
-    FitOptions,
-    ImageOptions,
-    PoseOptions,
-    TableOptions,
-    check_inputs,
-    check_output,
-    grouped,
-)
+from . import calibration_options
 from .calibration_outputs import named_errors
 
 NUMBER = r'\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*'
@@ -31,15 +21,15 @@ SIGHT = re.compile(rf'{NUMBER},{NUMBER},{NUMBER},{NUMBER}(?:deg)?(?:,\s*([+-]?)(
 PLANS = ('.csv', '.yaml', '.yml')
 
 
-@grouped
+@calibration_options.grouped
 def calibrate_propose(
     robot: RobotOption,
     count: Annotated[int, named('--count', 'Number of poses.', 'N')],
-    fitting: FitOptions,
-    poses: PoseOptions,
-    table: TableOptions,
-    images: ImageOptions,
-    files: FilesArgument = None,
+    fitting: calibration_options.FitOptions,
+    poses: calibration_options.PoseOptions,
+    table: calibration_options.TableOptions,
+    images: calibration_options.ImageOptions,
+    files: calibration_options.FilesArgument = None,
     plan: Optional[list[Path]] = option(
         'Write a table (.csv), or a JointTrajectory (.yaml).', 'FILE'
     ),
@@ -47,7 +37,9 @@ def calibrate_propose(
     line_of_sight: Optional[str] = option(
         "A point (m) near the tool's z axis, or ,-x ...", 'X,Y,Z,DEG'
     ),
-    camera: Optional[CameraChoice] = option('FILE has poses of a board, as calibrate-camera.'),
+    camera: Optional[calibration_options.CameraChoice] = option(
+        'FILE has poses of a board, as calibrate-camera.'
+    ),
     force: bool = flag('--force', 'Overwrite the plan.'),
 ) -> None:
     """
@@ -64,11 +56,11 @@ def calibrate_propose(
     if not 1 <= count <= MAX_COUNT:
         raise WrongUsage(f'--count: {count} is out of range; write 1 to {MAX_COUNT}')
     arm, given, plans = given_robot(robot), files or [], plan or []
-    check_inputs(given)
+    calibration_options.check_inputs(given)
     for file in plans:
         if file.suffix.lower() not in PLANS:
             raise WrongUsage(f'--plan: {file}: unknown ending; write a .csv or a .yaml')
-        check_output('--plan', file, given, force)
+        calibration_options.check_output('--plan', file, given, force)
     sight = None if line_of_sight is None else _sight(line_of_sight)
     reading, finder = poses.selection(arm, table), images.finder(given)
     if finder is not None and camera is None:

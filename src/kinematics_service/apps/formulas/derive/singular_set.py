@@ -13,6 +13,7 @@ import sympy
 
 from ....kernel import Floats
 from ....robot.robot import Robot
+from . import singular_geometry
 from .algebra.arithmetic import Arithmetic
 from .algebra.factors import Factored, RealFactor, factored, stays_whole
 from .algebra.laurent import Laurent
@@ -25,18 +26,6 @@ from .family import Family, family_of
 from .family_proofs import CommonZeros, proves_lost
 from .frames import Frames
 from .sampled_poses import POSES, PoseSampler
-from .singular_geometry import (
-    ZERO,
-    ArmAtPoses,
-    Idle,
-    Lost,
-    idle_motion,
-    lost_motion,
-    name_of,
-    rank_at,
-    ranks_at,
-    together,
-)
 from .trigonometry import Writer
 
 # The minors are divided by their common factors. The common zeros of the quotients are computed
@@ -211,8 +200,8 @@ class _Meaning:
     within: Zero
     geometric: str | None = None
     rank: int | None = None
-    lost: Lost | None = None
-    idle: Idle | None = None
+    lost: singular_geometry.Lost | None = None
+    idle: singular_geometry.Idle | None = None
     special: str | None = None
 
 
@@ -247,7 +236,7 @@ class FamilySearch:
         return max(sampler.generic_rank for sampler in self.generic)
 
     @lru_cache(maxsize=8)  # noqa: B019
-    def arms(self, *values: Laurent) -> ArmAtPoses | None:
+    def arms(self, *values: Laurent) -> singular_geometry.ArmAtPoses | None:
         """
         Return the arm at sampled configurations at which all given polynomials are 0, or None if
         no such configuration is found.
@@ -257,7 +246,7 @@ class FamilySearch:
             numbers = [Numbers(value, sampler.arithmetic) for value in values]
             poses = self.poses(numbers, POSES // len(self.generic))
             found += [sampler.arm(poses)] if len(poses) else []
-        return together(found) if found else None
+        return singular_geometry.together(found) if found else None
 
     def numbers(self, value: Laurent) -> Numbers:
         """
@@ -281,24 +270,26 @@ class FamilySearch:
             return _Meaning(within)
         variables = arithmetic.names.variables
         joints = [k for k, v in enumerate(variables) if arithmetic.derivative(value, v)]
-        rank, angular = rank_at(arm.J_t), any(i >= 3 for i in sampler.rows)
+        rank, angular = singular_geometry.rank_at(arm.J_t), any(i >= 3 for i in sampler.rows)
         scales = sampler.robot.singularity.task.row_scales
-        lost = lost_motion(arm, sampler.rows, rank, self.rank, scales)
-        name = name_of(arm, self.generic[0].elsewhere, joints, angular)
+        lost = singular_geometry.lost_motion(arm, sampler.rows, rank, self.rank, scales)
+        name = singular_geometry.name_of(arm, self.generic[0].elsewhere, joints, angular)
         special = self._special(numbers, joints, rank)
-        return _Meaning(within, name, rank, lost, idle_motion(arm, rank), special)
+        return _Meaning(
+            within, name, rank, lost, singular_geometry.idle_motion(arm, rank), special
+        )
 
     def _special(self, numbers: Numbers, joints: Sequence[int], rank: int) -> str | None:
         if not self.arithmetic.names.values or not len(poses := self.poses([numbers], POSES // 2)):
             return None
-        ranks = ranks_at(self.sampler.arm(poses).J_t)
+        ranks = singular_geometry.ranks_at(self.sampler.arm(poses).J_t)
         lowest = int(np.argmin(ranks))
         if ranks[lowest] >= rank:
             return None
         names = self.arithmetic.names
         place = ', '.join(f'{names.variables[k]} = {poses[lowest, k]:.4f}' for k in joints)
-        rank = ranks[lowest]
-        return f'with {numbers_in_words(names)} of this file: rank {rank} (to {ZERO:g}) at {place}'
+        rank = f'rank {ranks[lowest]} (to {singular_geometry.ZERO:g})'
+        return f'with {numbers_in_words(names)} of this file: {rank} at {place}'
 
     def is_one_family(self, factor: RealFactor) -> bool:
         """
@@ -308,7 +299,7 @@ class FamilySearch:
         if not factor.halves:
             return True
         arm = self.arms(factor.value)
-        return arm is None or not np.ptp(ranks_at(arm.J_t))
+        return arm is None or not np.ptp(singular_geometry.ranks_at(arm.J_t))
 
     def poses(self, functions: Sequence[Numbers], count: int = POSES) -> Floats:
         """
@@ -492,7 +483,7 @@ def _crossing(
         if not meet.exists:
             return None
         poses = np.array([meet.pose])
-    rank = rank_at((search.arms(*values) or search.sampler.arm(poses)).J_t)
+    rank = singular_geometry.rank_at((search.arms(*values) or search.sampler.arm(poses)).J_t)
     within = search.zero_within_limits(functions)
     meet = meet or (within if within.exists else search.zero_anywhere(functions))
     zeros = CommonZeros(J_t, search.rank, values, search.arithmetic)

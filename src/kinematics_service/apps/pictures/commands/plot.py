@@ -10,19 +10,8 @@ from typing import Annotated, Any, Optional, TypeVar
 
 import typer
 
+from ....cli import options
 from ....cli.ik import NearOption, QuaternionOption, RpyOption, target_from
-from ....cli.options import (
-    DegreesOption,
-    OfOption,
-    RobotArgument,
-    WrongUsage,
-    ending_at,
-    flag,
-    given_positions,
-    given_robot,
-    joint_values,
-    option,
-)
 from ....errors import PlotError
 from ....kernel import Floats
 from ....kinematics.inverse.solve import inverse_kinematics
@@ -68,45 +57,47 @@ POINTS = {'map': (2, 4000), 'workspace': (1000, 100_000_000)}
 
 def plot(
     context: typer.Context,
-    robot: RobotArgument,
+    robot: options.RobotArgument,
     kind: Annotated[str, typer.Argument(metavar='KIND', help='What to draw.')] = 'arm',
-    q: Optional[str] = option(
+    q: Optional[str] = options.option(
         'Joint positions in rad and m.', 'NUMBERS', shown='a pose far from singular ones'
     ),
-    xyz: Optional[str] = option('Position of the tool, m.', 'NUMBERS'),
+    xyz: Optional[str] = options.option('Position of the tool, m.', 'NUMBERS'),
     rpy: RpyOption = None,
     quaternion: QuaternionOption = None,
     near: NearOption = None,
-    path: Optional[str] = option(
+    path: Optional[str] = options.option(
         'A built-in trajectory, or a recording: stamp,position.<joint>,...',
         'smooth|sine|FILE.csv',
         shown='smooth',
     ),
-    joints: Optional[str] = option(
+    joints: Optional[str] = options.option(
         'Two joints.', 'ACROSS,UP', shown='the two that change the distance most'
     ),
-    plane: Optional[str] = option(
+    plane: Optional[str] = options.option(
         "Radius and height about joint 1's axis, or two base axes.",
         'rz|xy|xz|yz',
         shown='rz, or the widest base plane',
     ),
-    at: Optional[float] = option(
+    at: Optional[float] = options.option(
         'Position of --plane xy, xz or yz on the third axis.', 'M', shown='0'
     ),
-    points: Optional[int] = option(
+    points: Optional[int] = options.option(
         'Points on each side of the map, or random poses of the workspace.',
         'N',
         shown=f'{MAP_POINTS}; {WORKSPACE_POINTS}; fewer with closed loops',
     ),
-    workers: Optional[str] = option(
+    workers: Optional[str] = options.option(
         'Let a dask cluster compute the poses of map or workspace.',
         'dask://HOST:PORT',
         shown='here',
     ),
-    of: OfOption = None,
-    deg: DegreesOption = False,
-    save: Optional[Path] = option('A .png, .svg or .pdf.', 'FILE', shown='ROBOT_KIND.png, here'),
-    show: bool = flag('--show', 'Open a window instead.'),
+    of: options.OfOption = None,
+    deg: options.DegreesOption = False,
+    save: Optional[Path] = options.option(
+        'A .png, .svg or .pdf.', 'FILE', shown='ROBOT_KIND.png, here'
+    ),
+    show: bool = options.flag('--show', 'Open a window instead.'),
 ) -> None:
     """
     Draw a picture of an arm, and write it as PNG, SVG or PDF.
@@ -136,15 +127,15 @@ def plot(
     _refuse_unknown_options(robot, kind, [name for name in given if name in ALL_OPTIONS])
     if kind in TARGETS and xyz is None:
         message = f'plot {kind}: the target is missing; give one, such as --xyz 0.3,0.1,0.4'
-        raise WrongUsage(message)
+        raise options.WrongUsage(message)
     if save is not None:
         _accepted(suffix_of, save)
     refuse_without_matplotlib()
-    arm = ending_at(given_robot(robot), of)
+    arm = options.ending_at(options.given_robot(robot), of)
     count = _points(arm, kind, points) if kind in POINTS else 0
-    pose = None if q is None else given_positions(arm, q, deg)
+    pose = None if q is None else options.given_positions(arm, q, deg)
     if kind in TARGETS:
-        start = None if near is None else joint_values(arm, near, '--near', deg)
+        start = None if near is None else options.joint_values(arm, near, '--near', deg)
         draw, failed = _ik(arm, kind, target_from(xyz or '', rpy, quaternion, deg), start)
     else:
         draw, failed = _drawing(arm, kind, pose, path, joints, (plane, at), count, workers), ''
@@ -163,12 +154,12 @@ def _refuse_unknown_options(robot: str, kind: str, given: list[str]) -> None:
     if kind not in OPTIONS:
         order = ' (the robot comes first)' if robot in OPTIONS else ''
         message = f'plot: there is no kind {kind!r}{order}; choose from {", ".join(OPTIONS)}'
-        raise WrongUsage(message)
+        raise options.WrongUsage(message)
     for name in given:
         if name not in OPTIONS[kind]:
             others = ' and '.join(other for other, names in OPTIONS.items() if name in names)
             message = f'{name} is for plot {others}; plot {kind} takes {", ".join(OPTIONS[kind])}'
-            raise WrongUsage(message)
+            raise options.WrongUsage(message)
 
 
 def _accepted(function: Callable[..., Result], *arguments: Any) -> Result:
@@ -177,7 +168,7 @@ def _accepted(function: Callable[..., Result], *arguments: Any) -> Result:
     try:
         return function(*arguments)
     except PlotError as error:
-        raise WrongUsage(str(error)) from None
+        raise options.WrongUsage(str(error)) from None
 
 
 def _points(robot: Robot, kind: str, given: int | None) -> int:
@@ -185,7 +176,7 @@ def _points(robot: Robot, kind: str, given: int | None) -> int:
     if given is not None:
         if not low <= given <= high:
             message = f'--points: {given} is not accepted; plot {kind} takes {low} to {high}'
-            raise WrongUsage(message)
+            raise options.WrongUsage(message)
         return given
     # Use fewer points for an arm with closed loops, because closing the loops takes time. The
     # number does not depend on the measured time, so that the same command gives the same picture.

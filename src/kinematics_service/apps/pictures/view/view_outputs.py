@@ -17,14 +17,7 @@ from std_msgs.msg import Float64, Float64MultiArray
 from ....errors import LayoutError
 from ....kernel import Floats
 from ....node.drawing.observation import CommandScale, Observation
-from ....node.messages.readings import (
-    TWIST,
-    in_base_axes,
-    jacobian_of,
-    matrix_of,
-    scale_of,
-    warned_of,
-)
+from ....node.messages import readings
 from ....node.messages.topics import SCALE, SCALE_REASON, WARNING, WARNING_QOS
 from ....node.process.latest_message import LatestMessage
 from ....robot.measures import Level
@@ -86,29 +79,29 @@ class ViewOutputs:
             Axes of the node's Jacobian and of its twist, `base` or `tool` each.
         """
         values: dict[str, Any] = {}
-        pose = values['pose'] = matrix_of(self.pose.message.pose)
+        pose = values['pose'] = readings.matrix_of(self.pose.message.pose)
         if _fresh(self.frames):
-            frames = np.array([matrix_of(frame) for frame in self.frames.message.poses])
+            frames = np.array([readings.matrix_of(frame) for frame in self.frames.message.poses])
             if frames.shape == seen.frames.shape:
                 values['frames'] = frames
         if _fresh(self.jacobian):
             J = _six_rows(self.jacobian.message)
             if J is not None and J.shape == seen.jacobian.shape:
-                values['jacobian'] = in_base_axes(J, pose) if axes[0] == 'tool' else J
+                values['jacobian'] = readings.in_base_axes(J, pose) if axes[0] == 'tool' else J
         if _fresh(self.twist):
-            twist = np.concatenate([*TWIST.of(self.twist.message).vectors.values()])
-            values['twist'] = in_base_axes(twist, pose) if axes[1] == 'tool' else twist
+            twist = np.concatenate([*readings.TWIST.of(self.twist.message).vectors.values()])
+            values['twist'] = readings.in_base_axes(twist, pose) if axes[1] == 'tool' else twist
         if _fresh(self.distance):
             distance = float(self.distance.message.data)
             values['singularity'] = replace(seen.singularity, distance=distance)
         if self.warning.count:
-            level = warned_of(self.warning.message).level
+            level = readings.warned_of(self.warning.message).level
             if level in Level.__members__ and level != Level.STALE.name:
                 values['level'] = Level[level]
         if _fresh(self.scale) and self.reason.count:
-            reason = warned_of(self.reason.message)
+            reason = readings.warned_of(self.reason.message)
             if reason.level in Level.__members__:
-                value = scale_of(self.scale.message).scale
+                value = readings.scale_of(self.scale.message).scale
                 values['scale'] = CommandScale(value, reason.cause, Level[reason.level])
         return replace(seen, **values)
 
@@ -120,7 +113,7 @@ def _fresh(latest: LatestMessage) -> bool:
 def _six_rows(message: Any) -> Floats | None:
     # Return the Jacobian with linear rows first, or None if a row is missing.
     try:
-        matrix = jacobian_of(message)
+        matrix = readings.jacobian_of(message)
     except LayoutError:
         return None
     if set(matrix.rows) != set(TWIST_ROWS):

@@ -25,19 +25,10 @@ from ..audit.report.audit_runs import Outcome, Run, outcomes
 from ..audit.report.summary import print_summary
 from ..audit.slowing import SlowingSettings
 from ..datasets.episodes import is_dataset
+from . import recording_options
 from .dataset_audit import audit_dataset
 from .frame_options import GapOption, given_frames
 from .plan_options import given_plans
-from .recording_options import (
-    ColumnsOption,
-    FormatOption,
-    JointsOption,
-    PrefixOption,
-    StampsOption,
-    TableWords,
-    TopicOption,
-    given_selection,
-)
 
 FAILURES = ('never', 'warn', 'stop', 'undecided', 'limits', 'speed', 'frames')
 
@@ -54,13 +45,13 @@ def audit(
     files: Annotated[list[Path], typer.Argument(metavar='FILE...', help='Recordings or plans.')],
     robot: RobotOption,
     of: OfOption = None,
-    topic: TopicOption = None,
+    topic: recording_options.TopicOption = None,
     pose_topic: Optional[str] = option(
         'Topic of measured poses: stamped poses, points or transforms; /tf:FRAME.', 'TOPIC'
     ),
-    columns: ColumnsOption = None,
-    joint_format: JointsOption = None,
-    stamps: StampsOption = None,
+    columns: recording_options.ColumnsOption = None,
+    joint_format: recording_options.JointsOption = None,
+    stamps: recording_options.StampsOption = None,
     html: Optional[Path] = option('Write a page with all curves.', 'FILE'),
     json: Optional[Path] = option('Write everything as JSON; - prints it.', 'FILE'),
     out: Optional[Path] = option('Write the topics the node would have published.', 'FILE.mcap'),
@@ -76,7 +67,7 @@ def audit(
     servo: bool = flag(
         '--servo', "Show where MoveIt Servo's singularity rule would slow the motion down."
     ),
-    joint_prefix: PrefixOption = '',
+    joint_prefix: recording_options.PrefixOption = '',
     velocity_source: VelocitySource = option(
         'Source of joint velocities, as for the node.', default=VelocitySource.auto
     ),
@@ -85,7 +76,7 @@ def audit(
     ),
     warn: Optional[float] = option('Threshold of WARN, instead of the one in the robot file.'),
     stop: Optional[float] = option('Threshold of ERROR, instead of the one in the robot file.'),
-    pose_format: FormatOption = None,
+    pose_format: recording_options.FormatOption = None,
     pose_gap: GapOption = None,
     pose_warn: str = option(
         'RMS pose error, without constant offsets, that is a warning.',
@@ -167,8 +158,8 @@ def audit(
     of_others = (out, topic, pose_topic, slowed, speed_limit, speed_of)
     dataset = _dataset_of(files, of_dataset, of_others)
     arm = _judged(ending_at(given_robot(robot), of), warn, stop)
-    words = TableWords(columns, pose_format, joint_format, stamps)
-    reading = given_selection(arm, topic, pose_topic, joint_prefix, words)
+    words = recording_options.TableWords(columns, pose_format, joint_format, stamps)
+    reading = recording_options.given_selection(arm, topic, pose_topic, joint_prefix, words)
     settings = AuditSettings(
         EstimatorSettings(joint_prefix, velocity_source.value, round(timeout * 1e9)),
         given_frames(pose_gap, pose_warn, pose_stop),

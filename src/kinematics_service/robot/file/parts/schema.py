@@ -10,21 +10,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Annotated, Any
 
-from ..text.entries import (
-    Citation,
-    Entry,
-    Formula,
-    Number,
-    Numbers,
-    Pair,
-    Triple,
-    Truth,
-    Whole,
-    Word,
-    Words,
-    called,
-    one_of,
-)
+from ..text import entries
 from ..text.yaml_document import Yaml
 from .convention_table import CONVENTIONS, QUANTITIES
 from .measure_table import MEASURES
@@ -34,23 +20,23 @@ from .measure_table import MEASURES
 CONVENTION_WORDS = {
     word: convention.name for convention in CONVENTIONS.values() for word in convention.also
 }
-JOINT_TYPES = called(
+JOINT_TYPES = entries.called(
     revolute='r rot rotary rotational rotation rotating hinge pin continuous turning',
     prismatic='p slide slider sliding linear translational translation trans telescopic',
     helical='h screw',
 )
-ANGLES = called(deg='degree degrees', rad='radian radians')
-LENGTHS = called(
+ANGLES = entries.called(deg='degree degrees', rad='radian radians')
+LENGTHS = entries.called(
     m='metre metres meter meters si', mm='millimetre millimetres millimeter millimeters'
 )
-POSE_KEYS = called(
+POSE_KEYS = entries.called(
     xyz='position pos translation origin p', rpy='orientation rotation rot euler roll_pitch_yaw'
 )
 ROWS = 'link frame after after_row'
 POSITIONS = 'joints angles positions'
 
 
-class RobotEntry(Entry):
+class RobotEntry(entries.Entry):
     """
     The keys at the top level of a robot file. Other entry classes of this module have the keys of
     inner mappings, such as a point or a loop.
@@ -58,7 +44,7 @@ class RobotEntry(Entry):
 
     noun = 'a robot file'
     required = ('robot', 'convention', 'joints', 'links')
-    also = called(
+    also = entries.called(
         robot='name',
         source='reference',
         links='dh table rows dh_table dh_parameters',
@@ -67,9 +53,9 @@ class RobotEntry(Entry):
         uncertainty='errors accuracy covariance',
     )
 
-    robot: Word
-    source: Citation
-    convention: Annotated[str | None, one_of(*CONVENTIONS, also=CONVENTION_WORDS)]
+    robot: entries.Word
+    source: entries.Citation
+    convention: Annotated[str | None, entries.one_of(*CONVENTIONS, also=CONVENTION_WORDS)]
     units: Yaml
     constants: Yaml
     joints: Yaml
@@ -85,35 +71,35 @@ class RobotEntry(Entry):
     tolerance: Yaml
 
 
-class CellEntry(Entry):
+class CellEntry(entries.Entry):
     """The file of a cell: several arms in one frame."""
 
     noun = 'a cell'
     required = ('cell', 'arms')
-    also = called(cell='name', arms='robots', common='shared', frame='floor world base')
+    also = entries.called(cell='name', arms='robots', common='shared', frame='floor world base')
 
-    cell: Word
-    frame: Word
+    cell: entries.Word
+    frame: entries.Word
     units: Yaml
-    common: Words
+    common: entries.Words
     arms: Yaml
 
 
-class UnitsEntry(Entry):
+class UnitsEntry(entries.Entry):
     """The units of the angles and lengths in the file."""
 
     noun = 'units'
 
-    angle: Annotated[str | None, one_of('rad', 'deg', also=ANGLES)]
-    length: Annotated[str | None, one_of('m', 'mm', also=LENGTHS)]
+    angle: Annotated[str | None, entries.one_of('rad', 'deg', also=ANGLES)]
+    length: Annotated[str | None, entries.one_of('m', 'mm', also=LENGTHS)]
 
 
-class JointEntry(Entry):
+class JointEntry(entries.Entry):
     """One actuated joint."""
 
     noun = 'a joint'
     required = ('name', 'type')
-    also = called(
+    also = entries.called(
         variable='var symbol q',
         type='kind joint_type',
         limits='lower upper min max range qlim q_min q_max lower_limit upper_limit',
@@ -121,19 +107,21 @@ class JointEntry(Entry):
         acceleration='acc accel max_acceleration',
     )
 
-    name: Word
-    variable: Word
-    type: Annotated[str | None, one_of('revolute', 'prismatic', 'helical', also=JOINT_TYPES)]
-    limits: Pair
-    velocity: Number
-    acceleration: Number
-    unused: Truth
+    name: entries.Word
+    variable: entries.Word
+    type: Annotated[
+        str | None, entries.one_of('revolute', 'prismatic', 'helical', also=JOINT_TYPES)
+    ]
+    limits: entries.Pair
+    velocity: entries.Number
+    acceleration: entries.Number
+    unused: entries.Truth
 
 
-def _entry_of(noun: str, kinds: Mapping[str, Any], also: Mapping[str, str]) -> type[Entry]:
+def _entry_of(noun: str, kinds: Mapping[str, Any], also: Mapping[str, str]) -> type[entries.Entry]:
     # Return an entry class with the keys of `kinds`, which depend on the robot file. All keys are
     # required.
-    class FileEntry(Entry):
+    class FileEntry(entries.Entry):
         __annotations__ = dict(kinds)
         required = tuple(kinds)
 
@@ -142,35 +130,35 @@ def _entry_of(noun: str, kinds: Mapping[str, Any], also: Mapping[str, str]) -> t
 
 
 @cache
-def dh_row_entry(quantities: tuple[str, ...]) -> type[Entry]:
+def dh_row_entry(quantities: tuple[str, ...]) -> type[entries.Entry]:
     """Return the entry class for a table row that has exactly the keys `quantities`."""
     other_words = {'length': 'a', 'twist': 'alpha', 's': 'd', 'th': 'theta', 'angle': 'theta'}
     also = {word: name for word, name in other_words.items() if name in quantities}
-    return _entry_of('a row of the table', dict.fromkeys(quantities, Number), also)
+    return _entry_of('a row of the table', dict.fromkeys(quantities, entries.Number), also)
 
 
 DhRowEntry = dh_row_entry(QUANTITIES)
 
 
-class ShapeRowEntry(Entry):
+class ShapeRowEntry(entries.Entry):
     """One row of a Sheth-Uicker table."""
 
     noun = 'a row of the table'
     also = {'input': 'in', 'output': 'out'}
 
     in_: Yaml
-    joint: Formula
+    joint: entries.Formula
     out: Yaml
 
 
-class PoseEntry(Entry):
+class PoseEntry(entries.Entry):
     """A constant pose that is given by `xyz` and `rpy`, not by a matrix."""
 
     noun = 'a pose'
     also = POSE_KEYS
 
-    xyz: Triple
-    rpy: Triple
+    xyz: entries.Triple
+    rpy: entries.Triple
 
 
 class CellArmEntry(PoseEntry):
@@ -178,19 +166,19 @@ class CellArmEntry(PoseEntry):
 
     noun = 'an arm of a cell'
     required = ('robot',)
-    also = {**POSE_KEYS, **called(robot='file name', joint_prefix='prefix')}
+    also = {**POSE_KEYS, **entries.called(robot='file name', joint_prefix='prefix')}
 
-    robot: Word
-    joint_prefix: Word
+    robot: entries.Word
+    joint_prefix: entries.Word
 
 
 class PlacementEntry(PoseEntry):
     """The pose of the base or the tool."""
 
     noun = 'a placement'
-    also = {**POSE_KEYS, **called(frame='name link')}
+    also = {**POSE_KEYS, **entries.called(frame='name link')}
 
-    frame: Word
+    frame: entries.Word
 
 
 class PointEntry(PoseEntry):
@@ -198,17 +186,17 @@ class PointEntry(PoseEntry):
 
     noun = 'a point'
     required = ('row',)
-    also = {**POSE_KEYS, **called(row=ROWS)}
+    also = {**POSE_KEYS, **entries.called(row=ROWS)}
 
-    row: Whole
+    row: entries.Whole
 
 
-class LoopEntry(Entry):
+class LoopEntry(entries.Entry):
     """A closed loop: a second chain that begins and ends at rows of the table."""
 
     noun = 'a loop'
     required = ('name', 'passive', 'links', 'meets', 'rows', 'assembled')
-    also = called(
+    also = entries.called(
         from_='start begins parts',
         meets='to end ends closes',
         links='chain table',
@@ -216,52 +204,52 @@ class LoopEntry(Entry):
         assembled='assembly at closed',
     )
 
-    name: Word
+    name: entries.Word
     passive: Yaml
     from_: Yaml
     links: Yaml
     meets: Yaml
-    rows: Words
+    rows: entries.Words
     assembled: Yaml
 
 
-class PassiveEntry(Entry):
+class PassiveEntry(entries.Entry):
     """A passive joint: a joint without a motor that a closed loop moves."""
 
     noun = 'a passive joint'
     required = ('name',)
     also = {'kind': 'type', 'joint_type': 'type'}
 
-    name: Word
-    type: Annotated[str | None, one_of('revolute', 'prismatic', also=JOINT_TYPES)]
+    name: entries.Word
+    type: Annotated[str | None, entries.one_of('revolute', 'prismatic', also=JOINT_TYPES)]
 
 
 class LoopEndEntry(PoseEntry):
     """The frame of the table in which the second chain of a closed loop begins or ends."""
 
     noun = 'an end of a loop'
-    also = {**POSE_KEYS, **called(row=ROWS)}
+    also = {**POSE_KEYS, **entries.called(row=ROWS)}
 
-    row: Whole
-    point: Word
+    row: entries.Whole
+    point: entries.Word
 
 
 @cache
-def assembled_entry(passive: tuple[str, ...]) -> type[Entry]:
+def assembled_entry(passive: tuple[str, ...]) -> type[entries.Entry]:
     """
     Return the entry class for `assembled`, which has the key `q` and a key for each passive joint.
     """
-    kinds = {'q': Numbers, **dict.fromkeys(passive, Number)}
-    return _entry_of('an assembly', kinds, called(q=POSITIONS))
+    kinds = {'q': entries.Numbers, **dict.fromkeys(passive, entries.Number)}
+    return _entry_of('an assembly', kinds, entries.called(q=POSITIONS))
 
 
-class ToleranceEntry(Entry):
+class ToleranceEntry(entries.Entry):
     """The tolerance of a known pose."""
 
     noun = 'a tolerance'
 
-    xyz: Number
-    rpy: Number
+    xyz: entries.Number
+    rpy: entries.Number
 
 
 class KnownPoseEntry(PoseEntry):
@@ -269,41 +257,41 @@ class KnownPoseEntry(PoseEntry):
 
     noun = 'a known pose'
     required = ('q', 'xyz')
-    also = {**POSE_KEYS, **called(q=POSITIONS)}
+    also = {**POSE_KEYS, **entries.called(q=POSITIONS)}
 
-    q: Numbers
+    q: entries.Numbers
     tolerance: Yaml
 
 
-class FactorEntry(Entry):
+class FactorEntry(entries.Entry):
     """A singular factor: a named function of q whose zeros are singular poses."""
 
     noun = 'a singular factor'
     required = ('name', 'expression')
 
-    name: Word
-    expression: Number
-    approximate: Truth
+    name: entries.Word
+    expression: entries.Number
+    approximate: entries.Truth
 
 
-class SingularityEntry(Entry):
+class SingularityEntry(entries.Entry):
     """The task, the measure of singularity, and its thresholds."""
 
     noun = 'singularity'
 
-    task: Words
-    length: Number
-    measure: Annotated[str | None, one_of(*MEASURES)]
-    warn: Number
-    stop: Number
+    task: entries.Words
+    length: entries.Number
+    measure: Annotated[str | None, entries.one_of(*MEASURES)]
+    warn: entries.Number
+    stop: entries.Number
     factors: Yaml
 
 
-class UncertaintyEntry(Entry):
+class UncertaintyEntry(entries.Entry):
     """The uncertainty of joints and table: standard deviations, encoder steps and backlash."""
 
     noun = 'uncertainty'
-    also = called(
+    also = entries.called(
         encoder_noise='noise joint_noise encoders',
         encoder_resolution='resolution step',
         backlash='play',
@@ -330,26 +318,26 @@ class FloorEntry(ToleranceEntry):
     also = POSE_KEYS
 
 
-class SpeedLimitEntry(Entry):
+class SpeedLimitEntry(entries.Entry):
     """The largest speed of the tool or of a point."""
 
     noun = 'a speed limit'
-    also = called(linear='speed velocity translation', angular='turning rotation')
+    also = entries.called(linear='speed velocity translation', angular='turning rotation')
 
-    linear: Number
-    angular: Number
-    reduced: Number
+    linear: entries.Number
+    angular: entries.Number
+    reduced: entries.Number
 
 
-class TableToleranceEntry(Entry):
+class TableToleranceEntry(entries.Entry):
     """Standard deviations of the numbers of the table."""
 
     noun = 'a tolerance of the table'
-    also = called(
+    also = entries.called(
         length='lengths xyz position', angle='angles rpy rotation', gear='gears ratio ratios'
     )
 
-    length: Number
-    angle: Number
-    gear: Number
+    length: entries.Number
+    angle: entries.Number
+    gear: entries.Number
     of: Yaml

@@ -4,15 +4,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from ..text.entries import (
-    checked,
-    checked_list,
-    checked_mapping,
-    checked_number,
-    choice,
-    did_you_mean,
-    meant_by,
-)
+from ..text import entries
 from ..text.fault_report import Place, quoted
 from ..text.yaml_document import Yaml
 from .description import JointDescription, Link, Uncertainty
@@ -51,7 +43,7 @@ def read_uncertainty(
     if data is None:
         return None
     at = quantities.top['uncertainty']
-    entry = checked(UncertaintyEntry, data, at)
+    entry = entries.checked(UncertaintyEntry, data, at)
     if links is None or len(joints) < len(quantities.types):
         return None  # names of parameters cannot be checked if a joint or a row has a fault
     kinds = [KIND_OF[joint.type] for joint in joints]
@@ -69,7 +61,7 @@ def read_uncertainty(
     if entry.parameters is not None and entry.covariance is not None:
         message = 'parameters and covariance exclude each other; write one'
         at['parameters'].fault(message, 'conflict')
-    floor = checked(FloorEntry, {} if entry.floor is None else entry.floor, at['floor'])
+    floor = entries.checked(FloorEntry, {} if entry.floor is None else entry.floor, at['floor'])
     xyz = _deviation(floor.xyz, 'length', at['floor', 'xyz'], quantities)
     rpy = _deviation(floor.rpy, 'angle', at['floor', 'rpy'], quantities)
     if not at.intact:
@@ -102,7 +94,7 @@ def _of_joints(
     if data is None:
         return (0.0,) * len(kinds)
     if not isinstance(data, list):
-        text = checked_number(data, at)
+        text = entries.checked_number(data, at)
         if len(set(kinds)) > 1:
             at.fault(
                 'one number cannot be rad and m, for joints that turn and joints that slide; '
@@ -114,7 +106,7 @@ def _of_joints(
     if len(data) != len(kinds):
         at.fault(f'{len(data)} values for {len(kinds)} joints', 'wrong-length')
     return tuple(
-        _deviation(checked_number(item, at[index]), kind, at[index], quantities)
+        _deviation(entries.checked_number(item, at[index]), kind, at[index], quantities)
         for index, (item, kind) in enumerate(zip(data, kinds))
     )
 
@@ -123,8 +115,10 @@ def _parameters(
     data: Yaml, known: Mapping[str, ArmParameter], at: Place, quantities: Quantities
 ) -> tuple[tuple[str, float], ...]:
     found = []
-    for name, item in checked_mapping(data, at, 'parameters to standard deviations').items():
-        text = checked_number(item, at[name])
+    for name, item in entries.checked_mapping(
+        data, at, 'parameters to standard deviations'
+    ).items():
+        text = entries.checked_number(item, at[name])
         group = [one for one in known.values() if one.group == name and name in TABLE_GROUPS]
         kinds = {_kind(one) for one in ([known[name]] if name in known else group)}
         if len(kinds) == 1:
@@ -147,7 +141,8 @@ def _unknown(
     more = (f'{len(accepted) - MAX_LISTED} more',) if len(accepted) > MAX_LISTED else ()
     at.fault(
         f'unknown parameter {quoted(name)}'
-        f'{did_you_mean(meant_by(name, accepted))}{choice((*listed, *more))}',
+        f'{entries.did_you_mean(entries.meant_by(name, accepted))}'
+        f'{entries.choice((*listed, *more))}',
         'unknown-name',
     )
 
@@ -155,18 +150,18 @@ def _unknown(
 def _factor(
     data: Yaml, known: Mapping[str, ArmParameter], at: Place, quantities: Quantities
 ) -> tuple[tuple[str, tuple[float, ...]], ...]:
-    given = checked_mapping(data, at, 'parameters to rows of L in L L^T')
+    given = entries.checked_mapping(data, at, 'parameters to rows of L in L L^T')
     found = []
     for index, (name, item) in enumerate(given.items()):
         place = at[name]
-        items = checked_list(item, place, 'a list of numbers, the row of L')
+        items = entries.checked_list(item, place, 'a list of numbers, the row of L')
         if len(items) > index + 1:
             place.fault(
                 f'{len(items)} numbers in row {index + 1} of L, which is lower triangular '
                 f'(at most {index + 1})',
                 'wrong-length',
             )
-        texts = [checked_number(one, place[k]) for k, one in enumerate(items)]
+        texts = [entries.checked_number(one, place[k]) for k, one in enumerate(items)]
         if name not in known:
             _unknown(name, place, known, ())
             continue
