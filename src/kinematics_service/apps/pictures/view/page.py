@@ -5,6 +5,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+import numpy as np
 import viser
 
 from ....errors import ViewError
@@ -64,6 +65,8 @@ class Page:
         self._server = server
         self._requested: Floats | None = None
         self._unlocked = True
+        # What was drawn last; None if it must be drawn again.
+        self._drawn: tuple[Observation, str, str, set[str]] | None = None
         server.scene.reset()
         gui = server.gui
         gui.reset()
@@ -93,11 +96,11 @@ class Page:
         with gui.add_folder('Limits'):
             self._joints = gui.add_html('')
         with gui.add_folder('Show', expand_by_default=False):
-            self.last = observe(robot, regular)
+            self.last = self._at_rest = observe(robot, regular)
             first = scene_of(self.last)
             self._drawing = Drawing(server, first)
             self._switches = {name: gui.add_checkbox(label, on) for name, label, on in SWITCHES}
-            gui.add_button('Clear the trail').on_click(lambda _: self._drawing.clear_trail())
+            gui.add_button('Clear the trail').on_click(lambda _: self._clear_trail())
         viewpoint.look_at(first)
 
     def offer(self, nodes: tuple[str, ...], node: str) -> str:
@@ -138,26 +141,48 @@ class Page:
         requested, self._requested = self._requested, None
         if requested is not None:
             self.sliders.jump(requested)
-            self._drawing.clear_trail()
+            self._clear_trail()
         q = self._self_motion.lead(self.sliders)
         return q, self.sliders.velocities(q)
+
+    def observed(self, q: Floats, qdot: Floats | None) -> Observation:
+        """
+        Return the observation at the sliders' positions q and velocities qdot, shape (n,) each.
+
+        While the sliders rest (qdot is None), nothing is computed again.
+        """
+        if qdot is not None:
+            return observe(self.robot, q, qdot)
+        if not np.array_equal(q, self._at_rest.q):
+            self._at_rest = observe(self.robot, q)
+        return self._at_rest
+
+    def _clear_trail(self) -> None:
+        self._drawing.clear_trail()
+        self._drawn = None
 
     def _set_unlocked(self, unlocked: bool) -> None:
         if unlocked == self._unlocked:
             return
         self._unlocked = unlocked
-        self._drawing.clear_trail()
+        self._clear_trail()
         self.sliders.enable(unlocked)
         for button, _ in self._buttons:
             button.disabled = not unlocked
 
     def show(self, seen: Observation, title: str, status: str) -> None:
         """
-        Show the computed or received values of the arm, a title and a status line; browsers
-        receive only changes.
+        Show an observation, a title and a status line; browsers receive only changes.
+
+        If nothing has changed since the last call, return at once.
         """
         self.last = seen
         shown = {name for name, switch in self._switches.items() if switch.value}
+        drawn = seen, title, status, shown
+        if drawn == self._drawn:
+            return
+        # Before the drawing, because a button may ask for a new one meanwhile.
+        self._drawn = drawn
         scene = scene_of(seen)
         with self._server.atomic():
             self._drawing.draw(scene, shown)

@@ -11,7 +11,6 @@ from ....kernel import Floats
 from ....node.drawing.observation import Observation
 from ....robot.robot import Robot
 from .address import Address
-from .computed import observe
 from .origin_check import ANYWHERE
 from .page import Page, serve
 from .viewpoint import Viewpoint
@@ -147,6 +146,6 @@ def _led(page: Page, q: Floats, qdot: Floats | None, status: str) -> tuple[Obser
     # Return the observation at the sliders' positions, and the status. If a loop does not close,
     # return the last observation, and the reason as status.
     try:
-        return observe(page.robot, q, qdot), status
+        return page.observed(q, qdot), status
     except LoopError as error:
         return page.last, str(error)
