@@ -67,6 +67,24 @@ def test_value(text: str, constant: float, coefficients: dict[str, float]) -> No
     assert math.copysign(1.0, affine.constant) == math.copysign(1.0, constant)
 
 
+@pytest.mark.parametrize(
+    'text', ['0', '-0', '+0', '017', '-1.5E+2', '.5', '-5.', '0.1', '-1e-308', '1e-999', '9' * 200]
+)
+def test_a_number_alone_has_the_value_that_it_has_in_an_expression(text: str) -> None:
+    alone, inside = (parse_affine(written, SCOPE).constant for written in (text, f'({text})'))
+    assert alone.hex() == inside.hex()
+
+
+@pytest.mark.parametrize('text', ['1e999', '-1e999', '0' * (MAX_CHARACTERS + 1)])
+def test_a_number_alone_is_refused_as_it_is_in_an_expression(text: str) -> None:
+    messages = []
+    for written in (text, f'{text} '):
+        with pytest.raises(ExpressionError) as caught:
+            parse_affine(written, SCOPE)
+        messages.append((str(caught.value).replace('402', '401'), caught.value.code))
+    assert messages[0] == messages[1]
+
+
 def test_coefficients_are_in_the_order_of_the_joints() -> None:
     names = [name for name, _ in parse_affine('phi3 + q2 + q1', SCOPE).coefficients]
     assert names == ['q1', 'q2', 'phi3']

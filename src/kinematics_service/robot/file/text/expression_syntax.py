@@ -9,6 +9,7 @@ Parse expressions: a tokenizer checks the text, then Python's parser builds a sy
 
 import ast
 import keyword
+import math
 import re
 import threading
 from collections.abc import Callable, Iterator, Sequence
@@ -21,8 +22,10 @@ ARGUMENTS_OF = {'sqrt': 1, 'sin': 1, 'cos': 1, 'atan2': 2}
 MAX_CHARACTERS = 400  # longer than every formula in a datasheet
 MAX_DEPTH = 32
 
+NUMBER = r'(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?'
+SIGNED_NUMBER = re.compile(f'[-+]?{NUMBER}', re.ASCII)
 TOKEN = re.compile(
-    r'\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)'
+    rf'\s*(?:(?P<number>{NUMBER})'
     r'|(?P<name>[A-Za-z_][A-Za-z0-9_]*)|(?P<operator>\*\*|//|[-+*/(),]))',
     re.ASCII,
 )
@@ -82,6 +85,18 @@ def names_in(text: str) -> frozenset[str]:
     syntax.
     """
     return frozenset(IDENTIFIER.findall(plain_names(text))).difference(ARGUMENTS_OF)
+
+
+def number_of(text: str) -> float | None:
+    """
+    Return the value of a text that is one number, with or without a sign.
+
+    Return None for every other text, and for a number that `syntax_tree` refuses.
+    """
+    if len(text) > MAX_CHARACTERS or not SIGNED_NUMBER.fullmatch(text):
+        return None
+    value = float(text)
+    return value if math.isfinite(value) else None
 
 
 def syntax_tree(text: str, why_not: WhyNot) -> ast.expr:

@@ -13,7 +13,15 @@ from dataclasses import dataclass, field, replace
 
 from ....errors import ExpressionError
 from .entries import did_you_mean, meant_by
-from .expression_syntax import ARGUMENTS_OF, NameRefusal, evaluated, names_in, short, syntax_tree
+from .expression_syntax import (
+    ARGUMENTS_OF,
+    NameRefusal,
+    evaluated,
+    names_in,
+    number_of,
+    short,
+    syntax_tree,
+)
 
 # Patterns that find suggestions for unknown names: usual names of joint variables, the number at
 # the end of a name, and names such as `pi2`, which may mean pi/2.
@@ -156,6 +164,11 @@ def check_function(text: str, scope: Scope) -> None:
 
 
 def _value(text: str, scope: Scope, must_be_linear: bool) -> Affine | None:
+    # Most texts are one number. With a tree for each of these, reading a robot file takes 1.3 to
+    # 1.8 times as long (ur5e, panda).
+    number = number_of(text)
+    if number is not None:
+        return _finite(Affine(number, ()), scope)
     tree = syntax_tree(text, scope.why_not)
     if scope.angle_unit == 'deg' and 'pi' in names_in(text):
         raise ExpressionError(_advice_on_pi(text, scope), code='pi-in-degrees')
