@@ -4,7 +4,9 @@
 A headless Chromium driven by its DevTools protocol: Debian's browser, and a socket of websockets.
 """
 
+import atexit
 import base64
+import functools
 import json
 import os
 import re
@@ -62,7 +64,11 @@ def find_chromium() -> str:
 
 
 class Tab:
-    """One page in the browser: what it logs, what it asks for, what it is told to do."""
+    """
+    One page in the browser: what it logs, what it asks for, what it is told to do.
+
+    It has cookies and a store of its own.
+    """
 
     def __init__(self, address: str) -> None:
         connect = pytest.importorskip('websockets.sync.client', reason='needs websockets').connect
@@ -70,12 +76,16 @@ class Tab:
         self._number = 0
         self._answers: dict[int, dict[str, Any]] = {}
         self._session: str | None = None
+        self._context = self.call('Target.createBrowserContext')['browserContextId']
         self.errors: list[str] = []
         self.requests: list[str] = []
 
     def open(self, url: str, width: int = 1400, height: int = 900, scene: bool = True) -> None:
         """Open a page in a window of a size; without its scene where no test looks at that."""
-        target = self.call('Target.createTarget', url='about:blank')['targetId']
+        created = self.call(
+            'Target.createTarget', url='about:blank', browserContextId=self._context
+        )
+        target = created['targetId']
         self._session = self.call('Target.attachToTarget', targetId=target, flatten=True)[
             'sessionId'
         ]
@@ -87,6 +97,12 @@ class Tab:
         )
         self.resize(width, height)
         self.call('Page.navigate', url=url)
+
+    def close(self) -> None:
+        """Close the page, and forget its cookies and what it stored."""
+        self._session = None
+        self.call('Target.disposeBrowserContext', browserContextId=self._context)
+        self._socket.close()
 
     def resize(self, width: int, height: int) -> None:
         """Give the window a size."""
@@ -177,28 +193,40 @@ class Tab:
 
 @contextmanager
 def chromium_tab() -> Iterator[Tab]:
-    """Run a Chromium of its own within the block; yield a tab of it."""
+    """Yield a tab of the browser within the block."""
+    tab = Tab(_browser())
+    try:
+        yield tab
+    finally:
+        tab.close()
+
+
+@functools.cache
+def _browser() -> str:
+    # The address of a Chromium that runs until this process ends: its start takes a second of the
+    # processor.
     binary = find_chromium()
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-        process = subprocess.Popen(
-            [binary, *FLAGS, f'--user-data-dir={profile}', 'about:blank'],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            text=True,
-            errors='replace',
-        )
+    profile = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
+    process = subprocess.Popen(
+        [binary, *FLAGS, f'--user-data-dir={profile.name}', 'about:blank'],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        errors='replace',
+    )
+
+    def end() -> None:
+        process.terminate()
         try:
-            tab = Tab(_address(process))
-            yield tab
-            tab._socket.close()
-        finally:
-            process.terminate()
-            try:
-                process.wait(10.0)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
+            process.wait(10.0)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        profile.cleanup()
+
+    atexit.register(end)
+    return _address(process)
 
 
 def _address(process: 'subprocess.Popen[str]') -> str:
