@@ -174,7 +174,26 @@ def parameters():
     return {one.name for one in (table.ROBOT, table.TRANSPORT, table.POINTS, *table.PARAMETERS)}
 
 
+@pytest.fixture(scope='module')
+def derived_once():
+    """Let the command `derive` derive each arm once: pages show it in several formats."""
+    from kinematics_service.apps.formulas.derive import derivation
+
+    whole, known = ks.derive, {}
+
+    def derive(robot, locked, progress):
+        key = robot.description, *locked.items()
+        if key not in known:
+            known[key] = whole(robot, locked, progress)
+        return known[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(derivation, 'derive', derive)
+        yield
+
+
 @pytest.mark.slow
+@pytest.mark.usefixtures('derived_once')
 @pytest.mark.parametrize('page', PAGES)
 def test_every_block_of_a_page_does_what_it_shows(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
