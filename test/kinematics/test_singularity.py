@@ -24,6 +24,7 @@ from arms import (
     task_jacobian,
     without_factors,
 )
+from scipy.spatial import cKDTree
 from tolerances import QUOTIENT, ROUND_OFF
 
 import kinematics_service as ks
@@ -238,10 +239,8 @@ def families(name):
 def true_distances(name, q):
     turn = 2 * math.pi
     elbow = np.abs(q[:, 2] - math.pi * np.round(q[:, 2] / math.pi))
-    points = families(name)
-    apart = q[:, None, 1:] - points
-    apart -= turn * np.round(apart / turn)
-    return np.minimum(elbow, np.sqrt(np.min(np.sum(apart**2, axis=-1), axis=1)))
+    points = cKDTree(np.mod(families(name), turn), boxsize=turn)
+    return np.minimum(elbow, points.query(np.mod(q[:, 1:], turn))[0])
 
 
 @functools.cache
