@@ -99,35 +99,40 @@ def test_a_singular_posture_has_no_arc_and_other_arms_no_slider():
     self_motion.release()
 
 
+@pytest.fixture(scope='module')
+def view():
+    with served('--sliders', '--robot', ROBOT) as running:
+        yield running
+
+
 @pytest.mark.slow
-def test_a_page_moves_the_arm_along_it():
+def test_a_page_moves_the_arm_along_it(view):
     robot = ks.load_robot(ROBOT)
-    with served('--sliders', '--robot', ROBOT) as view:
-        things = [thing for thing in panel_of(view) if isinstance(thing.value, float)]
-        assert [thing.label for thing in things][robot.dof :] == ['self-motion']
-        before = np.array([thing.value for thing in things[: robot.dof]])
-        slider, end = things[robot.dof], time.monotonic() + PATIENCE
-        while time.monotonic() < end:
-            with own_connection(view) as connection:
-                connection.send(update(slider.uuid, value=0.2))
-            time.sleep(0.2)
-            now = [thing.value for thing in panel_of(view) if isinstance(thing.value, float)]
-            if now[: robot.dof] != before.tolist():
-                break
-        after = np.array(now[: robot.dof])
-        assert np.max(np.abs(after - before)) > 0.1
-        poses = ks.forward_kinematics(robot, np.array([before, after]))
-        assert np.max(np.abs(poses[0] - poses[1])) < 7 * STEP
+    things = [thing for thing in panel_of(view) if isinstance(thing.value, float)]
+    assert [thing.label for thing in things][robot.dof :] == ['self-motion']
+    before = np.array([thing.value for thing in things[: robot.dof]])
+    slider, end = things[robot.dof], time.monotonic() + PATIENCE
+    while time.monotonic() < end:
+        with own_connection(view) as connection:
+            connection.send(update(slider.uuid, value=0.2))
+        time.sleep(0.2)
+        now = [thing.value for thing in panel_of(view) if isinstance(thing.value, float)]
+        if now[: robot.dof] != before.tolist():
+            break
+    after = np.array(now[: robot.dof])
+    assert np.max(np.abs(after - before)) > 0.1
+    poses = ks.forward_kinematics(robot, np.array([before, after]))
+    assert np.max(np.abs(poses[0] - poses[1])) < 7 * STEP
 
 
 @pytest.mark.slow
 @pytest.mark.browser
-def test_it_is_seen_and_dragged():
+def test_it_is_seen_and_dragged(view):
     find_chromium()
     label = "document.body && document.body.innerText.includes('self-motion')"
     slider = "document.querySelectorAll('[role=slider]')[7]"
     position = "(document.querySelector('[data-fact=position]') || {}).textContent"
-    with served('--sliders', '--robot', ROBOT) as view, chromium_tab() as tab:
+    with chromium_tab() as tab:
         tab.open(f'http://{view.netloc}/', 900, 700, scene=False)
         tab.wait_for(f'{label} && {slider} && {position}', 'the slider')
         joints = "[...document.querySelectorAll('[role=slider]')].map(s => s.ariaValueNow)"
