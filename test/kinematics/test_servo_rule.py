@@ -57,18 +57,20 @@ def status_of(found):
     return float(away), MOVING_OFF if away < 1.0 else NO_WARNING
 
 
-@pytest.mark.parametrize('name', ['ur5e', 'panda', 'scara_hsr065', 'craig_3r'])
+OTHER_THRESHOLDS = {'lower_singularity_threshold': 14.0, 'hard_stop_singularity_threshold': 200.0}
+ALL_OTHERS = {
+    'lower_singularity_threshold': 11.0,
+    'hard_stop_singularity_threshold': 90.0,
+    'leaving_singularity_threshold_multiplier': 5.5,
+    'singularity_step_scale': 0.002,
+}
+
+
 @pytest.mark.parametrize(
-    'settings',
+    ('name', 'settings'),
     [
-        {},
-        {'lower_singularity_threshold': 14.0, 'hard_stop_singularity_threshold': 200.0},
-        {
-            'lower_singularity_threshold': 11.0,
-            'hard_stop_singularity_threshold': 90.0,
-            'leaving_singularity_threshold_multiplier': 5.5,
-            'singularity_step_scale': 0.002,
-        },
+        *(('ur5e', settings) for settings in ({}, OTHER_THRESHOLDS, ALL_OTHERS)),
+        *(('panda', ALL_OTHERS), ('scara_hsr065', OTHER_THRESHOLDS), ('craig_3r', {})),
     ],
 )
 def test_the_share_and_the_status_are_those_of_moveit_servo(name, settings):
