@@ -368,6 +368,9 @@ def test_a_node_that_waits_for_its_robot_is_explained(process, told, explained):
     assert output.startswith('WARN  kinematics: input: ')
     assert waits in output
     assert '; its node reports: ' in explained(waits, 'pose', '--once')
+    # Not killed: the tests that follow would hear of its topics for another twenty seconds.
+    running.popen.send_signal(signal.SIGTERM)
+    assert running.wait() == 0
 
 
 def test_a_timeout_ends_the_wait_for_a_silent_node(arm, explained):
