@@ -81,10 +81,13 @@ def test_inverse_kinematics(capsys):
 @pytest.mark.slow
 def test_a_plan_through_a_singular_pose_fails_the_gate(tmp_path, capsys):
     gate = runpy.run_path(str(EXAMPLES / 'audit_gate.py'))['main']
-    write_plan(tmp_path / 'far.yaml', FREE, np.add(FREE, [0.3, 0, 0, 0, 0, 0]))
-    assert gate('ur5e', tmp_path) == 0
-    write_plan(tmp_path / 'near.yaml', FREE, np.negative(FREE) * [-1, -1, -1, -1, 1, -1])
-    assert gate('ur5e', tmp_path) == 1
+    folders = [tmp_path / name for name in ('free', 'singular')]
+    for folder in folders:
+        folder.mkdir()
+    write_plan(folders[0] / 'far.yaml', FREE, np.add(FREE, [0.3, 0, 0, 0, 0, 0]))
+    write_plan(folders[1] / 'near.yaml', FREE, np.negative(FREE) * [-1, -1, -1, -1, 1, -1])
+    # Each plan is a process.
+    assert [gate('ur5e', folder) for folder in folders] == [0, 1]
     printed = capsys.readouterr().out
     assert 'pass  far.yaml' in printed
     assert 'FAIL  near.yaml: Refuted: at 1.000 s' in printed
