@@ -1,14 +1,17 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute the clearance of joint positions: a proved radius, rad, within which no pose is singular.
+Compute the clearance of joint positions q: a radius, rad, with a proof that no joint positions
+within this radius around q are singular.
 
 A first radius follows from Weyl's inequality. For a larger radius, the task Jacobian J_t is
-written in the bases of its singular vectors. One block of J_t contains all singular values except
-the smallest. This block stays invertible while a bound of its relative change is below 1. Then J_t
-has full rank if the Schur complement of the block is not zero. The bases move with the joints, so
-that the entries of J_t to the right of the block and below it are zero to first order. The Schur
-complement is expanded to third order; bounds cover the higher orders.
+written in the bases of its singular vectors at q, where J_t is diagonal. A block of J_t contains
+all singular values except the smallest. A joint motion d changes the block. The block stays
+invertible while a bound of its change, relative to the block at q, is below 1. Then J_t has full
+rank if the Schur complement of the block is not zero. Row and column operations that are linear in
+d first remove the first-order terms of J_t to the right of the block and below it. These
+operations do not change the Schur complement. The Schur complement is expanded to third order in
+d; bounds cover its higher orders.
 
 The Schur complement of a redundant arm has several entries, and J_t has full rank unless all
 entries are zero. The proof shows that a sum of the entries, with polynomials as weights, is
@@ -32,14 +35,15 @@ HALVINGS = 32
 # The bisection ends if the relative error of the proved radius is below this number.
 RADIUS_TOLERANCE = 1e-5
 # Number of weighted sums of the entries of the Schur complement for which the proof is tried. A
-# sum that is never 0 proves that the entries are never all 0. The sum that `take_away` changes is
-# tried in addition.
+# sum that is never 0 proves that the entries are never all 0. After these sums, one more sum is
+# tried, with polynomials as weights (`Cubic.take_away`).
 MAX_SUMS = 4
 
 
 class Clearance:
     """
-    Computes clearances of an arm from bounds of the derivatives of its task Jacobian J_t.
+    Computes clearances of an arm from bounds of the derivatives of its task Jacobian J_t. The rows
+    and columns of J_t are scaled as in `TaskRows`.
 
     Parameters
     ----------
@@ -51,9 +55,10 @@ class Clearance:
         The point whose velocity J_t describes, in tool axes relative to the tool's origin. If J_t
         has all six rows, its rank does not depend on the point.
     bend, twist, fourth
-        Bounds of the second, third and fourth derivatives of the scaled J_t along a unit motion of
-        the joints in `moving`. The bounds of the third and fourth derivatives are infinite if they
-        are unknown.
+        Bounds of the norms of the second (`bend`), third (`twist`) and fourth derivatives of J_t
+        along a motion of length 1 of the joints in `moving`; the motion of a prismatic joint is
+        divided by the characteristic length. `twist` and `fourth` are infinite if they are
+        unknown.
     """
 
     def __init__(
@@ -90,7 +95,8 @@ class Clearance:
 
     def radius(self, q: Flat) -> float:
         """
-        Return a radius around the joint positions q (n,), rad, within which no pose is singular.
+        Return a radius, rad, such that no joint positions within this radius around q (n,) are
+        singular.
         """
         k = self.arm.task.generic_rank
         self._evaluate(q)
@@ -125,8 +131,9 @@ class Clearance:
 
     def _mix(self, share: float) -> None:
         # Fills `across` with weights, a vector of length 1, for the entries of the Schur
-        # complement. If `share` is 0, only the first entry has a weight. If `share` is 1, `across`
-        # equals `shares`: the weighted sum has the smallest gradient relative to its value.
+        # complement. If `share` is 0, all weights except that of the first entry are 0. If `share`
+        # is 1, `across` equals `shares` (see `_choose_shares`). For other values of `share` the
+        # weights are between these two cases.
         for i in range(self.directions.count):
             self.across[i] = share * self.shares[i] + (1.0 - share) * self.first[i]
         unit(self.across, self.directions.count)
@@ -161,11 +168,12 @@ class Clearance:
         self.directions.decompose()
 
     def _condition(self) -> float:
-        # The search for singular poses uses J_t of the tool's origin. The clearance uses J_t of
-        # `point`. This change of the point multiplies J_t by the matrix [1, P / length; 0, 1],
-        # where P v is the vector product of `point` and v. Returns the condition number of this
-        # matrix. The ratio of the smallest to the largest singular value of J_t decreases at most
-        # by this factor.
+        # The search for singular poses uses the J_t whose linear velocities are those of the
+        # tool's origin. The clearance uses the J_t of `point`. The second J_t is the first one,
+        # multiplied by the matrix [I, P / length; 0, I]. Here P v is the vector product of `point`
+        # and v, and `length` scales the angular rows. Returns the condition number of this matrix.
+        # The ratio of the smallest to the largest singular value is smaller in the second J_t by
+        # at most the condition number.
         away = 0.0
         for i in range(self.arm.task.count):
             if self.arm.task.axis[i] >= 3:
@@ -193,9 +201,11 @@ class Clearance:
         return good
 
     def _write_complement(self) -> None:
-        # Fills F with the Taylor terms, to third order, of each entry of the Schur complement.
+        # Fills row i of F with the Taylor terms, to third order, of entry i of the Schur
+        # complement.
         # Fills B and C with the second-order terms of two blocks of J_t: B to the right of the
-        # invertible block, C below it. In the moving bases B and C have no first-order terms.
+        # invertible block, C below it. Row and column operations (see the module's docstring) have
+        # removed the first-order terms of both blocks.
         d, k, count = self.count, self.arm.task.generic_rank - 1, self.directions.count
         terms, pairs = self.expansion.terms, self.expansion.sizes[2]
         for a in range(k):
@@ -226,8 +236,8 @@ class Clearance:
         return arrays.after(self.expansion.G, cell * self.expansion.terms)
 
     def _subtract(self, a: Flat, b: Flat, order: int, product: Flat) -> None:
-        # Subtracts from the Taylor terms `product` the product of two polynomials: `a`, of first
-        # order, and `b`, of order `order` (1 or 2).
+        # Multiplies the first-order Taylor terms `a` by the Taylor terms `b`, whose order is
+        # `order` (1 or 2). Subtracts the result from the Taylor terms in `product`.
         d, pair, triple = self.count, self.expansion.pair, self.expansion.triple
         for i in range(d):
             for j in range(d):
@@ -239,8 +249,9 @@ class Clearance:
 
     def _write_norms(self) -> None:
         # Computes bounds of the change of three blocks of J_t by joint motions of length 1, one
-        # bound for each order of the Taylor expansion. The blocks are the invertible block, the
-        # block to its right (turns), and the row below it (lines).
+        # bound for each order of the Taylor expansion. The names of the bounds of the invertible
+        # block end in `block`, of the block to its right in `turns`, and of the row below it in
+        # `lines`.
         k, count, d = self.arm.task.generic_rank - 1, self.directions.count, self.count
         terms, pairs = self.expansion.terms, self.expansion.sizes[2]
         step, cubed = self.directions.length * terms, d + pairs
@@ -257,11 +268,11 @@ class Clearance:
         self.twist_of_lines = self.expansion.norm(lines, k, terms, 1, 0, 1, 3)
 
     def _choose_shares(self) -> bool:
-        # Chooses two weight vectors for the entries of the Schur complement. The sum with the
-        # weights `shares` has the smallest gradient relative to its value. `steepest` is
-        # orthogonal to `shares`: of the coordinate vectors made orthogonal to `shares`, the one
-        # whose sum has the largest gradient. Returns False if `shares` or `steepest` would be
-        # zero.
+        # Chooses two vectors of weights, `shares` and `steepest`, for the sum of the entries of
+        # the Schur complement. Among all weights, `shares` gives the sum whose gradient is
+        # smallest relative to its value. For `steepest`, each unit vector (weight 1 for one entry)
+        # is made orthogonal to `shares`. The vector that gives the sum with the largest gradient
+        # is taken. Returns False if `shares` or `steepest` would be zero.
         d, count, terms = self.count, self.directions.count, self.expansion.terms
         trace, most = 0.0, 0.0
         for i in range(count):
@@ -311,13 +322,13 @@ class Clearance:
 
     def _is_proved(self, r: float) -> bool:
         # Returns whether `self.sum`, a weighted sum of the entries of the Schur complement, is
-        # proved to be positive for all joint motions |d| <= r. The motion d changes the invertible
-        # block by P, the block to its right by B, and the row below it by C. f has the entries of
-        # J_t in this row, to the right of the invertible block. B1 and C1 are the first-order
-        # parts of B and C. Let B' = B - (1 + P) B1 and C' = C - C1 (1 + P). In the moving bases
-        # the Schur complement is f - C1 B' - C B1 - C' (1 + P)^-1 B'. Singular values up to
-        # `singular` are taken as zero. So `singular` is added to the bounds of the changes, and
-        # the proof holds for each perturbation of J_t of that size.
+        # proved to be positive for all joint motions |d| <= r. After the motion d, the invertible
+        # block is I + P (its rows and columns are scaled), the block to its right is B, and the
+        # row below it is C. The entries to the right of C are f. B1 and C1 are the first-order
+        # parts of B and C. Let B' = B - (I + P) B1 and C' = C - C1 (I + P). Then the Schur
+        # complement is f - C1 B' - C B1 - C' (I + P)^-1 B'. Singular values up to `singular` are
+        # taken as zero. So `singular` is added to the bounds of the changes of J_t. The proof then
+        # holds for each matrix that differs from J_t by at most `singular`.
         square, singular = r * r, self.share * (self.largest + self._changed(r))
         third = self.twist * square * r / 6.0 + singular
         fourth = self.fourth * square * square / 24.0 + singular
@@ -334,10 +345,10 @@ class Clearance:
         twisted = min(third / root, self.twist_of_lines * square * r + fourth / root)
         behind = self.bend_of_lines * square + twisted + self.by_lines * r * bent
         rest += twisted * turns + behind * before / (1.0 - inside)
-        # `take_away` has added to the sum a product: a quadratic polynomial times the sum with the
-        # weights `steepest`. Multiply `rest`, the bound of the higher orders, by 1 plus a bound of
-        # the quadratic polynomial. Then add a bound of the terms of the product beyond third
-        # order.
+        # `rest` bounds the terms of the Schur complement beyond third order. `take_away` has added
+        # a product to `self.sum`: a quadratic polynomial times `self.steep`, the sum with the
+        # weights `steepest`. So multiply `rest` by 1 plus a bound of the quadratic polynomial, and
+        # add a bound of the terms of the product beyond third order.
         slope, bend = self.sum.size_of_l * r, self.sum.size_of_M * square
         steep = self.steep.size_of_T * square * r
         rest *= 1.0 + abs(self.sum.weight) + slope + bend
@@ -362,7 +373,8 @@ def unit(v: Flat, count: int) -> bool:
 
 def clearances(clearance: Clearance, q: Floats, radii: Floats) -> None:
     """
-    Fill `radii` (N,) with the radius, rad, around each q (N, n) within which no pose is singular.
+    Fill `radii` (N,) with radii, rad: no joint positions within a radius around its row of q (N,
+    n) are singular.
     """
     n, count = clearance.arm.chain.dof, arrays.extent(q, 0)
     positions, results = arrays.numbers(q, count * n), arrays.results(radii, count)

@@ -9,11 +9,13 @@ from . import directions
 from .expansion import Expansion
 from .norms import Norms
 
-# Number of bisections to find the best Lagrange multiplier of the constraint |d| <= r. The lower
-# bound of the polynomial is valid after any number of bisections; more bisections increase it.
+# Number of bisections in the search for the best Lagrange multiplier of the constraint that the
+# joint motion d is in the ball, |d| <= r. The lower bound of the polynomial is valid after any
+# number of bisections; more bisections increase it.
 MULTIPLIER_HALVINGS = 20
-# Number of polynomial divisions in `take_away`. A division cancels the terms along the gradient of
-# the other polynomial, but adds new terms along the gradient. The next division cancels them.
+# Number of polynomial divisions in `take_away`. A division cancels the derivatives of this
+# polynomial along the gradient of the divisor, but the terms of the divisor beyond first order
+# make new derivatives along this gradient. The next division cancels the new derivatives.
 DIVISIONS = 4
 # Smallest denominator in the formula of the lower bound, so that no number is divided by 0. It is
 # relative to the length of the interval in which the Lagrange multiplier is searched.
@@ -22,23 +24,24 @@ MIN_DENOMINATOR = 1e-14
 
 class Cubic:
     """
-    A cubic polynomial constant + g.d + d'Qd + T(d, d, d) in the joint motion d, with a lower bound
-    over |d| <= r.
+    A cubic polynomial constant + g.d + d^T Q d + T(d, d, d) of the motion d of some joints, with a
+    lower bound over |d| <= r.
 
     Parameters
     ----------
     count
-        Number of joints.
+        Number of joints that move.
 
     Attributes
     ----------
     constant, g, Q, T
-        Coefficients: a number, (d,), symmetric (d, d), and symmetric (d, d, d).
+        Coefficients: a number, (count,), symmetric (count, count), and symmetric (count, count,
+        count).
     weight, l, M
-        Coefficients of the quadratic polynomial weight + l.d + d'Md by which `take_away`
+        Coefficients of the quadratic polynomial weight + l.d + d^T M d by which `take_away`
         multiplied its argument `other`.
     size_of_l, size_of_M, size_of_Q, size_of_T
-        Bounds of l.d, d'Md, d'Qd and T(d, d, d) for motions of length 1.
+        Bounds of l.d, d^T M d, d^T Q d and T(d, d, d) for motions d of length 1.
     """
 
     def __init__(self, count: int) -> None:
@@ -78,10 +81,10 @@ class Cubic:
     def take_away(self, other: 'Cubic') -> None:
         """
         Add to this polynomial the product of `other` and a quadratic polynomial. The product
-        cancels the terms of this polynomial along the gradient of `other`.
+        cancels the derivatives of this polynomial at d = 0 along the gradient of `other`.
 
-        If `other` is 0 at a joint motion d, this polynomial keeps its absolute value at d. Its
-        sign is changed for all d if `constant` is negative after the addition.
+        If `constant` is then negative, the sign of this polynomial is changed. So this polynomial
+        keeps its absolute value at each joint motion d at which `other` is 0.
         """
         d = self.count
         slope = directions.length_of(other.g, d)
@@ -104,10 +107,11 @@ class Cubic:
                 self.T[p] = -self.T[p]
 
     def _divide(self, slope: float) -> None:
-        # Computes the quadratic polynomial along[0] + more.d + d' half d that `_add_product`
-        # multiplies by the other polynomial. The linear part of the other polynomial is slope
-        # way.d, where `way` is the direction of its gradient. The product of the quadratic
-        # polynomial and slope way.d cancels the parts of this polynomial's g, Q and T along `way`.
+        # Computes the quadratic polynomial along[0] + more.d + d^T H d, where H is the matrix
+        # `half`. `_add_product` multiplies it by the argument `other` of `take_away`. The linear
+        # part of `other` is `slope` times way.d: `way` is the direction of its gradient, and
+        # `slope` the length. The quadratic polynomial times this linear part cancels the
+        # components of g, Q and T along `way`.
         d, way, whole = self.count, self.way, 0.0
         for a in range(d):
             self.more[a], self.along[a] = 0.0, 0.0
@@ -154,13 +158,14 @@ class Cubic:
 
     def write_sizes(self) -> None:
         """
-        Compute size_of_Q and size_of_T, bounds of d'Qd and T(d, d, d) for motions of length 1.
+        Compute size_of_Q and size_of_T, bounds of d^T Q d and T(d, d, d) for motions d of length
+        1.
         """
         self.size_of_Q = self._norm(self.Q, self.count)
         self.size_of_T = self._norm(self.T, self.count * self.count)
 
     def _norm(self, matrix: Flat, length: int) -> float:
-        # Returns an upper bound of the largest singular value of `matrix`, shape (d, length).
+        # Returns an upper bound of the largest singular value of `matrix`, shape (count, length).
         arrays.copy(self.norms.W, self.count * length, matrix)
         return self.norms.norm(self.count, length)
 
@@ -177,9 +182,9 @@ class Cubic:
         """
         Return a lower bound of this polynomial over all joint motions |d| <= r.
 
-        Call `write_sizes` and `diagonalise` before. The bound of g.d + d'Qd is its Lagrange dual.
-        Each multiplier for which the matrix 2 Q + multiplier 1 is positive definite gives a valid
-        bound (Boyd and Vandenberghe, Convex Optimization, 5.2).
+        Call `write_sizes` and `diagonalise` first. The bound of g.d + d^T Q d is its Lagrange
+        dual. Each multiplier m of the constraint |d| <= r for which the matrix 2 Q + m I is
+        positive definite gives a valid bound (Boyd and Vandenberghe, Convex Optimization, 5.2).
         """
         d = self.count
         least, size = 0.0, 0.0

@@ -19,10 +19,11 @@ class Directions:
     Joint positions q, the Jacobian at q, and the singular value decomposition of the task Jacobian
     J_t (m, n).
 
-    The max(m, n) singular vectors of one side are called lines, and the min(m, n) singular vectors
-    of the other side are called turns. If the arm is redundant (n > m), the lines are joint
-    motions and the turns are tool motions; otherwise the lines are tool motions and the turns are
-    joint motions.
+    J_t has left singular vectors (tool motions) and right singular vectors (joint motions). In
+    this package "lines" are the max(m, n) singular vectors of the larger space, and "turns" are
+    the min(m, n) singular vectors of the smaller space. If the arm is redundant (n > m), the lines
+    are joint motions and the turns are tool motions; otherwise the lines are tool motions and the
+    turns are joint motions.
 
     Attributes
     ----------
@@ -31,10 +32,10 @@ class Directions:
     row
         The row of results of `evaluate` at q: pose, Jacobian, twist and screws.
     W, sigma
-        Singular vectors and singular values, as `unit_rows` writes them. Row i of W belongs to
-        line i.
+        Singular vectors, and singular values in descending order. Row i of W has line i (`length`
+        numbers), then turn i (min(m, n) numbers).
     length, width
-        Number of lines, and length of a row of W.
+        Number of lines, which is also the length of each line; and length of a row of W.
     count
         Number of lines that belong to the smallest singular value or to the null space.
     """

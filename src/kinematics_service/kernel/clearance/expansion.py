@@ -25,7 +25,7 @@ class Expansion:
     joints.
 
     A term is a product of one, two or three motions of joints. The terms are sorted by order:
-    first, second, third.
+    first, second, third. The number of joints in `moving` is d.
 
     Parameters
     ----------
@@ -34,8 +34,7 @@ class Expansion:
     moving
         Indices, from 0, of the joints whose motions are variables.
     orders
-        The highest order, 1 or 3. The number of terms of third order grows as the cube of the
-        number of joints.
+        The highest order of the terms, 1 or 3. The number of terms of third order grows as d^3.
 
     Attributes
     ----------
@@ -51,9 +50,10 @@ class Expansion:
         1 over the number of permutations of the factors of each term. The array `root` has the
         square roots of `share`.
     G : shape (rank, lines, terms)
-        The terms of the entry of J_t for each turn and each line (see `Directions`). Each entry is
-        divided by the square roots of the singular values of its turn and of its line. The
-        smallest singular value is left out as a divisor.
+        The terms of J_t in the bases of its singular vectors, which are called turns and lines
+        (see `Directions`). An entry is divided by the square root of its turn's singular value,
+        and by that of its line. Turns and lines of the smallest singular value or without a
+        singular value do not divide.
     """
 
     def __init__(self, chain: Chain, task: TaskRows, moving: Integers, orders: int) -> None:
@@ -114,13 +114,15 @@ class Expansion:
 
     def write(self, row: Flat) -> None:
         """
-        Fill K with the Taylor terms of J_t. `row` has the results of `evaluate` at q.
+        Fill the array K (terms, turns, lines) with the Taylor terms of J_t. `row` has the results
+        of `evaluate` at q.
 
-        An entry is a joint that moves an element of the chain. Entry i adds its angular velocity
-        w_i and linear velocity v_i to a column of J. Let a, b, ..., c be entries in the order from
-        base to tool. The derivative of the linear velocity of any of them by all the others is w_a
-        x (w_b x ... v_c). The derivative of the angular velocity w_i of an entry i after c by a,
-        b, ..., c is w_a x (w_b x ... (w_c x w_i)).
+        An entry is a joint that moves an element of the chain. Entry i adds its linear velocity
+        v_i and its angular velocity w_i, its screw, to a column of J. Let a, b, ..., c be entries
+        in the order from base to tool. Take the linear velocity of one of these entries, and its
+        derivative by the variables of all other ones. The derivative is w_a x (w_b x ... v_c),
+        whichever entry was taken. The derivative of w_i by the variables of a, b, ..., c is w_a x
+        (w_b x ... (w_c x w_i)) if entry i is nearer to the tool than c, otherwise 0.
         """
         d, entries, joint = self.count, self.chain.entries, self.chain.joint
         arrays.fill(self.K, self.terms * self.turns * self.length, 0.0)
@@ -154,8 +156,8 @@ class Expansion:
         return self.task.column_scale[self.chain.joint[entry]]
 
     def _add(self, term: int, order: int, share: float, row: Flat) -> None:
-        # Adds to term `term` of K, times `share`, the derivative of all columns of J by the
-        # variables of the entries chosen[0] to chosen[order - 1].
+        # Computes the derivative of all columns of J by the variables of the entries chosen[0] to
+        # chosen[order - 1], and multiplies it by `share`. Adds the result to term `term` of K.
         entries = self.chain.entries
         v = arrays.after(row, self.chain.screws_at)
         w = arrays.after(v, 3 * entries)
@@ -224,15 +226,15 @@ class Expansion:
         order: int,
     ) -> float:
         """
-        Return an upper bound of the norm of a matrix whose entries are sums of Taylor terms of one
-        order.
+        Return an upper bound of the norm of a matrix for all joint motions of length 1. Each entry
+        of the matrix is a sum of Taylor terms of one order.
 
-        The bound holds for all joint motions of length 1. `terms` has the coefficients of all
-        terms of a matrix with `outer` rows and `inner` columns. Successive rows of the matrix are
-        `step` numbers apart, successive columns `stride` numbers, and successive terms of an entry
-        `apart` numbers. The coefficients are a tensor with three axes: row, column and term. The
-        tensor is unfolded to matrices, each with one of the axes as its rows. The norm of each
-        unfolded matrix is a bound; the least is returned.
+        `terms` has the coefficients of the terms, a tensor with three axes: `outer` rows and
+        `inner` columns of the matrix, and the terms of an entry. One step along the axis of rows
+        is a step of `step` numbers in `terms`; one step along the columns is `stride` numbers, and
+        one step along the terms of an entry `apart` numbers. The tensor is unfolded to matrices,
+        each with one of the axes as its rows. The norm of each unfolded matrix is a bound; the
+        least is returned.
         """
         count, W = self.sizes[order], self.norms.W
         root = arrays.after(self.root, self.begins[order])

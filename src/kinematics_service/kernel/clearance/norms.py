@@ -9,10 +9,10 @@ from ..measures import symmetric
 
 # Bound of the relative round-off error of a computed norm: about 5,000 machine epsilons.
 ROUND_OFF = 1e-12
-# The diagonalization of the matrix of scalar products of rows stops if off-diagonal entries are
-# below this tolerance, relative to the largest diagonal entry. The off-diagonal entries that are
-# left make the bound of the norm too large by a relative error of at most OFF_DIAGONAL_TOLERANCE
-# times the number of rows.
+# The diagonalization of the matrix of scalar products of rows stops if all off-diagonal entries
+# are below this tolerance, relative to the largest diagonal entry. The remaining off-diagonal
+# entries make the bound of the norm larger by at most this tolerance times the number of rows,
+# relative to the norm.
 OFF_DIAGONAL_TOLERANCE = 1e-4
 
 
