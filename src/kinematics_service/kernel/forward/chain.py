@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Store the kinematic chain of an arm as arrays. The chain has constant motions, with a screw about z
-between each two successive constant motions. If the arm has closed loops, passive variables also
-move screws. The loop equations determine the passive variables from the joint positions.
+Store the kinematic chain of an arm as arrays. The tool pose is a product: a constant transform, a
+screw motion about z, a constant transform, a screw motion, and so on. Joint positions set the
+angles and translations of the screw motions. If the arm has closed loops, passive variables set
+them, too. The loop equations determine the passive variables from the joint positions.
 """
 
 from typing import Any, NamedTuple
@@ -26,7 +27,7 @@ class ChainTable(NamedTuple):
     dof
         Number of joints n.
     before : shape (elements + 1, 3, 4)
-        The constant motion before each element, and after the last element; each is the first
+        The constant transform before each element, and after the last element; each is the first
         three rows of a 4 x 4 matrix.
     theta_0, d_0 : shape (elements,), rad, m
         Angle and translation of each element if all joint positions are 0.
@@ -35,12 +36,14 @@ class ChainTable(NamedTuple):
     joint : shape (entries,)
         Index of the joint of each entry.
     by_theta, by_d : shape (entries,)
-        Angle and translation of the element for a motion of the joint by 1 rad or 1 m.
+        Angle and translation by which the element moves if the joint of the entry moves by 1 rad
+        or 1 m.
     frame_parent : shape (frames,)
-        Index of the last element before each frame of the table, from base to tool; -1 for a fixed
-        frame.
+        For each frame of the DH table, in the order from base to tool: the index of the last
+        element before the frame, its parent; -1 if no element is before it, so that the frame is
+        fixed.
     frame_offset : shape (frames, 3, 4)
-        The pose of each frame in the frame of its parent, the element of `frame_parent`.
+        The pose of each frame relative to its parent element, or to the base.
     """
 
     dof: int
@@ -101,20 +104,22 @@ class Chain:
     Attributes
     ----------
     table
-        The arrays of the chain, read-only. The kernel reads each array, flat, from the field of
-        `Chain` that has the name of the array. In the compiled kernel these fields are addresses
-        that Python does not see.
+        The arrays of the chain, read-only. For each array, `Chain` also has a field with the same
+        name and the flat array, for example `chain.theta_0`; the kernel reads these fields. In the
+        compiled kernel they are addresses that Python does not see.
     dof, elements, entries, frames
         Numbers of joints, elements, entries and frames.
     form
-        MIXED, PLAIN, TWISTED or CLOSED: see layout/places.py.
+        TWISTED: entry k belongs to joint k, and all constant transforms between elements are
+        Rx(alpha) Tx(a). PLAIN: entry k belongs to joint k. MIXED: another order of entries.
+        CLOSED: the arm has closed loops.
     variables, loops, groups
         Number of joints and passive variables together, number of loops, and number of groups of
         loops.
     screws_at, closure_at, frames_at, width
-        `width` is the length of a row of results. The other three are indices in this row: the
-        first number of the screws of the entries (6, entries), of the closed loops (a section, see
-        `Closure`), and of the frames of the table.
+        `width` is the length of a row of results, which `evaluate` fills. The other three are
+        indices in this row, where three parts begin: the screws of the entries (6, entries), the
+        numbers of the closed loops (see `Closure`), and the frames of the DH table.
     widths, single_widths
         Length of a row at each depth (POSE, JACOBIAN, ALL_FRAMES). Rows of `single_widths` have q,
         qdot and a quaternion at the end; `evaluate_one` fills such rows.
@@ -188,11 +193,11 @@ class Loop:
         The two chains. The residual is the pose of the end of `back` relative to the end of
         `there`.
     axes : shape (r,)
-        Indices of the components in which the two end frames coincide, in the axes of the common
-        first frame. 0 to 2 are components of the position, 3 to 5 of the rotation.
+        The components in which the two end frames coincide: 0 to 2 are x, y and z of the position,
+        3 to 5 of the rotation, in the axes of the frame in which both chains begin.
     row
-        Index of this loop's first component in the residual of its group: the number of components
-        of the earlier loops of the group.
+        The components of all loops of a group form one vector, the residual of the group. `row` is
+        the index of this loop's first component in this vector.
     following
         The next loop of the group; None for the last loop.
 
@@ -256,8 +261,8 @@ class LoopGroup:
     size : m
         Length scale by which position residuals are divided.
     units : shape (variables,), rad or m
-        Unit of motion of each variable, taken as equivalent to a rotation by 1 rad; infinite for a
-        joint outside of all loops.
+        The motion of each variable that is taken as equivalent to a rotation by 1 rad; infinite
+        for a joint outside of all loops.
     following
         The next group of loops; None for the last group. Variables of this group may move the
         loops of the next groups.
@@ -276,7 +281,8 @@ class LoopGroup:
     spans : shape (p,), m or rad
         Scale of each component of the residual: `size` for a position, 1 for a rotation.
     scale
-        Factor that makes the determinant of the derivatives of the residual dimensionless.
+        Factor that makes the loop determinant dimensionless: the determinant of the derivatives of
+        the group's residual by the group's passive variables.
     """
 
     def __init__(
@@ -339,7 +345,8 @@ def groups_from(first: LoopGroup) -> list[LoopGroup]:
 
 def section_width(dof: int, first: LoopGroup) -> int:
     """
-    Return the length of a section: the numbers in a row of results that describe closed loops.
+    Return the length of a section, the part of a row of results with the numbers of the closed
+    loops (see `Closure`).
     """
     groups, variables = groups_from(first), first.variables
     entries = sum(group.entries for group in groups)
@@ -350,6 +357,13 @@ class Closure:
     """
     All closed loops of an arm with n joints and P passive variables; immutable.
 
+    A section is an array of the numbers of the loops at one pose. It has the variables (n + P),
+    their rates (n + P), the derivatives of the passive variables by the joints (P, n), three
+    numbers for each group of loops, and the screws of the entries of each loop. The three numbers
+    are: the determinant of the derivatives of the group's residual by the passive variables of the
+    group; the largest component of the residual (divided by `size`, or rad); the number of Newton
+    steps. Each row of results has the section of its pose.
+
     Parameters
     ----------
     dof
@@ -359,13 +373,8 @@ class Closure:
     turns : shape (n,)
         1 for a joint without limits whose full turns do not change the loops; 0 for other joints.
     start : shape (width,)
-        A section is the array of numbers about closed loops at one pose. This section belongs to a
-        pose at which the loops are known to close; `closing.assemble` completes it. A section has
-        the variables (n + P), their rates (n + P), the derivatives of the passive variables by the
-        joints (P, n), three numbers for each group, and the screws of the entries of each loop.
-        The three numbers are: the determinant of the derivatives of the residual by the passive
-        variables of the group; the largest component of the residual (divided by `size`, or rad);
-        the number of Newton steps. Each row of results also has a section, at the pose of the row.
+        The section of a pose at which the loops are known to close; `closing.assemble` has
+        computed it from the variables.
 
     Attributes
     ----------
@@ -427,8 +436,8 @@ class Closure:
 
     def units(self) -> Floats:
         """
-        Return the unit of motion of each joint, rad or m, shape (n,): the motion that is taken as
-        equivalent to a rotation by 1 rad. The unit is infinite for a joint outside of all loops.
+        Return for each joint the motion, rad or m, that is taken as equivalent to a rotation by 1
+        rad, shape (n,). It is infinite for a joint outside of all loops.
         """
         units: Floats = self.first.arguments[3]
         return units[: self.dof].copy()

@@ -4,15 +4,15 @@
 Compute pose, quaternion, Jacobian, twist and frames from joint positions in one pass over the
 chain.
 
-The pass evaluates one pose, or LANES poses at once. In arrays with several poses, number k of the
-pose in a lane is at index k * lanes + lane. Each pose needs the same operations in the same order,
-whether one pose or LANES poses are evaluated. So a pose has bit for bit the same results in both
-cases.
+The pass evaluates one pose, or LANES poses at once. An array for several poses is interleaved: the
+k-th number of each pose is stored at the indices k * lanes to k * lanes + lanes - 1. Each pose
+needs the same operations in the same order, whether one pose or LANES poses are evaluated. So a
+pose has bit for bit the same results in both cases.
 
-An element k is one moving screw of the chain. Its axis is the unit vector z through the point o.
-Its motion is Rz(theta) Tz(d) with theta = theta_0 + sum(c_theta q_j) and d = d_0 + sum(c_d q_j).
-Each pair (c_theta, c_d) of one joint in one element is an entry. A motion is a 3 x 4 matrix,
-twelve numbers row by row.
+An element is one moving screw of the chain. Its axis is the unit vector z through the point o. Its
+motion is Rz(theta) Tz(d) with theta = theta_0 + sum(c_theta q_j) and d = d_0 + sum(c_d q_j). An
+entry is a joint j that moves an element, with the constant factors c_theta and c_d of its position
+q_j in these sums. A motion is a 3 x 4 matrix, twelve numbers row by row.
 """
 
 import math
@@ -200,8 +200,9 @@ def _write_quaternion(T: Numbers, quaternion: Flat, lanes: int) -> None:
 
 
 def _write_point_and_axis(T: Numbers, step: int, screw: Flat, lanes: int) -> None:
-    # Writes the point and the axis of an element to `screw`, the place of the screw of its entry
-    # in the row. Once the tool pose is known, `_finish` replaces point and axis by the screw.
+    # Writes the point and the axis of an element to `screw`, the part of a row of results for the
+    # screw of an entry. When the tool pose is known, `_finish` replaces point and axis there by
+    # the screw of the entry.
     for i in range(3):
         for lane in range(lanes):
             screw[i * step + lane] = T[(4 * i + 3) * lanes + lane]
@@ -354,8 +355,8 @@ def _finish(
 ) -> float:
     # Completes the rows of results after the tool poses T are known. Replaces the point and axis
     # of each entry by the screw of the entry: linear velocity of the tool's origin and angular
-    # velocity of the tool, for a unit velocity of the joint. The last six numbers of `twist` store
-    # a screw for a moment.
+    # velocity of the tool, for a unit velocity of the joint. The second half of `twist` is scratch
+    # memory for the screw of one entry.
     step = chain.entries * lanes
     screws = arrays.after(rows, chain.screws_at * lanes)
     twists = arrays.after(rows, (places.JACOBIAN_AT + 6 * chain.dof) * lanes)

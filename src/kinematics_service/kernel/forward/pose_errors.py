@@ -3,11 +3,11 @@
 """
 Compute covariances of the tool's pose and twist by linear error propagation.
 
-An error of a joint position or of a number of the DH table moves the tool along a screw. The screw
-is fixed in one frame of the arm. One pass over the chain computes the poses of the frames. These
-poses give the derivatives of pose and twist by the errors. The derivative of the tool pose by an
-error is the screw of the error. The derivative of the tool's twist follows from the twists of the
-parts of the arm before and after the screw.
+An error of a joint position or of a number of the DH table moves the tool along a screw. Each
+screw is fixed in one frame of the DH table. One pass over the chain computes the poses of the
+frames. The screw, in base axes, is the derivative of the tool pose by the error. The derivative of
+the tool's twist by the error follows from two parts of the twist: the part due to the joints from
+the base to the screw, and the part due to the joints from the screw to the tool.
 """
 
 from typing import NamedTuple
@@ -24,13 +24,14 @@ COVARIANCES = 72
 
 class PoseErrorTable(NamedTuple):
     """
-    The arrays that describe the errors of an arm. Errors move the tool along screws, and each
-    cause of error produces a motion along some of the screws.
+    The arrays that describe the errors of an arm. Errors move the tool along screws. A cause, for
+    example a wrong length in the DH table, produces motions along one or several screws.
 
     Attributes
     ----------
     frame : shape (screws,)
-        Index of the frame of the table in which each screw is fixed, ascending.
+        Index of the frame of the DH table in which each screw is constant; the screws are sorted
+        by this index.
     screw : shape (screws, 6)
         Linear velocity of the origin of the frame, and angular velocity, in the axes of the frame.
     gear : shape (screws,)
@@ -139,10 +140,10 @@ def _write_column(errors: PoseErrors, s: int, row: Flat, column: Numbers) -> Non
 
 
 def _write_rate(column: Numbers, before: Numbers, twist: Flat, rate: Numbers) -> None:
-    # Writes to `rate` the change of the tool's twist by a unit motion along a screw. The motion
-    # rotates the twist of the part of the arm after the screw. The motion also moves the tool's
-    # origin, which changes the linear velocity that the tool gets from the part of the arm before
-    # the screw.
+    # Writes to `rate` the change of the tool's twist by a unit motion along a screw. `before` is
+    # the twist that the joints from the base to the screw give to the tool; the joints from the
+    # screw to the tool give the rest, `twist` - `before`. The motion rotates the rest. It also
+    # moves the tool's origin, so it changes the linear velocity in `before`.
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
         vj, vk = twist[j] - before[j], twist[k] - before[k]
@@ -182,8 +183,8 @@ def _carry_on(chain: Chain, element: int, row: Flat, qdot: Flat, before: Numbers
 
 def _add_causes(errors: PoseErrors, s: int, column: Numbers, moved: Flat) -> None:
     # Adds to `moved` (causes, 6) the motion of the tool that each cause produces along screw s.
-    # The loop has six lines instead of an inner loop, because the compiler then computes two
-    # numbers at once.
+    # The loop has one line for each of the six components instead of an inner loop, because the
+    # compiler then makes instructions that each compute two components.
     spread = arrays.after(errors.spread, s * errors.causes)
     vx, vy, vz = column[0], column[1], column[2]
     wx, wy, wz = column[3], column[4], column[5]
@@ -212,7 +213,7 @@ def _write_noise(errors: PoseErrors, row: Flat, in_tool_axes: bool, moved: Flat)
 
 
 def _write_products(moved: Flat, count: int, covariance: Flat) -> None:
-    # Writes the matrix product moved' moved to `covariance` (6, 6); `moved` has shape (count, 6).
+    # Writes the matrix product M^T M to `covariance` (6, 6), where M is `moved` (count, 6).
     sums = [0.0] * 36
     for k in range(count):
         motion = arrays.after(moved, 6 * k)
@@ -267,8 +268,9 @@ def write_covariances(
             _write_rate(column, before, twist, rate)
         gear = errors.gear[s]
         if gear >= 0:
-            # A relative error of the scale of a joint moves the tool along screw s in proportion
-            # to the joint position q. So the motion is q s, and its rate is q ds/dt + qdot s.
+            # A relative error of the scale of a joint moves the tool along its screw in proportion
+            # to the joint position q. Let c be the screw, `column`. Then the motion for a unit
+            # error is q c, and its rate is q dc/dt + qdot c.
             for i in range(6):
                 rate[i] = q[gear] * rate[i] + qdot[gear] * column[i]
                 column[i] = q[gear] * column[i]
