@@ -7,13 +7,15 @@ parallel axes, in closed form.
 - Three joints for a position: three_joints.py (Pieper 1968).
 - Axes 4, 5 and 6 meet in a point: joints 1 to 3 move this point to its position at the target, and
   joints 4 to 6 give the rotation (Pieper 1968).
-- Axes 2, 3 and 4 are parallel: the height of the wrist point along these axes gives joint 1, and
-the direction of axis 2 in the tool frame gives joints 5 and 6. Joints 2 to 4 are a planar arm.
+- Axes 2, 3 and 4 are parallel: the height of the wrist point, measured in the direction of these
+  axes, gives joint 1. The direction of axis 2 in the tool frame gives joints 5 and 6. Joints 2 to
+  4 are a planar arm.
 
 Each step of a closed form solves one of two subproblems. Subproblem 1 finds the angle that rotates
 one vector onto another (Paden and Kahan; Murray, Li and Sastry, A Mathematical Introduction to
-Robotic Manipulation, section 3.2). Subproblem 4 finds the angles that rotate a vector to a given
-height (Elias and Wen, IK-Geo, arXiv:2211.05737).
+Robotic Manipulation, section 3.2). Subproblem 4 finds the angles that rotate a vector v so that
+its scalar product with a constant vector w has a wanted value, the height of v along w (Elias and
+Wen, IK-Geo, arXiv:2211.05737).
 
 The functions propagate errors from joint to joint. The argument `turn` is the error of directions,
 rad. The argument `way` is the error of points, m.
@@ -60,8 +62,8 @@ def _angles_to_height(
     angles: Numbers,
 ) -> int:
     # Solves subproblem 4: writes to `angles` the angles by which v must rotate about `axis`, so
-    # that w . v becomes `height`. If `sign` is -1, writes the angles of the opposite rotation.
-    # Returns the number of angles.
+    # that w . v becomes `height`. If `sign` is -1, writes the negative angles. Returns the number
+    # of angles.
     constant = vectors.dot(w, axis) * vectors.dot(axis, v)
     A, B = vectors.dot(w, v) - constant, sign * vectors.dot(w, vectors.cross(axis, v))
     return _circle_roots_or(A, B, height - constant, error, free, angles)
@@ -70,10 +72,10 @@ def _angles_to_height(
 def _wrist(
     screws: Numbers, T: Numbers, arms: Numbers, i: int, turn: float, free: Numbers, angles: Numbers
 ) -> int:
-    # Solves joints 4 to 6 for the rotation of T. Joints 1 to 3 have the positions of candidate i
-    # in `arms`, and joints 4 to 6 must make the remaining rotation. Writes to `angles` up to two
-    # solutions of three angles, and to angles[6] the error of the angles, rad. Returns the number
-    # of solutions.
+    # Solves joints 4 to 6. The six joints together must make the rotation of T, the motion of the
+    # tool from rest to the target. Joints 1 to 3 have the positions in row i of `arms`. Writes to
+    # `angles` up to two solutions of three angles, and to angles[6] the error of the angles, rad.
+    # Returns the number of solutions.
     a, b = vectors.axis_of(screws, 3), vectors.axis_of(screws, 4)
     c = vectors.axis_of(screws, 5)
     goal = _back(screws, arms, 3 * i, vectors.times_vector(T, c))
@@ -111,11 +113,11 @@ class ClosedForm:
     backwards
         Whether the screws are ordered from tool to base.
     to_joints, to_screws : shape (n, n)
-        Matrices from positions of the screws to joint positions, and back.
+        `to_joints` maps positions of the screws to joint positions; `to_screws` is its inverse.
     error
-        Bound of the difference between the axes of the arm and `screws`, whose axes meet or are
-        parallel exactly; includes round-off. For directions the difference is in rad. For points
-        it is divided by the size of the arm.
+        The axes in `screws` meet or are parallel exactly; the axes of the arm do so only
+        approximately. Bound of the difference between the two, including round-off: in rad for
+        directions, divided by the size of the arm for points.
     """
 
     def __init__(
@@ -180,8 +182,9 @@ class ClosedForm:
         Write to `psi` the candidates: screw positions that may produce the motion T. Return the
         number of candidates.
 
-        `free`, `psi` and `accuracy` are as in `inverse_candidates`. `rotation_error` is the error
-        of the rotation of T, rad.
+        `rotation_error` is the error of the rotation of T, rad. If every position of a screw is a
+        solution, the screw gets its position in `free` (n,). `accuracy` (1,) receives a bound of
+        the distance from a candidate to the solution that it approximates, rad.
         """
         start, to = vectors.three(self.point, 0), vectors.apart(T, 3, 4)
         turn = self.error + rotation_error
@@ -238,8 +241,9 @@ class ClosedForm:
         first_count = _angles_to_height(z1, to_goal, -1.0, z, height, 4.0 * way, free[0], firsts)
         accuracy[0] = firsts[2]
         for i in range(first_count):
-            # Solve joints 6 and 5. R^T (z rotated by joint 1) is the direction of axis 2 in the
-            # tool frame. Joints 6 and 5 must rotate this direction onto z.
+            # Solve joints 6 and 5. Let R be the rotation of T, and z the direction of axis 2 at
+            # rest. Joint 1 rotates z to z_turned, so R^T z_turned is the direction of axis 2 in
+            # the tool frame. Joints 6 and 5 must rotate this direction onto z.
             z_turned = vectors.turned(z1, firsts[i], z)
             z_in_tool = (
                 T[0] * z_turned[0] + T[4] * z_turned[1] + T[8] * z_turned[2],
@@ -269,9 +273,10 @@ class ClosedForm:
         psi: Numbers,
         accuracy: Numbers,
     ) -> int:
-        # Solves joints 2 to 4 of an arm with parallel axes 2 to 4. Let Ek be the motion of joint
-        # k. E2 E3 E4 = E1^-1 T E6^-1 E5^-1 is a motion in the plane perpendicular to z, the
-        # direction of axis 2: it rotates by `total` and moves the point of axis 4 to `goal`.
+        # Solves joints 2 to 4 of an arm with parallel axes 2 to 4. Let Ek be the motion of joint k
+        # from rest to the solution. E2 E3 E4 = E1^-1 T E6^-1 E5^-1 is a motion in the plane
+        # perpendicular to z, the direction of axis 2. It rotates by the angle `total`, and moves
+        # o4, the point that `screws` has for axis 4, to `goal`.
         screws = self.screws
         z1, z = vectors.axis_of(screws, 0), vectors.axis_of(screws, 1)
         z5, z6 = vectors.axis_of(screws, 4), vectors.axis_of(screws, 5)

@@ -5,8 +5,9 @@ Compute the null space of the rows of the Jacobian J that a target uses, and a m
 nearly J has lost rank.
 
 The null space comes from a singular value decomposition (one-sided Jacobi). The measure is the
-ratio of the last to the first pivot of a decomposition with complete pivoting. This decomposition
-takes much less time (Golub and Van Loan, Matrix Computations, sections 3.4.8 and 8.6).
+ratio of the last to the first pivot of Gaussian elimination with complete pivoting, which takes
+much less time than the singular values (Golub and Van Loan, Matrix Computations, sections 3.4.8
+and 8.6).
 """
 
 from ..layout import arrays, places
@@ -26,16 +27,16 @@ def free_motions(
     ----------
     residual
         The residual of the target, which selects and weights the rows of J.
-    scales : shape (n,)
-        Factor of each column of J.
+    scales : shape (n,), rad or m
+        Factor of each column of J: the motion of the joint that is taken as equal to 1 rad.
     q : shape (N, n), rad or m
         Joint positions.
     sigma : shape (N, n), m
         Singular values, descending. If an arm has n > 6 joints, the last n - 6 singular values are
         0.
     motions : shape (N, n, n)
-        Right singular vectors, one row for each singular value: joint motions of length 1 in units
-        of `scales`.
+        Right singular vectors, one row for each singular value: joint motions, divided by
+        `scales`, of length 1.
     """
     n, count = residual.n, arrays.extent(q, 0)
     width = 6 + n
@@ -82,8 +83,12 @@ def pivots(residual: Residual, scales: Floats, q: Floats, shares: Floats) -> Non
 
     Parameters
     ----------
-    residual, scales, q
-        As for `free_motions`. If the arm has more than six joints, the ratio is 0.
+    residual
+        The residual of the target, which selects and weights the rows of J.
+    scales : shape (n,), rad or m
+        Factor of each column of J.
+    q : shape (N, n), rad or m
+        Joint positions. If the arm has more than six joints, the ratio is 0.
     """
     n, count = residual.n, arrays.extent(q, 0)
     weights, positions = arrays.numbers(scales, n), arrays.numbers(q, count * n)

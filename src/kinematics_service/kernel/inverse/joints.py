@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """
 Add full turns to joint positions. The turns are chosen so that the positions are inside the
-limits, if possible, and nearest to given positions.
+limits, if possible, and nearest to reference positions of the caller.
 """
 
 import math
@@ -14,12 +14,13 @@ from ..layout.arrays import Flat, Floats
 class Joints:
     """
     The periods, limits and scales of the joints of an arm. The methods add full turns to joint
-    positions, and compute distances to other positions and to the limits.
+    positions, and compute their distances to reference positions and to the limits.
 
     Parameters
     ----------
-    scales : shape (n,)
-        1 / `Task.column_scales` for each joint.
+    scales : shape (n,), rad or m
+        The motion of each joint that is taken as equal to 1 rad: 1 for a revolute joint, the
+        characteristic length for a prismatic joint.
     periods : shape (n,)
         Motion of a joint, rad or m, after which the tool has the same pose; infinite for a joint
         without such a motion.
@@ -111,8 +112,8 @@ def representatives(joints: Joints, near: Floats, q: Floats) -> None:
     joints
         The joints of the arm.
     near : shape (n,), rad or m
-        Given joint positions. If two positions of a joint are equally near, the function takes the
-        larger position.
+        Reference joint positions. If two positions of a joint are equally near, the function takes
+        the larger position.
     q : shape (N, n), rad or m
         Joint positions, overwritten.
     """

@@ -4,11 +4,16 @@
 Compute the posture of an arm whose inverse kinematics has a closed form: shoulder right or left,
 elbow up or down, wrist flipped or not.
 
-The posture is three signs, one for shoulder, elbow and wrist. Each is the sign of a triple
-product. If a sign is 0, two solutions of inverse kinematics coincide. The sign of the shoulder is
-0 if the end of the arm (the tool or the wrist: `ClosedForm.point`) is in the plane of axes 1 and
-2. The sign of the elbow is 0 if the elbow is stretched. The sign of the wrist is 0 if axes 4 and 6
-are parallel.
+The posture is three signs: of the shoulder, of the elbow and of the wrist. Let z1 to z6 be the
+directions of the axes. If a sign is 0, two solutions of inverse kinematics coincide.
+
+- Shoulder: 1 (right) if the end of the arm (the tool or the wrist: `ClosedForm.point`) is on that
+  side of the plane of axes 1 and 2 to which z2 x z1 points; 0 if it is in the plane.
+- Elbow: consider the line from axis 2 to the end of the arm, or to axis 4 if axes 2 to 4 are
+  parallel. 1 (up) if axis 3 is on that side of the line to which z1 points; 0 if the elbow is
+  stretched.
+- Wrist: 1 (not flipped) if the triple product (z4 x z5) . z6 is positive; 0 if axes 4 and 6 are
+  parallel.
 """
 
 import math
@@ -36,16 +41,18 @@ def _sign(value: float, size: float) -> int:
 
 
 def _shoulder(screws: Flat, end: Vector) -> int:
-    # Returns the sign of the shoulder, 1, -1 or 0: on which side of the plane of axes 1 and 2 the
-    # point `end` (the tool or the wrist) is.
+    # Returns the sign of the shoulder. It is 1 if the point `end` (the tool or the wrist) is on
+    # that side of the plane of axes 1 and 2 to which z2 x z1 points, -1 on the other side, and 0
+    # in the plane.
     side = vectors.cross(vectors.axis_of(screws, 1), vectors.axis_of(screws, 0))
     reach = vectors.plus(end, -1.0, vectors.point_of(screws, 0))
     return _sign(vectors.dot(side, reach), math.sqrt(vectors.dot(reach, reach)))
 
 
 def _elbow(screws: Flat, second: float, tip: Vector) -> int:
-    # Returns the sign of the elbow, 1, -1 or 0: on which side of the line from axis 2 to the point
-    # `tip` the elbow (axis 3) is. `tip` is the tool, the wrist, or a point of axis 4.
+    # Returns the sign of the elbow. Consider the line from axis 2 to the point `tip`, which is the
+    # tool, the wrist, or a point of axis 4. The sign is 1 if the elbow (axis 3) is on that side of
+    # the line to which z1 points, -1 on the other side, and 0 on the line.
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     chord = vectors.plus(tip, -1.0, o2)
     chord = vectors.plus(chord, -vectors.dot(chord, z2), z2)
@@ -89,7 +96,7 @@ def write_posture(form: ClosedForm, q: Flat, signs: FlatIntegers) -> None:
         and not vectors.slides(screws, 2)
         and vectors.dot(elbow, elbow) < MAX_ELBOW_SINE_SQUARED
     )
-    # Compute `end`, the point of the closed form (the tool or the wrist), in the frame of joint 1.
+    # Compute `end`, the position of `form.point` (the tool or the wrist), in the frame of joint 1.
     end = vectors.three(form.point, 0)
     if form.way == places.PARALLEL_AXES:
         end = vectors.moved(screws, 3, psi[3], end)
@@ -116,7 +123,7 @@ def postures(form: ClosedForm, q: Floats, signs: Integers) -> None:
     Parameters
     ----------
     form
-        The closed form of the arm. If its screws are backwards, all signs are 0.
+        The closed form of the arm. If its screws are ordered from tool to base, all signs are 0.
     q : shape (N, n), rad or m
         Joint positions.
     signs : shape (N, 3)

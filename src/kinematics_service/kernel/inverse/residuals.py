@@ -18,11 +18,11 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Numbers, Vector
 from ..loops import closed_pass
 
-# Tolerances of weighted errors are relative to a length: the weight of the angular rows, m, but at
-# least this ratio times the reach of the arm.
+# Tolerances of weighted errors are relative to a length: the weight of the angular components, m,
+# but at least this ratio times the reach of the arm.
 MIN_LENGTH_RATIO = 1e-3
-# If the sine of a rotation angle is below this, the axis of the rotation cannot be computed. The
-# angle is then taken as 0 or pi. If it is taken as pi, its error is up to sqrt(1e-16).
+# If the sine of a rotation angle is below this, the angle is near 0 or near pi. No vector is then
+# divided by the sine, because the relative error of the sine would be large.
 MIN_SINE = 1e-9
 
 
@@ -97,13 +97,14 @@ class Residual:
     pose : shape (4, 4)
         The target in the base frame, m. If the target is a position, its rotation is not used.
     axes : shape (3, 3)
-        Rotation matrix whose columns are the axes of the error's rows, in the base frame.
+        Rotation matrix. Its columns are the axes x, y and z, in the base frame, along which the
+        error has its components.
     weights : shape (6,)
-        Weights of the error's rows x y z rx ry rz: 1 for linear rows, a length (m) for angular
-        rows, 0 for rows without a target.
+        Weights of the components x y z rx ry rz of the error: 1 for linear components, a length
+        (m) for angular components, 0 for components without a target.
     tool_axis
-        0, 1 or 2: the angular rows are the error of the direction of this tool axis, and the tool
-        may turn about the axis. -1: the angular rows are the error of the whole rotation.
+        0, 1 or 2: the angular components are the error of the direction of this tool axis, and the
+        tool may turn about the axis. -1: they are the error of the whole rotation.
     reach
         Reach of the arm, m.
     """
@@ -172,10 +173,10 @@ class Residual:
 
     def write_columns(self, scales: Flat) -> None:
         """
-        Fill `columns` (n, 6) with the weighted columns of J, in the axes of the error's rows.
+        Fill `columns` (n, 6) with the weighted columns of J, with components along `axes`.
 
-        The rows of J have the weights of the error. Column j is multiplied by scales[j]; if the
-        scale is 0, joint j is held.
+        Each row of J is multiplied by the weight of the same component of the error. Column j is
+        multiplied by scales[j]. The scale 0 means that joint j must not move.
         """
         n, k = self.n, self.tool_axis
         for j in range(n):
@@ -193,7 +194,7 @@ class Residual:
             )
 
     def length(self) -> float:
-        """Return the weight of the angular rows, m; 0 if the angular rows have no weight."""
+        """Return the largest weight of an angular component of the error, m; 0 if all are 0."""
         return max(self.weights[3], self.weights[4], self.weights[5])
 
     def size(self) -> float:

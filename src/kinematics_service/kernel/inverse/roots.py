@@ -20,15 +20,16 @@ from ..six_joints import complex_numbers, pairs, polynomials
 
 # If a target is beyond the border of the workspace, the cosine of an angle exceeds 1 or the square
 # of a length is negative. Targets are given to six digits. So a target is taken as on the border
-# if a cosine exceeds 1 by at most this number, or a negative square is at most this number times
-# the size of its terms. Forward kinematics later rejects solutions of targets beyond the border.
+# if a cosine exceeds 1 by at most this number. It is also taken as on the border if the argument
+# `square` of `square_roots` is negative, but not below -BORDER_TOLERANCE times `size`. Forward
+# kinematics later rejects solutions of targets beyond the border.
 BORDER_TOLERANCE = 1e-6
-# Least squared sine, and least square of a length relative to the size of its terms. A smaller
-# square is round-off and is replaced by this number. So two equal roots are returned as two angles
-# 2e-8 apart. The two angles give distinct positions of the other joints.
+# Least squared sine, and least ratio of `square` to `size` in `square_roots`. A smaller square is
+# round-off and is replaced by the least value. So two equal roots are returned as two angles 2e-8
+# apart. The two angles give distinct positions of the other joints.
 MIN_SQUARE = 1e-16
-# The exact value of a computed number may be 0 if the number is at most this factor times its
-# error. The factor is above 1, because errors are added up to first order only.
+# A computed number may be 0 in exact arithmetic if its size is at most this factor times the bound
+# of its error. The factor is above 1, because the bounds leave out products of errors.
 ERROR_MARGIN = 8.0
 # Factor that enlarges the error disc of a root before the test whether it meets another disc.
 # Without this factor, round-off could separate two discs that meet.
@@ -72,8 +73,9 @@ def square_roots(middle: float, square: float, size: float, error: float, roots:
     """
     Write the two numbers x with (x - middle)^2 = square; return their number, 0 or 2.
 
-    `square` is a sum of terms up to `size` and has an error up to `error`. roots[2] is a bound of
-    the errors of x, as in `circle_roots`.
+    `square` is a difference of numbers of about the size `size`, and its error is at most `error`.
+    roots[2] is a bound of the errors of x; infinite if the equation with the exact square may have
+    another number of roots.
     """
     roots[2] = places.INFINITY
     if square < -ERROR_MARGIN * error:
@@ -116,10 +118,12 @@ def polynomial_roots(c: Numbers, degree: int, z: Numbers) -> None:
 
 def root_bound(c: Numbers, degree: int, error: float, z: Numbers, k: int) -> float:
     """
-    Return the radius of a disc about root k that contains a root of the exact polynomial.
+    Return the radius of a disc about the computed root k that contains a root of the exact
+    polynomial.
 
-    The exact polynomial differs from the given one by up to `error` at root k. If m discs form a
-    connected set, the set contains m roots (Smith 1970).
+    The exact polynomial is the one without errors of its coefficients. At the computed root k its
+    value differs by at most `error` from that of the polynomial c. If m discs form a connected
+    set, the set contains m roots (Smith 1970).
     """
     here, value = pairs.pair(z, k), (0.0, 0.0)
     for i in range(degree, -1, -1):

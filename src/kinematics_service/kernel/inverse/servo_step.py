@@ -18,8 +18,9 @@ from ..layout.arrays import Flat, Floats
 from ..measures import singular_values
 from ..measures.task_rows import TaskRows
 
-# A joint velocity may exceed its bound, `Servo.upper` or `Servo.lower`, by this, rad/s (scaled),
-# because such an excess is round-off.
+# A joint velocity may exceed its bound, `Servo.upper` or `Servo.lower`, by this much, because a
+# smaller excess is round-off. Unit rad/s; the velocity of a prismatic joint is divided by the
+# characteristic length.
 REST_VELOCITY = 1e-12
 # Largest entry of a twist, m/s or rad/s. A faster twist is scaled down to this value. The scaling
 # does not change the joint velocities, because the velocity limits reduce them anyway.
@@ -123,10 +124,10 @@ class ServoOutput:
 
     def write_task(self, row: Flat, twist: Flat, size: float) -> None:
         """
-        Fill J with the task rows of the Jacobian. Fill v with the task rows of the twist, divided
-        by `size`.
+        Fill J with the scaled rows of the Jacobian that the task uses. Fill v with the same rows
+        of the twist, divided by `size`.
 
-        J is divided by its largest entry, so that no square overflows.
+        J is then divided by its largest entry, so that no square overflows.
         """
         n, axes = self.servo.n, self.servo.task.rotation
         for i in range(self.servo.m):
@@ -150,7 +151,8 @@ class ServoOutput:
 
     def solve(self) -> None:
         """
-        Fill u with the damped least squares solution of J u = v, where only the free joints move.
+        Fill u with the joint velocities that solve J u = v by damped least squares. Only the free
+        joints move, those not held at a position limit.
 
         If a singular value s is less than `damped_below`, its squared damping is damping^2 (1 - (s
         / damped_below)^2). Larger singular values are not damped.

@@ -15,8 +15,9 @@ from .residuals import Residual
 
 Record = TypeVar('Record')
 PostureName = TypeVar('PostureName')
-# If two candidates are farther apart than this, rad (scaled), they are distinct solutions, without
-# a test of the error at their midpoint.
+# Largest difference of a joint between two candidates that may be one solution, rad; a prismatic
+# joint is divided by the characteristic length. Candidates that differ more are distinct solutions
+# without a test of the error at their midpoint.
 MAX_DUPLICATE_DISTANCE = 1e-2
 # Two candidates within MAX_DUPLICATE_DISTANCE are one solution if the error at their midpoint,
 # divided by `residual.size()`, is below this. The tolerance is 500 times the round-off of forward
@@ -36,7 +37,8 @@ class Solutions:
     joints
         The joints of the arm.
     near : shape (n,), rad or m
-        Joint positions. Solutions nearer to these positions come first.
+        Reference joint positions. The solutions are stored in the order of their distances to
+        these positions, the nearest first.
     proved
         Joint positions are a solution if their error is below this, m.
     q : shape (N, n), rad or m
@@ -47,11 +49,11 @@ class Solutions:
     count
         Number of solutions.
     regular
-        Whether the closed form has missed no solution, and each candidate converged to a different
-        solution.
+        Whether the closed form gave a candidate for each solution, all candidates converged, and
+        no two converged to the same solution.
     sure
-        Whether the candidates have errors below 0.01 rad and each converged to a different
-        solution. Then no other solution exists.
+        Whether the candidates have errors below 0.01 rad, all converged, and no two converged to
+        the same solution. Then no other solution exists.
     """
 
     def __init__(self, joints: Joints, near: Floats, proved: float, q: Floats) -> None:
@@ -66,8 +68,9 @@ class Solutions:
 
     def require_fit(self, residual: Residual, joints: int, most: int) -> None:
         """
-        Raise TypeError unless target and arm have n joints and the array q has at least `most`
-        rows.
+        Raise TypeError if the solutions of a target do not fit into the array q, because the
+        residual of the target or the arm (with `joints` joints) does not have n joints, or because
+        q has fewer than `most` rows.
         """
         if residual.n != self.n or joints != self.n or self.most < most:
             raise TypeError('a target, an arm and the room for its solutions do not go together')
@@ -133,7 +136,7 @@ class Solutions:
         ----------
         kind
             The class. Its fields are set without its constructor, because the constructor of a
-            frozen dataclass would take a fifth of the time of a call with a closed form.
+            frozen dataclass would take a fifth of the time in which a closed form solves a target.
         names
             Names of the joints.
         postures
@@ -253,8 +256,8 @@ def distinct(
         The residual of the target, and the joints of the arm.
     proved
         A row of q is a solution if its error is below this, m.
-    q, errors : shape (N, n), (N,)
-        Joint positions and their errors.
+    q, errors : shape (N, n) and (N,), rad or m, m
+        Joint positions, and the errors of the tool at these positions.
     which, met : shape (N,)
         `which`: indices of the kept rows, the row of least error first. `met`: for each kept row,
         the number of rows of q that are this solution.

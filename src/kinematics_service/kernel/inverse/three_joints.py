@@ -5,16 +5,18 @@ Solve the positions of three joints that move a point to a given position, in cl
 1968).
 
 D. L. Pieper, "The kinematics of manipulators under computer control", 1968. Joint 3 moves the
-given point to w. A revolute joint 1 does not change two numbers of a point: its height along axis
-1, and its distance from a point of axis 1. A prismatic joint 1 does not change the two coordinates
-across its axis. These two numbers give two equations in joints 2 and 3. Elimination of joint 2
+point to w, joint 2 moves w to u, and joint 1 must move u to the target p. A revolute joint 1 does
+not change two quantities of u: its height along axis 1, and its distance from a point of axis 1. A
+prismatic joint 1 does not change the two coordinates of u perpendicular to axis 1. Both quantities
+must be equal for u and p, which gives two equations in joints 2 and 3. Elimination of joint 2
 leaves one equation in joint 3: a quartic, or A cos x + B sin x = C for special axes. Joints 2 and
 1 follow from joint 3.
 
-An equation f is stored as ten numbers. The first five give f[0] |u|^2 + f[1:4] . u + f[4] = 0 for
-the point u that joints 2 and 3 have moved and joint 1 has not; the origin is the point of axis 1.
-A revolute joint 2 changes only the part v of u that is perpendicular to axis 2. Then the equation
-is n . v = `_right_side`. The normal n is f[5:8]; f[8] is |n|^2, and f[9] the error of n.
+An equation f is stored as ten numbers. The first five are the coefficients of f[0] |u|^2 + f[1:4]
+. u + f[4] = 0, where the origin is a point of axis 1. A revolute joint 2 changes only the part v
+of u that is perpendicular to axis 2. So the equation has the form n . v = r, where neither the
+normal n nor r, the result of `_right_side`, depends on joint 2. The normal n is f[5:8]; f[8] is
+|n|^2, and f[9] the error of n.
 
 Errors are propagated to first order: `turn` is the error of directions, rad, and `point_error`
 that of points, m. A number that is not larger than its error may be 0. In this case the returned
@@ -29,28 +31,29 @@ from ..layout.arrays import Numbers, Vector
 from ..six_joints import complex_numbers, pairs
 from . import roots
 
-# If joint 3 is revolute, a root of the quartic is e^(i angle). Largest distance of a root from the
-# unit circle for which the angle is taken as real. If joint 3 is prismatic: largest distance of a
-# root from the real line, divided by 1 plus the size of the root. A round-off of 1e-16 moves a
-# double root by 1e-8, and a fourfold root by 1e-4.
+# The quartic in joint 3 has complex roots. If joint 3 is revolute, a solution is a root e^(i
+# angle) on the unit circle; if it is prismatic, a solution is a real root. A root is taken as a
+# solution if its distance from the circle is at most this, or its distance from the real line at
+# most this times 1 plus the size of the root. A round-off of 1e-16 moves a double root by 1e-8,
+# and a fourfold root by 1e-4.
 MAX_CIRCLE_DISTANCE = 1e-3
 # Axes 1 and 2 are taken as parallel if the squared sine of their angle is below this. Such a
 # squared sine is round-off.
 PARALLEL_SINE_SQUARED = 1e-16
 # Relative error of a computed direction or sum: five times the machine epsilon, 2.2e-16.
 ROUND_OFF = 1e-15
-# Bound of the error of a coefficient of the quartic, divided by the largest error of the five
-# samples of the equation from which the coefficient is computed.
+# The coefficients of the quartic are computed from the values of its function at five positions of
+# joint 3. Bound of the error of a coefficient, divided by the largest error of the five values.
 COEFFICIENT_FACTOR = 3.0
 # Least length that is used as a unit, m, so that no length is divided by 0.
 MIN_SCALE = 1e-300
 
 
 def _write_equations(screws: Numbers, p: Vector, turn: float, F: Numbers, G: Numbers) -> float:
-    # Writes to F and G two equations of a point that joint 1 can move to the target. Their left
-    # sides have the two numbers of the point that joint 1 does not change: its height along axis 1
-    # and its distance from a point of axis 1, or two coordinates. Returns the error of the
-    # directions in the equations, rad.
+    # Writes to F and G the two equations that a point satisfies if joint 1 can move it to p. For a
+    # revolute joint 1, F compares the heights along axis 1, and G the distances from a point of
+    # axis 1. For a prismatic joint 1, F and G compare the two coordinates perpendicular to axis 1.
+    # Returns the error of the directions in the equations, rad.
     z1, z2 = vectors.axis_of(screws, 0), vectors.axis_of(screws, 1)
     if not vectors.slides(screws, 0):
         _write_equation(F, 0.0, z1, -vectors.dot(z1, p))
@@ -101,7 +104,7 @@ def _error_of(f: Numbers, b: Vector, across: float, point_error: float) -> float
 def _eliminated(
     screws: Numbers, F: Numbers, G: Numbers, w: Vector, turn: float, point_error: float
 ) -> tuple[float, float]:
-    # Evaluates the equation in joint 3 at the point w, to which joint 3 has moved the given point.
+    # Evaluates the equation in joint 3 at the position of joint 3 that moves `point` to w.
     # Returns the value of the equation and the error of the value. The value is 0 if joints 1 and
     # 2 can move w to the target. It is quadratic in w and |w|^2, which are linear in the cosine
     # and sine of joint 3.
@@ -205,15 +208,15 @@ def _third_joint(
         radius = complex_numbers.absolute(pairs.pair(z, k))
         value_error = error * max(1.0, radius * radius * radius * radius)
         if slides_3:
-            # Recompute the error at this root, because `error` belongs to the longest motion of
-            # joint 3 and is larger.
+            # Recompute the error at this root. `error` is for the largest of the five positions of
+            # joint 3, so it is larger than the error at this root.
             w = vectors.moved(screws, 2, unit * math.copysign(radius, z[2 * k]), point)
             value_error = _eliminated(screws, F, G, w, turn, point_error)[1] + ROUND_OFF * largest
         bounds[k] = roots.root_bound(c, degree, value_error, z, k)
-    # Keep the real roots. Round-off splits a double root into two roots: both on the unit circle
-    # (or the real line), or one on each side of the circle. A root beside the circle is moved onto
-    # the circle, and rotated about 0 by its distance from the circle. Roots inside and outside
-    # rotate in opposite directions, so that the two angles stay distinct.
+    # Keep the roots on the unit circle (or the real line). Round-off splits a double root into two
+    # roots: both on the circle (or line), or one on each side of it. Two roots inside and outside
+    # the circle would give the same angle. So a small angle is added: the logarithm of the root's
+    # absolute value, which is positive outside the circle and negative inside.
     count = 0
     thirds[4] = 0.0
     for k in range(degree):
@@ -222,9 +225,9 @@ def _third_joint(
         distance = abs(y) if slides_3 else abs(radius - 1.0)
         if bounds[k] < distance:
             continue
-        # The mirror image of a root in the unit circle is also a root. It lies in the error disc
-        # of the root. If the disc contains only one root, this root is its own mirror image, so it
-        # is on the circle and real.
+        # The mirror image of a root in the unit circle (or the real line) is also a root. Both lie
+        # in the error disc of root k. If this disc contains only one root of the exact polynomial,
+        # the root is its own mirror image, so it is on the circle (or line).
         if roots.is_apart(z, bounds, degree, k):
             thirds[4] = max(thirds[4], 2.0 * bounds[k] * unit)
         else:
@@ -343,7 +346,8 @@ def first_three(
     position of a joint is a solution, the joint gets its position in `free`.
     """
     # Use the feet of the common perpendicular of axes 1 and 2 as the points of these axes. Then
-    # the normals of the two equations are perpendicular, as the formulas for joint 2 require.
+    # the normals n of the equations F and G (see the module's docstring) are perpendicular, as the
+    # formulas for joint 2 require.
     o1 = vectors.point_of(screws, 0)
     local, F, G = [0.0] * 21, [0.0] * 10, [0.0] * 10
     arrays.copy(local, 21, screws)
