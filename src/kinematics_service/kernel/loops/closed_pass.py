@@ -45,8 +45,9 @@ def evaluate_closed(chain: Chain, qdot: Flat, depth: int, row: Flat) -> float:
 
 
 def _add_up_screws(chain: Chain, screws: Flat, coupling: Flat, row: Flat) -> None:
-    # Fills J = J_open [1; C]: adds the screw of each passive variable, times the derivative of the
-    # variable by a joint, to the column of this joint.
+    # Fills the Jacobian J. Column j is the sum of the screws that joint j moves, plus, for each
+    # passive variable, the derivative of the variable by joint j (in `coupling`) times the screws
+    # that the variable moves.
     n, entries = chain.dof, chain.entries
     J = arrays.after(row, places.JACOBIAN_AT)
     arrays.fill(J, 6 * n, 0.0)

@@ -5,15 +5,18 @@ Compute the passive variables of closed loops from the joint positions by Newton
 continuation.
 
 At one set of joint positions, the start, the loops are known to close. The continuation goes from
-the start to the wanted joint positions along a straight line. Its steps are small, so that it
-stays on the branch of solutions of the start. Each step predicts the passive variables by their
-derivatives, and corrects the prediction by Newton's method.
+the start to the wanted joint positions along a straight line in joint space. The loop equations
+can have several solutions for the same joint positions. A branch is a set of solutions that are
+connected by continuous motion. The steps are small, so that the continuation stays on the branch
+that contains the start. Each step predicts the passive variables by their derivatives, and
+corrects the prediction by Newton's method.
 
-A step is accepted if the corrections are small and decrease, and if each determinant keeps its
-sign and changes its size by a limited ratio. Branches meet or end only if a determinant is 0. A
+Loops that share passive variables form a group and are solved together. The loop determinant of a
+group is the determinant of the derivatives of its residual by its passive variables. Branches meet
+or end only if a loop determinant is 0. A step is accepted if the corrections are small and
+decrease, and if each loop determinant keeps its sign and changes its size by a limited ratio. A
 rejected step is halved. If the step becomes shorter than MIN_STEP_LENGTH, the branch ends.
 
-Loops that share passive variables form a group with one determinant and are solved together.
 Groups are solved in order, because variables of an earlier group may move a later group.
 
 Allgower and Georg, "Introduction to Numerical Continuation Methods", chapter 2.
@@ -51,19 +54,19 @@ MIN_DET_RATIO = 0.4
 # Largest ratio of a loop determinant after a step to the determinant before the step; the inverse
 # of MIN_DET_RATIO.
 MAX_DET_RATIO = 2.5
-# A dimensionless loop determinant is taken as round-off if it is below this multiple of a product.
-# Each passive variable gives one factor of the product: the largest derivative of the residual by
-# this variable.
+# A dimensionless loop determinant is taken as round-off if it is below this number times the
+# result of `_slope_product`: the product of the largest derivatives of the residual by each
+# passive variable.
 DETERMINANT_TOLERANCE = 1e-9
-# Least factor of the product in DETERMINANT_TOLERANCE, dimensionless. It replaces smaller
-# derivatives of the residual.
+# Least factor in `_slope_product`, dimensionless. It replaces smaller derivatives of the residual.
 MIN_SLOPE = 0.01
 # If the largest motion of a joint from the last joint positions at which the loops were closed is
 # at most this, rad, the continuation begins at these joint positions. Otherwise it begins at the
 # joint positions of the robot file.
 MAX_MOTION = 1.0
-# If the continuation along the straight line fails, it is repeated with other directions of joints
-# without limits. Largest number of joints whose direction is changed.
+# If the continuation along the straight line fails, it is repeated with some joints turning the
+# other way round: a joint without limits can reach its position by a positive or a negative turn.
+# Largest number of joints for which both ways are tried.
 MAX_OTHER_WAYS = 4
 # If the loop equations are singular at a point of the straight line, the continuation goes through
 # a point beside the middle of the line. There one joint is offset from the line by BEND, rad.
@@ -130,9 +133,9 @@ def _solve_all(
     at: int,
 ) -> int:
     # Solves this group of loops and the `left` - 1 groups after it. Returns 0 if all groups are
-    # solved, otherwise the number of groups from the failed one to the last. If `known` is set,
-    # `before` has the status of each group at the previous joint positions. The status is the
-    # determinant, the residual and the number of Newton steps.
+    # solved, otherwise the number of groups from the first unsolved group to the last. If `known`
+    # is set, `before` has the status of each group at the previous joint positions. The status is
+    # the determinant, the residual and the number of Newton steps.
     largest = MAX_CORRECTION if known else MAX_FILE_CORRECTION
     steps = _solve(group, x, largest, screws, slopes, status, at)
     if steps < 0 or known and not MIN_DET_RATIO < status[at] / before[at] < MAX_DET_RATIO:
@@ -175,8 +178,9 @@ def _farthest(group: LoopGroup, dof: int, q: Numbers, section: Flat) -> float:
 
 
 def _continue(closure: Closure, q: Numbers, section: Flat) -> int:
-    # Moves the passive variables in `section` step by step to the joint positions q. Returns 0 if
-    # all loops close at q, otherwise the number of groups from the failed one to the last. If a
+    # Follows the passive variables, step by step, from the joint positions in `section` to the
+    # joint positions q. `section` has the numbers of the loops and is updated. Returns 0 if all
+    # loops close at q, otherwise the number of groups from the first open group to the last. If a
     # loop does not close, the section belongs to the last joint positions at which all loops
     # closed.
     n, variables = closure.dof, closure.variables
@@ -216,10 +220,9 @@ def _continue(closure: Closure, q: Numbers, section: Flat) -> int:
 
 def _begin(closure: Closure, numbers: Flat, q: Flat, other_ways: int, section: Flat) -> int:
     # Copies the section `numbers` to `section`, and adds full turns to joints without limits, so
-    # that these joints are nearest to q. Each bit of `other_ways` belongs to one of the first
-    # MAX_OTHER_WAYS joints without limits that move. If the bit is set, one more turn is added, so
-    # that this joint moves to q in the other direction. Returns the number of joints that a bit
-    # can move.
+    # that these joints are nearest to q. Each of the first MAX_OTHER_WAYS joints without limits
+    # that must move has a bit in `other_ways`. If the bit is set, one more full turn is added, so
+    # that the joint turns to q the other way round. Returns the number of joints that have a bit.
     ways = 0
     arrays.copy(section, closure.width, numbers)
     for j in range(closure.dof):
@@ -256,14 +259,15 @@ def close(closure: Closure, q: Flat, section: Flat) -> int:
     Fill `section` with the passive variables at joint positions q. They are on the branch of
     solutions that contains the start, at which the loops are known to close.
 
-    The result depends on q only. The continuation goes along a straight line from the start to q.
-    If the continuation along this line fails, joints without limits turn in the other direction.
-    If all these lines fail, the line is bent to both sides, to avoid isolated joint positions at
-    which a loop determinant is 0.
+    The result depends on q only. The continuation goes along a straight line in joint space from
+    the start to q. If this fails, other straight lines are tried: on each of them, some joints
+    without limits turn the other way round to q. If all lines fail, two-part paths are tried,
+    which go around isolated joint positions at which a loop determinant is 0: from the start to a
+    point beside the middle of the first line, and from there to q.
 
     Returns 0 if all loops close. Otherwise returns the number of groups from the first open group
-    to the last group. The section then belongs to the last point of the straight line at which the
-    loops closed.
+    to the last group. The section then belongs to the last point of the first straight line that
+    the continuation reached.
     """
     ways = _begin(closure, closure.start, q, 0, section)
     failed = _continue(closure, q, section)
@@ -285,8 +289,8 @@ def close(closure: Closure, q: Flat, section: Flat) -> int:
 def close_next(closure: Closure, last: Flat, q: Flat, section: Flat) -> int:
     """
     Fill `section` with the passive variables at joint positions q. If q is near the joint
-    positions of the section `last`, the continuation starts at the section `last`. Otherwise it
-    starts as in `close`.
+    positions of the section `last`, the continuation begins at the section `last`. Otherwise it
+    begins at the joint positions of the robot file. Return the result code of `close`.
     """
     _begin(closure, last, q, 0, section)
     if _farthest(closure.first, closure.dof, q, section) <= MAX_MOTION:
@@ -299,7 +303,7 @@ def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
     Correct approximate passive variables by Newton's method, and fill the section of the closed
     loops.
 
-    Returns 0 if all loops close, otherwise the number of groups from the first open one to the
+    Returns 0 if all loops close, otherwise the number of groups from the first open group to the
     last. If a loop is open, the section has the determinant and residual of the first open group.
 
     Parameters
@@ -339,10 +343,11 @@ def close_at(chain: Chain, q: Floats, sections: Floats, closed: Floats) -> None:
     q : shape (N, n), rad or m
         Joint positions.
     sections : shape (N, width)
-        Sections as in `Closure`: the numbers about closed loops. If a loop does not close, the
-        section belongs to the last point of the straight line at which the loops closed.
+        Filled with sections, the numbers about closed loops (see `Closure`). If a loop does not
+        close at q, the section belongs to the last point that the continuation reached on the
+        straight line from the start to q.
     closed : shape (N,)
-        0 if all loops close, otherwise the number of groups from the first open one to the last.
+        0 if all loops close, otherwise the number of groups from the first open group to the last.
     """
     arrays.given(chain.closure)
     count, n, width = arrays.extent(q, 0), chain.dof, chain.closure.width
