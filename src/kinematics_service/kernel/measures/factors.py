@@ -3,9 +3,10 @@
 """
 Compute the values and gradients of the singular factors that the robot file names.
 
-The method is forward automatic differentiation of a tape, a list of operations. Several poses are
-computed at once, one in each lane of interleaved arrays: number k of a step in a lane is at k *
-lanes + lane. A pose has bit for bit the same results if it is computed alone.
+The method is forward automatic differentiation of a tape, a list of operations. Several poses can
+be computed at once. Their arrays are then interleaved: each number of a step is stored `lanes`
+times in sequence, once for each pose. A pose has bit for bit the same results if it is computed
+alone.
 """
 
 import math
@@ -39,7 +40,8 @@ class Tape:
         Operation and two operands of each step. An operand is the index of an earlier step, or of
         a joint.
     constants : shape (steps,)
-        For each step, the value of a constant, or the factor of the operand.
+        A number c for each step. The step CONSTANT has the value c. JOINT, SINE and COSINE
+        multiply the operand by c, and ARC_TANGENT divides the angle by c.
     ends : shape (factors,)
         Index of the step that computes the value of each factor.
     steps, factors
@@ -191,9 +193,9 @@ def judge_factors(
     Write to `judged` the distances to the zeros of all factors, then the value and gradient of
     each factor.
 
-    `distances` is the number of distances: the value of the first factor is written at this index.
-    Returns False if several poses are computed at once and an angle is above LARGEST_REDUCED. The
-    caller must then call `judge_factors` for each pose alone.
+    `distances` is the number of places for distances at the beginning of `judged`; the values and
+    gradients follow. Returns False if several poses are computed at once and an angle is above
+    LARGEST_REDUCED. The caller must then call `judge_factors` for each pose alone.
     """
     if lanes == 1:
         return _judge_factors(tape, task, distances, q, judged, steps, 1)

@@ -4,13 +4,17 @@
 Compute gradients by the joint positions: the gradient of a weighted sum of the entries of a
 Jacobian, and the gradients of loop determinants.
 
-If the arm has closed loops, J = J_open G with G = [1; C], and G depends on the joints. Let Phi be
-the residual of the loops, and x = (q, psi) the joints and the passive variables. An index at Phi
-or J_open means a derivative by q, psi or x; d means a change by a joint motion. The derivatives of
-psi by the joints are C = -Phi_psi^-1 Phi_q. Phi_x G = 0 holds along every motion, so Phi_psi dC =
--dPhi_x G. Let Y be the weights of the entries of J. Then the weighted sum of J_psi dC is a
-weighted sum of dPhi_x, with the weights mu G^T, mu = -Phi_psi^-T J_psi^T Y. The columns of Phi_x
-are screws, so the function that computes the gradient for J also computes it for Phi_x.
+Let an arm with closed loops have joints q, passive variables psi, and x = (q, psi). The columns of
+the Jacobian J_x = [J_q, J_psi] are the tool's motions by each variable. C is the derivative of psi
+by q. Then J = J_q + J_psi C = J_x G, where G = [I; C] is the identity above C. A joint motion
+changes J_x (dJ_x) and C (dC), so dJ = dJ_x G + J_psi dC.
+
+Let Phi(x) be the residual of the loops, and Phi_x = [Phi_q, Phi_psi] its derivatives. The loops
+stay closed, so Phi_x G = 0 at all joint positions. So dC follows from Phi_psi dC = -dPhi_x G. Each
+entry of J has a weight in the array Y. The part J_psi dC adds a weighted sum of the entries of
+dPhi_x to the gradient: the weights are mu G^T with mu = -Phi_psi^-T J_psi^T Y. The columns of
+Phi_x are screws like the columns of J_x, so one function computes the gradients of both weighted
+sums.
 """
 
 from ..forward import linear_equations
@@ -39,10 +43,13 @@ def write_side_by_side(chain: Chain, screws: Flat, Y: Flat, gradient: Flat) -> N
 
 
 def _write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat, lanes: int) -> None:
-    # Derivation: a joint f rotates all later screws by its screw (v_f, w_f), and moves the tool
-    # relative to all earlier screws. For a later entry e (or e = f), dv_e = w_f x v_e and dw_e =
-    # w_f x w_e; for an earlier entry, dv_e = w_e x v_f. So the function needs two running sums
-    # only: g_f = w_f . sum_later(v_e x Yv + w_e x Yw) + v_f . sum_earlier(Yv x w_e).
+    # Derivation: let (v_e, w_e) be the linear and angular parts of the screw of entry e, and Yv,
+    # Yw the parts of the weights of its joint. A unit motion of entry f changes the screw of f and
+    # of each entry e nearer to the tool: dv_e = w_f x v_e, dw_e = w_f x w_e. It changes each entry
+    # e nearer to the base, because the tool moves: dv_e = w_e x v_f. The gradient by f is g_f =
+    # w_f . later + v_f . earlier: `later` is the sum of v_e x Yv + w_e x Yw over f and the entries
+    # nearer to the tool, `earlier` the sum of Yv x w_e over the entries nearer to the base. So the
+    # function needs only these two running sums.
     step = chain.entries * lanes
     earlier, later = [0.0] * 48, [0.0] * 48  # three numbers for each of LANES poses
     arrays.fill(gradient, chain.variables * lanes, 0.0)
@@ -91,8 +98,8 @@ def _add_carried(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) ->
 
 
 def _add_along(screw: Flat, step: int, total: Numbers, gradient: Flat, lanes: int) -> None:
-    # Adds to the gradient the scalar product of `total` with the linear or the angular part of a
-    # screw.
+    # Adds to the gradient the scalar product of `total` with three numbers of a screw. `screw`
+    # begins at these numbers, which are the linear or the angular part.
     for lane in range(lanes):
         x, y, z = total[lane], total[lanes + lane], total[2 * lanes + lane]
         gradient[lane] += screw[lane] * x + screw[step + lane] * y + screw[2 * step + lane] * z
@@ -139,8 +146,9 @@ def _write_closed(
             for j in range(n):
                 weights[6 * (n + a) + i] += coupling[a * n + j] * Y[6 * j + i]
     write_of_screws(chain, screws, weights, work)
-    # Fill mu with J_psi^T Y. It is the weight that each derivative of a passive variable by a
-    # joint has in the weighted sum of the entries of J.
+    # Fill mu with J_psi^T Y: the weight of each derivative of a passive variable by a joint in the
+    # weighted sum of the entries of J. `_add_groups` later multiplies mu by -Phi_psi^-T (see the
+    # module's docstring).
     arrays.fill(mu, passive * n, 0.0)
     for e in range(chain.entries):
         a = chain.joint[e] - n
@@ -171,9 +179,9 @@ def _add_groups(
     mu: Flat,
     work: Flat,
 ) -> None:
-    # Adds to `work` the gradients of the weighted derivatives of the residual, for this group of
-    # loops and all later groups. The last group is computed first, because it changes the weights
-    # mu of earlier groups.
+    # Adds to `work` the gradient of the weighted sum of the entries of Phi_x (see the module's
+    # docstring), for this group of loops and all later groups. Computes the last group first,
+    # because each group changes mu of the groups before it.
     if left > 1:
         following = arrays.after(screws, 6 * group.entries)
         _add_groups(group.following, left - 1, closure, coupling, following, mu, work)
@@ -201,9 +209,9 @@ def _slopes_in(work: Flat, variables: int) -> Flat:
 def _add_loops(
     loop: Loop, group: LoopGroup, n: int, coupling: Flat, screws: Flat, mu: Flat, work: Flat
 ) -> None:
-    # Adds to `work` the gradients of the weighted derivatives of the residual, for this loop and
-    # the following loops of its group. All numbers of a loop are in the axes of the first frame
-    # that its two chains share.
+    # Adds to `work` the gradient of the weighted sum of the entries of Phi_x (see the module's
+    # docstring), for this loop and the following loops of its group. All numbers of a loop are in
+    # the axes of the frame in which its two chains begin.
     first = group.first
     weights = arrays.after(work, group.variables)
     own = arrays.after(mu, (first - n + loop.row) * n)
@@ -300,8 +308,10 @@ def _add_inverse(
     screws: Flat,
     work: Flat,
 ) -> None:
-    # Adds to `work` the gradients of the slopes of this loop and of the following loops, weighted
-    # by the columns of det slopes^-1. Slopes are derivatives of the residual.
+    # Slopes are the derivatives of the group's residual by its passive variables. Adds to `work`
+    # the gradient of a weighted sum of the slopes, for this loop and the following loops of the
+    # group. The weights are the entries of the matrix det(slopes) times the inverse of `slopes`,
+    # transposed.
     gap = [0.0] * 18
     weights = arrays.after(work, group.variables)
     arrays.fill(weights, 6 * group.variables, 0.0)

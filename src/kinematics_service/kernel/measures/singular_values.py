@@ -3,11 +3,11 @@
 """
 Compute determinants of small matrices, and their singular values by one-sided Jacobi rotations.
 
-A matrix A of `count` rows is stored in W with V, the product of the rotations, beside it: each row
-has `length` numbers of A, then `count` numbers of V. Several matrices can be interleaved, each in
-a lane: number k of the matrix in a lane is at k * lanes + lane. A matrix has bit for bit the same
-results, alone or interleaved with others, if no number is -0.0. In interleaved matrices a rotation
-by zero changes -0.0 to 0.0.
+The array W has a matrix A of `count` rows, and to its right the matrix V, the product of the
+rotations: each row has `length` numbers of A, then `count` numbers of V. Several matrices can be
+interleaved: each number of a matrix is stored `lanes` times in sequence, once for each matrix. A
+matrix has bit for bit the same results, alone or interleaved with others, if no number is -0.0. In
+interleaved matrices a rotation by zero changes -0.0 to 0.0.
 """
 
 import math
@@ -18,8 +18,8 @@ from ..layout.arrays import Flat, Floats, Numbers
 # Largest number of sweeps; a sweep rotates all pairs of rows. In experiments, matrices of six rows
 # with 6 to 96 numbers needed at most 8 sweeps.
 MAX_SWEEPS = 60
-# Two rows a and b are taken as orthogonal if (a.b)^2 is at most this times |a|^2 |b|^2. The
-# tolerance is the square of 4.5 machine epsilons.
+# Largest squared cosine, (a.b)^2 / (|a|^2 |b|^2), between two rows a and b that are taken as
+# orthogonal: the square of 4.5 machine epsilons.
 SQUARED_COSINE_TOLERANCE = 1e-15 * 1e-15
 # The iteration ends after a sweep in which all squared cosines between rows were at most this.
 # Convergence is quadratic, so the next sweep would only square this number. If two singular values
@@ -89,9 +89,9 @@ def orthogonalise(W: Flat, count: int, length: int, width: int, lanes: int) -> N
     Rotate the rows of A until they are orthogonal, and rotate the rows of V by the same rotations.
 
     The method is one-sided Jacobi (Hestenes, 1958). The method keeps all digits of small singular
-    values; the eigenvalues of A A^T would lose digits. V is stored beside A, so that one loop
-    rotates A and V. If `width` equals `length`, there is no V. A matrix that has converged is not
-    rotated while other lanes continue.
+    values; the eigenvalues of A A^T would lose digits. V is to the right of A in the array W, so
+    that one loop rotates A and V. If `width` equals `length`, W contains only A. If several
+    matrices are interleaved, a matrix that has converged is not rotated while the others continue.
     """
     if lanes == 1:
         room = [0.0] * 3

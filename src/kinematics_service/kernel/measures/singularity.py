@@ -4,10 +4,10 @@
 Compute the singularity measures of one row of results, or of LANES rows at once.
 
 The order of the measures is defined in layout/places.py and in MeasurePlaces
-(robot/measure_places.py). In interleaved rows, number k of the row in a lane is at k * lanes +
-lane. The measures of a pose are bit for bit equal, whether it is measured alone or in a lane. If
-the rank of J_t at a pose is below the generic rank, other formulas apply, so the pose is measured
-alone.
+(robot/measure_places.py). LANES rows are interleaved: first the first number of each row, then the
+second number of each row, and so on. The measures of a pose are bit for bit equal, whether it is
+measured alone or with others. If the rank of J_t at a pose is below the generic rank, its measures
+need other formulas than at full rank, so the pose is measured alone.
 """
 
 import math
@@ -54,8 +54,8 @@ def task_component(task: TaskRows, r: int, linear: Vector, angular: Vector) -> f
 
 
 def _fill_task_rows(n: int, task: TaskRows, J: Flat, W: Flat, width: int, lanes: int) -> None:
-    # Fills W with J_t in the axes of frame 0 (R0^T J), or with the transpose of J_t if n <= m. If
-    # `width` has more columns, the identity follows on the right.
+    # Fills the first columns of W with J_t in the axes of frame 0 (R0^T J), or with the transpose
+    # of J_t if n <= m. W has `width` columns; the other columns get the identity matrix.
     m = task.count
     count, length = min(m, n), max(m, n)
     for i in range(m):
@@ -86,8 +86,9 @@ def _scale_task_rows(n: int, task: TaskRows, W: Flat, width: int, lanes: int) ->
             into = arrays.after(W, (i * width + j if n > m else j * width + i) * lanes)
             scale = task.row_scale[i] * task.column_scale[j]
             for lane in range(lanes):
-                # Add 0.0, which changes -0.0 to 0.0. A rotation by 0 in several lanes does the
-                # same, so the bits stay equal.
+                # Add 0.0, which changes -0.0 to 0.0. If several poses are computed at once, a
+                # rotation by 0 changes -0.0, too. So the results of one pose and of several poses
+                # have equal bits.
                 into[lane] = into[lane] * scale + 0.0
 
 
@@ -182,9 +183,10 @@ def _fill_slopes(
     left: Numbers,
     lanes: int,
 ) -> None:
-    # Fills Y[j] with the derivative by column j of J of a sum over the singular values `first` to
-    # `last` of J_t. The sum adds their logarithms, or the singular values themselves if `lost` is
-    # set. `left` is a local array of the caller with six numbers for each pose.
+    # Adds up the logarithms of the singular values `first` to `last` of J_t, or the singular
+    # values themselves if `lost` (J_t has lost rank) is set. Fills Y[j] with the derivatives of
+    # this sum by the six entries of column j of J. `left` is a local array of the caller with six
+    # numbers for each pose.
     m = task.count
     wide = n > m
     length, width = max(m, n), m + n
@@ -217,10 +219,10 @@ def _fill_slopes(
 
 
 def _write_way_out(n: int, task: TaskRows, way_out: Flat, distances: Flat, lanes: int) -> None:
-    # `way_out` has the gradient of the logarithm of the manipulability, or of the smallest
-    # singular value if it is zero. Scales this gradient to a joint motion of length 1. Writes to
-    # `distances` the first-order distance to a singular pose, rad: 1 over the norm of the
-    # gradient, at most pi.
+    # `way_out` has the gradient of the logarithm of the manipulability. If J_t has lost rank, it
+    # has the gradient of the smallest singular value instead. Scales the gradient to a joint
+    # motion of length 1. Writes to `distances` the first-order distance to a singular pose, rad: 1
+    # over the norm of the gradient, at most pi.
     norms = [0.0] * 16
     for lane in range(lanes):
         norms[lane] = 0.0

@@ -67,8 +67,8 @@ def diagonalise(H: Flat, Z: Flat, size: int, tolerance: float) -> None:
 
 def damped_step(n: int, A: Flat, g: Flat, damping: float, L: Flat, step: Flat) -> bool:
     """
-    Solve (A + damping 1) step = g for `step` by Cholesky. Return False if A + damping 1 is not
-    positive definite.
+    Solve (A + damping I) step = g for `step` by Cholesky, where I is the identity. Return False if
+    the matrix A + damping I is not positive definite.
     """
     for i in range(n):
         for j in range(i + 1):
