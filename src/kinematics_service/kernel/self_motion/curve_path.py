@@ -19,12 +19,13 @@ from .curve_point import CurvePoint
 
 # Largest number of steps of the Illinois method to find a root; ten steps are usual.
 MAX_ROOT_STEPS = 100
-# If the function is a joint position minus the wanted position, a root is found if the difference
-# is below this, rad or m. The tolerance is the round-off of 100 operations at 3 rad.
+# A root of a joint position minus a wanted position is found if the difference is below this, rad
+# or m. The tolerance is the round-off of 100 operations at 3 rad.
 LEVEL_TOLERANCE = 1e-13
-# If the function is a slope along the curve, a root is found if the slope is below this: the slope
-# of a joint position at a turning point, or the slope of the distance at the nearest point. The
-# error of the joint position at a turning point is of the order of the square of the slope.
+# A root of a derivative along the curve is found if the derivative is below this. The function is
+# the derivative of a joint position (its root is a turning point of the joint), or that of the
+# distance to a goal (its root is the point nearest to the goal). The error of the joint position
+# at a turning point is of the order of the square of the derivative.
 SLOPE_TOLERANCE = 1e-9
 
 

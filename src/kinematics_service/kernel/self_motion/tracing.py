@@ -96,7 +96,8 @@ def _write(point: CurvePoint, row: Flat) -> None:
 def _step_from(point: CurvePoint, sample: Flat, step: float, side: float) -> float:
     # Moves `point` to the solution one step ahead of a sample. Returns the cosine of the angle
     # between the tangents at the sample and at this solution. Returns 0 if Newton's method fails,
-    # or if the solution may be beyond a bend or on another curve.
+    # if the curve turns too much between the sample and the solution, or if the solution may be on
+    # another curve.
     n, border = point.n, point.border
     arrays.copy(border, n, arrays.after(sample, n))
     for j in range(n):

@@ -3,18 +3,18 @@
 """
 Find the nearest joint positions at which the equations of a group of closed loops are singular.
 
-Functions and constants of this file call such joint positions a flat position. At a flat position
-the loop equations do not determine the passive variables. The determinant D of the derivatives of
-the equations by the passive variables is zero, and a branch of solutions ends or meets another
-branch.
+In this file, a set of joint positions at which the equations are singular is called a flat
+position. There the loop equations do not determine the passive variables. The determinant D of the
+derivatives of the equations by the passive variables is zero, and a branch of solutions ends or
+meets another branch.
 
-The method is damped Newton on D^2 = 0 (Nocedal and Wright, section 11.1): D^2 has a finite
-derivative at a flat position. The derivative of D is infinite where a branch ends. A step leads to
-the plane on which the linearised D^2 is zero, and along this plane towards the point nearest to
-the origin. Each step is multiplied by 0.5, because the loops do not close beyond the flat
-position. One flat position may be in the direction in which D grows, and another in the opposite
-direction. So the search has two starts: a step along the gradient of D, and a step against the
-gradient.
+The origin is the set of joint positions at which the search starts. The method is damped Newton on
+D^2 = 0 (Nocedal and Wright, section 11.1). It uses D^2, because the derivative of D is infinite
+where a branch ends, and that of D^2 is finite. A step leads to the plane on which the linearised
+D^2 is zero, and along this plane towards the point of the plane nearest to the origin. Each step
+is multiplied by 0.5, because the loops do not close beyond the flat position. One flat position
+may be in the direction in which D grows, and another in the opposite direction. So the search has
+two starts: a step along the gradient of D, and a step against the gradient.
 """
 
 import math
@@ -33,9 +33,9 @@ DAMPING = 0.5
 # The iteration has converged if the next Newton step to joint positions at which the loop
 # equations are singular is at most this long, rad.
 FLAT_TOLERANCE = 1e-4
-# The motion that `look` returns ends at this distance, rad, before joint positions at which the
-# loop equations are singular. A branch of solutions may end at these joint positions. If the loops
-# do not close at this distance, the distance is multiplied by ten.
+# The motion that `look` returns leads towards a flat position, but it ends when the flat position
+# is still this far away, rad. The reason is that the loops may not close at the flat position
+# itself. If the loops do not close at the end of the motion, the distance is multiplied by ten.
 END_BEFORE = 1e-7
 # Largest number of Newton steps toward a flat position (D = 0). If D is linear in the distance to
 # the flat position, each step leaves at most 0.75 of the distance.
@@ -161,9 +161,10 @@ def _move_before(
 
 
 def _write_step(n: int, onto: float, back: float, slope: Flat, d: Flat, step: Flat) -> float:
-    # Writes to `step` a motion onto the plane with linearised D^2 = 0, plus a motion along this
-    # plane. The motion along the plane is cut to the length of the motion onto the plane. Returns
-    # the length of the motion along the plane before the cut, rad.
+    # D is the loop determinant. Writes to `step` a motion onto the plane on which the linearised
+    # D^2 is zero, plus a motion along this plane. If the motion along the plane is longer than the
+    # motion onto the plane, it is shortened to the same length. Returns the length of the motion
+    # along the plane before it was shortened, rad.
     for j in range(n):
         step[j] = back * slope[j] - d[j]
     slide = rank_equations.length_of(step, n)

@@ -63,8 +63,8 @@ def _add_turn(w: Flat, e: int, entries: int, rate: float, total: Numbers) -> Non
 
 def write_slope(chain: Chain, changes: Flat, y: Flat, slope: Flat) -> None:
     """
-    Fill `slope` (n,) with the gradient of y' J x by the joints, from `changes`; x and y are
-    constant.
+    Fill `slope` (n,) with the gradient of y^T J x by the joints, where x is a constant joint
+    velocity and y a constant vector (6,). `changes` comes from `write_changes` with x.
     """
     arrays.fill(slope, chain.dof, 0.0)
     for e in range(chain.entries):

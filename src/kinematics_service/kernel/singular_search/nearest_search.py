@@ -41,9 +41,10 @@ DOUBTFUL_DISTANCE = 0.1
 MIXTURES = 8
 # Largest number of steps of a projection along the set of singular poses.
 STEPS = 14
-# A start is dropped if the estimated distance from the present joint positions to its singular
-# pose exceeds the best distance times this factor. The factor is above 1, because the estimate is
-# linear and may be larger than the distance to the curved set of singular poses.
+# The distance from the present joint positions to the singular pose of a start is estimated first.
+# The start is dropped if the estimate exceeds the smallest distance found so far times this
+# factor. The factor is above 1, because the estimate is linear and may be larger than the distance
+# to the curved set of singular poses.
 DROP_MARGIN = 1.3
 # Largest number of singular poses that the search follows while the joints move.
 MEMORY = 6
@@ -55,9 +56,9 @@ SAME_POSE_RATIO = 0.1
 # While the joints move by this fraction of the distance to the nearest singular pose, each start
 # is tried once.
 SEARCH_RATIO = 0.25
-# The product of SEARCH_RATIO and the distance to the nearest singular pose is computed with at
-# least this distance, rad. At smaller distances the level is ERROR by default (stop: 0.03), so a
-# more frequent search is not needed.
+# Smallest distance by which SEARCH_RATIO is multiplied, rad. A nearer singular pose does not make
+# the search more frequent, because the level is then already ERROR (the default of the threshold
+# `stop` is 0.03 rad).
 SEARCH_FLOOR = 0.02
 
 
@@ -215,9 +216,10 @@ class NearestSearch:
             self.projection.radius = min(projection.TRUST_RADIUS, 0.5 * self.distance)
 
     def _hold_flat_loops(self) -> None:
-        # Updates the distances to the stored joint positions at which loop equations are singular.
-        # If the joints have moved by a tenth of the least such distance, searches these joint
-        # positions again instead.
+        # Flat positions are joint positions at which loop equations are singular. Updates the
+        # distances to the stored flat positions. If the joints have moved by more than a tenth of
+        # the distance to the nearest flat position, searches new flat positions and does not
+        # update the stored ones.
         nearest: float = places.FARTHEST
         for k in range(self.groups):
             nearest = min(nearest, self.flat_lengths[k])
@@ -265,8 +267,8 @@ class NearestSearch:
 
     def _is_searched(self) -> bool:
         # Returns whether singular poses are searched. Returns False if a joint position is above
-        # LARGEST_REDUCED, because it has too few digits after the point. Returns False if the arm
-        # has too many joints for an atlas.
+        # LARGEST_REDUCED, because the round-off of so large a position is too large for the
+        # search. Returns False if the arm has too many joints for an atlas.
         largest = 0.0
         for j in range(self.n):
             largest = max(largest, abs(self.u[j]))

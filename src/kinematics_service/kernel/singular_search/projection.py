@@ -4,10 +4,12 @@
 Find a singular pose near joint positions by projection onto the set of singular poses (sequential
 quadratic programming).
 
-S is zero if J_t has lost rank (`rank_equations.py`), and dS is the derivative of S. Let d_i be the
-motion from the given positions after step i. Each step solves min |d|^2 with S + dS (d - d_i) = 0
-(Nocedal and Wright, Numerical Optimization, section 18.1, with the identity as Hessian). The
-solution is d - d_i = -dS^+ S - (1 - dS^+ dS) d_i: a step onto the set and a step along the set. A
+S is the array of functions of the joint positions that are all zero if the task Jacobian J_t has
+lost rank (`rank_equations.py`), and dS is the derivative of S. The origin is the set of joint
+positions near which a singular pose is wanted. Let d_i be the motion from the origin after step i.
+Each step solves min |d|^2 with S + dS (d - d_i) = 0 (Nocedal and Wright, Numerical Optimization,
+section 18.1, with the identity I as Hessian). The solution is d - d_i = -dS^+ S - (I - dS^+ dS)
+d_i. The first term is a step onto the set of singular poses, the second a step along this set. A
 trust radius bounds both steps. The last iterations leave out the step along the set. These
 iterations are Newton's method, which converges to a singular pose.
 """
@@ -25,24 +27,24 @@ from .rank_equations import RankEquations
 # the equations that are linearised at the start of a step are nearly exact at its end.
 TRUST_RADIUS = 0.3
 # A projection has converged if its next step onto the set of singular poses is at most this
-# fraction of the whole motion from the given joint positions.
+# fraction of the whole motion from the origin, the joint positions at which the search started.
 STEP_TOLERANCE = 1e-9
-# STEP_TOLERANCE is multiplied by the length of the whole motion from the given joint positions,
-# but at least by this length, rad. The least product, 1e-12 rad, is round-off.
+# STEP_TOLERANCE is multiplied by the length of the whole motion from the origin, but at least by
+# this length, rad. The least product, 1e-12 rad, is round-off.
 MIN_MOTION = 1e-3
 # The motion along the set of singular poses has converged if the step along the set is at most
-# this fraction of the whole motion from the given joint positions. The relative error of the
-# computed distance is then at most about 1e-5.
+# this fraction of the whole motion from the origin. The relative error of the computed distance is
+# then at most about 1e-5.
 SLIDE_TOLERANCE = 5e-3
 # Smallest and largest factor by which the step along the set of singular poses is multiplied. With
 # the factor 1, the step leads to the nearest point of the linearised set.
 MIN_STEP_RATIO = 0.1
-MAX_STEP_RATIO = 2.0  # the step may be twice as long, if the set is less curved
+MAX_STEP_RATIO = 2.0  # above 1, because the curvature of the set can make a longer step better
 # Largest number of Newton steps onto the set of singular poses, after the steps along the set. If
 # S has a double zero, each step halves the distance to the zero.
 NEWTON_STEPS = 24
-# Number of steps along the set of singular poses after which a run may be stopped, because its
-# estimated distance to a singular pose exceeds the limit.
+# `Projection.run` ends early if the estimated length of its motion exceeds the argument `limit`.
+# Number of steps along the set of singular poses before the first such test.
 TRIAL_STEPS = 2
 
 
@@ -53,7 +55,8 @@ class Projection:
     Attributes
     ----------
     origin, d : shape (n,)
-        The given joint positions, rad or m, and the motion from them to the iterate, rad.
+        The joint positions near which a singular pose is wanted, rad or m, and the motion from
+        them to the present iterate, rad.
     radius
         Length of the longest step, rad.
     evaluations
@@ -151,9 +154,9 @@ class Projection:
         return self.equations.write_steps(self.d, self.onto, self.along)
 
     def _share_along(self) -> float:
-        # Returns the factor by which the step along the set of singular poses is multiplied. The
-        # factor follows from how the last move along the set changed this step (Barzilai and
-        # Borwein, 1988).
+        # Returns the factor by which the next step along the set of singular poses is multiplied.
+        # The factor follows from the last motion along the set, and from the difference between
+        # the steps that were computed before and after this motion (Barzilai and Borwein, 1988).
         squares, change = 0.0, 0.0
         for j in range(self.n):
             squares += self.moved[j] * self.moved[j]

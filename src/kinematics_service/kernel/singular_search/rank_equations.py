@@ -6,11 +6,13 @@ task Jacobian J_t.
 
 Gaussian elimination with complete pivoting (Golub and Van Loan, Matrix Computations, section
 3.4.8) stops after k - 1 pivots, where k is the generic rank. Then J_t = [A B; C D] up to the order
-of rows and columns. The rank of J_t is below k if S = D - C A^-1 B is zero.
+of rows and columns, where A has k - 1 rows and columns. The rank of J_t is below k if the Schur
+complement S = D - C A^-1 B is zero.
 
-With Y' = [-C A^-1, 1] and X = [-A^-1 B; 1], S = Y' J_t X and dS = Y' dJ_t X (Griewank and Reddien,
-1984). The norm of S is an upper bound of the singular value s_k, because the columns of X have a
-length of at least 1.
+Let I be an identity matrix, Y^T = [-C A^-1, I] and X = [-A^-1 B; I]. Then S = Y^T J_t X, and the
+derivatives by the joints are dS = Y^T dJ_t X (Griewank and Reddien, 1984). The norm of S is an
+upper bound of the k-th singular value of J_t, because the columns of X have a length of at least
+1.
 """
 
 import math
@@ -32,7 +34,8 @@ RANK_SHARE = 1e-6
 
 class RankEquations:
     """
-    Computes the equations S + dS d = 0 of a singular pose near given joint positions.
+    Computes the linear equations S + dS d = 0 of a motion d from joint positions to a singular
+    pose. S is the Schur complement of J_t (see the module's docstring), and dS its derivative.
 
     d is a motion of the joints in rad; prismatic joints are divided by the characteristic length.
 
@@ -49,8 +52,8 @@ class RankEquations:
     n, count
         Number of joints, and of entries of S.
     residual, size
-        `residual` is the norm of S, an upper bound of the singular value s_k. `size` is a lower
-        bound of the largest singular value of J_t.
+        `residual` is the norm of S, an upper bound of the k-th singular value of J_t, where k is
+        the generic rank. `size` is a lower bound of the largest singular value of J_t.
     """
 
     def __init__(self, chain: Chain, task: TaskRows, spans: Floats) -> None:
@@ -155,9 +158,10 @@ class RankEquations:
         self.size = math.sqrt(squares / min(self.m, n))
 
     def _eliminate(self) -> None:
-        # Eliminates in place. M then has the factors L and U of A, below L and U the factors C
-        # U^-1, and in the last rows and columns S. `rows` and `columns` store the row and column
-        # of M at each position after pivoting.
+        # Eliminates in place. The array M has J_t = [A B; C D], and then four blocks: in the place
+        # of A its factors L and U, in the place of B L^-1 B, in the place of C C U^-1, and in the
+        # place of D the Schur complement S. Rows and columns of M are not moved; `rows` and
+        # `columns` store their indices in the order of the pivots.
         m, n, M, rows, columns = self.m, self.n, self.M, self.rows, self.columns
         for i in range(m):
             rows[i] = i
@@ -182,7 +186,8 @@ class RankEquations:
                     below[columns[j]] -= factor * pivot_row[columns[j]]
 
     def _write_remainder(self) -> None:
-        # Fills S = Y' J_t X from the elimination, the joint motions X and the tool motions Y.
+        # Copies S from the result of the elimination, and fills the joint motions X and the tool
+        # motions Y (see the module's docstring).
         n, first, M, squares = self.n, self.pivots, self.M, 0.0
         for a in range(self.lost):
             row = arrays.after(M, self.rows[first + a] * n)
@@ -196,8 +201,8 @@ class RankEquations:
         self.residual = math.sqrt(squares)
 
     def _write_joint_motion(self, b: int) -> None:
-        # Fills joint motion b, which is a column of X, in rad or m. Solves U x = -column by back
-        # substitution, where `column` is column b of those to the right of U.
+        # Fills joint motion b, which is column b of X, in rad or m. Solves U x = -c by back
+        # substitution, where c is column b of the block L^-1 B to the right of U.
         n, first, M, columns = self.n, self.pivots, self.M, self.columns
         x = arrays.after(self.X, b * n)
         arrays.fill(x, n, 0.0)
@@ -213,8 +218,8 @@ class RankEquations:
             x[j] *= self.task.column_scale[j]
 
     def _write_tool_motion(self, a: int) -> None:
-        # Fills tool motion a, which is a row of Y, in base axes. Solves y' L = -row, beginning
-        # with the last component, where `row` is row a of the factors C U^-1 below L.
+        # Fills tool motion a, which is row a of Y^T, in base axes. Solves y^T L = -r for y,
+        # beginning with the last component of y, where r is row a of the block C U^-1 below L.
         first, y = self.pivots, self.y
         last = arrays.after(self.M, self.rows[first + a] * self.n)
         tool = arrays.after(self.Y, 6 * a)
@@ -229,8 +234,9 @@ class RankEquations:
 
     def add_tool_motion(self, row: int, share: float, tool: Flat) -> None:
         """
-        Add `share` times the tool motion of row `row` of the task Jacobian to the tool motion
-        `tool` (6,), in base axes.
+        Add a motion to the tool motion `tool` (6,), in base axes. Row `row` of J_t describes the
+        component of the tool's velocity along or about one axis; the added motion is `share` along
+        or about this axis.
         """
         half = 3 if self.task.axis[row] > 2 else 0
         for k in range(3):
@@ -241,8 +247,8 @@ class RankEquations:
         Return whether J_t is singular: whether the norm of S is at most `ratio` times the largest
         singular value of J_t, or at most `TaskRows.zero`.
 
-        The largest singular value is taken as the larger of `size` and the largest singular value
-        in the row of `decompose`.
+        The largest singular value is not computed. It is taken as the larger of two numbers: its
+        lower bound `size`, and the largest singular value at the pose given to `decompose`.
         """
         return self.residual <= max(ratio * max(self.size, self.sigma[0]), self.task.zero)
 
@@ -277,8 +283,9 @@ class RankEquations:
 
     def write_slope(self, x: Flat, y: Flat, slope: Flat) -> None:
         """
-        Fill `slope` (n,) with the gradient of y' J_t x for a joint motion x (n,) and a tool motion
-        y (6,).
+        Fill `slope` (n,) with the gradient of y^T J x by the joints for the Jacobian J (6, n), a
+        constant joint motion x (n,) and a constant tool motion y (6,). The gradient is scaled like
+        the columns of J_t.
         """
         if self.chain.loops == 0:
             jacobian_changes.write_slope(self.chain, self.changes, y, slope)
@@ -291,7 +298,7 @@ class RankEquations:
             slope[j] *= self.units[j]
 
     def condition_number(self) -> float:
-        """Return the condition number of J_t in the row of results given to `decompose`."""
+        """Return the condition number of J_t at the pose given to `decompose`."""
         smallest = self.sigma[self.pivots]
         is_lost = smallest == 0.0 or self.sigma[0] <= self.task.zero
         return places.INFINITY if is_lost else self.sigma[0] / smallest

@@ -4,7 +4,7 @@
 Compute joint motions that make a singular value of the task Jacobian J_t zero to first order.
 
 The motions are starts of the projection onto singular poses. The derivative of a singular value
-with the singular vectors u and v is u' dJ_t v (Golub and Van Loan, Matrix Computations, section
+with the singular vectors u and v is u^T dJ_t v (Golub and Van Loan, Matrix Computations, section
 8.6). If two singular values are nearly zero, the direction lost at the nearest singular pose may
 be any combination of their singular vectors.
 """
@@ -23,7 +23,7 @@ def write_zero_of(equations: RankEquations, r: int, d: Flat) -> float:
     Fill d (n,), rad, with the least-norm joint motion that makes singular value number r zero to
     first order.
 
-    The singular value is that of J_t in the row given to `decompose`. Returns the length of d,
+    The singular value is that of J_t at the pose given to `decompose`. Returns the length of d,
     rad.
     """
     n, m = equations.n, equations.m
@@ -53,13 +53,15 @@ def write_zero_between(
     equations: RankEquations, origin: Flat, turn: float, limit: float, d: Flat
 ) -> float:
     """
-    Fill d (n,), rad, with the joint motion to the nearest pose whose lost direction is a given
-    combination of the singular directions of the two least singular values.
+    Fill d (n,), rad, with the joint motion to the nearest pose whose lost direction is a
+    combination, with the weights cos(turn) and sin(turn), of the directions of the two least
+    singular values.
 
     Returns the length of d, rad; infinite if it exceeds `limit`, or if the generic rank is 1. The
-    elimination stops one pivot earlier than usual, so that S has two rows (or columns). The rank
-    of J_t is below the generic rank if the sum of these rows with weights cos(turn) and sin(turn)
-    is zero. Newton's method solves this equation, so it never divides by the small last pivot.
+    elimination stops one pivot earlier than usual, so that the Schur complement S of J_t has two
+    rows (or columns). The rank of J_t is below the generic rank if the sum of these rows with the
+    weights is zero. Newton's method solves this equation. So the method never divides by the last
+    pivot, which is small if two singular values are nearly zero.
     """
     n, rank, length = equations.n, equations.task.generic_rank, places.INFINITY
     if rank < 2 or rank < min(equations.m, n):
