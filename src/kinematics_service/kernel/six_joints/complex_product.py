@@ -80,7 +80,8 @@ class Product:
                 re, im = (row[0], row[2], row[4]), (row[1], row[3], row[5])
                 write_turned(re, im, axis, self.turn, row)
                 # `point` is on the axis of the screw, so the rotation by the screw does not move
-                # it. With the new R, choose p so that p + R * point is the same point o as before.
+                # it. Before the rotation, the product moved `point` to o. So choose the
+                # translation p so that p + R * point is still o with the new R.
                 o = pairs.pair(self.points, 3 * k + i)
                 pairs.put(p, i, pairs.plus(o, -1.0, self.row_times(i, point)))
 

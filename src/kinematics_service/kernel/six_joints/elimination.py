@@ -5,15 +5,18 @@ Eliminate joints 1 and 2 from the loop equation of six joints (dialytic eliminat
 Roth 1993).
 
 M. Raghavan and B. Roth, "Inverse kinematics of the general 6R manipulator and related linkages",
-J. Mech. Des. 115 (1993) 502. The loop equation e3 e4 e5 (line of axis 6) = e2^-1 e1^-1 goal (line
-of axis 6), with lines as in lines.py, has 14 components.
+J. Mech. Des. 115 (1993) 502. Let ek be the motion by joint k, and V the line of axis 6 at rest, a
+vector of 15 numbers (lines.py). The loop equation e1 ... e6 = goal, applied to V, is e3 e4 e5 V =
+e2^-1 e1^-1 goal V, because joint 6 does not move its own axis. The first number of a line is 1; so
+14 equations remain.
 
 The parts of a revolute joint with angle t are (1, cos t, sin t). The parts of a prismatic joint
 with position d are (1, d, d^2). The left sides are linear in 27 products, each of one part of
 joint 3, one of joint 4 and one of joint 5. The right sides are linear in 9 products, each of one
 part of joint 1 and one of joint 2; one of these products is 1. Gaussian elimination of the other
-eight products leaves six equations in joints 3, 4 and 5, and more if axes are special. Modified
-Gram-Schmidt makes the equations orthonormal.
+eight products leaves six equations in joints 3, 4 and 5. More equations are left if axes have
+special positions, for example if they are parallel or meet. Modified Gram-Schmidt makes the
+equations orthonormal.
 """
 
 import math
@@ -24,18 +27,18 @@ from ..layout.arrays import Flat
 from . import complex_numbers, lines
 from .six_screws import SixScrews
 
-# Number of equations: the components p, p.p, l, p.l, m and h of a line (lines.py), without the
-# leading 1.
+# Number of equations: one for each number of a line (lines.py) except the first, which is always
+# 1.
 EQUATIONS = 14
 # Number of different products on the left sides of the equations: 3^3. Each product has three
-# terms, one for each of the joints 3, 4 and 5. The term of a joint is its cosine, its sine or 1.
+# factors, one part of each of the joints 3, 4 and 5 (cosine, sine or 1).
 LEFT = 27
-# Number of different products on the right sides: 3^2 - 1. Each product has two terms, for joint 1
-# and joint 2. The product of 1 and 1 is a constant and does not count.
+# Number of different products on the right sides: 3^2 - 1. Each product has two factors, one part
+# of joint 1 and one of joint 2. The product of 1 and 1 is a constant and does not count.
 RIGHT = 8
-# A pivot is taken as zero if its ratio to the first pivot is at most this. Pivots that are zero
-# for exact tables of special arms are round-off, 1e-15, or errors of a calibration. A pivot of
-# 1e-9 keeps seven digits.
+# A pivot is taken as zero if its ratio to the first pivot is at most this. For axes that are
+# exactly parallel or meet exactly, some pivots would be zero without round-off (1e-15) and without
+# the errors of a calibration. A pivot of 1e-9 keeps seven digits.
 PIVOT_RATIO = 1e-9
 # A row of the equations is left out as dependent if its length, relative to the longest row, is at
 # most this ratio. The ratio is smaller than PIVOT_RATIO, because leaving out a good row loses an
@@ -50,8 +53,9 @@ class Elimination:
     Attributes
     ----------
     left : shape (27, 15)
-        The parts of the line of axis 6 moved by joints 5, 4 and 3. Row 9 h + 3 a + b belongs to
-        part h of joint 3, part a of joint 4 and part b of joint 5.
+        Coefficients of the line of axis 6 after the motions by joints 5, 4 and 3. Row 9 h + 3 a +
+        b is multiplied by the parts h of joint 3, a of joint 4 and b of joint 5, for example cos
+        t3 (h = 1), 1 (a = 0) and sin t5 (b = 2).
     goal : shape (15,)
         The line of axis 6 moved by the goal.
     equations : shape (count, 27)
@@ -91,8 +95,8 @@ class Elimination:
         for b in range(3):
             line = arrays.after(self.fifth, 15 * b)
             lines.write_parts(screws, 3, line, arrays.after(self.fourth, 45 * b))
-        # Multiply the parts of joints 4 and 5 by the parts of joint 3. Row 3 b + a of `fourth`
-        # belongs to part a of joint 4 and part b of joint 5.
+        # `fourth` has the line of axis 6 after the motions by joints 5 and 4: row 3 b + a is
+        # multiplied by part a of joint 4 and part b of joint 5. Move each row by joint 3.
         for a in range(3):
             for b in range(3):
                 line = arrays.after(self.fourth, 15 * (3 * b + a))

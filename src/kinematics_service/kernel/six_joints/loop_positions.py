@@ -5,9 +5,11 @@ Compute the six joint positions that belong to a root of the determinant of M(t)
 angle of joint 3 (back substitution, Raghavan and Roth 1993).
 
 The null vector of M(t) (pencils.py) contains powers of e^(i u), where u is the angle of joint 4 or
-5. The ratio of successive powers is e^(i u), which gives joints 4 and 5. Least squares solve the
-line equations for the cosine and sine of joint 2. Joint 1 rotates a known direction onto a known
-direction, and so does joint 6.
+5. The ratio of successive powers is e^(i u), which gives joints 4 and 5. Then joints 5, 4 and 3
+have moved the line of axis 6 to a known line. Joints 2 and 1 must move this line to the line of
+axis 6 at the goal. Six equations that do not contain joint 1 give the cosine and sine of joint 2
+by least squares. The angle of joint 1 rotates a vector of the moved line onto that of the line at
+the goal. The angle of joint 6 does the same with a vector perpendicular to axis 6.
 """
 
 from ..forward import vectors
@@ -46,9 +48,9 @@ def _rotated(a: Complex, b: Complex, sign: float) -> Complex:
 
 
 def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
-    # Computes the position of the multiplied joint (4 or 5) from the null vector x (4, 3) of M(t).
-    # The equations were multiplied by functions of this joint (pencils.py). Returns e^(i t) for a
-    # revolute joint at angle t, the position for a prismatic joint.
+    # Computes the position of joint 4 or 5 from the null vector x (4, 3) of M(t): of the joint by
+    # whose functions the equations were multiplied (pencils.py). Returns e^(i t) for a revolute
+    # joint at angle t, the position for a prismatic joint.
     terms = [0.0] * 24
     for b in range(3):
         for i in range(4):
@@ -64,8 +66,8 @@ def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
 
 
 def _last_joint(x: Numbers, slides: bool) -> Complex:
-    # Computes the position of the other joint (4 or 5), by which the equations were not
-    # multiplied, from the null vector x (4, 3) of M(t) (pencils.py). Returns e^(i t) for a
+    # Computes the position of joint 4 or 5 from the null vector x (4, 3) of M(t): of the joint by
+    # whose functions the equations were not multiplied (pencils.py). Returns e^(i t) for a
     # revolute joint at angle t, the position for a prismatic joint.
     terms = [0.0] * 24
     for k in range(4):
@@ -236,8 +238,8 @@ class Positions:
 
     def _first_joint(self, loop: SixScrews, elimination: Elimination, second: Complex) -> Complex:
         # Solves joint 1, which moves the line of axis 6 (already moved by joints 5 to 2) to the
-        # line at the goal. The angle is computed from one of the vectors p, l, m and h of the
-        # line. It is the vector with the longest part perpendicular to axis 1.
+        # line at the goal. A line has four vectors (lines.py): its point, direction, moment, and
+        # h. The angle is computed from the vector with the longest part perpendicular to axis 1.
         screws, best = loop.screws, -1.0
         _write_parts_of(second, vectors.slides(screws, 1), self.three)
         axis, point = vectors.axis_of(screws, 0), vectors.point_of(screws, 0)

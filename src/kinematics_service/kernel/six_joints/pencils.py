@@ -4,11 +4,12 @@
 Compute a matrix M(t) and its determinant, where t is the angle of joint 3 (Raghavan and Roth
 1993). If the loop can close at the angle t, M(t) is singular.
 
-The dialytic step multiplies each of the six equations of `Elimination` by cos(t/2) and by sin(t/2)
-of one joint, 4 or 5. The results are linear in twelve products: (cos t/2, sin t/2, cos 3t/2, sin
-3t/2) of the multiplied joint times (1, cos, sin) of the other joint. Half angles replace the
-tangents of the paper, which are infinite at 180 degrees. If the multiplied joint is prismatic with
-position d, the products have (1, d, d^2, d^3).
+The dialytic step multiplies each of the six equations of `Elimination` by cos(u/2) and by
+sin(u/2), where u is the angle of joint 4 or 5. This joint is called the multiplied joint. The
+results are linear in twelve products: (cos u/2, sin u/2, cos 3u/2, sin 3u/2) of the multiplied
+joint times (1, cos, sin) of the other of joints 4 and 5. Half angles replace the tangents of the
+paper, which are infinite at 180 degrees. If the multiplied joint is prismatic with position d, the
+equations are multiplied by 1 and d, and the products have (1, d, d^2, d^3).
 
 The matrix of the equations is M(t) = M0 + cos(t) M1 + sin(t) M2. The determinant of M(t) is a
 trigonometric polynomial, interpolated by a discrete Fourier transform (polynomials.py). The null
@@ -24,8 +25,8 @@ from . import complex_numbers, pairs, polynomials
 from .elimination import Elimination
 from .pairs import Complex
 
-# Number of products in which the equations are linear: four functions of the multiplied joint
-# times three of the other joint.
+# Number of products in which the equations are linear: four functions of the multiplied joint (4
+# or 5, see above) times three functions of the other of joints 4 and 5.
 SIZE = 12
 # Number of entries of the matrix M: SIZE squared.
 SQUARE = 144
@@ -125,8 +126,8 @@ class Pencil:
                         self.M[SQUARE * k + SIZE * i + j] += term
 
     def _balance(self) -> None:
-        # Scales the columns of M0, M1 and M2, and then their rows. After its scaling, a column (or
-        # row) of the three matrices together has length 1.
+        # Scales the columns of M0, M1 and M2, then the rows. Column j of the three matrices is
+        # taken as one long vector and scaled to length 1; rows likewise.
         M = self.M
         for j in range(SIZE):
             square = 0.0
@@ -171,9 +172,9 @@ class Pencil:
         noise = polynomials.write_coefficients(
             self.samples, count, self.circle, largest, self.degree, self.coefficients
         )
-        # Add to the noise a bound of the effect of errors of the matrix entries. An error of an
-        # entry changes the determinant by the error times the minor of the entry. It also changes
-        # the harmonics up to the degree, in which round-off is not measured.
+        # `noise` is measured from the harmonics above the degree. An error of a matrix entry
+        # changes the determinant by the error times the minor of the entry. It changes harmonics
+        # up to the degree, too, so `noise` does not show it. Add a bound of this error.
         error = max(self.error, complex_numbers.ROUND_OFF)
         self.noise = max(noise, error * minor / largest)
 

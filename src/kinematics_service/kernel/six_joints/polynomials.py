@@ -112,7 +112,9 @@ def _improve(a: Numbers, count: int, z: Numbers, k: int) -> bool:
         value = pairs.plus(pairs.times(value, x), 1.0, term)
         terms = terms * shrink + abs(term[0]) + abs(term[1])
     if outside:
-        # Compute P'/P = count / z - q' / (z^2 q) for P = z^count q(1/z).
+        # `value` and `slope` are those of the polynomial q with P(z) = z^count q(1/z), where P is
+        # the polynomial with the roots. Compute value and slope of P up to a common factor:
+        # P'/P = count / z - q' / (z^2 q).
         scaled, bent = pairs.times(value, x), pairs.times(pairs.times(x, x), slope)
         slope = (count * scaled[0] - bent[0], count * scaled[1] - bent[1])
     step = _step(value, slope, z, k, count)
@@ -125,8 +127,9 @@ def _improve(a: Numbers, count: int, z: Numbers, k: int) -> bool:
 
 
 def _step(value: Complex, slope: Complex, z: Numbers, k: int, count: int) -> Complex:
-    # Returns the Aberth step p / (p' - p sum of 1 / (z[k] - z[i])). It is the Newton step for p
-    # divided by the product of the factors z[k] - z[i] of the other roots.
+    # Returns the Aberth step p / (p' - p sum of 1 / (z[k] - z[i])), where p is the polynomial at
+    # z[k]. It is the step of Newton's method for another function: p divided by the product of
+    # z[k] - z[i] over all other roots i.
     here = pairs.pair(z, k)
     re, im = 0.0, 0.0
     for i in range(count):

@@ -75,10 +75,12 @@ class SixJoints:
     to_joints : shape (6, 6)
         Matrix from screw positions to joint positions.
     options : shape (k, 3)
-        Each row has the first joint of the loop (0 to 5), 1 if the loop runs backwards, and 1 if
-        the equations are multiplied by functions of joint 5 of the loop instead of joint 4
-        (pencils.py). If two joints are prismatic, the loop begins with a prismatic joint. The last
-        number of the row is then 1 if the second revolute joint is hidden.
+        Each row is a way to write the equation of screws and target as a closed loop
+        (six_screws.py). Its numbers are: the joint with which the loop begins (0 to 5); 1 if the
+        loop runs backwards; 1 if the equations are multiplied by functions of joint 5 of the loop
+        instead of joint 4 (pencils.py). If two joints are prismatic, the loop begins with a
+        prismatic joint, and the last number has another meaning: 1 if the polynomial is in the
+        angle of the second revolute joint, 0 if it is in the angle of the first.
     bound
         Largest number of isolated complex solutions of a target.
     """
@@ -128,7 +130,7 @@ class Roots:
     count
         Number of solutions. Each is certified, and none is listed twice.
     proved
-        Whether no real solution is missing.
+        Whether it is proved that no real solution is missing.
     noise
         Relative round-off of the polynomial for the option that was tried last.
     first_step

@@ -4,28 +4,32 @@
 Solve the inverse kinematics of six joints, two or three of which are prismatic. The method is a
 resultant in the angle of one joint.
 
-Let y and z be the axes of the last two revolute joints, and G the rotation of the goal. Let R be
-the rotation by the joints before y and z. The first equation is R y . G z = y . z, because the
-joints with the axes y and z do not change the angle between y and z.
+Let y and z be the directions of the axes of the last two revolute joints at rest, and G the
+rotation of the goal. Let R be the rotation by the revolute joints before these two. The first
+equation is R y . G z = y . z, because the last two revolute joints do not change the angle between
+their axes.
 
-If three joints are revolute, R is the rotation of the first of them, and the first equation has
+If three joints are revolute, R is the rotation by the first of them, and the first equation has
 two roots.
 
-If four joints are revolute, R = A B. Let s be the direction of the first prismatic joint, and u
-that of the second prismatic joint, turned by A and B. The prismatic joints move the tool in a
-plane with the normal n = s x u. Consider the vector from the tool, moved by the revolute joints
-alone, to the goal. The second equation says that this vector lies in the plane.
+If four joints are revolute, let A and B be the rotations by the first two of them, so R = A B. Let
+s be the direction of the first prismatic joint, and u the direction to which A and B turn the
+second prismatic joint. The prismatic joints move the tool in a plane with the normal n = s x u.
+Let the revolute joints move the tool and the prismatic joints stay at 0. Then the vector from the
+tool to the goal must lie in this plane, which is the second equation.
 
-The last part of this vector is the common perpendicular of y and z along R y x G z, with
-n . (R y x G z) = (s . R y)(G z . u) - (s . G z)(u . R y). The first equation makes
-(s . R y)(G z . u) = (y . z)(s . u) + (s x G z) . (R y x u). So both equations are linear in the
-products of (1, cos, sin) of A and of B.
+This vector has a term along R y x G z, the common perpendicular of the last two revolute axes. The
+term is not linear in the products of (1, cos, sin) of A and of B: n . (R y x G z) =
+(s . R y)(G z . u) - (s . G z)(u . R y). But the first equation makes (s . R y)(G z . u) =
+(y . z)(s . u) + (s x G z) . (R y x u). So both equations are linear in the products.
 
-At an angle of the hidden joint, the equations are linear in (1, cos, sin) of the other joint, with
-coefficients E and F. V = E x F is proportional to (1, cos, sin) (Cramer's rule). cos^2 + sin^2 = 1
-becomes the resultant V1^2 + V2^2 = V0^2, a trigonometric polynomial of degree 4. So a target has
-at most eight isolated solutions. (Several solutions may share a root. An arm with slightly
-different parameters then has as many solutions, each with its own root.)
+One of the two joints is called hidden: the resultant is a polynomial in its angle. At an angle of
+the hidden joint, the two equations are linear in (1, cos, sin) of the other joint; the vectors E
+and F are the coefficients. So (1, cos, sin) is perpendicular to E and F, and V = E x F is
+proportional to it. cos^2 + sin^2 = 1 becomes the resultant V1^2 + V2^2 = V0^2, a trigonometric
+polynomial of degree 4. So a target has at most eight isolated solutions. (Several solutions may
+share a root. An arm with slightly different parameters then has as many solutions, each with its
+own root.)
 """
 
 import math
@@ -51,8 +55,9 @@ PARALLEL_SINE = 1e-12
 
 
 def _mean(p: int, turn: int) -> float:
-    # Returns the weight of the sample at `turn` times 120 degrees in the formula for a
-    # coefficient: that of 1, cos or sin for p = 0, 1 or 2.
+    # A function a + b cos t + c sin t is sampled at t = 0, 120 and 240 degrees. Its coefficients
+    # are weighted sums of the three samples. Returns the weight of the sample at `turn` times 120
+    # degrees in the sum for a, b or c (p = 0, 1 or 2).
     if p == 0:
         return 1.0 / 3
     if p == 1:
@@ -67,8 +72,8 @@ def _dot(a: Numbers, b: Numbers) -> Complex:
 
 
 def _at(table: Numbers, c: float, s: float) -> Vector:
-    # Evaluates a table of coefficients at the angle of the hidden joint, which has the cosine c
-    # and the sine s. Returns the coefficients of (1, cos, sin) of the other joint.
+    # Evaluates one equation, `table` (E or F), at the angle of the hidden joint, which has the
+    # cosine c and the sine s. Returns the coefficients of (1, cos, sin) of the other joint.
     v = vectors.plus(vectors.three(table, 0), c, vectors.three(table, 3))
     return vectors.plus(v, s, vectors.three(table, 6))
 
@@ -171,9 +176,9 @@ class SphericalLinkage:
         self.bound += math.sqrt(vectors.dot(carried, carried))
         self.bound += math.sqrt(vectors.dot(twice, twice)) + 3 * abs(self.offset)
         self.bound += math.sqrt(vectors.dot(between, between) / square)
-        # Test whether one prismatic joint is before joint A (the first revolute joint) and one
-        # after it, both perpendicular to axis A. If so, they span the plane normal to axis A at
-        # every angle.
+        # Test whether, in the order of the loop, one prismatic joint is before the first revolute
+        # joint and the other after it, and both are perpendicular to its axis. If so, the plane of
+        # the two prismatic directions is perpendicular to this axis at each angle of the joint.
         slide, other = vectors.axis_of(screws, 0), vectors.axis_of(screws, self.second)
         self.across = self.before == 1 and abs(vectors.dot(slide, first)) < PARALLEL_SINE
         self.across = self.across and abs(vectors.dot(other, first)) < PARALLEL_SINE
@@ -196,8 +201,8 @@ class SphericalLinkage:
                         self.F[at] += weight * self.vector[1]
 
     def _evaluate(self, loop: SixScrews, alpha: float, beta: float) -> None:
-        # Writes to `vector` the residuals of the first and second equation, if the first two
-        # revolute joints have the angles alpha and beta, rad.
+        # Writes to `vector` the residuals of the first and second equation of the module's
+        # docstring, if the first two revolute joints have the angles alpha and beta, rad.
         screws, order = loop.screws, self.order
         y = vectors.axis_of(screws, order[self.turning - 2])
         z = vectors.axis_of(screws, order[self.turning - 1])
@@ -243,8 +248,8 @@ class SphericalLinkage:
         self.noise = polynomials.write_coefficients(
             self.values, RESULTANT_SAMPLES, self.circle, largest, degree, self.coefficients
         )
-        # Add to the noise a bound of the errors of the equations. These errors change no harmonic
-        # beyond the degree, so the samples do not show them.
+        # `noise` is measured from the harmonics of the resultant above its degree. Errors of the
+        # coefficients E and F change no such harmonic, so add a bound of these errors.
         error = 10.0 * complex_numbers.ROUND_OFF
         error *= 1.0 if degree == 1 else self.bound * math.sqrt(steepest)
         self.noise = max(self.noise, error / largest)
@@ -275,8 +280,9 @@ class SphericalLinkage:
         return self._write_slides(loop, motion, t)
 
     def _write_other(self, t: Numbers) -> bool:
-        # Computes the angle of the joint that is not hidden by Cramer's rule. The vector V = E x F
-        # is proportional to (1, cos, sin) of this angle.
+        # Computes the angle of `other`, the second of the two joints in the equations; the angle
+        # of the hidden joint is known. The vectors E and F are the coefficients of the equations
+        # at this angle. V = E x F is proportional to (1, cos, sin) of the angle of `other`.
         turn, C = self.turn, self.columns
         complex_numbers.write_turn(pairs.pair(t, self.hidden), turn)
         for k in range(3):
