@@ -64,10 +64,10 @@ def as_exported(value: Any) -> Any:
     """
     Prepare a class, function or type of the kernel for export, and return the exported object.
 
-    The module of a class becomes `kernel`, so that pickle finds the class in the compiled kernel
-    and in plain Python. A function that runs as plain Python is wrapped, so that numpy prints no
-    warnings. Overflows and invalid numbers then appear only in the results, as in the compiled
-    kernel.
+    The attribute `__module__` of a class is set to `kernel`, so that pickle finds the class in the
+    compiled kernel and in plain Python. A function that runs as plain Python is wrapped, so that
+    numpy prints no warnings. Overflows and invalid numbers then appear only in the results, as in
+    the compiled kernel.
     """
     if isinstance(value, FunctionType):
         return _quiet(value)

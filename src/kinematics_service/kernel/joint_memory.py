@@ -159,8 +159,10 @@ class ReportedJoints:
     positions, velocities : rad or m, rad/s or m/s
         The numbers of the message. Velocities are used if there are as many velocities as
         positions.
-    stamp, received, arrival : ns
-        The times of the message: see joint_sample.JointSample.
+    stamp : ns
+        Time of the measurement, ROS clock; 0 if the message has no stamp.
+    received, arrival : ns
+        Time of receipt on the ROS clock, and on the steady clock.
     """
 
     def __init__(

@@ -16,13 +16,14 @@ from .singular_search.nearest_search import NearestSearch
 
 
 def _judge_loops(arm: Arm, row: Flat, measures: Flat, work: Flat) -> None:
-    # Writes the distances to the zeros of the loop determinants, after the distances to the zeros
-    # of the factors of the robot file. At a zero of the determinant, a branch of solutions of the
-    # loop equations ends. Near the end of a branch, the determinant is proportional to the square
-    # root of the distance to this end. So the first-order distance is twice the distance, and its
-    # half is written. J grows toward the end of a branch, so the gradient of the manipulability
-    # leads to this end. Therefore, if the end of a branch is nearest, the way out is computed from
-    # the loop determinant.
+    # Writes the distances to the zeros of the loop determinants. In the row of measures they
+    # follow the distances to the zeros of the factors of the robot file. At a zero of a loop
+    # determinant, a branch of solutions of the loop equations ends. Near this end, the determinant
+    # is proportional to the square root of the distance to the end. So the determinant divided by
+    # its slope is twice the distance; half of it is written. J grows toward the end of a branch,
+    # so the gradient of the manipulability leads to this end, not away from it. Therefore, if the
+    # end of a branch is the nearest singular pose, the way out is computed from the loop
+    # determinant.
     n, count = arm.chain.dof, _factors(arm)
     distances = arrays.after(measures, _judged_at(arm) + places.JUDGED)
     nearest, first = measures[places.DISTANCE], -1
@@ -57,8 +58,9 @@ def _write_way_out(arm: Arm, determinant: Flat, measures: Flat) -> None:
 
 
 def _judge(arm: Arm, measures: Flat) -> None:
-    # Writes the measure that is compared with the thresholds, and its level: 0 for OK, 1 for WARN,
-    # 2 for ERROR. Writes the index of the singular factor whose zero is nearest.
+    # Writes the absolute value of the watched measure, which the robot file selects, and its
+    # level: 0 for OK, 1 for WARN, 2 for ERROR. Writes the index of the singular factor whose zero
+    # is nearest.
     judged = arrays.after(measures, _judged_at(arm))
     distances = arrays.after(judged, places.JUDGED)
     nearest = 0
@@ -184,8 +186,9 @@ def _judge_rows(
     measures: Flat,
     work: Flat,
 ) -> int:
-    # Fills the measures of LANES rows as `_judge_one` does for one row. Returns a bit mask of the
-    # rows that must still be filled by `_judge_one`.
+    # Fills the measures of LANES poses, with first-order distances to singular poses. Returns a
+    # bit mask of the poses that could not be computed together; the caller must compute each of
+    # these poses by `_judge_one`.
     n, columns, length = arm.chain.dof, width(arm), arm.chain.frames_at
     measured = work
     evaluated = arrays.after(measured, columns * places.LANES)
@@ -319,9 +322,13 @@ def find_nearest(
     Parameters
     ----------
     search
-        A search of the arm.
-    rows, q, measures
-        As in `measure`.
+        The search for singular poses, which knows the arm.
+    rows : shape (N, width)
+        Rows that `evaluate` has filled with depth JACOBIAN or more.
+    q : shape (N, n), rad or m
+        Joint positions of the rows.
+    measures
+        The rows that `measure` has filled.
     in_order
         Whether the rows are successive poses of a motion. If so, each search continues from the
         previous pose.

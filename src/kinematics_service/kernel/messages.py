@@ -104,16 +104,18 @@ def observe_bytes(
     ----------
     search
         The search for singular poses that the previous message used, or a new one.
-    memory, row
-        As for `observe`.
+    memory
+        The memory of the arm's joints.
     form
         The byte layout. The call overwrites `form.reported`.
     data
         The bytes of the message.
     arrival : ns
         Time of receipt on the steady clock.
+    row : shape (width + 2 n + ROW_TAIL,)
+        Filled with the tool state, in the order of `observe`.
     measures
-        As for `measure_one`.
+        Filled with the singularity measures of the new tool state, in the order of `measure`.
     answers
         Outgoing messages that are filled with the new tool state and its covariances; None to fill
         no messages.

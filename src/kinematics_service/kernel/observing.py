@@ -99,8 +99,9 @@ def _latest_stamp(memory: JointMemory, ours: OurJoints) -> Nanoseconds:
 
 
 def _merge(memory: JointMemory, reported: ReportedJoints) -> int:
-    # Updates the memory with a message. Returns a result code of `observe`. The codes that mean a
-    # new tool state are valid only if the arm can then be evaluated.
+    # Updates the memory with a message. Returns a result code of `observe`, under the assumption
+    # that the tool state can be computed from the new joint positions. If it cannot, `take`
+    # returns another code.
     if not _all_computable(reported.positions, reported.ours):
         return places.BAD_POSITION
 
@@ -166,8 +167,10 @@ def _close(arm: Arm, memory: JointMemory, q: Flat, section: Flat) -> bool:
 
 def take(arm: Arm, memory: JointMemory, reported: ReportedJoints, row: Flat, at: int) -> int:
     """
-    Store a message and fill `row` as `observe` does, but without checks of the arguments. In
-    `row`, q begins at index `at`.
+    Store the joints of a message in the memory, and fill `row` with the new tool state. In `row`,
+    q begins at index `at`. Return a result code of `observe`.
+
+    The caller must have checked the arguments with `check_fit`.
     """
     outcome = _merge(memory, reported)
     if outcome % places.STARTED_ANEW > places.WITH_DIFFERENCES:

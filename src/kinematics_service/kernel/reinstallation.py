@@ -33,8 +33,8 @@ def command() -> str:
 
 def _by_pip(what: str) -> str:
     command = f'{shlex.quote(sys.executable)} -m pip install --force-reinstall --no-deps {what}'
-    # Add the installation of Python's C headers if they are missing, because the compiler needs
-    # them.
+    # If Python's C headers are missing, put a command that installs them before the pip command,
+    # because the compiler needs the headers.
     headers = Path(sysconfig.get_path('include'), 'Python.h').exists()
     return command if headers else f'sudo apt install python3-dev && {command}'
 

@@ -128,8 +128,8 @@ def without_lock() -> np.errstate:
     Return a context in which the compiled kernel releases the interpreter's lock, so that other
     threads run.
 
-    In plain Python this context only switches off numpy's warnings. Batches may compute invalid
-    numbers that are not used, and the compiled kernel gives no warnings.
+    In plain Python this context only switches off numpy's warnings, because the compiled kernel
+    gives no warnings either.
     """
     return np.errstate(all='ignore')
 

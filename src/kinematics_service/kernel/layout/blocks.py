@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Interleave the rows of numbers of LANES poses: number k of the row in a lane is at index k * LANES
-+ lane.
+Interleave the rows of LANES poses: first the first number of each row, then the second number of
+each row, and so on. A lane is the position of a pose in this order, from 0.
 
 A loop over the lanes applies one operation to neighbours in memory, so the processor computes
 several lanes at once.

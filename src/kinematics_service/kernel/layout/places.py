@@ -26,12 +26,13 @@ MAX_LOOP_ENTRIES = 32  # largest number of entries in each of the two chains of 
 MAX_LOOP_ROWS = 18  # largest number of residual components in one group of loops
 MAX_PASSIVE_VARIABLES = 24
 MAX_LOOP_JOINTS = 128  # largest number of joints of an arm with loops
-# Singular poses are not searched for arms with more joints, because the list of singular poses
-# (the atlas) takes n^4 operations. One core needs 1 s for 16 joints, 4 s for 20 and hours for 128.
+# Largest number of joints n of an arm whose singular poses are searched. The list of singular
+# poses (the atlas) takes n^4 operations: one core needs 1 s for 16 joints, 4 s for 20 and hours
+# for 128.
 MAX_SEARCHED_JOINTS = 16
 
-# Indices in a row of results of `evaluate`: of the first number of the pose, of the quaternion and
-# of the Jacobian.
+# `evaluate` fills a row of numbers for each pose. These are the indices in the row at which the
+# pose, the quaternion and the Jacobian begin.
 POSE_AT = 0
 QUATERNION_AT = 16
 JACOBIAN_AT = 20
@@ -57,11 +58,12 @@ ROW_TAIL = 4
     LOST_AT,
 ) = range(7)
 
-# Indices in a row of measures, counted from the end of the singular values: the watched measure,
-# which is compared with the thresholds, its level without hysteresis, the index of the factor
-# nearest to zero, and the first-order distance. JUDGED is the number of these four. The next
-# numbers are the distances to the zeros of the factors, rad, then the value and gradient of each
-# factor. Last comes the nearest singular pose (n,), NaN if none was found.
+# In a row of measures, four numbers follow the singular values: the watched measure, which is
+# compared with the thresholds; its level without hysteresis; the index of the factor nearest to
+# zero; and the first-order distance. The first four constants are the indices of these numbers,
+# counted from the end of the singular values; JUDGED is 4. The next numbers are the distances to
+# the zeros of the factors, rad, then the value and gradient of each factor. Last comes the nearest
+# singular pose (n,), NaN if none was found.
 WATCHED, LEVEL, NEAREST_FACTOR, FIRST_ORDER, JUDGED = range(5)
 
 # Number of latest jumps of a joint whose times are stored.
@@ -117,8 +119,8 @@ LARGEST_STAMP = 2**62
 POSITION_3, SPHERICAL_WRIST, PARALLEL_AXES = range(3)
 
 # Number of candidate solutions that arrays for one target can hold. The number is twice 16, the
-# largest number of solutions of six joints. A closed form has at most 2 x 4 candidates for three
-# joints, times 2 for a wrist.
+# largest number of solutions of six joints. A closed form has at most 16 candidates: up to 4
+# positions of joint 3, 2 of joint 2 for each, and 2 of a wrist for each.
 MAX_CANDIDATES = 32
 
 # Results of `take_target`, which checks a target of inverse kinematics.
@@ -134,8 +136,9 @@ MAX_CANDIDATE_STEPS = 40
 # bits, chain_pass.py) is exact.
 LARGEST_REDUCED = 1e5
 # Radius of the search for singular poses, rad (prismatic joints divided by the characteristic
-# length). If no singular pose was found, this radius is reported as the distance. The bounds of
-# derivatives for a clearance hold within this radius.
+# length). If no singular pose was found, this radius is reported as the distance. A clearance is
+# computed from bounds of the derivatives of J_t, which hold within this radius around the joint
+# positions.
 FARTHEST = 1.0
 # For the rank of J_t and the distance to a singular pose, a singular value of J_t is taken as zero
 # if it is below this multiple of the largest singular value. The round-off of J is about 1e-15.
