@@ -12,10 +12,10 @@ from ..kernel import Floats
 from ..robot.measures import Level
 
 # The lost direction is the direction in which the tool cannot move. The node repeats the warning
-# if this direction has turned by at least this angle, rad.
+# if this direction has turned by at least this angle, rad, since the last warning.
 TURNED = math.radians(30.0)
-# Cosine of the angle `TURNED`. The warning is repeated if the cosine of the angle between the
-# present lost direction and that of the last warning is smaller.
+# The warning is repeated if the cosine of the angle between the present lost direction and that of
+# the last warning is below this number, the cosine of `TURNED`.
 TURNED_COSINE = math.cos(TURNED)
 # Smallest time between two warnings if the lost direction keeps turning, ns. If the tool loses two
 # directions at once, the lost direction is computed as an arbitrary combination of the two, and

@@ -207,8 +207,9 @@ _OUTCOMES |= {
     kernel.STARTED_ANEW + code: outcome._replace(starts_anew=True)
     for code, outcome in _OUTCOMES.items()
 }
-# With these two codes the kernel has stored nothing. A message given as bytes must then be decoded
-# and given again. A decoded message is refused, with a sentence that names the bad position.
+# After the codes NOT_THIS_FORM and BAD_POSITION the kernel has stored nothing. If the message came
+# as bytes, the caller must decode it and call `Estimator.take` again. A decoded message is
+# refused, with a sentence that names the bad position.
 _OUTCOMES |= {kernel.NOT_THIS_FORM: _UNREAD, kernel.BAD_POSITION: _UNREAD}
 _NOTHING = np.empty(0)
 # Largest number of message forms that the estimator remembers. A form is the list of joint names
@@ -274,8 +275,8 @@ class Estimator:
 
     def anew(self, answer: EstimatorOutput) -> EstimatorOutput | None:
         """
-        Return an earlier output with a new state: that of the present arm at the last joint
-        positions. Returns None if a joint position is unknown.
+        Return a copy of an earlier output, with the tool state replaced by the state of the
+        present arm at the last joint positions. Return None if a joint position is unknown.
         """
         known = self.joints.joint_vectors()
         if known is None:
@@ -353,8 +354,9 @@ class Estimator:
             level: Level = singularity.level  # no hysteresis after OK and STALE
         else:
             value = watched_value(self.robot, singularity)
-            # Take the higher of two levels: the level of `value` with hysteresis, and the kernel's
-            # level, which is WARN for a nearly singular J even if the distance is large.
+            # Take the higher of two levels. The first compares the watched measure (`value`) with
+            # the thresholds, with hysteresis. The second is the kernel's level, which is WARN for
+            # a nearly singular J even if the distance to the nearest singular pose is large.
             level = max(
                 self.robot.singularity.thresholds.level(value, alarm.level), singularity.level
             )

@@ -31,16 +31,16 @@ WINDOW = 5 * SECOND
 # Largest number of different lists of joint names among the checked messages. It is small, because
 # a topic has few drivers, and each driver sends one list.
 FORM_LIMIT = 8
-# The pace is the time that passed by stamps divided by the time that passed by arrivals. A pace
-# above PACE or below 1 / PACE is a fault.
+# The pace is the time between two stamps divided by the time between the arrivals of the same two
+# messages. A pace above PACE or below 1 / PACE is a fault.
 PACE = 3.0
 MICROSECONDS = 'nanosec most likely holds microseconds; write nanoseconds'
 MILLISECONDS = 'nanosec most likely holds milliseconds; write nanoseconds'
-# For each pace (time by stamps divided by time of arrival), the most likely cause of this pace.
+# For each wrong pace, its most likely cause.
 PACE_CAUSES = {1e3: 'sec most likely holds milliseconds', 1e-3: MICROSECONDS, 1e-6: MILLISECONDS}
-# A cause of a wrong pace (time by stamps divided by time of arrival) is named if the measured pace
-# agrees with its key in PACE_CAUSES within this relative tolerance. Over half a second, jitter of
-# stamps changes the pace by less.
+# The cause of a wrong pace is named if the measured pace agrees with a key of PACE_CAUSES within
+# this relative tolerance. The pace is measured over half a second or more, so jitter of the stamps
+# changes it by less than the tolerance.
 PACE_TOLERANCE = 0.1
 # For each bound, the most likely fault of a driver whose stamps have nanosec below this bound for
 # more than a second.
@@ -54,9 +54,9 @@ NANOSEC_CAUSES = {
 # A measured speed may exceed the velocity limit by this factor, because jitter of stamps adds 10 %
 # to a speed averaged over SPEED_BASELINE.
 SPEED_TOLERANCE = 1.1
-# Lags at which a mimic joint is compared with the joint that it follows, s. They are 0.02 s apart,
-# so one of them is wrong by at most 0.01 s. At 1 rad/s this is 0.01 rad, half of
-# POSITION_TOLERANCE.
+# A mimic joint lags behind the joint that it follows by an unknown time. The two joints are
+# compared at each of these lags, s. The lags are 0.02 s apart, so the nearest one differs from the
+# true lag by at most 0.01 s. At 1 rad/s this is 0.01 rad, half of POSITION_TOLERANCE.
 MIMIC_LAGS = np.linspace(0.0, 0.5, 26)
 
 
@@ -175,8 +175,8 @@ def input_faults(
 
 def arrival_jitter(groups: Sequence[JointMessages], names: Sequence[str]) -> str:
     """
-    Return a sentence with the relative error of joint speeds that are computed from times of
-    arrival, because these times jitter.
+    Return a sentence on the errors of joint speeds that are computed from times of arrival. Jitter
+    of the arrivals causes these errors.
     """
     text = 'no stamps: speeds are differences over times of arrival'
     for group in groups:
@@ -222,7 +222,7 @@ def _stamp_fault(group: JointMessages, simulated: bool) -> str:
         return f'{total}, all with the stamp {stamp}: the driver must stamp each message anew'
     total, largest = f'{len(group.q)} messages in {group.duration}', int(group.nanoseconds.max())
     dropped, cause = ~_advances(group.stamps), _cause_of_nanosec(group)
-    # The estimator drops messages whose stamps do not advance. If that is most messages of the
+    # The estimator drops messages whose stamps do not advance. If it drops most messages of the
     # last second, leave out copies that a relay has sent, and count again.
     if 2 * np.sum(dropped & late) > np.sum(late):
         late &= ~(dropped & _came_twice(group))
@@ -260,8 +260,8 @@ def _came_twice(group: JointMessages) -> Flags:
 
 
 def _cause_of_nanosec(group: JointMessages) -> str:
-    # Returns the cause from NANOSEC_CAUSES for the smallest bound that no field nanosec of the
-    # stamps reaches; '' if there is none.
+    # NANOSEC_CAUSES has causes for upper bounds of the field nanosec. Returns the cause of the
+    # smallest bound that is above the field nanosec of all stamps; '' if no bound is.
     gaps = np.diff(group.arrivals)
     within = gaps[np.diff(group.seconds) == 0].sum()
     if 2 * within < gaps.sum() or np.ptp(group.seconds) == 0:
@@ -271,8 +271,8 @@ def _cause_of_nanosec(group: JointMessages) -> str:
 
 
 def _pace(group: JointMessages) -> float:
-    # Returns the pace, the ratio of time by stamps to time of arrival, if the pace is wrong in
-    # both halves of the messages. Returns 1 if the pace of one half is right, because a burst of
+    # Returns the pace (see PACE) from the first message to the last, if the pace is wrong in both
+    # halves of the messages. Returns 1 if the pace of one half is right, because a burst of
     # messages or a step of a clock changes only one half.
     begin = _last(np.diff(group.stamps) < 0)
     s, t = group.stamps[begin:], group.arrivals[begin:]
@@ -319,8 +319,8 @@ def _motion_faults(
         name, j, q, qdot = list(places)[k], joints[k], every_q[:, k], every_qdot[:, k]
         unit, limit, speed = robot.units[j], float(limits[k]), float(speeds[k])
         text = motion_checks.contradiction(t, q, qdot, float(tolerances[k]), unit)
-        # Do not use reported velocities that contradict the positions to decide whether a step is
-        # a jump.
+        # If the reported velocities contradict the positions, do not use them in the search for
+        # jumps.
         found = motion_checks.jumps(robot, j, t, q, np.nan * qdot if text else qdot)
         if len(found):
             steps[name] = np.diff(q)[found]

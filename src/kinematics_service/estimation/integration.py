@@ -38,8 +38,8 @@ class Integration:
     @property
     def seconds(self) -> float:
         """
-        Return the time since the last reported position over which velocities were integrated, s;
-        the maximum over all joints.
+        Return how long velocities have been integrated since the last reported position, s; the
+        maximum over all joints.
         """
         return float(self._seconds.max())
 

@@ -15,8 +15,7 @@ from ..robot.robot import Robot
 from .estimator import EstimatorOutput, EstimatorSettings, JointMessage, StreamQuantity, doubles
 from .joint_memory import NamedJoints
 
-# Number of messages over which efforts are averaged for the bias: the last ones before the
-# request.
+# Number of latest messages whose mean effort becomes the bias if the bias is requested.
 AVERAGED = 100
 
 

@@ -22,8 +22,8 @@ DISPUTE_WINDOW = 2_000_000_000
 # DISPUTE_WINDOW.
 JUMPS = 4
 
-# Tolerance of joint limits, rad or m. A joint may exceed its limit by this and still count as
-# inside, because encoders round the position of a joint at its limit.
+# A joint that exceeds its limit by at most this, rad or m, is taken as inside, because encoders
+# round the position of a joint at its limit.
 LIMIT_TOLERANCE = 1e-6
 
 # Columns of `JointMemory` that are kept for a joint if the node replaces the arm by another arm
@@ -121,7 +121,7 @@ class NamedJoints(JointMemory):
         return self.columns.position.copy()
 
     def fits(self, robot: Robot) -> bool:
-        """Return whether the memory stores closed loops with as many numbers as `robot` needs."""
+        """Return whether the memory has as many numbers for closed loops as `robot` needs."""
         return self.closure == _closure_width(robot)
 
     def joints_in(self, names: Sequence[str]) -> MessageJoints:

@@ -62,8 +62,8 @@ class JointStateForm:
 
     def for_joints(self, ours: OurJoints) -> IncomingForm:
         """
-        Return this form for the kernel's reader; `ours` are the indices of the arm's joints in
-        messages.
+        Return the byte layout of messages of this form, as the kernel's reader needs it. `ours`
+        are the indices of the arm's joints in the messages.
         """
         return IncomingForm(self.fixed, self.same, STAMP_AT, self.positions, self.velocities, ours)
 

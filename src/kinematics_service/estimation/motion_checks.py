@@ -17,8 +17,9 @@ from ..kernel import Floats, Integers
 from ..robot.robot import Robot
 from .joint_state_columns import Flags
 
-# A joint's position may differ by this, rad and m, from that of the message before or from its
-# integrated velocities without a fault, because encoders round and joints have backlash.
+# A joint's position may differ by this much (revolute: rad, prismatic: m) from its position in the
+# previous message, or from the integral of its velocities, without a fault. The reason is that
+# encoders round and joints have backlash.
 POSITION_TOLERANCE = (0.02, 0.005)
 # A step of position is a jump if it exceeds this factor times the motion at the reported speed.
 SPEED_MARGIN = 3.0  # by trial; above 1, because filters of drivers report a rise of speed late
@@ -41,9 +42,9 @@ INTERVAL_LIMIT = 0.15
 # Largest delay or lead of velocities relative to positions, s. Filters delay velocities; commanded
 # velocities lead.
 LAG_LIMIT = 0.1
-# Largest accepted difference between two motions of a joint, that by integrated velocities and
-# that by reported positions, relative to the larger motion. The two differ because filters of
-# drivers smooth velocities.
+# The motion of a joint is computed in two ways: from the integral of its velocities, and from its
+# positions. Largest accepted difference between the two, relative to the larger one. They differ
+# because filters of drivers smooth velocities.
 VELOCITY_SHARE = 0.3
 # Smallest number of positions of a joint for a check of its motion. Five positions give two
 # intervals in the first half of the time and two in the second.

@@ -167,8 +167,8 @@ def singularity_status(
 
 def flat_position(loop: str) -> str:
     """
-    Return a text that says that the equations of one or several loops are singular at these joint
-    positions.
+    Return a name for joint positions at which the equations of a loop, or of several loops, are
+    singular.
     """
     return f'a flat position of the {group_in_words(loop)}'
 
