@@ -66,14 +66,15 @@ def grouped_robots() -> Mapping[str, Mapping[str, Path]]:
 
 class RobotSource(NamedTuple):
     """
-    The file that describes a robot. For a URDF or a cell (a file with several arms), also the two
-    ends of the chain.
+    The file that describes a robot, and the two ends of the arm that is read from it. Only a URDF
+    or a cell (a file with several arms) needs the ends.
 
     Attributes
     ----------
     base, tip
-        In a URDF, the names of the links at which the chain begins and ends. In a cell, the names
-        of arms or of points of arms. A name is empty if the user did not give it.
+        In a URDF, the names of the first and the last link of the arm. In a cell, arms or points
+        of arms, such as `left/elbow`: the result is the motion of `tip` relative to `base`. A name
+        is empty if the user did not give it.
     """
 
     file: Path
@@ -95,9 +96,10 @@ def find_robot_file(name: str | os.PathLike[str]) -> Path:
 
 def find_robot(name: str | os.PathLike[str]) -> RobotSource:
     """
-    Return the file of a robot and the two ends of its chain, given the robot as text.
+    Return the file of a robot and the two ends of the arm in it, given the robot as text.
 
-    The text is a bundled name, a path, or FILE:BASE:TIP.
+    The text is a bundled name, a path, or FILE:BASE:TIP. BASE and TIP are links of a URDF, or arms
+    or points of a cell.
 
     Raises
     ------
@@ -136,10 +138,10 @@ def find_robot(name: str | os.PathLike[str]) -> RobotSource:
 
 
 def _other_model(text: str, name: str) -> bool:
-    # Return whether two robot names look like two models of one maker. The result is true if the
-    # digits differ (ur5, ur10), or if one name has more letters after its number (ur5, ur5e). If
-    # both names have equal digits in another order, the user made a typing mistake, and the result
-    # is false.
+    # Return whether two similar robot names are probably two models, not one name with a typing
+    # mistake. They are two models if their digits differ (ur5, ur10), or if one name only has more
+    # letters at the end (ur5, ur5e). Otherwise, as for equal digits in another order, it is a
+    # mistake.
     (digits, behind), (others, other_behind) = (
         (sorted(re.findall(r'\d', one)), re.sub(r'^.*\d|[\W_]', '', one.lower()))
         for one in (text, name)

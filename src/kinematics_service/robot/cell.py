@@ -71,10 +71,11 @@ class Cell:
         ----------
         base
             The base frame: the frame of the cell, the tool of an arm, or a point of an arm such as
-            `left/elbow`. Default: the first arm, or the frame of the cell if the cell has only one
-            arm.
+            `left/elbow`. Default: the tool of the first arm, or the frame of the cell if the cell
+            has only one arm.
         tip
-            An arm, or a point of an arm. Default: the first arm that `base` does not name.
+            An arm (its tool), or a point of an arm. Default: the tool of the first arm that `base`
+            does not name.
 
         Raises
         ------
@@ -112,8 +113,8 @@ class Cell:
         if not point:
             return description
         ended = ending_at(description, point)
-        # Add the name of the arm to the name of the frame, because two arms may have points of the
-        # same name.
+        # Add the name of the arm to the name of the point's frame, because two arms may have
+        # points of the same name.
         return replace(ended, tool=Placement(f'{arm}_{ended.tool.frame}', ended.tool.motion))
 
 
@@ -168,7 +169,8 @@ def read_robot(source: RobotSource) -> RobotDescription:
     RobotFileError
         The file has faults; the error lists all of them.
     KinematicsError
-        The file cannot be translated, or the arm has no point of this name.
+        A URDF cannot be converted to a robot file, or the arm has no point `source.base` or
+        `source.tip`.
     """
     if is_cell(source):
         return read_cell(source.file).described(source.base, source.tip)

@@ -4,9 +4,9 @@
 Make the kernel's chain from a DH table: multiply the fixed transforms between two joints together.
 
 The chain is C_0 screw_z(1) C_1 screw_z(2) ... C_K. Here screw_z(k) is the screw motion about z of
-the k-th table row that a joint moves. The constant motions between two screws (conventions, fixed
-rows, base, tool) are multiplied into one matrix C_k. So the kernel needs neither conventions nor
-joint types.
+the k-th table row that a joint moves. Everything constant between two screws is multiplied into
+one matrix C_k: the constant factors of the rows, rows without a joint, base and tool. So the
+kernel needs neither conventions nor joint types.
 """
 
 import itertools
@@ -36,7 +36,7 @@ class FrozenArrays:
     READ_ONLY: ClassVar[tuple[str, ...]] = ()
 
     def __init_subclass__(cls) -> None:
-        """Note which fields of the subclass are annotated as arrays."""
+        """Store the names of the fields that the subclass annotates as arrays."""
         super().__init_subclass__()
         own = (name for name, kind in cls.__annotations__.items() if kind in ARRAYS)
         cls.READ_ONLY = (*cls.READ_ONLY, *own)

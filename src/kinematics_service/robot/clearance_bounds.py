@@ -13,22 +13,23 @@ from ..kernel import Chain, ChainTable, Floats, Integers
 from .chain import evaluated
 from .task import Task
 
-# Largest number of entries of a chain for which the third and fourth derivatives are bounded. An
-# entry is a joint that moves a screw. The fourth derivative has entries^5 components, so for
-# longer chains only the second derivative is bounded.
+# Largest number of entries of a chain for which bounds of the third and fourth derivatives of J_t
+# by the joints are computed. An entry is a pair of a screw and a joint that moves it. The fourth
+# derivative has entries^5 components, so for longer chains only a bound of the second derivative
+# is computed.
 MAX_BOUNDED_ENTRIES = 12
 # Two axes count as parallel if the sine of the angle between them is below this number. Parallel
 # axes have no unique nearest points.
 PARALLEL_SINE = 1e-6
-# Relative round-off by which `reach_of` enlarges the radius, which is a sum of lengths. The value
-# is a few thousand times machine epsilon.
+# Relative round-off by which `reach_of` enlarges the radius of the sphere around the arm. The
+# radius is a sum of lengths. The value is a few thousand times machine epsilon.
 LENGTH_SUM_ERROR = 1e-12
 
 
 class ClearanceBounds(NamedTuple):
     """
-    The constants of an arm with which `kernel.Clearance` proves that no pose within a radius, in
-    joint space, is singular.
+    The constants of an arm with which `kernel.Clearance` proves that no pose is singular within
+    some distance (a joint motion) of a pose.
 
     Attributes
     ----------
@@ -74,9 +75,9 @@ def _elements(chain: Chain, q: Floats) -> _Elements:
     turns, axis, point = np.zeros(count, bool), np.zeros((count, 3)), np.zeros((count, 3))
     for k in range(count):
         entries = range(first[k], first[k + 1])
-        # Several entries (joints) may turn this screw. Compute the axis from the twist (v, w) of
-        # the entry with the largest rotation. A point on the axis satisfies v = w x (tool -
-        # point).
+        # Several joints may turn this screw. Compute the axis from the joint that turns the screw
+        # fastest: the joint's column (v, w) of the Jacobian satisfies v = w x (tool - point) for
+        # each point on the axis.
         e = max(entries, key=lambda entry: abs(chain.table.by_theta[entry]))
         if chain.table.by_theta[e] != 0.0:
             v, w = screws[e, :3], screws[e, 3:]
@@ -88,9 +89,9 @@ def _elements(chain: Chain, q: Floats) -> _Elements:
 
 def _point(elements: _Elements, six_rows: bool, farthest: float) -> Floats:
     # Return the reference point of J, (3,), m. For a task of six rows, J has the same rank at
-    # every point of the tool. Therefore return the wrist centre: the point of the last axis that
-    # is nearest to the previous axis. If the wrist centre is farther from the tool than `farthest`
-    # (m), return the position of the tool.
+    # every point of the tool. Therefore return the wrist centre: the point on the last axis where
+    # the common normal with the previous axis ends. If the wrist centre is farther from the tool
+    # than `farthest` (m), return the position of the tool.
     if not six_rows or len(elements.turns) < 2 or not elements.turns[-2:].all():
         return elements.tool
     a, b = elements.axis[-1], elements.axis[-2]
@@ -107,8 +108,8 @@ class _Feet(NamedTuple):
     """
     Upper bounds of the distance from a given point to the axis of each screw of a chain.
 
-    `farthest` has the bounds, shape (screws,), m. `first` is the foot of the perpendicular on the
-    first axis that turns, shape (3,), m.
+    `farthest` has the bounds, shape (screws,), m. `first` is a point on the first axis of
+    rotation, shape (3,), m: the foot of the perpendicular from the foot on the next axis.
     """
 
     farthest: Floats
@@ -163,11 +164,11 @@ def moving_joints(chain: Chain, task: Task) -> Integers:
     """
     Return the indices of the joints that can change the rank of J_t, shape (d,).
 
-    The first joint moves the arm as one rigid body, and is left out. Exception: it turns, and the
-    rows of J_t are not x y z, rx ry rz, or all six. If J_t has six rows, the last joint is also
-    left out, because it moves no joint axis. If a joint is left out, the next joints on its axis
-    are also left out. A joint is kept if it moves two rows of the table, or is part of a closed
-    loop.
+    The first joint moves the arm as one rigid body. It is left out if it slides, or if J_t has the
+    rows x y z, the rows rx ry rz, or all six. If J_t has six rows, the last joint is also left
+    out, because it moves no joint axis. Together with the first (last) joint, the joints that
+    follow (precede) it on the same axis are left out. A joint is kept if it moves two rows of the
+    table, or is part of a closed loop.
     """
     six_rows = len(task.rows) == 6
     table = chain.table
@@ -187,8 +188,9 @@ def moving_joints(chain: Chain, task: Task) -> Integers:
 
 
 def _alone_about_one_axis(table: ChainTable, order: range) -> Iterator[int]:
-    # Yield, in the given order of the screws, the entries (joints) of the first screws that share
-    # one axis. Stop at a screw that several joints move, or whose joint also moves another screw.
+    # Take the screws in the given order, and yield the entries (joints) of the screws before the
+    # axis changes. Stop at a screw that several joints move, or whose joint also moves another
+    # screw.
     for place, k in enumerate(order):
         entry = table.first_entry[k]
         alone = table.first_entry[k + 1] == entry + 1
@@ -203,12 +205,13 @@ def _alone_about_one_axis(table: ChainTable, order: range) -> Iterator[int]:
 
 def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Floats:
     # Return upper bounds of the norms of the derivatives of each column of J_t by `order` joints,
-    # shape (n, ..., n). First compute them for entries, which are joints that move a screw. A
-    # derivative has `order` + 1 entries: one for the column, and one for each joint. Its linear
-    # part is at most a product: the speed of the reference point due to the entry that is last in
-    # the chain, times the angular velocities due to the other entries. Its angular part is at most
-    # the product of all angular velocities. The angular part is zero unless the entry of the
-    # column comes after all other entries in the chain.
+    # shape (n, ..., n). First compute the bounds for entries (pairs of a screw and a joint that
+    # moves it). A derivative involves `order` + 1 entries of the chain: one for the column, and
+    # one for each joint of the derivative. Let w be the angular velocity that an entry causes at
+    # unit joint speed, and v the largest speed of the reference point. The linear part is at most
+    # v of the entry that is last in the chain, times w of the other entries. The angular part is
+    # at most the product of all w. It is zero unless the entry of the column comes after all other
+    # entries in the chain.
     table, E = chain.table, chain.entries
     element = np.repeat(np.arange(len(table.theta_0)), np.diff(table.first_entry))
     w = np.abs(table.by_theta)
@@ -221,8 +224,8 @@ def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Fl
     has_linear = any(axis < 3 for axis in task.axes)
     has_angular = any(axis >= 3 for axis in task.axes)
     parts = np.hypot(linear * has_linear, angular * task.length * has_angular)
-    # Some joints move several screws: add up the bounds of their entries, joint by joint. Multiply
-    # the bounds of sliding joints by the characteristic length.
+    # A joint has several entries if it moves several screws. Add up the bounds of all entries of a
+    # joint. Multiply the bounds of sliding joints by the characteristic length.
     scales = np.zeros((chain.dof, E))
     scales[table.joint, np.arange(E)] = task.column_scales[table.joint]
     for axis in range(order + 1):
@@ -232,7 +235,8 @@ def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Fl
 
 def strokes_of(chain: Chain, limits: Floats) -> Floats:
     """
-    Return the largest absolute position of each joint that slides, shape (n,), in m or rad.
+    Return the largest absolute position of each joint that slides, shape (n,), in m (rad for a
+    helical joint).
 
     The value is -1 for a sliding joint without limits, and 0 for a joint that only turns.
     """
@@ -244,8 +248,8 @@ def strokes_of(chain: Chain, limits: Floats) -> Floats:
 
 def find_bounds(chain: Chain, task: Task, strokes: Floats) -> ClearanceBounds:
     """
-    Return upper bounds of the derivatives of an arm's Jacobian. The bounds hold if no joint
-    exceeds its stroke by more than `kernel.FARTHEST`.
+    Return upper bounds of the derivatives of an arm's Jacobian. The bounds hold if no joint is
+    farther from 0 than its stroke plus `kernel.FARTHEST` (1 rad, or the characteristic length).
 
     Parameters
     ----------
@@ -267,9 +271,10 @@ def find_bounds(chain: Chain, task: Task, strokes: Floats) -> ClearanceBounds:
     for order in (2, 3, 4) if chain.entries <= MAX_BOUNDED_ENTRIES else (2,):
         parts = _largest_parts(chain, task, farthest, order)
         parts = parts[np.ix_(np.arange(n), *[moving] * order)]
-        # Write `parts`, which has an axis for the columns of J_t and for each joint, as a matrix.
-        # Its 2-norm bounds the derivative along unit vectors. Each choice of the axes that become
-        # rows gives a matrix; take the smallest norm.
+        # The first dimension of the array `parts` is the column of J_t, and each other dimension
+        # is a joint of the derivative. Flatten the first k + 1 dimensions to rows and the others
+        # to columns of a matrix. The 2-norm of the matrix bounds the derivative along joint
+        # motions of norm 1. Take the smallest norm over k.
         flat = (parts.reshape(n * d**k, -1) for k in range(order))
         flat = (part if len(part) < len(part.T) else part.T for part in flat)
         bounds[order - 2] = min(float(np.linalg.norm(part, 2)) for part in flat)

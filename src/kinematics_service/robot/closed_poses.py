@@ -33,10 +33,11 @@ def close_at(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
 
     Returns
     -------
-    Two arrays with a row for each row of q. The first array, shape (N, width), has the numbers
-    that `kernel.Closure` documents. The second array, shape (N,), is 0 if all loops close.
-    Otherwise it is the number of the group of loops that cannot be closed, counted from the last
-    group, which has the number 1.
+    Two arrays with a row for each row of q. The first array, shape (N, width), has the section of
+    each pose: positions and rates of all joints, the derivatives of the passive joints, and the
+    other numbers that `kernel.Closure` documents. The second array, shape (N,), is 0 if all loops
+    close, and k if the k-th group of loops from the end cannot be closed (k = 1 is the last
+    group).
     """
     sections = np.empty((len(q), chain.closure.width))
     failed = np.empty(len(q))

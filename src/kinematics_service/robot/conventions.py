@@ -50,7 +50,9 @@ def row_of(link: Link, convention: str) -> Row:
         argument = link.argument.affine
         theta, d = (argument, ZERO) if link.turns else (ZERO, argument)
         return Row(turn, theta, d, turn.T)
-    # Sheth and Uicker (1971): a row is T = S_in Phi inverse(S_out), where Phi is the joint motion.
+    # Sheth and Uicker (1971): a row is T = S_in Phi inverse(S_out). Phi is the joint motion; the
+    # constant matrices S_in and S_out are the keys `in` and `out` of the row (`inner` and
+    # `outer`).
     out = inverse(link.outer.matrix)
     if link.joint is None:
         return Row(link.inner.matrix, ZERO, ZERO, out)

@@ -35,10 +35,11 @@ MIN_DETERMINANT_RATIO = 1e-3
 # A zero of a factor counts as a singular pose if the smallest singular value of J_t is at most
 # this fraction of the largest singular value.
 SINGULAR_VALUE_RATIO = 1e-6
-# Largest ratio of the smallest to the largest singular value at a zero of an approximate factor.
-# An approximate factor was derived from the table before the table was calibrated.
+# Largest ratio of the smallest to the largest singular value of J_t that is accepted at a zero of
+# an approximate factor. An approximate factor was derived from the table before the table was
+# calibrated.
 APPROXIMATE_SINGULAR_VALUE_RATIO = 0.03
-# Largest distance from a zero of an approximate factor to the nearest singular pose, rad.
+# Largest accepted distance from a zero of an approximate factor to the nearest singular pose, rad.
 APPROXIMATE_ZERO_DISTANCE = 0.02
 CHECKED_ZEROS = 30  # number of starts of the search for zeros of a factor
 NEWTON_STEPS = 40  # Newton iterations from each start
@@ -62,9 +63,9 @@ class Factors(FrozenArrays):
         so, every singular pose is a zero of a factor.
     operations : shape (steps, 3), constants : shape (steps,)
         For each step of the tape, `operations` has the operation and the indices of the two steps
-        that are its operands. `constants` has the number that the step needs: the value of a
-        constant, the factor from rad or m to the file's unit for a joint position, or the file's
-        unit of angles (rad) for a function such as sin.
+        that are its operands. `constants` has the number that the step needs. For a constant, it
+        is the constant. For a joint position, it converts rad or m to the file's unit. For a
+        function such as sin, it is the size of the file's unit of angles in rad.
     ends : shape (factors,)
         For each factor on the tape, the index of the step that computes its value.
     """
@@ -90,18 +91,17 @@ class Factors(FrozenArrays):
         Return whether a message may name factor k as the cause of the nearest singular pose.
 
         If the factors are not complete, the cause may be none of the factors. Then a message may
-        name factor k only if the distance to its zero is about the distance to the singular pose.
-        A message may name the factor of a loop only if its zero is not farther than the singular
-        pose.
+        name factor k only if `away` is about equal to `distance`. A message may name the factor of
+        a loop only if `away` is at most `distance`.
 
         Parameters
         ----------
         k
             The index of the factor.
         away
-            The distance to the nearest zero of the factor, rad.
+            The distance from the present pose to the nearest zero of the factor, rad.
         distance
-            The distance to the nearest singular pose, rad.
+            The distance from the present pose to the nearest singular pose, rad.
         """
         if self.is_loop(k):
             return away <= distance
@@ -233,7 +233,8 @@ def with_loops(factors: Factors, description: RobotDescription, chain: Chain) ->
     """
     Return the factors of an arm with one more factor for each group of closed loops.
 
-    This factor is the determinant of the derivatives of the loop equations by the passive joints.
+    The factor of a group is the determinant of the derivatives of the group's loop equations by
+    the group's passive joints.
     """
     if chain.loops == 0:
         return factors

@@ -20,11 +20,12 @@ def joint_spans(chain: Chain, task: Task, limits: Floats) -> Floats:
     rad.
 
     The period of a joint is the angle after which all links have the same poses again. If a joint
-    has a period, its range is one period. If a joint has no period, its range goes
-    `kernel.FARTHEST` beyond the joint limits, or is one turn if the joint has no limits. Then the
-    period is infinite. For an arm with closed loops, the range ends at the limits, because the
-    loops may not close beyond the limits. The length is 0 if the joint never changes the rank of
-    J_t. Positions of prismatic joints are divided by the characteristic length.
+    has a period, its range is one period. A joint without a period has the period inf. Its range
+    is from `kernel.FARTHEST` (1 rad) below the lower limit to `kernel.FARTHEST` above the upper
+    limit, or one turn if it has no limits. For an arm with closed loops, the range ends at the
+    limits, because the loops may not close beyond the limits. The length is 0 if the joint never
+    changes the rank of J_t. Positions of prismatic joints are divided by the characteristic
+    length.
     """
     n, scales = chain.dof, task.column_scales
     if not chain.entries:

@@ -34,8 +34,8 @@ from .file.reader import refuse
 # A rotation (rad) or translation (m) between the ends of a loop's two chains counts as zero up to
 # this number.
 ROTATION_TOLERANCE = 1e-9
-# Step, rad or m, by which the test in `_idle_rows` moves a passive joint to see which components
-# of the pose change.
+# Step, rad or m, by which `_idle_rows` moves a passive joint. The test finds which components of
+# the pose of one end of a loop relative to the other end change.
 JOINT_STEP = 0.1
 
 
@@ -148,7 +148,7 @@ def _chains(
     description: RobotDescription, loop: LoopDescription, variables: Sequence[str]
 ) -> tuple[Chain, Chain]:
     # Return the two chains of a closed loop: the chain of table rows, and the chain of the rows in
-    # the loop's own list. Both chains begin in the frame where the loop leaves the table.
+    # the loop's own list. Both chains begin in the frame `loop.start`.
     convention, here = description.convention, np.eye(4)
     there = [row_of(link, convention) for link in loop.there]
     back = [row_of(link, convention) for link in loop.links]
@@ -167,9 +167,9 @@ def _size(chain: Chain) -> float:
 def _units(
     description: RobotDescription, chains: Sequence[tuple[Chain, Chain]], size: float
 ) -> Floats:
-    # Return the unit of motion of each joint and passive joint. In the loop equations, a motion by
-    # one unit has the weight of a rotation by 1 rad. The unit is 1 rad for a joint that turns,
-    # `size` (m) for a joint that slides, and infinite for a joint that moves no loop.
+    # Return, for each joint and passive joint, the motion that counts as much as a rotation by 1
+    # rad when the loop equations are solved. It is 1 rad for a joint that turns, `size` (m) for a
+    # joint that slides, and infinite for a joint that moves no loop.
     kinds = [joint.type for joint in description.joints]
     kinds += [joint.type for joint in passive_of(description.loops)]
     inside = {int(j) for pair in chains for chain in pair for j in chain.table.joint}
@@ -192,15 +192,17 @@ def _turns(
 
 
 def _gap(pair: tuple[Chain, Chain], x: Floats) -> Floats:
-    # Return the difference between the ends of a loop's two chains, (6,): translation, m, and
-    # rotation as axis times sine. The axes are those of the frame in which both chains begin.
+    # Return the difference between the ends of a loop's two chains, (6,), in the coordinates of
+    # the frame in which both chains begin: translation, m, and rotation as unit vector times sine
+    # of the angle.
     (there,), (back,) = (poses_and_jacobians(chain, x[None])[0] for chain in pair)
     return gap_between(there, back)
 
 
 def gap_between(there: Floats, back: Floats) -> Floats:
     """
-    Return translation (m) and rotation (axis times sine) from pose `there` to pose `back`.
+    Return the translation (m) and the rotation (unit vector times sine of the angle) from pose
+    `there` to pose `back`, in the frame in which both poses are given.
 
     Poses have shape (..., 4, 4), the result has shape (..., 6).
     """
@@ -260,10 +262,10 @@ def _gap_in_words(loop: LoopDescription, pair: tuple[Chain, Chain], x: Floats) -
 def _idle_rows(
     loop: LoopDescription, pair: tuple[Chain, Chain], passive: kernel.Integers, x: Floats
 ) -> list[str]:
-    # Return the components of the pose (such as x) that must agree at the ends of the loop's two
-    # chains, but that no passive joint changes. `passive` has the indices of the passive joints in
-    # the loop's group. Test at a position away from x, because at x the loop equations may be
-    # singular.
+    # Return the names (such as `rx`) of the components of position and rotation that must agree at
+    # the ends of the loop's two chains, but that no passive joint changes. `passive` has the
+    # indices of the passive joints in the loop's group, `x` the positions of all joints. Test at
+    # other joint positions, because at `x` the loop equations may be singular.
     away = np.array(x)
     away[passive] += JOINT_STEP * (1.0 + np.arange(len(passive)))
     moved = np.zeros(len(ROWS))
@@ -277,9 +279,9 @@ def _idle_rows(
 def _check_rest(
     description: RobotDescription, loop: LoopDescription, pair: tuple[Chain, Chain], x: Floats
 ) -> None:
-    # A loop may close only one or two of the rotations rx, ry, rz. In this case require that the
-    # ends of its chains do not differ in the other rotations. Otherwise the first-order steps of
-    # the solver do not close the loop.
+    # The key `rows` of a loop may have only one or two of the rotations rx, ry, rz. In this case
+    # the ends of the loop's chains must also agree in the rotations that `rows` does not have.
+    # Otherwise the first-order steps of the solver do not close the loop.
     named = [row for row in loop.rows if row in ROWS[3:]]
     if len(named) in (0, 3):
         return

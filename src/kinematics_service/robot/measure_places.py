@@ -15,13 +15,14 @@ class MeasurePlaces(NamedTuple):
     Attributes
     ----------
     lost, motion, way, sigma
-        First columns of four vectors. `lost` is the null direction of the tool at a singular pose,
-        and `motion` is the joint motion of this null direction. `way` is the joint motion away
-        from the nearest singular pose. `sigma` are the singular values.
+        First columns of four vectors. `lost` and `motion` are the two singular vectors of the
+        smallest singular value of J_t. At a singular pose, the tool cannot move along `lost`, and
+        the joint motion `motion` does not move the tool. `way` is the joint motion away from the
+        nearest singular pose. `sigma` are the singular values.
     judged
         First column of four numbers in the order of kernel.WATCHED to kernel.FIRST_ORDER: the
-        watched measure, its level, the index of the factor that is nearest to zero, and the
-        first-order distance to a singular pose.
+        value of the watched measure, its level (OK, WARN, ERROR), the index of the factor that is
+        nearest to zero, and the first-order distance to a singular pose.
     distances, results
         First column of the distances to zeros of the factors, and first column of the values and
         gradients of the factors.

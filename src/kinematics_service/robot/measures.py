@@ -43,7 +43,8 @@ class Thresholds:
         """
         Return the values of the measure at which WARN and ERROR begin after the level `previous`.
 
-        A threshold that the level `previous` has reached is stricter by the factor HYSTERESIS.
+        If the previous level is WARN or ERROR, the threshold of WARN is farther from singular by
+        the factor HYSTERESIS. After ERROR the threshold of ERROR is farther by this factor, too.
         Both values are less than the largest value of the measure (1 rad for `distance`), so that
         the largest value is always OK.
         """
@@ -60,8 +61,8 @@ class Thresholds:
         """
         Return the level of a value of the measure (|det| for the determinant).
 
-        A threshold that the level `previous` has reached is stricter by the factor HYSTERESIS. The
-        level of NaN is ERROR.
+        The thresholds depend on the level `previous`, as `bounds_after` describes. The level of
+        NaN is ERROR.
         """
         small_is_bad = MEASURES[self.measure].small_is_bad
         warn, stop = self.bounds_after(previous)

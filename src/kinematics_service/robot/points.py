@@ -165,10 +165,10 @@ def ending_at(
     """
     Return an arm that ends at a point of the given arm: this point is the tool of the result.
 
-    `at`, shape (3,), m, moves the origin of the tool in the frame of the point. The name of the
-    result consists of the names of arm and point, such as `puma560_elbow`. The sections
-    `singularity` and `known_poses` are left out, because they describe the old tool. Joints after
-    the point are marked as unused.
+    `at`, shape (3,), m, is the origin of the tool in the frame of the point; default: the point
+    itself. The name of the result consists of the names of arm and point, such as `puma560_elbow`.
+    The sections `singularity` and `known_poses` are left out, because they describe the old tool.
+    Joints after the point are marked as unused.
 
     Raises
     ------

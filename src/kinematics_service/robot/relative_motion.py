@@ -3,9 +3,9 @@
 """
 Describe the motion of one arm's tool relative to another arm's tool as one arm.
 
-The chain of this arm goes from the tool to the base of the first arm, then from the base to the
-tool of the second arm. So the joints of the first arm are in reverse order and have the opposite
-sign.
+The chain of the new arm begins at the tool of the first arm and goes to this arm's base. It
+continues from the base of the second arm to the tool of the second arm. So the joints of the first
+arm are in reverse order, and their motions are inverted (a joint variable q becomes -q).
 """
 
 from collections.abc import Mapping, Sequence
@@ -158,8 +158,8 @@ def _joined(first: _JointChain, second: _JointChain) -> _JointChain:
     k = len(first.screws)
     while 0 < k < len(screws):
         here, there, between = screws[k - 1], screws[k], motions[k]
-        # The constant motion between two screws about z may map the z axis onto itself, or reverse
-        # it. Then the motion commutes with the screws, and two opposite screws cancel.
+        # Two opposite screws about z cancel if the constant motion between them moves the z axis
+        # only within itself. If the constant motion reverses the z axis, two equal screws cancel.
         round_z = between[2, 2] < 0.0
         undone = there == (here if round_z else tuple(map(_negative, here)))
         parallel = np.abs(between[:2, 2]).max() <= AXIS_TOLERANCE

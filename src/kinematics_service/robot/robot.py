@@ -343,11 +343,11 @@ def load_robot(name: str | os.PathLike[str]) -> Robot:
     ----------
     name
         A path such as `config/craig_3r.yaml`, or a bundled name such as `puma560`. For a URDF,
-        `arm.urdf` means the longest chain up to a hand, and `arm.urdf:BASE:TIP` the chain between
-        two links. For a cell, `cell.yaml` means the motion of the second arm's tool relative to
-        the first arm's tool. `cell.yaml:BASE:TIP` means the motion of TIP relative to BASE. BASE
-        and TIP are arms, or points of arms such as `left/elbow`. If BASE is the frame of the cell,
-        the result is one arm.
+        `arm.urdf` means the longest chain of joints, without the joints of a hand, and
+        `arm.urdf:BASE:TIP` the chain between two links. For a cell, `cell.yaml` means the motion
+        of the second arm's tool relative to the first arm's tool. `cell.yaml:BASE:TIP` means the
+        motion of TIP relative to BASE. BASE and TIP are arms, or points of arms such as
+        `left/elbow`. If BASE is the frame of the cell, the result is one arm.
 
     Raises
     ------

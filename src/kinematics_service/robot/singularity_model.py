@@ -37,7 +37,7 @@ class SingularityModel(FrozenArrays):
     task
         The rows of the Jacobian, and the characteristic length.
     thresholds
-        The measure that is compared, and its values at which WARN and ERROR begin.
+        The measure that the node watches, and its values at which WARN and ERROR begin.
     factors
         The singular factors: named functions of q whose zeros are singular poses.
     """

@@ -23,17 +23,18 @@ TWIST_ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
 SEEDED_POSES = 1000
 SEED = 20240523
 
-# A joint moves a linear row of J if the row has an entry above this fraction of the largest entry
-# of the three linear rows, and above `least_motion`. A joint moves an angular row if the row has
-# an entry above this fraction of the largest entry of the three angular rows.
+# A row of J is zero but for round-off if no joint moves the tool in the row's direction. A linear
+# row counts as moved if it has an entry above this fraction of the largest entry of the three
+# linear rows, and above `least_motion`. An angular row counts as moved if it has an entry above
+# this fraction of the largest entry of the three angular rows.
 MOVED_ROW_RATIO = 1e-9
 # Round-off of the tool's position, relative to the sum of the constant lengths before the first
 # joint.
 ROUND_OFF_RATIO = 1e-14
 
 # If all entries of a row of J are below this fraction of the largest entry, the row probably moves
-# only because joint axes are not exactly parallel. The value is the largest such angle between two
-# axes: 0.01 rad, or 0.57 deg.
+# only because joint axes are not exactly parallel. The value is the largest angle between two axes
+# that are taken as nearly parallel: 0.01 rad, or 0.57 deg.
 TILT_RATIO = 0.01
 
 # Number of joint configurations at which the rank of J is computed first. Nearly all arms have
@@ -57,13 +58,14 @@ class Task(FrozenArrays):
     rows
         Names of the rows in the axes of frame 0: some of x y z rx ry rz, in that order.
     length
-        Characteristic length, m. J_t has its angular rows and prismatic columns multiplied by it.
+        Characteristic length, m. The angular rows and the prismatic columns of J_t are multiplied
+        by it.
     generic_rank
         Rank of J_t at random joint positions.
     dependent_joints
-        Names of joints whose motions can cancel at every configuration; empty for most arms. If
-        joints share an axis, the cancelling motion is constant. If J_t never has full rank (four
-        parallel axes), the cancelling motion depends on q.
+        Names of joints that can move together without moving the tool, at every configuration;
+        empty for most arms. If joints share an axis, this joint motion is constant. If J_t never
+        has full rank (four parallel axes), the joint motion depends on q.
     reach
         Largest distance from frame 0 to the tool over random joint positions, in m.
     axes : shape (m,)
@@ -157,7 +159,8 @@ def generic_poses(chain: Chain, limits: Floats, prismatic: Iterable[bool]) -> Fl
 
 def _rank(J: Floats) -> int:
     # Return the largest rank of J, shape (N, m, n), over N joint configurations. If J has full
-    # rank at one of the first FIRST_POSES configurations, do not compute the others.
+    # rank at one of the first FIRST_POSES configurations, do not compute its rank at the other
+    # configurations.
     rank = 0
     for batch in (J[:FIRST_POSES], J[FIRST_POSES:]):
         sigma = np.linalg.svd(batch, compute_uv=False)
@@ -170,8 +173,9 @@ def _rank(J: Floats) -> int:
 
 def least_motion(chain: Chain) -> float:
     """Return the length, m, below which a linear entry of J counts as zero."""
-    # The result is the larger of two lengths: a fraction of the lengths after the first joint, and
-    # the round-off of the constant lengths before the first joint.
+    # The result is the larger of two lengths: MOVED_ROW_RATIO times the sum of the arm's constant
+    # lengths after the first joint, and the round-off of the constant lengths before the first
+    # joint.
     table = chain.table
     steps = np.linalg.norm(table.before[:, :, 3], axis=1)
     moved = float(np.sum(steps[1:]) + np.sum(np.abs(table.d_0[1:])))
@@ -278,8 +282,8 @@ def _dependent_joints(J_t: Floats, joint_names: Sequence[str], rank: int) -> tup
     idle = right[sigma <= kernel.RANK_TOLERANCE * sigma[0]]
     if len(idle) < n - rank and n <= m:
         # `idle` has only null directions of J_t that are the same at every q. Compute the other
-        # null directions at the configurations where the smallest nonzero singular value (number
-        # `rank`) is largest, because they are most accurate there.
+        # null directions at the configurations where the smallest nonzero singular value is
+        # largest, because the null directions are most accurate there.
         _, sigma, right = np.linalg.svd(J_t)
         clearest = np.argsort(sigma[:, rank - 1])[-CLEAREST_POSES:]
         idle = right[clearest, rank:].reshape(-1, n)

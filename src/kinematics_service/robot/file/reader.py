@@ -261,7 +261,8 @@ def check_name(name: str | None, at: Place) -> None:
 
 class _FileNames(NamedTuple):
     """
-    The joints, passive joints and constants of a robot file, whose names expressions may use.
+    The joints, passive joints and constants of a robot file. Expressions in the file may contain
+    the names of all of them.
 
     Attributes
     ----------
@@ -270,8 +271,8 @@ class _FileNames(NamedTuple):
     passive
         The passive joints of each loop.
     driven, quantities
-        Readers of expressions: `driven` refuses the names of passive joints, `quantities` accepts
-        these names.
+        Two objects that read expressions: `driven` refuses the names of passive joints,
+        `quantities` accepts these names.
     """
 
     heads: Sequence[JointHead]

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 
 def delimiter_of(lines: Sequence[str]) -> str:
     """
-    Return the sign that separates cells: the sign among `|`, tab, `;` and `,` that is in most
-    lines.
+    Return the sign that separates cells: among `|`, tab, `;` and `,` the sign that the largest
+    number of lines contains.
 
-    If at most half of the lines have this sign, return a space, which means any white space.
+    If no more than half of the lines contain it, return a space, which means any white space.
     """
-    # Count the semicolon before the comma. If both are in equally many lines, the semicolon is
-    # chosen, because the commas are decimal commas.
+    # If equally many lines contain semicolons and commas, `max` chooses the semicolon, which comes
+    # first in the string: the commas are then decimal commas.
     counts = {sign: sum(sign in line for line in lines) for sign in '|\t;,'}
     likely = max(counts, key=lambda sign: counts[sign])
     return likely if counts[likely] > len(lines) / 2 else ' '

@@ -40,7 +40,7 @@ ANGLES, LENGTHS = ('alpha', 'theta', 'offset'), ('a', 'd')
 
 class Head(NamedTuple):
     """
-    The head of a column: its quantity, its unit and its index.
+    The head of a column: its quantity, its unit and its subscript.
 
     Attributes
     ----------
@@ -49,10 +49,10 @@ class Head(NamedTuple):
     unit
         'rad', 'deg', 'm', 'mm', another word for a unit, or '' if the head has no unit.
     before
-        Whether the head has the index i-1, such as a_{i-1} in Craig's table.
+        Whether the head has the subscript i-1, such as a_{i-1} in Craig's table.
     after
-        Whether the head has the index i+1. If d or theta has this index, a and alpha belong to the
-        previous link, as in Craig's table.
+        Whether the head has the subscript i+1. If d or theta has this subscript, a and alpha
+        belong to the previous link, as in Craig's table.
     """
 
     meaning: str
@@ -63,8 +63,8 @@ class Head(NamedTuple):
 
 def head_of(text: str) -> Head:
     """
-    Return the quantity, unit and index of a head such as `a`, `alpha (deg)`, `a_{i-1}` or `Link
-    twist`.
+    Return the quantity, unit and subscript of a head such as `a`, `alpha (deg)`, `a_{i-1}` or
+    `Link twist`.
     """
     text = INDEX.sub(r'\1\2', plain_cell(text).strip('*').lower())
     found = IN_HEAD.search(text)

@@ -57,8 +57,8 @@ class MovingRow(NamedTuple):
     """
     A table row with the expressions d and theta, and the joint variable of the row.
 
-    `variable` is empty if the row has no variable, or the variable of an earlier row. `place` is
-    the quantity that moves, 'd' or 'theta', or '' for a fixed row.
+    `variable` is empty if the row has no variable, or if its variable belongs to an earlier row.
+    `place` is the quantity that moves, 'd' or 'theta', or '' for a fixed row.
     """
 
     row: NumberedRow
@@ -148,9 +148,9 @@ def sum_of(variable: str, constant: str) -> str:
 def _lengths(
     rows: Sequence[NumberedRow], known: Collection[str], starred: set[str], report: TableReport
 ) -> set[str]:
-    # Return the names in column d that are constant lengths, not variables. A name is a length if
-    # its row turns, or if a row turns by a variable with the same number (d2 and theta2). In a
-    # table with stars, names without a star are lengths.
+    # Return the names in column d that are constant lengths, not variables. A name such as d2 is a
+    # length if the joint of its row turns, or if a joint turns by a variable with the same number
+    # (theta2). In a table with stars, names without a star are lengths.
     turning = {name for row in rows for name in _moving(row, 'theta', known)}
     numbers = {_number(name) for name in turning}
     found = set[str]()

@@ -44,7 +44,8 @@ class ScriptMatrix(NamedTuple):
 
 def plain_text(text: str) -> str:
     """
-    Return a pasted text with plain signs and names. In an HTML table, bars separate the cells.
+    Return a pasted text with ASCII signs, and with names such as `theta1` for Greek letters and
+    indices. In an HTML table, bars separate the cells.
     """
     text = html.unescape(text.replace('\r\n', '\n').replace('\r', '\n')).translate(BARS)
     text = re.sub(r'(?i)\s*</?t[dh][^>]*>\s*(?:<t[dh][^>]*>)?', '|', text)
@@ -186,8 +187,8 @@ def _lines(text: str, delimiter: str) -> Iterator[PastedRow]:
         yield from (PastedRow(numbers[reader.line_num - 1], tuple(cells)) for cells in reader)
         return
     # Cells such as `q1 + 90` contain spaces. Cut the lines in three ways: at every space, at two
-    # or more spaces, or at spaces that are not around an operator. Use the way whose rows have the
-    # fewest different numbers of cells.
+    # or more spaces, or at spaces that are not around an operator. Use the way in which the number
+    # of cells varies least from row to row.
     lines = {n: UNIT_BEHIND.sub('', re.sub(r',\s+', ',', line)) for n, line in lines.items()}
     packed = {n: re.sub(r'(?<=\w)\s+([-+*/])\s+(?=\w)', r'\1', line) for n, line in lines.items()}
     ways = [

@@ -118,8 +118,8 @@ def _sequence(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[Pa
 
 def _numbered(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[PastedRow]:
     # If alpha begins at index 0, and d and theta begin at 1, the table has Craig's indices: row i
-    # has alpha(i-1), a(i-1), d(i) and theta(i). If the text omits a number, the cell gets its
-    # name, such as `d2`.
+    # has alpha(i-1), a(i-1), d(i) and theta(i). If the text has no value for a quantity, its cell
+    # gets the name of the quantity, such as `d2`.
     parts = (NUMBERED.sub(r'\1 \2', pair.key).split() for pair in pairs)
     found = {(name, int(index)): pair for (name, index), pair in zip(parts, pairs)}
     if len({(pair.key, pair.value) for pair in pairs}) > len(found):

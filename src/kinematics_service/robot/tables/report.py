@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Collect the faults of a pasted table, and the assumptions that the reader made."""
+"""Collect the faults of a pasted table, and the assumptions under which the program read it."""
 
 from dataclasses import dataclass, field
 from typing import NoReturn

@@ -70,7 +70,7 @@ def read_table(
         Heads, separated by commas, that replace the heads of the table; `-` leaves a column out.
         Units and indices i-1 in the heads of the table still apply.
     round_angles
-        Whether a number such as 1.5708 is replaced by the part of pi that it rounds.
+        Whether a rounded number such as 1.5708 is replaced by the exact part of pi, here pi/2.
 
     Raises
     ------

@@ -34,7 +34,7 @@ OF_MATRIX = re.compile(r'\bSerialLink\s*\(\s*(\w+|(?=\[))\s*[,)\[]')
 LATER_OF_LINKS = re.compile(r'\w+[\[(]\w+[\])]\.\w+\s*=\s*[^;\n]+')
 # Known arguments of a link. The reader ignores the arguments for dynamics and drawing.
 KNOWN = {*VECTOR, 'mdh', 'flip', 'qlim', 'name', 'mesh', 'm', 'r', 'I', 'Jm', 'G', 'B', 'Tc'}
-# Matches the arguments of a link call that the pattern LINK has missed.
+# Matches the arguments of a call Link(...) that does not match the pattern LINK.
 UNREAD = re.compile(r"\([^()]*\balpha\b'?\s*[=,]")
 HEADS = ('a', 'alpha', 'd', 'theta', 'offset', 'type', 'limits')
 FALSE = (None, '', '0', '0.0', 'False', 'false')

@@ -88,8 +88,8 @@ class UrdfChain:
     mimics
         The joints of the chain that mimic other joints.
     joints
-        All joints of the chain, including fixed joints, and the joints that joints of the chain
-        mimic.
+        All joints of the chain, including fixed joints. If a joint of the chain mimics a joint
+        outside the chain, that joint too.
     """
 
     robot: str

@@ -4,7 +4,7 @@
 Read the XML elements of a URDF and their line numbers with expat, and refuse hostile files.
 
 Entities make XML dangerous: they can grow without bound, or read other files. Only a DOCTYPE can
-declare entities, so the parser refuses every DOCTYPE before it reads its content.
+declare entities, so the parser refuses a file at the beginning of a DOCTYPE.
 """
 
 import re

@@ -14,12 +14,13 @@ from .document import XmlElement
 from .joints import MOVING, WHY_NOT
 from .tree import UrdfTree, end_of
 
-# Largest number of other possible tips, or of joints, that a message lists.
+# Largest number of names that a message lists: of tips that were not chosen, or of joints that
+# were cut off.
 MAX_NAMED_TIPS = 8
 # Words in the names of joints and links that show whether a joint belongs to a hand. FINGER and
 # GRIPPER match joints of a hand, or the links that such joints move. GRIPPER is used only for the
-# last joints of a chain. ARM matches joints that move the whole hand, and STILL matches links that
-# are fixed in the hand. A joint that matches ARM or STILL does not belong to the hand.
+# last joints of a chain. ARM matches joints that move the whole hand and do not belong to it.
+# STILL matches links that are fixed in the hand, not fingers.
 FINGER = re.compile(r'finger|thumb|jaw|claw|knuckle', re.IGNORECASE)
 GRIPPER = re.compile(r'gripper', re.IGNORECASE)
 ARM = re.compile(
@@ -28,8 +29,8 @@ ARM = re.compile(
 STILL = re.compile(r'fixed|static|(base|palm)$', re.IGNORECASE)
 # Words in the names of links that are probably the tool.
 TOOL = re.compile(r'tool|tcp|effector|flange|grasp|(?<![a-z])eef?(?![a-z])|gripper_?frame', re.I)
-# Two equal branches count as fingers if each has at most this many moving joints. Branches with
-# more joints may be arms, because an arm needs three joints to reach a point.
+# Two branches with equally many moving joints count as fingers if each has at most this many.
+# Branches with more joints may be arms, because an arm needs three joints to reach a point.
 MAX_FINGER_JOINTS = 2
 
 
@@ -63,13 +64,15 @@ def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
     The base is the root, or the link below the last floating or planar joint. The tip is the end
     of the chain with the most moving joints, without the joints of a hand. If several limbs have
     equally many moving joints, the tip is the end of the first limb. If several links are at the
-    end, a link named after a tool is preferred, then the farthest link. A hand begins
+    end, the tip is a link whose name has a word for a tool (`tool`, `tcp`, `flange`), or the
+    farthest link. A hand begins
 
-    1. at a joint that is named after a finger, a thumb, a jaw, a claw or a gripper;
-    2. at a link to which a link is fixed that is named after a tool, unless a tool comes later;
+    1. at a joint whose name has the word finger, thumb, jaw, claw or gripper;
+    2. at a link that carries a fixed link whose name has a word for a tool, unless another tool is
+       farther along the arm;
     3. at a link with three or more similar branches, or with two branches of one or two moving
        joints each, if no branch has more moving joints than the path from the base to the link.
-       Two longer branches may be limbs of a trunk.
+       Two longer branches may be two arms on a torso.
 
     Parameters
     ----------

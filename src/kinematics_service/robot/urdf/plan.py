@@ -3,12 +3,12 @@
 """
 Convert the table of a robot to the links and joints of a URDF.
 
-Every frame of the table becomes a link. The first term of a variable in the table becomes the
-variable's joint, about z or -z. Other terms in `theta` and `d` become joints that mimic this
-joint, on the axis of their row. For `theta3 - theta2`, two joints turn: by theta3, and by -1 times
-theta2. A helical joint becomes a joint that turns and a joint that slides. For `q1/3` (a gear),
-two joints turn: by q1, and by -2/3 times q1. Therefore a URDF can express every robot file without
-loops.
+Every frame of the table becomes a link. The expressions `theta` and `d` are sums of terms, each a
+factor times a joint variable. The first term of a variable in the table becomes the variable's
+joint, about z or -z. The other terms become joints that mimic this joint; each is on the z axis of
+its own row. For `theta3 - theta2`, two joints turn: by theta3, and by -1 times theta2. A helical
+joint becomes a joint that turns and a joint that slides. For `q1/3` (a gear), two joints turn: by
+q1, and by -2/3 times q1. Therefore a URDF can express every robot file without loops.
 """
 
 import itertools
@@ -53,10 +53,10 @@ def _motions(row: Row, index_of: Mapping[str, int]) -> list[_JointTerm]:
 
 
 def _with_leaders(robot: Robot, rows: list[list[_JointTerm]]) -> list[list[_JointTerm]]:
-    # Mark the first term of each variable as the variable's joint, with the factor 1 or -1. If the
-    # factor in the table is another number, add a second term with the difference of both factors,
-    # which becomes a mimic joint. In each row, put joints before mimic joints, because Pinocchio
-    # needs this order.
+    # Mark the first term of each variable (in theta or d) as the variable's joint, with the factor
+    # 1 or -1. If the factor in the table is another number, add a second term with the rest of the
+    # factor, which becomes a mimic joint. In each row, put joints before mimic joints, because
+    # Pinocchio needs this order.
     led: set[int] = set()
     result = []
     for row in rows:

@@ -16,7 +16,8 @@ from ...kernel import Floats
 from ...rigid_motion import across
 from .elements import UNLIMITED, PlannedJoint, UrdfPlan
 
-# Sizes relative to the arm's characteristic length, chosen by eye.
+# Sizes of the drawn shapes, relative to the arm's characteristic length. They only affect the look
+# in a viewer.
 ROD_RADIUS = 0.025  # radius of rods between frames
 HUB_RADIUS = 0.045  # radius of cylinders on joint axes
 HUB_LENGTH = 0.11  # length of cylinders on joint axes

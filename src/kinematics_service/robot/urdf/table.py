@@ -21,9 +21,9 @@ from .quantity import ROUND_OFF, WrittenNumber, angle_of, length_of
 # round-off. It would put the common normal of the axes at an arbitrary position.
 PARALLEL_TOLERANCE = 1e-13
 # Largest distance from a joint to a common normal, relative to the length of the chain. Nearly
-# parallel axes (a URDF with rpy="1.5708") have their common normal kilometres away, and rows with
-# such lengths lose digits of the pose. If the distance is larger, use two rows with an additional
-# line, which crosses the next axis at a right angle.
+# parallel axes (a URDF with rpy="1.5708") have their common normal kilometres away. With lengths
+# of kilometres in the table, the pose would lose digits. If the distance is larger, use two rows,
+# with an additional z axis between them that crosses the next axis at a right angle.
 MAX_NORMAL_DISTANCE = 2.0
 # Limit, rad, of the angle from the last joint's axis to the tip's z axis. An angle below the limit
 # becomes part of the tool pose. A larger angle becomes alpha of the last row.
@@ -113,7 +113,7 @@ def table_of(chain: UrdfChain) -> UrdfTable:
         line = line.seen_from(T)
         if there is not None and not there.turns:
             # Only the direction of a prismatic joint has an effect. So use an axis through the
-            # origin of the last frame.
+            # origin of the frame before it.
             line = _Line(np.zeros(3), line.direction)
         next_sign = 1.0
         if there is not None and (here.follows or there.follows) and _coincide(line):
@@ -204,10 +204,11 @@ def _turns(direction: Floats) -> tuple[float, float]:
 
 
 def _step(line: _Line) -> tuple[UrdfRow, float]:
-    # Return the row whose new z axis is the line `line`, and the distance of the new origin from
-    # the line's point. The line is given in the frame before the row. With n = (cos theta, sin
-    # theta, 0) and m = (-sin theta, cos theta, 0) the direction is W = -sin(alpha) m + cos(alpha)
-    # z. So point + t W lies on the common normal n for t = point.m / sin(alpha).
+    # Return the row after which the z axis is the line `line`, and the distance of the new origin
+    # from `line.point`. The line is given in the frame before the row. Let the common normal have
+    # the direction n = (cos theta, sin theta, 0), and let m = (-sin theta, cos theta, 0). The
+    # direction of the line is W = -sin(alpha) m + cos(alpha) z. The new origin point + t W lies on
+    # the common normal, so its component along m is 0, and t = point.m / sin(alpha).
     x, y, z = line.point
     theta, alpha = _turns(line.direction)
     if _parallel(line.direction):
@@ -227,8 +228,10 @@ def _steps(line: _Line, size: float) -> list[UrdfRow]:
     row, away = _step(line)
     if _parallel(line.direction) or away <= MAX_NORMAL_DISTANCE * size:
         return [row]
-    # The axes are nearly parallel. Return two rows with an additional line between the axes. This
-    # line crosses the next axis at a right angle and is tangential to a circle around z.
+    # The present z axis and the next axis are nearly parallel. Return two rows, with an additional
+    # z axis between them. The additional axis goes through the point where the next axis crosses
+    # the present xy plane. It is perpendicular to the next axis, and nearly to the line from the
+    # origin to this point.
     W = line.direction
     point = line.point - line.point[2] / W[2] * W
     distance = math.hypot(point[0], point[1])
@@ -241,8 +244,8 @@ def _steps(line: _Line, size: float) -> list[UrdfRow]:
 
 
 def _last_steps(line: _Line, size: float) -> list[UrdfRow]:
-    # Return the last row, which puts the next z axis on the z axis of the tip. The motion about
-    # and along the z axis of the tip becomes part of the tool pose.
+    # Return the last row, after which the z axis of the frame is the z axis of the tip. The motion
+    # about and along the z axis of the tip becomes part of the tool pose.
     z = line.direction[2]
     if math.hypot(*line.direction[:2]) < TOOL_AXIS_TOLERANCE:
         row, _ = _step(_Line(line.point, np.array([0.0, 0.0, math.copysign(1.0, z)])))

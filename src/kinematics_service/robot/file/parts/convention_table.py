@@ -18,8 +18,8 @@ FACTOR = re.compile(r'([RT][xyz])\((\w+)\)')
 
 class NamedMotion(NamedTuple):
     """
-    An elementary motion in the transform of a row, such as Rz(theta): the axis `Rz` and the
-    quantity `theta`.
+    An elementary motion in the transform of a row, such as Rz(theta): its kind and axis `Rz`, and
+    its quantity `theta`.
     """
 
     axis: Axis
@@ -37,15 +37,16 @@ class Convention:
         The name of the convention in robot files.
     product
         The transform T of a row as a product of elementary motions, each with a named quantity.
-        Only Rz(theta) and Tz(d), which are neighbours, may contain joint variables. Empty if rows
-        do not have named quantities.
+        Only theta in Rz(theta) and d in Tz(d) may contain joint variables; these two factors are
+        next to each other. Empty if rows do not have named quantities.
     rows
         The content of a row: named quantities, one elementary motion, or a motion between two
-        shape matrices.
+        constant matrices (Sheth and Uicker's shape matrices).
     reading
         The formula of T for messages; empty if `product` is the formula.
     written
-        The form of a row for the reference page; empty if `product` shows the form.
+        The form of a row in a robot file, for the reference page of the documentation; empty if
+        `product` shows the form.
     author
         The author of the convention; empty if only one convention has this name.
     also
@@ -88,7 +89,10 @@ class Convention:
 
     @property
     def joint_motions(self) -> tuple[NamedMotion, ...]:
-        """Return the elementary motions of a row that may contain joint variables."""
+        """
+        Return the elementary motions in a row's transform T whose quantity may contain joint
+        variables: those of theta and d.
+        """
         return tuple(motion for motion in self.motions if motion.quantity in MOVING)
 
     @property

@@ -54,7 +54,7 @@ class JointDescription:
     unused
         True if the robot file says `unused: true`: the joint moves no row of the table.
     acceleration : rad/s^2 or m/s^2
-        The largest deceleration; inf if the file does not give a value.
+        The largest acceleration, used only for braking; inf if the file does not give a value.
     """
 
     name: str
@@ -109,8 +109,8 @@ class ElementaryMotion:
     @property
     def motions(self) -> 'tuple[ElementaryMotion, ...]':
         """
-        Return a tuple with only this motion. Every kind of table row has this property, and a DH
-        row has several motions.
+        Return a tuple with only this motion. Every class of table row has the property `motions`;
+        that of a DH row has several motions.
         """
         return (self,)
 
@@ -220,14 +220,14 @@ class LoopDescription:
     passive
         The joints that the loop moves.
     start, meets
-        The points (frames of the table) at which the second chain begins and ends.
+        The frames at which the second chain begins and ends, each fixed to a frame of the table.
     there
         The rows of the table from `start` to `meets`.
     links
         The rows of the second chain.
     rows
-        The components of the pose in which the ends of both chains agree, in the axes of `start`,
-        in the order x y z rx ry rz.
+        The components of position and rotation that must agree at the ends of both chains, in the
+        axes of `start`: some of x y z rx ry rz, in that order.
     q : n values, assembled : one value for each passive joint, rad or m
         Positions of the joints (`q`) and of the passive joints (`assembled`) at which the loop is
         approximately closed.
@@ -343,7 +343,8 @@ class Uncertainty:
     velocity_noise : n values
         Standard deviations of joint velocities, rad/s or m/s; None if they are not known.
     parameters
-        Standard deviations of the numbers of the table, by group or name.
+        Standard deviations of the numbers of the table, for a group such as `lengths` or for one
+        number such as `a2`.
     factor
         The alternative to `parameters` if the errors of the numbers are correlated. The covariance
         matrix is L L^T with a lower triangular matrix L. The field has a name and a row of L for
@@ -466,7 +467,7 @@ class RobotDescription:
     uncertainty
         The section `uncertainty`; None if the file does not have it.
     warnings
-        Probable mistakes in the file, such as another unit or an unused constant.
+        Probable mistakes in the file, such as a number in a wrong unit or an unused constant.
     remarks
         Sentences about the file that only the command `check` prints.
     file

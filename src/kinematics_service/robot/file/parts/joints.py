@@ -174,8 +174,9 @@ def _warn_of_limits(
         quantities.warn_of_length(largest, 0.002, 10.0, 'a stroke to {}', at)
     elif joint_type == 'revolute':
         turns = largest / (2.0 * math.pi)
-        # Accept limits up to 4 turns in rad, because a wrist may turn several times. Warn of an
-        # integer between 1 and 4 turns, such as 10, because it is probably in degrees.
+        # Accept limits up to 4 turns in rad, because a wrist may turn several times. Warn of a
+        # whole number of rad between 1 and 4 turns, such as 10 or 20 rad, because it is probably
+        # in degrees.
         if units.angle == 'rad' and (turns > 4.0 or (turns > 1.0 and largest.is_integer())):
             at.warn(f'limits of {number(turns)} turns: {DEGREES}', 'wrong-unit')
         if units.angle == 'deg' and largest <= math.radians(2.0 * math.pi + 0.01):

@@ -35,8 +35,8 @@ def read_known_poses(
     data
         The value of the key `known_poses`; None if the file does not have the key.
     joints
-        The joints whose entries have no fault. If a joint has a fault, the reader does not compare
-        q with the limits.
+        The joints whose entries have no fault. If a joint has a fault, `q` is not compared with
+        the joint limits.
     quantities
         The meaning of the names in expressions.
     """

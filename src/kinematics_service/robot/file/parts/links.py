@@ -59,7 +59,7 @@ def likely_convention(data: Yaml) -> Convention:
 
 def moving_parts(row: Link) -> Iterator[tuple[Kind, str, Expression]]:
     """
-    Yield the motions of a table row that may contain joint variables.
+    Yield the elementary motions of a table row whose expressions may contain joint variables.
 
     Each motion is a tuple: its kind (angle or length), its quantity or axis, and its expression.
     """

@@ -21,9 +21,9 @@ def loop_groups(loops: Sequence[LoopDescription]) -> tuple[tuple[LoopDescription
     """
     Return the closed loops of an arm in groups. The loops of a group are solved together.
 
-    Most groups have one loop. Loop a needs loop b if a passive joint of b moves a chain of a,
-    directly or through other loops. Two loops are in one group if each needs the other. Groups are
-    in the order of the file.
+    Most groups have one loop. A loop needs another loop if a passive joint of the other loop moves
+    one of its two chains, directly or through further loops. Two loops are in one group if each
+    needs the other. Groups are in the order of the file.
     """
     needed = _needed(loops)
     groups: list[list[int]] = []

@@ -17,7 +17,8 @@ class Measure:
     Attributes
     ----------
     name, meaning
-        The name in robot files, topics and parameters; the definition for the reference page.
+        The name in robot files, topics and parameters; the definition for the reference page of
+        the documentation.
     column
         Index of the column in which `kernel.measure` writes the value in its result array.
     small_is_bad
@@ -38,9 +39,11 @@ class Measure:
     drawn_unit
         The unit in pictures and tables; if empty, `unit` is used.
     short, long, drawn
-        Names for narrow tables, for titles, and for the axes of plots (in TeX).
+        Names for narrow tables (`short`), for titles (`long`), and for the axes of plots (`drawn`,
+        in TeX).
     on_page
-        Whether the page of an audit shows the measure even if the node watches another measure.
+        Whether the HTML page of the command `audit` shows the measure even if the thresholds apply
+        to another measure.
     """
 
     name: str

@@ -25,8 +25,8 @@ LENGTH = 1e-3  # m
 ANGLE = np.radians(0.2)  # rad
 RATIO = 1e-3  # relative error of a gear ratio
 AXES = 'xyz'
-# Conventions in which an additional row of the table can hold the extra corrections `beta` (angle)
-# and `b` (length).
+# Conventions in which a calibration may correct a row by an angle `beta` and a length `b`, for
+# which the row has no quantity. The calibrated table holds them in an additional row.
 WITH_EXTRA = ('standard', 'modified')
 ENDS = ('base', 'tool')
 GEARS = 'gears'
@@ -44,11 +44,11 @@ class ArmParameter:
     ----------
     name
         `theta2`, `d2`, `a2` and `alpha2` are quantities of row 2 of the table, counted from 1.
-        `beta2` is an extra rotation about y beside alpha, `b2` an extra length along y beside a.
-        In other conventions the name begins with the axis of the motion, such as `Rz3` or `Tx2`.
-        `gear2` is the relative error of the gear ratio of joint 2. The poses of base and tool have
-        the parameters `base.x` to `tool.rz`, and `base2.x` for a second base. `lag` is the delay
-        of the joint positions (s), `backlash` the backlash of every joint (rad).
+        `beta2` is a rotation about y and `b2` a translation along y, which the nominal row 2 does
+        not have. In other conventions the name begins with the axis of the motion, such as `Rz3`
+        or `Tx2`. `gear2` is the relative error of the gear ratio of joint 2. The poses of base and
+        tool have the parameters `base.x` to `tool.rz`, and `base2.x` for a second base. `lag` is
+        the delay of the joint positions (s), `backlash` the backlash of every joint (rad).
     group
         `offsets` (of joint positions), `lengths`, `angles`, `gears`, `base`, `tool`, `lag` or
         `backlash`.
@@ -58,8 +58,8 @@ class ArmParameter:
         The row of the table, or the joint of a gear, counted from 0; -1 for base and tool.
     place
         The quantity of the row to which the correction is added: theta, d, a, alpha, or own (the
-        argument of an elementary motion). For an extra correction, `place` is the axis of its
-        motion, such as Ry.
+        argument of an elementary motion). For `beta` and `b`, `place` is Ry and Ty. For the
+        corrections of a single joint's axis it is the motion, such as Rx.
     """
 
     name: str
@@ -81,7 +81,7 @@ class ArmParameter:
 class PlacedParameter(NamedTuple):
     """
     A calibration parameter, and the axis (x, y or z) of its motion. `extra` is true if the
-    parameter is a correction beside the numbers of the table, such as `beta2`.
+    parameter corrects no number of the table, such as `beta2`.
     """
 
     parameter: ArmParameter

@@ -88,15 +88,16 @@ class Quantities:
     Parameters
     ----------
     top
-        The whole file, as the place at which faults are reported.
+        The place of the whole file in fault messages; keys are added to it.
     units
         The units of the file.
     constants
         The values of the constants by name, in the file's units.
     joint_types
-        The type of each joint, by the joint's variable, in the order of the joints.
+        The types of the joint variables that expressions may contain, by variable; joints whose
+        type has a fault are missing.
     types
-        The type of each entry in the list of joints; None if the type has a fault.
+        The type of each joint in the file's list `joints`; None if the type has a fault.
     unreadable
         Names of joints and constants whose definition has a fault. An expression with such a name
         has no value.
@@ -269,9 +270,9 @@ class Quantities:
         for variable, factor in affine.coefficients:
             own = KIND_OF[self.joint_types[variable]]
             if own != kind:
-                # A length such as d may have a term with the angle of a helical joint; its factor
-                # is a length per angle. An angle may have a term with a length; its factor is an
-                # angle per length.
+                # If a length such as d contains the angle of a helical joint, the coefficient of
+                # the angle is a length per angle. If an angle contains a length, the coefficient
+                # of the length is an angle per length.
                 factor = self.units.to_si(factor, kind) / self.units.to_si(1.0, own)
             coefficients.append((variable, factor))
         return Affine(self.units.to_si(affine.constant, kind), tuple(coefficients))

@@ -3,7 +3,8 @@
 """
 Define the schema of a robot file: the keys of each part, and the type of each value.
 
-A value that is missing or has a fault is None in an entry.
+Each part of the file is read into an `Entry` object. If a key is missing, or its value has a
+fault, the attribute for the key is None.
 """
 
 from collections.abc import Mapping

@@ -13,8 +13,8 @@ from .quantities import DEGREES, Kind, Quantities
 from .schema import SpeedLimitEntry
 
 KINDS: dict[str, Kind] = {'linear': 'length', 'angular': 'angle', 'reduced': 'length'}
-# Warn of a speed limit above or below these limits, because such a number is probably in another
-# unit.
+# Warn of a speed limit in the file that is not between the smallest and the largest usual speed,
+# because it is probably in another unit.
 LARGEST_USUAL_SPEED = 20.0  # m/s
 SMALLEST_USUAL_SPEED = 0.002  # m/s
 LARGEST_USUAL_ROTATION = 25.0  # rad/s

@@ -13,8 +13,9 @@ from .quantities import Kind, Quantities
 from .schema import TableToleranceEntry
 
 NAME = re.compile(r'([A-Za-z]+)([1-9][0-9]{0,3})')
-# Names of calibration parameters that are not quantities of table rows. EXTRA maps the names of
-# extra corrections to elementary motions. GEAR is the name of gear ratios.
+# Names of calibration parameters that are not quantities of table rows, without the number of the
+# row. EXTRA has the angle `beta` and the length `b` of a row, with their elementary motions. GEAR
+# is the relative error of a gear ratio, such as `gear2`.
 EXTRA = {'beta': 'Ry', 'b': 'Ty'}
 GEAR = 'gear'
 AXES = tuple(f'{kind}{axis}' for kind in 'RT' for axis in 'xyz')

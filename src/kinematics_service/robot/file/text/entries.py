@@ -125,7 +125,7 @@ def one_of(*accepted: str, also: Mapping[str, str] | None = None) -> Check:
 
 def called(**words: str) -> dict[str, str]:
     """
-    Return a mapping from other words to accepted words.
+    Return a dictionary from words that users write by mistake to the accepted words.
 
     `called(a='length l')` maps the words `length` and `l` to the accepted word `a`.
     """
@@ -299,12 +299,18 @@ def checked_number(data: Yaml, at: Place) -> str | None:
 
 
 def checked_word(data: Yaml, at: Place) -> str | None:
-    """Return the printable text of a value. Report faults; after a fault return None."""
+    """
+    Return the text of a value. Report faults, such as control characters; after a fault return
+    None.
+    """
     return _reported(_word, data, at)
 
 
 def checked_formula(data: Yaml, at: Place) -> str | None:
-    """Return the text of a formula with plain signs. Report faults; after a fault return None."""
+    """
+    Return the text of a formula in ASCII, such as `theta1` for the Greek letter with index. Report
+    faults; after a fault return None.
+    """
     return _reported(_formula, data, at)
 
 
@@ -315,8 +321,7 @@ def checked_list(data: Yaml, at: Place, noun: str, length: int | None = None) ->
 
 def checked_mapping(data: Yaml, at: Place, noun: str) -> dict[str, Yaml]:
     """
-    Return a mapping from the robot file whose keys the user chooses, such as the names of
-    constants.
+    Return a mapping of the robot file, such as `constants`, in which the user chooses the keys.
 
     If the value is missing, the result is empty. If the value is not a mapping, the function
     reports a fault, and the result is empty.

@@ -8,7 +8,7 @@ from ....errors import Fault, RobotFileError
 from .expression_syntax import IDENTIFIER
 from .yaml_document import Document, Path, ScalarNode, Yaml
 
-MAX_FAULTS = 100  # more faults would make the message long and the reading of a hostile file slow
+MAX_FAULTS = 100  # limits the length of the message, and the time for a hostile file
 
 
 def dotted(path: Path) -> str:

@@ -3,7 +3,8 @@
 """
 Convert expressions to a plain form: names as the file defines them, and no degree signs.
 
-Later readers of an expression, such as the derivation of formulas, get the plain form.
+Code that uses an expression afterwards, such as the derivation of formulas, needs to know only the
+plain form.
 """
 
 import re

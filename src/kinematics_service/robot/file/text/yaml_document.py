@@ -54,7 +54,10 @@ class Document:
         self.data = self._taken(root, (), root.line)
 
     def line(self, path: Path) -> int:
-        """Return the line of the key or item at a path, or of its nearest parent in the file."""
+        """
+        Return the line of the key or item at a path. If the file does not have it, return the line
+        of the list or mapping in which it is missing.
+        """
         while path not in self._lines:
             path = path[:-1]
         return self._lines[path]

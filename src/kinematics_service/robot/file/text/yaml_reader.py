@@ -70,8 +70,8 @@ class YamlReader(Generic[Read]):
         self._deepest, self._most_values = deepest, most_values
         self._advice, self._second = advice, second
         self._documents: list[Read] = []
-        # The lists and mappings that are not closed yet, innermost last. Each item has the first
-        # event of a list or mapping, and its values so far.
+        # The lists and mappings whose end was not read yet, innermost last. For each of them,
+        # `_open` has the event of its beginning, and the values read so far.
         self._open: list[tuple[yaml.Event, list[Any]]] = [(None, self._documents)]
         self._values = 0
 
@@ -115,9 +115,10 @@ class YamlReader(Generic[Read]):
         return self._documents
 
     def _explained(self, error: yaml.MarkedYAMLError, text: str) -> tuple[int, str]:
-        # Return the line and the reason of a syntax error. libyaml names only the expected
-        # element, and at the end of a text its line may be too large by one. So parse the text
-        # again with PyYAML's own parser, which also names the element that it found.
+        # Return the line and the reason of a syntax error. The message of libyaml names the
+        # element that was expected, but not the element in its place. For an error at the end of
+        # the text, the line may be too large by one. So parse the text again with PyYAML's own
+        # parser, whose messages have neither fault.
         depth = 0
         try:
             for event in yaml.parse(

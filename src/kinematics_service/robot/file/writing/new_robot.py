@@ -117,8 +117,8 @@ PI: dict[AngleUnit, str] = {'rad': ', pi', 'deg': ''}
 def _links(dof: int) -> tuple[_Link, ...]:
     if dof in SMALL:
         return SMALL[dof]
-    # The arm has more than six joints: alternate axes along the arm and axes perpendicular to the
-    # arm.
+    # The arm has more than six joints: their axes are in turn along the arm and perpendicular to
+    # the arm.
     arm = [_Link(0, 1 if i % 4 else -1, 0.3 if i % 2 == 0 else 0) for i in range(dof - 1)]
     return (*arm, _Link(0, 0, 0.1))
 
