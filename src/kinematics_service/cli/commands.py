@@ -92,8 +92,8 @@ for _command, _app in APPS.items():
         del COMMANDS[_command]
 # Largest width of a help text, in columns.
 WIDE = {'max_content_width': 100}
-# Names of the functions of two commands. Their own names cannot name functions: `import` is a
-# keyword of Python, and `set` is a built-in type.
+# Names of the Python functions that run the commands `import` and `set`. A function cannot have
+# the name `import`, a keyword of Python, and would hide the built-in type `set`.
 RENAMED = {'import': 'import_urdf', 'set': 'set_parameter'}
 # Commands that take ROS arguments.
 WITH_ROS = ('calibrate-live', 'demo', 'echo', 'reload', 'set', 'view')
@@ -322,8 +322,8 @@ def _node(
       kinematics_service COMMAND --help
 
     --robot-description [TOPIC] takes the URDF that the robot itself publishes, usually on
-    /robot_description, and each newer URDF. --base LINK and --tip LINK choose the arm of a URDF;
-    without both options the arm is the longest chain up to a hand.
+    /robot_description, and each newer URDF. --base LINK and --tip LINK choose the arm of a URDF.
+    If you give neither, the arm is the longest chain of joints, without the joints of a hand.
     """
     command = context.invoked_subcommand
     if command is None:

@@ -105,10 +105,10 @@ def ik(
     within --tolerance; the residual shows the error.
 
     --family: an arm with one joint more than the target needs, for example seven for a pose, can
-    move while the tool rests. Each arc of such a motion inside the limits is printed: the joints
-    and limits at which the arc ends, its length, the range of each joint, and the positions
-    farthest from the limits. The key `complete` has the value found, because a search may miss
-    arcs.
+    move while the tool rests. The joint limits cut this motion into arcs. The command prints for
+    each arc the joints and limits at which it ends, its length, the range of each joint, and the
+    positions farthest from the limits. The key `complete` has the value found, because a search
+    may miss arcs.
 
     --one: the first solution found inside the limits, or the nearest one if the arm has a
     closed form. Without a closed form the search starts at --near; --seed gives other starts.
@@ -121,15 +121,15 @@ def ik(
       status                         solved, family, outside_limits or unreachable
       reason, method                 a sentence; closed form, algebraic or search
       complete                       proved, found (no proof that these are all) or partial
-      roots                          null, or how many complex solutions were found of how
-                                     many there can be
+      roots                          null, or numbers of complex solutions: found, and possible
       solutions                      objects: q, residual, feasible, beyond (names of
                                      joints outside their limits), margin (to the nearest
                                      limit), shoulder, elbow, wrist, multiplicity
-      families                       the same keys, and motions (a row a direction along
-                                     it), straight, joints, closed, intervals (with --family:
-                                     objects of q, a row each, s, length, closed, ends of joint
-                                     and limit, windings, ranges, largest_margin)
+      families                       the same keys, and motions (joint motions along the
+                                     family, one in each row), straight, joints, closed, intervals
+                                     (the arcs, with --family: each has q with a sample in each
+                                     row, the length s up to each sample, length, closed, ends of
+                                     joint and limit, windings, ranges, largest_margin)
       nearest                        null, or q, residual, position_error, rotation_error
     """
     if one and everything:

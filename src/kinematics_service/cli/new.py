@@ -74,10 +74,11 @@ def new(
 
     With --table the robot comes from a table: rows of a spreadsheet (commas, semicolons or tabs),
     of a text, of Markdown or LaTeX, a matrix of MATLAB or Python, named numbers of YAML, JSON or
-    TOML, or the links of Corke's toolbox. The heads of the columns, in any order, say what the
-    columns hold; without heads use --columns. The joint moves theta or d: the cell that has the
-    variable or is empty. A letter becomes a constant without a value. The command prints how it
-    read the table, refuses an ambiguous table, and checks the result.
+    TOML, or the links of Corke's toolbox. The heads of the columns, in any order, name the
+    quantity of each column; without heads use --columns. In each row the joint moves theta or d:
+    the one whose cell has the joint variable or is empty. A letter becomes a constant without a
+    value. The command prints how it read the table, refuses an ambiguous table, and checks the
+    result.
     """
     if not re.fullmatch(r'[A-Za-z0-9_]+', name):
         raise WrongUsage(f'NAME: {name!r} is not a name of letters, digits and underscores')

@@ -3,8 +3,8 @@
 """
 Start the node. The program does this if the command line names no command.
 
-Loading typer with all commands takes longer than loading the rest of the node. So this module
-reads a command line that only starts the node itself, without typer.
+Loading typer with all commands takes longer than loading the rest of the node. So if a command
+line only starts the node, this module reads the options itself and does not load typer.
 """
 
 import gc

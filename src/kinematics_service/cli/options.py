@@ -203,7 +203,7 @@ def ending_at(robot: Robot, of: str | None, at: str | None = None) -> Robot:
     """
     Return a robot whose tool is the point that the options `--of` and `--at` give.
 
-    Without both options, return the robot unchanged.
+    If neither option is given, return the robot unchanged.
     """
     if of is None and at is None:
         return robot
@@ -283,8 +283,8 @@ def given_positions(robot: Robot, text: str, degrees: bool) -> Floats:
 
 
 def _look_like_degrees(robot: Robot, q: Floats) -> bool:
-    # Return whether the angles are probably in degrees. This is so if two conditions hold. Read in
-    # radians, at least one angle is more than a turn and outside its limits. Read in degrees, all
+    # Return whether the angles are probably in degrees. Two conditions must hold: taken as
+    # radians, at least one angle is more than a turn and outside its limits; taken as degrees, all
     # angles are inside their limits.
     turning = ~robot.prismatic
     low, high = robot.limits.T
