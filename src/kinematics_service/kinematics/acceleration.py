@@ -4,11 +4,12 @@
 Compute the exact time derivative of the Jacobian from its screws, and the acceleration of the
 tool.
 
-An element is a moving row of the DH table. Each column of the Jacobian is a sum of screws (s, w)
-of elements: linear velocity s of the reference point and angular velocity w. The screw of an
-element is moved by the elements nearer to the base. Together these move the reference point with
-the velocity V and turn with the angular velocity W. So dw/dt = W x w and ds/dt = W x s + w x
-(V_all - V), where V_all is the velocity of the reference point by all elements.
+An element is a row of the DH table that joints move. Each column of the Jacobian is a sum of
+screws (s, w) of elements: linear velocity s of the reference point and angular velocity w. The
+screw of an element is moved by the elements nearer to the base. V is the velocity of the reference
+point, and W the angular velocity, that the elements nearer to the base cause together. So dw/dt =
+W x w and ds/dt = W x s + w x (V_all - V), where V_all is the velocity of the reference point by
+all elements.
 
 If the arm has closed loops, J = J_open [1; C], where C = d psi / d q has the derivatives of the
 passive joints psi by the joints q. Let Phi be the residual of the loops, and Phi_x its derivatives
@@ -136,7 +137,7 @@ def _rate(state: ToolState, point: Point, at: npt.ArrayLike | None) -> Floats:
     if not chain.loops:
         rates = _screw_rates(chain, point.first_entries, screws, qdot)
         if chain.form != kernel.MIXED:
-            return rates  # each joint moves one row of the table, so its column is one screw
+            return rates  # in this form each joint moves one row, so each column of J is one screw
         return _by_variable(chain, rates)
     closure = chain.closure
     section = state.row[..., chain.closure_at : chain.closure_at + closure.width]
@@ -148,13 +149,14 @@ def _rate(state: ToolState, point: Point, at: npt.ArrayLike | None) -> Floats:
 
 
 def _screw_rates(chain: Chain, first: Integers, screws: Floats, rates: Floats) -> Floats:
-    # Returns the time derivatives (..., 6, entries) of the screws of a chain whose variables have
-    # the velocities `rates`. An entry is a pair of an element and a joint that moves this element.
+    # Returns the time derivatives (..., 6, entries) of the screws of a chain whose joints (and
+    # passive joints) have the velocities `rates`. An entry is a pair of an element (a row of the
+    # table) and a joint that moves this row.
     entries = chain.entries
     sums = np.zeros((*screws.shape[:-1], entries + 1))
     np.cumsum(screws * rates[..., None, chain.table.joint], axis=-1, out=sums[..., 1:])
-    # For each entry, compute the twist of the elements before the element of this entry. Entries
-    # of one element (several joints move one row) share an axis, so they do not move each other.
+    # For each entry, compute the twist of the elements that are nearer to the base. If several
+    # joints move one element, its entries share an axis, so they do not move each other.
     before = sums[..., first]
     W, V = before[..., 3:, :], sums[..., :3, -1:] - before[..., :3, :]
     halves = screws.reshape(*screws.shape[:-2], 2, 3, entries)
@@ -164,8 +166,8 @@ def _screw_rates(chain: Chain, first: Integers, screws: Floats, rates: Floats) -
 
 
 def _by_variable(chain: Chain, six_rows: Floats) -> Floats:
-    # The columns of `six_rows` are screws of entries (pairs of an element and a joint). Sums them
-    # to one column for each joint and passive joint.
+    # The columns of `six_rows` are screws of entries (pairs of a row of the table and a joint).
+    # Adds up the columns of each joint and passive joint.
     result = np.zeros((*six_rows.shape[:-1], chain.variables))
     for k, j in enumerate(chain.table.joint):
         result[..., j] += six_rows[..., k]

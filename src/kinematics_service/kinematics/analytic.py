@@ -51,7 +51,7 @@ class AnalyticJacobian(FrozenArrays):
     singular : shape (...)
         Whether the coordinates are singular: roll, pitch and yaw at pitch = +-90 degrees, a
         rotation vector at half a turn; quaternions never. At half a turn the rotation vector jumps
-        to its opposite, so its rates are valid on one side of the jump only.
+        to its opposite, so its rates are valid up to the jump, not across it.
     """
 
     rows: tuple[str, ...]
@@ -133,12 +133,14 @@ def _of_rpy(R: Floats) -> _Map:
     c, s = R[..., 0, 0] / by, R[..., 1, 0] / by
     tangent = -R[..., 2, 0] / by
     zero = np.where(singular, np.nan, 0.0)
-    # Solve the angular velocity w = roll' Rz Ry x + pitch' Rz y + yaw' z for the three rates.
+    # The angular velocity is w = roll' Rz Ry x + pitch' Rz y + yaw' z, with the unit vectors x, y,
+    # z, Ry = Ry(pitch) and Rz = Rz(yaw). Solve this equation for the rates roll', pitch', yaw'.
     by_turn = _stacked(
         [c / by, s / by, zero], [-s, c, zero], [c * tangent, s * tangent, zero + 1.0]
     )
-    # The amplification is the inverse of the smallest singular value of the matrix [Rz Ry x, Rz y,
-    # z]. This singular value is sqrt(1 - |sin(pitch)|) = cos(pitch) / sqrt(1 + |sin(pitch)|).
+    # The amplification is the inverse of the smallest singular value of the matrix with the
+    # columns Rz Ry x, Rz y and z. This singular value is sqrt(1 - |sin(pitch)|) = cos(pitch) /
+    # sqrt(1 + |sin(pitch)|).
     growth = np.sqrt(1.0 + np.abs(R[..., 2, 0]))
     amplification = np.where(singular, np.inf, growth / np.where(singular, 1.0, cos_pitch))
     return coordinates, by_turn, amplification, singular
@@ -164,7 +166,8 @@ def _of_rotation_vector(R: Floats) -> _Map:
     half = 0.5 * angle
     small = angle < 1e-3
     safe = np.where(small, 1.0, angle)
-    # Compute (1 - h cot(h)) / angle^2, where h is half of the angle; near zero use the series.
+    # Compute (1 - h cot(h)) / angle^2, where h is half of the rotation angle. For a small angle
+    # use the Taylor series.
     share = np.where(
         small,
         1.0 / 12.0 + angle * angle / 720.0,

@@ -108,9 +108,9 @@ def shape_together(
     """
     Return the leading dimensions of two array arguments after broadcasting.
 
-    The shape `one` is (..., n). The shape `other` must end with the last `own` dimensions of
-    `expected`. If the shapes do not fit, the function raises an ArgumentError of the class
-    `refusal`.
+    The shape `one` is (..., n). The last `own` dimensions of the shape `other` must be equal to
+    the last `own` dimensions of `expected`. If the shapes do not fit, the function raises an
+    ArgumentError of the class `refusal`.
     """
     if other[-own:] == expected[-own:]:
         with contextlib.suppress(ValueError):
@@ -120,7 +120,10 @@ def shape_together(
 
 
 def number_or_nan(value: SupportsFloat) -> float:
-    """Return `value` as a float, or NaN if it is not a number. NaN is outside of all ranges."""
+    """
+    Return `value` as a float; NaN, which fails every comparison with a limit, if it is not a
+    number.
+    """
     if isinstance(value, float):  # test the usual type first, because this test is faster
         return value
     try:

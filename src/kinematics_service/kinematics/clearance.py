@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Prove radii around joint positions within which no pose is singular, by bounds of the change of the
-Jacobian.
+Prove that no pose within a radius around given joint positions is singular, by bounds of the
+Jacobian's derivatives.
 """
 
 import functools
@@ -46,9 +46,9 @@ def clearances(robot: Robot, q: Floats) -> Floats:
 
 
 def _sizes(robot: Robot, q: Floats) -> Floats:
-    # Returns for each pose the largest position of the prismatic joints that have no limits or are
-    # beyond them. Returns 0 if all prismatic joints are inside their limits. The position is
-    # rounded up to a power of two times the characteristic length, so that one computation of
+    # Returns for each pose the largest absolute position of those prismatic joints that have no
+    # limits or are beyond their limits; 0 if there are none. The position is rounded up to the
+    # next of ..., 1/2, 1, 2, 4, ... times the characteristic length, so that one computation of
     # bounds serves many poses.
     strokes = _strokes(robot)
     slides = strokes != 0.0

@@ -31,10 +31,12 @@ class LoopClosure:
         det(d Phi / d psi) of each loop, in SI units. If a determinant is 0, the loop equations are
         singular, and the branch of solutions ends or meets another branch.
     residuals : shape (..., L)
-        The largest component of Phi for each loop: position components relative to the loop's
-        size, rotation components in rad.
+        The largest component of Phi for each loop: position components divided by the size of the
+        loops (the largest sum of constant lengths in one chain of a loop), rotation components in
+        rad.
     steps : shape (..., L)
-        Number of Newton's steps of each loop from the assembled position of the robot file.
+        Number of Newton's steps of each loop. The steps begin at the positions `assembled` of the
+        robot file.
     """
 
     names: tuple[str, ...]

@@ -3,10 +3,10 @@
 """
 Compute forward kinematics, Jacobian and twist of an arm, in one pass of the kernel.
 
-Frames and orders are those of KDL, MoveIt's `getJacobian`, the Robotics Toolbox's `jacob0` and
-Pinocchio's LOCAL_WORLD_ALIGNED: base axes, reference point the tool's origin, linear rows first.
-The argument `of` selects another frame of the arm, `at` another point of that frame, and `axes`
-other axes.
+Frames and the order of rows are those of KDL, MoveIt's `getJacobian`, the Robotics Toolbox's
+`jacob0` and Pinocchio's LOCAL_WORLD_ALIGNED: base axes, reference point the tool's origin, linear
+rows first. The argument `of` selects another frame of the arm, `at` another point of that frame,
+and `axes` other axes.
 """
 
 import numpy as np
@@ -42,10 +42,10 @@ def forward_kinematics(
     q : shape (..., n), rad or m
         Joint positions.
     axes
-        The frame in which the pose is expressed: `base`, or a frame with a name as for `of`.
+        The frame in which the pose is expressed: `base`, or a frame as in the argument `of`.
     of
-        The frame whose pose is returned: `tool`, a point of the robot file, or a row of the table
-        counted as `link_frames` does.
+        The frame whose pose is returned: `tool`, the name of a point in the robot file, 0 for
+        frame 0, or k for the frame after row k of the table.
     at : shape (3,), m
         Another origin for the frame `of`, in the coordinates of this frame.
 
@@ -133,14 +133,14 @@ def jacobian(
     robot, q
         As in `forward_kinematics`, which raises the same errors.
     axes
-        Axes of the rows: `base`, or a frame with a name as for `of`. The motion of these axes is
-        not included.
+        Axes of the rows: `base`, or a frame as in the argument `of`. Velocities are relative to
+        the base, even if these axes move.
     of
-        The frame that moves: `tool`, a point of the robot file, or a row of the table counted as
-        `link_frames` does.
+        The frame that moves: `tool`, the name of a point in the robot file, 0 for frame 0, or k
+        for the frame after row k of the table.
     at : shape (3,), m
-        The reference point of the linear rows, in the coordinates of the frame `of`, to which the
-        point is fixed; default: the origin of this frame.
+        The reference point of the linear rows: a point fixed to the frame `of`, in the coordinates
+        of this frame; default: the frame's origin.
 
     Raises
     ------

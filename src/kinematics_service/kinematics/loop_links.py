@@ -58,8 +58,8 @@ def loop_links(state: ToolState) -> tuple[LoopLinks, ...]:
     """
     Return the corners and joints of the second chain of each loop, at the state of one pose.
 
-    The state must have all frames. A loop is left out if its second chain ends at a row of the
-    table behind the end of the arm, because the state has no frame for this row.
+    The state must have all frames. The arm may end at a point of the table, not at its last row. A
+    loop that is connected to a later row is left out, because the state has no frame for this row.
     """
     description, closure = state.robot.description, state.closure
     if closure is None:
@@ -74,10 +74,11 @@ def loop_links(state: ToolState) -> tuple[LoopLinks, ...]:
 
 def carried_rows(robot: Robot) -> tuple[bool, ...]:
     """
-    Return for each row of the DH table whether the row is a coordinate of a platform, not a link.
+    Return for each row of the DH table whether the row describes a coordinate of a platform, not a
+    link.
 
-    Neighbouring prismatic rows that only passive joints move are coordinates of a platform, which
-    the loops carry.
+    The loops of a parallel robot carry a platform. The coordinates of its position are
+    neighbouring prismatic rows that only passive joints move.
     """
     passive = passive_names(robot.description)
     slides = [_slides_by(row) for row in table_rows(robot.description)]

@@ -35,8 +35,8 @@ def null_space(
     Return an orthonormal basis of the null space of the task Jacobian J_t, shape (..., n, k).
 
     k is n minus the generic rank of J_t, the rank at poses that are not singular. For a full pose
-    k is 1 for seven joints, and 0 for six. At a singular pose more than k independent motions
-    leave the tool at rest; k of these motions are returned.
+    k is 1 for seven joints, and 0 for six. At a singular pose more than k independent joint
+    motions leave the tool at rest. The result has k of them, if possible those of `near`.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def null_space(
     PointError
         The arm has no such point, row or rows.
     KinematicsError
-        No joint moves the rows.
+        No joint moves the tool in these rows.
 
     Examples
     --------
@@ -99,8 +99,8 @@ def basis_of(task: Task, J: Floats, before: Floats | None = None) -> Floats:
     rank, matrix = task.generic_rank, task.row_scales[:, None] * task_jacobian(task, J)
     if before is not None:
         # If more than k independent joint motions leave the tool at rest, prefer the motions of
-        # the basis `before`: add rows of the size of round-off to J_t that are zero only for those
-        # motions.
+        # the basis `before`: add rows to J_t that are as small as round-off. A product with these
+        # rows is zero only for the motions of `before`.
         least = kernel.RANK_TOLERANCE * np.linalg.norm(matrix, axis=(-2, -1), keepdims=True)
         others = least * (np.eye(J.shape[-1]) - before @ np.swapaxes(before, -1, -2))
         leading = others.shape[:-2]
@@ -109,7 +109,8 @@ def basis_of(task: Task, J: Floats, before: Floats | None = None) -> Floats:
         )
     basis = np.swapaxes(np.linalg.svd(matrix)[2][..., rank:, :], -1, -2)
     if before is None:
-        # Choose the sign of each basis vector (column) so that its largest number is positive.
+        # Choose the sign of each basis vector (column) so that its component with the largest size
+        # is positive.
         largest = np.argmax(np.abs(basis), axis=-2)[..., None, :]
         return np.asarray(basis * np.sign(np.take_along_axis(basis, largest, axis=-2)))
     # Rotate the basis within the null space so that it is nearest to `before` (orthogonal
@@ -123,9 +124,9 @@ def self_motion(robot: AnyRobot, q: npt.ArrayLike) -> Floats:
     Return the null-space motion (..., n) that increases the distance to singularity fastest.
 
     A null-space motion moves the joints, but not the tool in the rows of the task. The motion is
-    the projection g of the gradient of `distance` onto the null space. Joint velocities of s g
-    raise the distance by s |g|^2 per second. The motion is zero if the pose is singular, if no
-    singular pose was found within 1 rad, or if the arm has no self-motion.
+    the projection g of the gradient of `distance` onto the null space. Joint velocities k g, with
+    a factor k, raise the distance at the rate k |g|^2. The motion is zero if the pose is singular,
+    if no singular pose was found within 1 rad, or if the arm has no self-motion.
 
     Parameters
     ----------
@@ -145,7 +146,10 @@ def self_motion(robot: AnyRobot, q: npt.ArrayLike) -> Floats:
 
 
 def self_motion_of(state: ToolState, basis: Floats) -> Floats:
-    """Return the result of `self_motion` for a state and a basis (..., n, k) of its null space."""
+    """
+    Return the null-space motion (..., n) of `self_motion`, given a state and a basis (..., n, k)
+    of the null space of J_t at this state.
+    """
     found = singularity_of(state)
     if found.nearest_singular is None:
         return np.zeros(state.q.shape)

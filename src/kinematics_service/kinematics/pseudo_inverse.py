@@ -3,9 +3,9 @@
 """
 Compute the pseudo-inverse of the task Jacobian by singular values, with or without damping.
 
-Only singular values below a bound are damped, so other directions stay exact (Nakamura and
-Hanafusa 1986; Maciejewski and Klein 1988). The function `joint_velocity` damps singular values by
-the same formula.
+Only singular values below a bound are damped, so the inverse is exact for tool directions with
+larger singular values (Nakamura and Hanafusa 1986; Maciejewski and Klein 1988). The function
+`joint_velocity` damps singular values by the same formula.
 """
 
 from collections.abc import Sequence
@@ -35,8 +35,8 @@ class PseudoInverse(FrozenArrays):
     The pseudo-inverse of the task Jacobian J_t, with its rank and its damping.
 
     Several joint motions may produce a twist with the least error; `matrix` gives the smallest of
-    these motions. Angular rows and prismatic columns are scaled by the characteristic length in
-    both norms.
+    these motions. In the norm of the error, angular rows are multiplied by the characteristic
+    length. In the norm of the joint motion, prismatic joints are divided by it.
 
     Attributes
     ----------
@@ -145,7 +145,7 @@ def pseudo_inverse(
     ServoSettingsError
         `damping` or `damped_below` is negative or not finite.
     KinematicsError
-        No joint moves the rows.
+        No joint moves the tool in these rows.
 
     Examples
     --------

@@ -35,8 +35,8 @@ from .tool_state import ToolState, evaluate, velocities_of
 
 SINGULARITY, POSITION, VELOCITY = 'singularity', 'position limit', 'velocity limit'
 SPEED, TURNING = 'speed limit', 'turning limit'
-# Cause of a factor below 1 that occurs only with MoveIt Servo's rule, which also slows motion away
-# from a singular pose.
+# Cause that occurs only with MoveIt Servo's rule. This rule also slows motion away from a singular
+# pose.
 LEAVING = 'leaving a singularity'
 # Largest number of poses along a stopping motion at which the distance to a singular pose is
 # computed.
@@ -301,8 +301,9 @@ def _by_rule(state: ToolState, rule: ServoRule) -> _Shares:
 def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking) -> _Shares:
     # Returns the factor for the distance to singular poses by sphere tracing. No singular pose is
     # nearer than the computed distance, so the motion advances by this distance before the next
-    # search, up to the distance of a stop. At the last pose the singular surface is taken as a
-    # plane normal to the direction of the nearest singular pose.
+    # search, up to the distance of a stop. At the pose where the searches end, the set of singular
+    # poses is taken as a plane through the nearest singular pose, normal to the direction of this
+    # pose.
     thresholds, scales = robot.singularity.thresholds, robot.singularity.task.column_scales
     stop = MEASURES['distance'].stop if thresholds.measure != 'distance' else thresholds.stop
     assert stop is not None  # `distance` has default thresholds

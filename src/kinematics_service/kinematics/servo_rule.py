@@ -96,9 +96,9 @@ def servo_shares(state: ToolState, rule: ServoRule) -> ServoShares:
     condition = sigma[..., 0] / sigma[..., -1]
     lower, stop = rule.lower_singularity_threshold, rule.hard_stop_singularity_threshold
     stopped = ~(condition < stop)
-    # u is the tool direction of the smallest singular value. A singular value decomposition does
-    # not determine the sign of u. So step along +u, by the joint motion v / sigma, and test
-    # whether the condition number grows.
+    # sigma is the smallest singular value, u its tool direction and v its joint motion: J v =
+    # sigma u. A singular value decomposition does not determine the sign of u. So move the joints
+    # along v / sigma, which moves the tool along +u, and test whether the condition number grows.
     u, v, least = U[..., -1], Vt[..., -1, :], np.where(stopped, np.inf, sigma[..., -1])
     step = v * (rule.singularity_step_scale / least)[..., None]
     next_jacobian = evaluate(state.robot, state.q + step).jacobian

@@ -13,8 +13,8 @@ from .singularity import singularity
 
 # Number of seeded random poses from which Newton's method searches singular poses.
 STARTS = 200
-# Number of steps of Newton's method from each start. Each step about squares the distance to a
-# singular pose, so a start that has not converged after these steps is held at a joint limit.
+# Number of steps of Newton's method from each start. Newton's method converges quadratically, so a
+# start that has not converged after these steps has come to a joint limit, which it cannot pass.
 STEPS = 25
 # Largest motion of a joint in one Newton step toward a singular pose, rad (prismatic joints
 # divided by the characteristic length).
@@ -46,9 +46,9 @@ def singular_poses(robot: Robot, inside: Floats) -> Floats:
     scale = np.where(robot.prismatic, robot.singularity.task.length, 1.0)
     for _ in range(STEPS):
         near = singularity(robot, q)
-        # Step to the nearest singular pose that was found. If none was found, step against the way
-        # out by the first-order distance to w = 0. The way out is the gradient of ln w, where w is
-        # the manipulability.
+        # Step to the nearest singular pose that was found. If none was found, take the first-order
+        # step to w = 0, where w is the manipulability. Its direction is opposite to `way_out`, the
+        # gradient of ln w, and its length is `distance`.
         found = np.isfinite(near.nearest_singular)
         step = np.where(found, q - near.nearest_singular, near.distance[:, None] * near.way_out)
         fastest = np.max(np.abs(step) / scale, axis=1, keepdims=True)

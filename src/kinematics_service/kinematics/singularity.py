@@ -29,16 +29,17 @@ from .tool_state import ToolState, evaluate
 @dataclass(frozen=True, eq=False)
 class FactorMeasures(Generic[Index]):
     """
-    The values and gradients of the named singular factors of the robot file, at one pose or many.
+    The values and gradients of the singular factors of the robot file, at one pose or many. A
+    factor is a named function of the joint positions that is zero at singular poses.
 
     Attributes
     ----------
     names
         F names, as in the robot file.
     estimates : shape (..., F)
-        First-order joint motion to each factor's zero, rad, 0 to pi; not a distance. For a closed
-        loop it is the distance to joint positions at which the loop equations are singular, if the
-        search found any.
+        First-order estimate of the joint motion to the nearest zero of each factor, rad, 0 to pi.
+        For the factor of a closed loop, the computed distance to joint positions at which the loop
+        equations are singular, if the search found any.
     results : shape (..., F, 1 + n)
         Value and gradient of each factor.
     column_scales : shape (..., n)
@@ -63,7 +64,8 @@ class FactorMeasures(Generic[Index]):
     @property
     def motions(self) -> Floats:
         """
-        Return the joint motion to each factor's zero, to first order, shape (..., F, n), rad or m.
+        Return the first-order joint motion from this pose to a zero of each factor, shape (..., F,
+        n), rad or m.
         """
         return motions_to_zeros(self.results, self.column_scales[..., None, :])
 
@@ -127,14 +129,14 @@ class Singularity(Generic[Number, Index, Grade, Pose]):
         Unit vector of the tool motion that needs the largest joint motion, in base axes: linear,
         then angular times the length.
     joint_motion : shape (..., n)
-        The unit joint motion that moves the tool least, rad or m. At a singular pose the tool
-        motions by these joints cancel each other.
+        The unit joint motion that moves the tool least, rad or m. At a singular pose it does not
+        move the tool: the motions of the joints cancel each other.
     way_out : shape (..., n)
         Joint motion that leads away from singular poses fastest, rad or m. At a singular pose the
         opposite motion leads away, too. It is zero if the first-order estimate is zero. Near joint
         positions at which the equations of a loop are singular (`flat_loop`) it leads away from
-        these positions. If no singular pose of an arm with loops was found, it leads away from the
-        nearest one by first-order estimates.
+        these positions. If the search found no singular pose of an arm with loops, it leads away
+        from the singular pose that is nearest by first-order estimates.
     rate
         Change per second, along qdot, of the measure to which the robot's thresholds apply; None
         without qdot.
@@ -244,8 +246,9 @@ class _TakenMeasures(Singularity[Any, Any, Any, Any]):
 
     @property
     def _watched(self) -> Floats:
-        # Returns the rows of measures from which the level is read: those after the search for the
-        # nearest singular poses only if the thresholds apply to the distance.
+        # Returns the measures from which the level is read. If the thresholds apply to the
+        # distance, they are the measures after the search for the nearest singular poses.
+        # Otherwise no search is needed.
         by_distance = self._robot.singularity.thresholds.measure == 'distance'
         return self._found if by_distance else self._first
 
@@ -361,8 +364,8 @@ Singularities: TypeAlias = Singularity[Floats, Integers, Integers, Floats]
 
 def watched_value(robot: Robot, singularity: Singularity) -> float:
     """
-    Return the value, at one pose, of the measure to which the robot's thresholds apply; the
-    absolute value of a determinant.
+    Return the value, at one pose, of the measure to which the robot's thresholds apply. If this
+    measure is the determinant, return its absolute value.
     """
     return abs(float(getattr(singularity, robot.singularity.thresholds.measure)))
 

@@ -13,9 +13,9 @@ from ..robot.robot import Robot
 from .threads import in_parts
 from .tool_state import ToolState, evaluate
 
-# Step of the forward difference along qdot, rad of the fastest joint. The step is between two
-# numbers: the noise of the measures near a singular pose, 1e-10, and the joint motion over which
-# the measures change, 1e-2.
+# Step of the forward difference along qdot, rad of the fastest joint. The step is far above the
+# noise of the measures near a singular pose (1e-10 rad), and far below the joint motion over which
+# the measures change considerably (1e-2 rad).
 STEP = 1e-5
 
 # Smallest number of poses that one thread gets for a search of singular poses. Such a search takes
@@ -75,11 +75,12 @@ def measured_in_order(state: ToolState, search: kernel.NearestSearch) -> ToolSta
 
 def measured_before(state: ToolState, distance: Floats, nearest_singular: Floats) -> ToolState:
     """
-    Return a state with singularity measures, in which the distances and the nearest singular poses
-    are given, not searched.
+    Return a state with singularity measures. The distances and the nearest singular poses are the
+    arguments; no search computes them.
 
     `distance` (N,) is in rad, and `nearest_singular` (N, n) has joint positions, rad or m. The
-    level in the measures stays that of the first-order estimate of the distance.
+    level (OK, WARN or ERROR) in the measures still follows from the first-order estimate of the
+    distance.
     """
     measures, judged = measures_of(state), state.robot.singularity
     measures[:, kernel.DISTANCE] = distance
@@ -97,8 +98,8 @@ def _rows(state: ToolState) -> tuple[Floats, Floats]:
 
 def watched(robot: Robot, measures: Floats) -> Floats:
     """
-    Return the values (N,) of the measure to which the robot's thresholds apply; absolute values of
-    a determinant.
+    Return the values (N,) of the measure to which the robot's thresholds apply; absolute values if
+    this measure is the determinant.
     """
     return measures[:, robot.singularity.measure_places.judged + kernel.WATCHED]
 

@@ -122,7 +122,8 @@ def wrench_from_torques(
     Return the wrench that joint torques exert, by least squares, and the wrench directions that
     the torques do not determine.
 
-    In the norms of the least squares, a torque equals a force times the characteristic length.
+    In the norms of the least squares, forces of prismatic joints are multiplied by the
+    characteristic length, and torques of the wrench are divided by it.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ def task_of(robot: Robot, rows: Sequence[str] | None, of: str | int = TOOL) -> T
     PointError
         A row does not exist.
     KinematicsError
-        No joint moves the rows.
+        No joint moves the point in these rows.
     """
     if rows is None and type(of) is str and of == TOOL:
         return robot.singularity.task

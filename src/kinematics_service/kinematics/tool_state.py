@@ -30,7 +30,8 @@ class ToolState(NamedTuple):
         The arm.
     row : shape (..., width)
         The results of the kernel, from which the properties are read. If the state is one pose,
-        `row` ends with q, qdot and a second quaternion, whose sign is continuous over time.
+        `row` ends with q, qdot and the quaternion of the pose a second time. The sign of the
+        second quaternion is such that it does not jump from state to state.
     moving
         Whether the joint velocities are known.
     joints
@@ -74,8 +75,8 @@ class ToolState(NamedTuple):
     @property
     def numbers(self) -> Floats:
         """
-        Return the results of the kernel without the q, qdot and second quaternion at their end,
-        shape (..., width).
+        Return the results of the kernel, shape (..., width), without the q, qdot and second
+        quaternion with which the row of a single pose ends.
         """
         if self.joints is not None:
             return self.row
@@ -101,8 +102,8 @@ class ToolState(NamedTuple):
     @property
     def continuous_quaternion_xyzw(self) -> Floats:
         """
-        Return the orientation of one pose as unit quaternion, with the sign that is continuous
-        along a motion, shape (4,).
+        Return the orientation of one pose as unit quaternion, shape (4,). Its sign is such that
+        the quaternion does not jump from state to state of a motion.
         """
         return self.row[-kernel.ROW_TAIL :]
 

@@ -28,8 +28,8 @@ from .search import DistinctSolutions, refined, starts
 # Number of random starts, inside the limits, of the search for the pose nearest to an unreachable
 # target.
 NEAREST_STARTS = 64
-# A joint is named as moving along a family of solutions if its component of a unit joint motion
-# along the family is above this.
+# A joint is named as moving along a family of solutions if its motion exceeds this (rad) in a
+# joint motion of norm 1 along the family.
 MIN_MOTION = 1e-6
 LEFT_FREE = 'the target leaves joints free to move: '
 
@@ -51,8 +51,8 @@ def answer(
         return result
     if not problem.target.is_reached_at(nearest.q, nearest.residual):
         return result
-    # The search for the nearest pose has found a solution inside the limits that was missing, so
-    # add it to the result.
+    # The search for the nearest pose has found a solution inside the limits that is not in
+    # `found`, so add it to the result.
     more = DistinctSolutions(nearest.q[None], np.array([nearest.residual]))
     return _result_of_found(problem, found.joined(more), 'search', None, best)
 
@@ -102,14 +102,14 @@ def result_of(
 
 def beyond(target: IkTarget, robot: Robot, reach: Reach) -> str:
     """
-    Return an error sentence if the distance of the target exceeds the reach of the arm, otherwise
-    ''.
+    Return an error sentence if the target is farther from the first joint than the arm can reach,
+    otherwise ''.
     """
     way = robot.singularity.task.rotation.T @ (target.pose[:3, 3] - reach.centre)
     counted = [way[k] for k in range(3) if ROW_NAMES[k] in target.rows]
     away = math.hypot(*counted)
-    # Add `proved` to the reach, because joint positions solve the target if the tool is within
-    # `proved` of it.
+    # A tool within the distance `target.proved` (m) of the target is at the target. So add this
+    # distance to the reach.
     if not away > reach.radius + target.proved:
         return ''
     return (
@@ -195,8 +195,8 @@ def _named(robot: Robot, which: npt.NDArray[np.bool_]) -> tuple[str, ...]:
 
 def family_of(problem: IkProblem, family: SolutionFamily, moved: Floats | None = None) -> IkFamily:
     """
-    Return a family of solutions as `IkFamily`, at the posture `family.q` with those full turns
-    that bring it nearest to `problem.near`.
+    Return a family of solutions as `IkFamily`. Its `q` is the posture `family.q`, plus the full
+    turns that bring the posture nearest to `problem.near`.
 
     `moved` (k, n) are joint motions along the family, by default `family.motions`. They determine
     which joints are named as moving.
@@ -221,7 +221,7 @@ def family_of(problem: IkProblem, family: SolutionFamily, moved: Floats | None =
 
 
 def _moved_near(problem: IkProblem, family: SolutionFamily) -> SolutionFamily:
-    # Returns the family at the posture to which `nearer` moves it along the family, toward
+    # Returns the family, represented by another of its postures, which is nearer to
     # `problem.near`.
     plan = problem.plan
     if plan.redundant:
@@ -276,8 +276,8 @@ class Representatives(NamedTuple):
     Attributes
     ----------
     q : shape (m, n), rad or m
-        Joint positions, inside the limits if possible. If several numbers of full turns lead
-        inside the limits, that nearest to `near` is taken.
+        Joint positions, inside the limits if possible. If a joint is inside its limits with
+        several numbers of full turns, its position nearest to `near` is used.
     outside : shape (m, n)
         Whether each joint is beyond its limits.
     margin : shape (m,)

@@ -12,7 +12,8 @@ from .problem.problem import IkProblem
 from .result import IkSolution, Posture
 from .search import refinement
 
-# The posture for each triple of signs that the kernel returns, in the order -1 -1 -1 to 1 1 1.
+# The kernel returns a posture as three signs: of shoulder, elbow and wrist, each -1, 0 (not
+# defined) or 1. These are the words for the 27 triples, in the order -1 -1 -1 to 1 1 1.
 POSTURES = tuple(
     Posture(shoulder, elbow, wrist)
     for shoulder in ('left', '', 'right')
@@ -34,8 +35,8 @@ def closed_solutions(
     """
     Return all solutions of an arm with a closed form, or only the nearest one inside the limits.
 
-    If `only_inside`, solutions that are clearly outside the limits, even with the closed form's
-    errors, are left out.
+    If `only_inside`, solutions that are outside the limits by more than the error of the closed
+    form are left out.
     """
     solutions = room_for(1 if only_one else kernel.MAX_CANDIDATES, problem)
     refining = refinement(problem.target, problem.plan)
@@ -47,10 +48,11 @@ def closed_solutions_of_each(
     problem: IkProblem, form: kernel.ClosedForm, poses: Floats
 ) -> tuple[kernel.Solutions, Integers]:
     """
-    Return all solutions of N target poses (N, 4, 4), pose by pose, and an array with their
-    numbers.
+    Return all solutions of N target poses (N, 4, 4), pose by pose, and an array with the number of
+    solutions of each pose.
 
-    The array (N, 2) has for each pose the number of solutions, and 1 if no solution is missing.
+    The array (N, 2) has two numbers for each pose: the number of its solutions, and 1 if they are
+    proved to be all, else 0.
     """
     solutions = room_for(kernel.MAX_CANDIDATES * len(poses), problem)
     counts = np.zeros((len(poses), 2), dtype=np.int64)
@@ -64,8 +66,8 @@ def solutions_of(
     problem: IkProblem, proved: kernel.Solutions, only_feasible: bool, which: range
 ) -> tuple[IkSolution, ...]:
     """
-    Return the solutions with indices in `which` as `IkSolution`, in order. If `only_feasible`,
-    leave out solutions outside the limits.
+    Return the solutions with the indices `which` as `IkSolution`, in the order of the indices. If
+    `only_feasible`, leave out solutions outside the limits.
     """
     # Make the array of solutions read-only, because each `IkSolution` gets a view of it.
     proved.q.setflags(write=False)

@@ -4,11 +4,11 @@
 Find the solution curves of an arm with one redundant joint, by continuation from many start
 solutions.
 
-The start solutions, called seeds, come from slices and from random starts. A slice holds one
-joint, and solves the other six joints for all their solutions. Random starts are refined by the
-method of Levenberg and Marquardt. A seed that is on no known curve is traced by numerical
-continuation (Allgower and Georg). The search proves nothing: if no seed is on a curve, the search
-misses this curve.
+The start solutions, called seeds, come from slices and from random starts. In a slice, one joint
+is held at a fixed position, and all solutions of the other six joints are computed. Random starts
+are refined by the method of Levenberg and Marquardt. A seed that is on no known curve is traced by
+numerical continuation (Allgower and Georg). The search proves nothing: if no seed is on a curve,
+the search misses this curve.
 """
 
 import numpy as np
@@ -29,8 +29,8 @@ FIRST_SLICE = 0.05
 # Number of random joint positions that Levenberg-Marquardt refines to start solutions of the curve
 # search.
 STARTS = 96
-# Step of the central differences that differentiate J, rad or m. The step is about the cube root
-# of round-off.
+# Step of the central differences that differentiate J by the joint positions, rad or m. The step
+# is about the cube root of machine epsilon.
 DIFFERENCE = 1e-5
 # Length of the step from a crossing of two curves to a new start solution on one of the curves,
 # rad. It is half of the first step of a continuation.
@@ -81,10 +81,10 @@ def _solutions(problem: IkProblem, q: Floats) -> list[Floats]:
 
 def _near_crossing(point: kernel.CurvePoint, q: Floats) -> Floats:
     # Returns joint positions (m, n) near the curves that cross at a singular solution (n,). Branch
-    # switching (Allgower and Georg, sections 8.1 and 8.3): J is the derivative of the target's
-    # rows. At a simple bifurcation point J has two null vectors, the rows of N, and one left null
-    # vector e. The tangents a N of the curves are the roots of the quadratic form a N (e . J') N^T
-    # a^T, where J' is the derivative of J.
+    # switching (Allgower and Georg, sections 8.1 and 8.3): J is the derivative of the equations of
+    # the target by the joint positions, and J' is the derivative of J. At a simple bifurcation
+    # point J has two null vectors, the rows of N, and one left null vector e. The tangents of the
+    # curves are a N. The row a (two numbers) is a root of the quadratic form a N (e . J') N^T a^T.
     e_left, _, null = np.linalg.svd(_jacobian(point, q))
     e, N = e_left[:, -1], null[-2:]
     ahead = [_jacobian(point, q + DIFFERENCE * way) for way in N]

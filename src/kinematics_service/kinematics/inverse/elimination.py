@@ -42,9 +42,10 @@ class Eliminated(NamedTuple):
     real
         Number of real roots. It equals the number of solutions unless some roots are double.
     proved
-        Whether it is proved that every real root was found. It is proved if the largest possible
-        number of roots was found. It is also proved if every root of the elimination's determinant
-        that may be real (a position of one joint) has led to a solution.
+        Whether it is proved that every real root was found. A root is a position of one joint at
+        which the determinant of the elimination is 0. The proof is complete if the largest
+        possible number of roots was found, or if every root that may be real has led to a
+        solution.
     """
 
     solutions: kernel.Solutions
@@ -146,8 +147,8 @@ def solutions_beside(problem: IkProblem, arm: kernel.SixJoints) -> Beside:
 
 
 def _positions(screws: Screws, psi: Floats) -> Floats:
-    # Returns the joint positions q (m, 6) from the positions psi (m, 6) of the joint screws: psi =
-    # coupling q.
+    # Returns the joint positions q (m, 6) from the angles (or displacements) psi (m, 6) of the
+    # joint screws. The matrix `coupling` gives psi = coupling q.
     return np.asarray(np.linalg.solve(screws.coupling, psi.T).T, np.float64)
 
 

@@ -22,8 +22,9 @@ from .search import DistinctSolutions, apart, errors_at, refined
 # solutions. Trial steps test the motion if its singular value, divided by the largest one, is
 # below this.
 FREE_SINGULAR_VALUE_RATIO = 1e-5
-# If the ratio of the last pivot of J to the largest pivot is above this, singular values are not
-# computed. No ratio of singular values is then below FREE_SINGULAR_VALUE_RATIO.
+# Gaussian elimination of J with complete pivoting is faster than its singular values. If the ratio
+# of the last pivot to the largest pivot is above this, singular values are not computed. No ratio
+# of singular values is then below FREE_SINGULAR_VALUE_RATIO.
 SUSPECT_PIVOT_RATIO = 1e-3
 # Trial step along a joint motion that hardly moves the tool, rad.
 TRIAL_STEP = 0.05
@@ -54,7 +55,8 @@ class SolutionFamily(NamedTuple):
     error
         Residual of the solution, m.
     motions : shape (k, n)
-        Joint motions that keep the tool at the target, scaled and orthonormal.
+        Joint motions that keep the tool at the target, orthonormal; prismatic joints are divided
+        by the characteristic length.
     straight
         Whether the tool stays at the target after a joint motion of any length along `motions`.
     """
@@ -91,8 +93,8 @@ def isolated_or_not(problem: IkProblem, found: DistinctSolutions) -> Sorted:
     none = np.zeros(len(found.q), dtype=np.bool_)
     shares = np.empty(len(found.q))
     kernel.pivots(target.residual, plan.scales, found.q, shares)
-    # If J has full rank at all solutions, all are isolated. This does not hold if some joint
-    # motions never move the target's rows, because every solution is then in a family.
+    # If J has full rank at all solutions, all are isolated. Exception: if some joint motions
+    # (`plan.idle`) keep every target reached, every solution is in a family.
     if not len(plan.idle) and not np.any(shares < SUSPECT_PIVOT_RATIO):
         return Sorted(found, none, ())
     m = len(found.q)
@@ -162,8 +164,9 @@ def _merged(plan: InversePlan, families: list[SolutionFamily]) -> list[SolutionF
 
 def nearer(problem: IkProblem, family: SolutionFamily, limits: Floats) -> SolutionFamily:
     """
-    Return the family at another of its solutions, nearer to `problem.near` and inside `limits` (n,
-    2), after at most `MAX_STEPS` steps along the family.
+    Return the family, represented by another of its solutions: one that is nearer to
+    `problem.near` and inside `limits` (n, 2). It is found by at most `MAX_STEPS` steps along the
+    family.
     """
     _, target, plan, near, *_ = problem
     q, error, motions, _ = family
@@ -186,10 +189,10 @@ def nearer(problem: IkProblem, family: SolutionFamily, limits: Floats) -> Soluti
 
 def tangent(problem: IkProblem, q: Floats, dimension: int) -> Floats:
     """
-    Return k joint motions along a family of solutions at q, shape (k, n), scaled and orthonormal.
+    Return k joint motions along a family of solutions at q, shape (k, n), orthonormal.
 
     k is `dimension`. The motions are the right singular vectors of J with the k least singular
-    values.
+    values, where prismatic joints are divided by the characteristic length.
     """
     n, residual = len(q), problem.target.residual
     sigma, motions = np.zeros((1, n)), np.zeros((1, n, n))

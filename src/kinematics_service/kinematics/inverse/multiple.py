@@ -23,8 +23,9 @@ from ...kernel import Floats
 from .problem.problem import IkProblem
 from .search import DistinctSolutions, apart, errors_at
 
-# The Lyapunov-Schmidt reduction gives the reduced equation g(s) = 0. g is sampled at Chebyshev
-# nodes with |s| up to this, rad.
+# Near a solution where J is singular, the Lyapunov-Schmidt reduction replaces the equations of the
+# target by one equation, the reduced equation g(s) = 0. The unknown s is the joint motion (rad)
+# along the null vector of J. g is sampled at Chebyshev nodes with |s| up to this, rad.
 SAMPLED_SPAN = 0.02
 # Number of samples of the reduced equation g(s).
 SAMPLE_COUNT = 13
@@ -35,11 +36,11 @@ POLYNOMIAL_DEGREE = 9
 SIMPLE_ROOT_RANGE = 0.05
 # Largest multiplicity that is tried for a solution (a root of the reduced equation g(s) = 0).
 MAX_ORDER = 6
-# Bound of the round-off of the reduced equation g(s) and its derivatives, relative to the
-# characteristic length: about 5 machine epsilons.
+# Bound of the round-off of the function g(s) of the reduced equation, and of the derivatives of g,
+# relative to the characteristic length: about 5 machine epsilons.
 REDUCED_ROUND_OFF = 1e-15
-# Largest number of Newton steps that solve all equations of the target except the one along the
-# tool's lost direction.
+# Largest number of Newton steps in `_way`. The steps solve the equations of the target, but not in
+# the direction in which the tool cannot move (the left null vector of J).
 MAX_NEWTON_STEPS = 12
 # Two solutions are taken as one if the distance of their joint positions is below this, rad
 # (prismatic joints divided by the characteristic length).
@@ -146,8 +147,8 @@ def _root(coefficients: Floats, nothing: float) -> tuple[int, float]:
         root: complex = min(derivatives[order - 1].roots().tolist(), key=abs, default=math.inf)
         if abs(root) > 0.5 or abs(root.imag) > 1e-3:
             continue
-        # Accept the root if all Taylor coefficients of g at the root, of orders below m, are
-        # round-off.
+        # Accept the root if the Taylor coefficients of g at the root with orders 0 to `order` - 1
+        # are only round-off.
         at_root = (abs(one(root.real)) for one in derivatives[: order + 1])
         sizes = [size / math.factorial(k) for k, size in enumerate(at_root)]
         if max(sizes[:order]) <= nothing < sizes[order]:
@@ -158,9 +159,10 @@ def _root(coefficients: Floats, nothing: float) -> tuple[int, float]:
 def _way(
     problem: IkProblem, q: Floats, s: float, parts: tuple[Floats, Floats, Floats]
 ) -> Floats | None:
-    # Returns the scaled joint step from q whose component along the null vector of J is s.
-    # Newton's method finds the other components, so that all equations of the target are solved
-    # except the one along the tool's lost direction. Returns None if Newton's method diverges.
+    # Returns the joint step from q, divided by `plan.scales`, whose component along the null
+    # vector of J is s. Newton's method finds the other components: they solve the equations of the
+    # target, but not in the direction in which the tool cannot move at the singular solution.
+    # Returns None if Newton's method diverges.
     along, across, kept = parts
     y = np.zeros(len(across))
     for _ in range(MAX_NEWTON_STEPS):

@@ -59,8 +59,8 @@ def _near_alone(
     problem: IkProblem, curves: Sequence[SolutionCurve], families: list[IkFamily]
 ) -> list[IkFamily]:
     # Returns the joint positions `problem.near` as a separate family if they are a solution, but
-    # none of the arcs and curves found passes through them. They are then singular, so no curve
-    # can be traced from them.
+    # none of the arcs and curves found passes through them. The search also started from `near`,
+    # so `near` is then singular: no curve can be traced from it.
     robot, target, plan, near, *_ = problem
     error = float(errors_at(target, plan, near[None])[0])
     if not target.is_reached_at(near, error):
@@ -123,9 +123,9 @@ def _on_turns_of(near: Floats, arc: IkArc, plan: InversePlan) -> IkArc:
 
 def _nearest(problem: IkProblem, arcs: Sequence[IkArc]) -> Floats:
     # Returns the posture nearest to `near` on any of the arcs. Compares samples first, and skips
-    # arcs whose nearest sample is much farther than the best sample. This is valid because the
-    # nearest posture of an arc is at most half a sample distance from the nearest sample of the
-    # arc.
+    # arcs whose nearest sample is much farther than the best sample. This is valid because every
+    # posture of an arc is at most half of the distance between two samples from the nearest
+    # sample.
     near, plan = problem.near, problem.plan
     away = [_away(near, arc, plan) for arc in arcs]
     nearest = [

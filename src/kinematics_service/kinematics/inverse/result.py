@@ -34,15 +34,18 @@ FAMILY_TOLERANCE = 1e-6
 @dataclass(frozen=True)
 class Posture:
     """
-    The posture of the arm in a solution, as a word each for shoulder, elbow and wrist. A word is
-    empty if the posture of this part is not defined for the arm.
+    The posture of the arm in a solution, as a word each for shoulder, elbow and wrist. z1 to z6
+    are the directions of the joint axes. A word is empty if it is not defined for the arm, or if
+    the arm is between the two postures, as with a stretched elbow.
 
     Attributes
     ----------
     shoulder
-        `right` if the wrist centre is on the side of axis 1 that z2 x z1 points to, or `left`.
+        `right` if z2 x z1 points from axis 1 to the side of the wrist centre, `left` if it points
+        to the other side.
     elbow
-        `up` if axis 3 is above the line from axis 2 to the wrist (z1 is up), else `down`.
+        `up` if axis 3 is above the line from axis 2 to the wrist, `down` if it is below; z1 points
+        up.
     wrist
         `flip` if (z4 x z5) . z6 is negative, else `no_flip`.
     """
@@ -70,8 +73,8 @@ class IkSolution(FrozenArrays):
         The joint positions, read-only.
     residual
         The error of the tool's pose by forward kinematics, m. It is the norm of the position error
-        and of the rotation vector times the arm's length, over the rows of the target. If `exact`
-        is False, the error is within the tolerance.
+        (m) and the rotation vector (rad) times the characteristic length. Only the rows of the
+        target count. If `exact` is False, the error is within the tolerance.
     feasible
         Whether every joint is inside its limits.
     beyond
@@ -107,8 +110,8 @@ class IkFamily(FrozenArrays):
     q : shape (n,), rad or m
         The posture found nearest to `near`, or to the middle of the limits.
     motions : shape (k, n)
-        Orthonormal joint motions (prismatic ones divided by the arm's length) along the family at
-        `q`; k is the dimension of the family at `q`.
+        Orthonormal joint motions (prismatic joints divided by the characteristic length) along the
+        family at `q`; k is the dimension of the family at `q`.
     straight
         Whether q plus any multiple of `motions` is in the family, as for two joints on one axis
         (`theta1 + theta2` constant).
@@ -120,8 +123,8 @@ class IkFamily(FrozenArrays):
         The arcs of the family inside the limits, for an arm with one redundant joint; otherwise
         empty.
     closed
-        Whether the family is a closed curve if joint limits are ignored. False if the curve could
-        not be followed past a pose, for example a singular pose.
+        Whether the family is a closed curve if joint limits are ignored. False if the search could
+        not trace the whole curve, for example past a singular pose.
     """
 
     q: Floats
@@ -159,10 +162,10 @@ class IkFamily(FrozenArrays):
 
 def off_motions(away: Floats, motions: Floats) -> Floats:
     """
-    Return the joint difference `away` (n,) minus that combination of the motions (k, n) which
-    makes k of its components 0 (Gaussian elimination).
+    Return the joint difference `away` (n,) minus a combination of the motions (k, n). The
+    combination is chosen by Gaussian elimination, so that k components of the result are 0.
 
-    Full turns of these k joints in `away` do not change the result.
+    Full turns of the k joints with the result 0 have no effect.
     """
     left = motions.copy()
     for i in range(len(left)):
@@ -228,17 +231,18 @@ class IkResult(Sequence[IkSolution]):
     method
         `closed form`, `algebraic` or `search`. `algebraic` counts the complex solutions of six
         joints; it also solves an arm with a closed form if the closed form is in doubt. `search`
-        refines many starts. Five joints are solved as six whose added turn is held at 0.
+        refines many starts. To an arm of five joints a sixth joint is added; the solutions in
+        which it is at 0 are kept.
     nearest
         The nearest pose if no solution is inside the limits; for a family, its `q`.
     complete
         Whether other solutions may exist (with `respect_limits`, inside the limits). `proved`: no
-        other solutions exist, because each step of the solution was farther from singular than its
-        error bound. `found`: a search may have missed some solutions, above all for six joints
-        within 1e-6 rad of a singular pose. `partial`: other solutions were not searched for, as
-        with `all_solutions=False`, `curves=False`, and for arms with two redundant joints or more.
-        Curves are found by search, so they are never `proved`. The search does not follow a
-        surface of postures.
+        other solutions exist. This is proved if each step of the computation was farther from a
+        singular case than its error bound. `found`: a search may have missed some solutions, above
+        all for six joints within 1e-6 rad of a singular pose. `partial`: other solutions were not
+        searched for, as with `all_solutions=False`, `curves=False`, and for arms with two
+        redundant joints or more. Curves are found by search, so they are never `proved`. With two
+        redundant joints the solutions form a surface, on which the search finds only one posture.
     roots
         The number of certified complex solutions and the largest possible number, both with
         multiplicity; None if they were not counted. If every root that may be real has led to a

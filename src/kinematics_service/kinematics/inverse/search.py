@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Search for inverse kinematics solutions from random starts (multistart). Each start is refined,
-until every known solution has been found four times.
+Search for inverse kinematics solutions from random starts (multistart). New starts are refined
+until every known solution has been found from four starts.
 
-The rule follows Good (1953): if some solutions have been found only once, other solutions are
-likely missing.
+Good (1953) justifies this stopping rule: if some solutions have been found only once, other
+solutions are likely missing.
 """
 
 from __future__ import annotations
@@ -72,8 +72,8 @@ def refinement(
     held: bool = False,
 ) -> kernel.Refinement:
     """
-    Return the kernel's Levenberg-Marquardt refinement for a target. The arguments are those of
-    `refined`.
+    Return the kernel's Levenberg-Marquardt refinement for a target. `far`, `limits` and `held` are
+    described at the function `refined`.
     """
     damping = kernel.SEARCH_DAMPING if far else 0.0
     steps = kernel.MAX_SEARCH_STEPS if far else kernel.MAX_CANDIDATE_STEPS

@@ -28,7 +28,7 @@ from ..arguments import check_positive, finite_vector, rows_in_order
 from ..task_jacobian import task_of
 from ..tool_state import ToolState, evaluate
 
-# A wanted twist is lost if the tool follows it with a fraction below this.
+# A wanted twist is lost if the fraction of it in the resulting twist is below this.
 LOST_FRACTION = 0.05
 # A wanted twist is followed if at most this fraction of it is missing in the resulting twist. The
 # fraction is the round-off of the least squares.
@@ -45,9 +45,9 @@ class ServoSettings:
     damping
         The damping at a singular pose, relative to the arm's characteristic length.
     damped_below
-        Singular values of the scaled J_t below this bound are damped, relative to the length. If
-        `damping` is half of `damped_below`, no joint motion per tool motion exceeds 1.16 /
-        damped_below.
+        Singular values of the scaled J_t below this number times the characteristic length are
+        damped. If `damping` is half of `damped_below`, the joint motion (rad) is at most 1.16 /
+        damped_below times the tool motion, which is divided by the characteristic length.
     horizon
         Time, s. No joint approaches its limit faster than its distance from the limit divided by
         this time. The time must be at least the time until the next step.
@@ -101,9 +101,9 @@ class ServoStep(FrozenArrays):
     smallest_singular_value
         Smallest singular value of the scaled J_t, relative to the length.
     followed
-        Component of the resulting twist along the wanted twist, relative to the wanted twist, in
-        the rows of the task and before limits. It is 1 unless a direction is damped, or the tool
-        cannot move in a direction at any pose.
+        Component of the resulting twist along the wanted twist, relative to the wanted twist. Only
+        the rows of the task count, and the limits are not applied yet. It is 1 unless the twist is
+        damped near a singular pose, or the tool can never move in a direction of the twist.
     """
 
     qdot: Floats

@@ -102,9 +102,10 @@ def inverse_kinematics(
     target : shape (4, 4) or (3,)
         Pose of the tool, or its position (m), in the base frame.
     near : shape (n,), rad or m
-        Preferred joint positions. Solutions are on the full turns nearest to `near`, and the
-        nearest solution is first (root of the sum of squares, prismatic joints divided by the
-        arm's length). Default: the middle of the limits, 0 without limits.
+        Preferred joint positions. Each joint position of a solution has the full turns that bring
+        it nearest to `near`. The nearest solution is first (root of the sum of squares, prismatic
+        joints divided by the characteristic length). Default: the middle of the limits, 0 without
+        limits.
     respect_limits
         Whether to leave out solutions outside the limits.
     rows
@@ -124,10 +125,10 @@ def inverse_kinematics(
         pose as target: the tool may turn about this axis. With `axis`, `rows` are some of x y z.
     tolerance
         Largest position error (m) and rotation error (rad). Inexact solutions are searched for
-        only if no exact solution is inside the limits. An arm whose J has fewer independent rows
-        than the target does not meet a rounded target exactly: all solutions within the tolerance
-        are returned, each with the least residual. 0: only exact solutions (to 1e-10 m; for arms
-        smaller than 1 mm, to 1e-7 of their reach).
+        only if no exact solution is inside the limits. If J has fewer independent rows than the
+        target has equations, the arm does not meet a rounded target exactly. Then all solutions
+        within the tolerance are returned, each with the least residual. 0: only exact solutions
+        (to 1e-10 m; for arms smaller than 1 mm, to 1e-7 of their reach).
 
     Raises
     ------
@@ -288,8 +289,9 @@ def _method_of(roots: tuple[int, int] | None) -> Method:
 def _proved(
     problem: IkProblem, proved: kernel.Solutions, roots: tuple[int, int] | None = None
 ) -> IkResult:
-    # Returns the result for the solutions `proved`, of which none is missing. Nearly singular
-    # solutions may belong to families, so `answer` sorts them.
+    # Returns the result for the solutions `proved`, which are proved to be all solutions. If some
+    # of them are nearly singular, they may belong to families; then `answer` sorts the solutions
+    # into isolated ones and families.
     which = range(proved.count)
     simple = proved.sure or all(proved.share(k) >= SUSPECT_PIVOT_RATIO for k in which)
     solved = _solved(problem, proved, which, roots) if simple else None
@@ -302,8 +304,8 @@ def _solved(
     which: range,
     roots: tuple[int, int] | None = None,
 ) -> IkResult | None:
-    # Returns the result for the solutions `proved`, which are all simple and of which none is
-    # missing. Returns None if none of them is inside the limits.
+    # Returns the result for the solutions `proved`, which are proved to be all solutions and are
+    # all simple. Returns None if none of them is inside the limits.
     wanted = solutions_of(problem, proved, problem.respect_limits, which)
     inside = sum(one.feasible for one in wanted)
     if not inside:

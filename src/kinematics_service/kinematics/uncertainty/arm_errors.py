@@ -52,8 +52,8 @@ class TableErrors(NamedTuple):
         The screw of each parameter in its frame: linear velocity of the frame's origin, angular
         velocity.
     gears : shape (P,)
-        If the parameter is the error of a gear ratio, the index of the joint whose motion it
-        multiplies; otherwise -1.
+        If the parameter is the error of a gear ratio, the index of the joint with this gear;
+        otherwise -1.
     factor : shape (P, causes)
         A matrix F such that F F^T is the covariance of the parameters. Each column is the effect
         of one independent cause of error. The rows are in rad, in m, or without unit for gear
@@ -71,8 +71,8 @@ class NamedErrors(NamedTuple):
     The parameters for which a robot file may give a standard deviation, with their screws as in
     `TableErrors`.
 
-    Screw k belongs to the parameter with index of[k]. The gear ratio of a joint that moves several
-    rows has several screws.
+    Screw k belongs to the parameter `parameters[of[k]]`. The gear ratio of a joint that moves
+    several rows has several screws.
     """
 
     parameters: tuple[ArmParameter, ...]
@@ -84,8 +84,8 @@ class NamedErrors(NamedTuple):
 
 def frames_of_elements(robot: Robot) -> Integers:
     """
-    Return, for k = 0, 1, ..., the index of the first frame of the table that is moved by exactly
-    the first k joint screws.
+    Return, for k = 0, 1, ..., the index of the first frame of the table, from the base, that the
+    first k joint screws move and the later ones do not.
     """
     parents = robot.chain.table.frame_parent
     return np.array([int(np.argmax(parents == k - 1)) for k in range(robot.chain.elements + 1)])

@@ -61,9 +61,10 @@ class MovingScrews(NamedTuple):
 
 class _PartPlaces(NamedTuple):
     # Before, between and after the joints, the chain has products of constant motions and
-    # corrections. `parts` has the constant motions, (levels, elements + 1, 4, 4), where a level is
-    # a position within a product. The other arrays have, for each correction, its level, its
-    # product, its kind, its axis, and its column in the Jacobian.
+    # corrections. parts[i, k] is factor i of product k, shape (levels, elements + 1, 4, 4). The
+    # other arrays have, for each correction: its index i (`depths`) and k (`places`), whether it
+    # is a rotation (`turns`), its axis 0, 1 or 2 (`along`), and its column in the Jacobian
+    # (`columns`).
     parts: Floats
     depths: Integers
     places: Integers
@@ -81,7 +82,7 @@ class CorrectedChain:
     Attributes
     ----------
     still : elements + 1 sequences of parts
-        Constant motions (4, 4) and corrections, from left to right.
+        Constant motions (4, 4) and corrections, in their order from base to tool.
     screws
         The joint screws between these sequences.
     gears
@@ -120,10 +121,10 @@ class PoseChange(NamedTuple):
 
 
 class _Stills(NamedTuple):
-    # The products of constant motions and corrections before, between and after the joints,
-    # multiplied: `motions`, (elements + 1, 4, 4). The other arrays have, for each correction, its
-    # product, its column in the Jacobian, its kind, and its axis and origin in the frame where the
-    # product begins.
+    # `motions`, (elements + 1, 4, 4), has the products of constant motions and corrections before,
+    # between and after the joints. The other arrays have, for each correction: the index of its
+    # product (`places`), its column in the Jacobian (`columns`), whether it is a rotation
+    # (`turns`), and its axis and origin in the frame in which the product begins.
     motions: Floats
     places: Integers
     columns: Integers
@@ -247,12 +248,12 @@ class ErrorScrews(NamedTuple):
     Attributes
     ----------
     after : shape (P,)
-        Number of joint screws before each correction in the chain.
+        For each correction, the number of joint screws between the base and the correction.
     screws : shape (P, 6)
-        Each correction as a screw: linear velocity of the origin and angular velocity of the frame
-        that follows `after` joint screws, in the axes of this frame.
+        Each correction as a screw, in the frame to which this number of joint screws leads: linear
+        velocity of the frame's origin, and angular velocity.
     starts : shape (elements + 1, 4, 4)
-        Poses of the frames that follow 0, 1, ... joint screws, with all joints at zero.
+        Poses of the frames to which 0, 1, ... joint screws lead, with all joints at zero.
     """
 
     after: Integers

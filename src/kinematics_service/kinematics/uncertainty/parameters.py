@@ -33,12 +33,14 @@ from ...robot.task import seeded_poses
 from . import corrected_chain
 from .triangle import triangle_of
 
-# An extra parameter is added only if the other parameters cannot produce the tool motion that its
-# usual error causes. The RMS of the part that they cannot produce must exceed this times LENGTH,
-# the usual error of a length.
+# An extra parameter is a correction for which the nominal table has no number. It is added only if
+# its usual error moves the tool in a way that the other parameters cannot. The part of this tool
+# motion that the other parameters cannot produce must have an RMS over random poses above this
+# times LENGTH, the standard deviation of a length.
 MIN_EXTRA_MOTION = 0.1
-# The test of an extra parameter ignores a combination of parameters if usual errors in it move the
-# tool by an RMS below this times LENGTH.
+# The test of an extra parameter ignores combinations of the other parameters that hardly move the
+# tool: their usual errors together move the tool by an RMS over random poses below this times
+# LENGTH.
 MIN_SPAN_MOTION = 0.02
 # Number of random poses at which the tool motions by different parameters are compared.
 POSES = 60
@@ -94,16 +96,16 @@ def placement(
 
 def every_parameter_of(description: RobotDescription) -> ArmParameters:
     """
-    Return all parameters of an arm and their chain, also those extra parameters whose tool motions
-    other parameters can produce.
+    Return all parameters of an arm and their chain. Extra parameters are included even if other
+    parameters can move the tool in the same way.
     """
     return _built(description, None)
 
 
 def parameters_of(robot: Robot, gears: bool = False) -> ArmParameters:
     """
-    Return the parameters of an arm's table, and the extra parameters whose tool motions the
-    table's parameters cannot produce.
+    Return the parameters of an arm's table, and the extra parameters (corrections without a number
+    in the table) that move the tool in a way that the table's parameters cannot.
 
     Parameters
     ----------
@@ -230,8 +232,8 @@ def _arranged(
     if isinstance(link, ShapeRow):
         if link.joint is None:
             return [row.before], [row.after]
-        # Put the corrections between the row's matrix `in` and its joint, in the axes of this
-        # joint.
+        # Put the corrections between the row's constant matrix `in` and the joint of the row, in
+        # the axes of this joint.
         rest = np.asarray(np.linalg.solve(link.inner.matrix, row.before), np.float64)
         return [link.inner.matrix, *motions.values(), rest], [row.after]
     return [*motions.values(), row.before], [row.after]

@@ -14,7 +14,7 @@ from ....kernel import Floats
 from .screws import Screws
 
 # Tolerance for parallel axes (rad) and for axes that meet (relative to the arm's size). The
-# tolerance is 1e-9, because tables have ten digits.
+# tolerance is 1e-9, because the numbers of DH tables have up to ten significant digits.
 GEOMETRY_TOLERANCE = 1e-9
 # Size of an arm whose lengths are all 0, m. It is not 0, because distances are divided by the
 # size.
@@ -26,7 +26,8 @@ RATIO_TOLERANCE = 1e-14
 
 def size_of(screws: Screws) -> float:
     """
-    Return the size of an arm, m: the largest distance of axis points and tool from axis point 1.
+    Return the size of an arm, m: the largest distance from the point on the first axis to the
+    points on the other axes and to the tool.
     """
     points = np.vstack([screws.points, screws.tool])
     return max(float(np.max(np.linalg.norm(points - points[0], axis=1))), MIN_SIZE)
@@ -173,9 +174,11 @@ def with_links_merged(screws: Screws) -> Screws:
 
     The motion of the tool's origin does not change.
 
-    In a plane each link is a vector that turns by the sum of the angles before it. Links that turn
-    together, as in a parallelogram, are merged. Links that never turn are moved before the
-    rotations. Unless exactly two rotations remain, the screws are returned unchanged.
+    The parallel rotations move the links in a plane. A link is the vector from one axis to the
+    next; it turns by the sum of the angles of all rotations up to its first axis. Links that turn
+    together, as in a parallelogram, are merged. Links that never turn become part of the constant
+    vector to the first rotation. Unless exactly two rotations remain, the screws are returned
+    unchanged.
     """
     k = len(screws.axes)
     start = k

@@ -51,12 +51,13 @@ CLOSED_FORM_ROUND_OFF = 2e-15
 # If no imaginary part of a complex solution exceeds this, rad or m, the solution may be real.
 # Refinement then decides whether the solution is real.
 IMAGINARY_TOLERANCE = 1e-6
-# A joint that moves several screws has as period the number of turns after which all these screws
-# have made whole turns. Numbers up to this are tried.
+# A joint may turn several screws with different ratios. Its period is the number of joint turns
+# after which every screw has made whole turns. At most this number of turns of the slowest screw
+# is tried.
 MAX_TURNS = 1000
-# Axes of the sixth joint that is added to an arm of five joints: unit vectors that are parallel to
-# no axis of usual arms. If the extended arm is singular with the first axis, it is regular with
-# the second.
+# Two possible axes of the sixth joint that is added to an arm of five joints: unit vectors that
+# are parallel to no axis of usual arms. At poses where the arm with the first axis is singular,
+# the arm with the second axis is regular.
 ADDED_AXES = np.array([[0.48, 0.6, 0.64], [0.64, -0.48, 0.6]])
 
 
@@ -80,13 +81,13 @@ class InversePlan(FrozenArrays):
     held : shape (n,)
         As `scales`, but 0 for joints that a search holds so that solutions are isolated.
     idle : shape (k, n)
-        Scaled joint motions that never move the target's rows. Two joints on one axis have one
-        such motion.
+        Joint motions, divided by `scales`, that change no row of the target at any pose. For
+        example, two joints on one axis can turn against each other.
     redundant
-        Whether solutions form families although the held joints (`held` is 0) do not move.
+        Whether solutions still form families if the held joints (`held` is 0) do not move.
     freedom
-        Dimension of the null space of the target's rows of J at poses that are not singular. A
-        family of solutions has this dimension.
+        Dimension of the null space of J at poses that are not singular; J has only the rows of the
+        target. A family of solutions has this dimension.
     overdetermined
         Whether J has fewer independent rows than the target has equations. The arm then cannot
         exactly reach a target whose numbers are rounded.
@@ -98,8 +99,8 @@ class InversePlan(FrozenArrays):
     limits, unlimited : shape (n, 2), rad or m
         The joint limits, and infinite limits.
     reach, reach_inside
-        Two balls. The tool never leaves the first; it does not leave the second if all joints are
-        inside their limits.
+        Two spheres, each with centre and radius. The tool never leaves `reach`; it does not leave
+        `reach_inside` if all joints are inside their limits.
     """
 
     closed: kernel.ClosedForm | None
@@ -177,12 +178,13 @@ def _idle_motions(
     # Take any pose as target, because J depends only on the rows of the target.
     residual = residual_of(robot, IDENTITY, rows, axis)
     kernel.free_motions(residual, scales, q, sigma, motions)
-    # Take singular values below `least` as zero: if no joint moves the target's rows, J is only
-    # round-off.
+    # Take singular values below `least` as zero. This is necessary if no joint moves the tool in
+    # the rows of the target, because J then has only round-off.
     least = least_motion(robot.chain)
     rank = int(np.max(np.sum(sigma > np.maximum(RANK_RATIO * sigma[:, :1], least), axis=1)))
-    # Find the null space common to all joint positions. At each joint position the matrix sigma
-    # V^T has the null space of J, so stack the rows of all these matrices.
+    # Find the null space common to all joint positions. With the singular value decomposition J =
+    # U sigma V^T, the matrix sigma V^T has the null space of J. So stack the rows of this matrix
+    # for all joint positions.
     moving = (sigma[:, :, None] * motions).reshape(-1, n)
     _, size, right = np.linalg.svd(moving, full_matrices=False)
     return signed(right[size <= max(RANK_RATIO * size[0], least)]), rank
@@ -190,7 +192,8 @@ def _idle_motions(
 
 def signed(motions: Floats) -> Floats:
     """
-    Return joint motions (k, n) with new signs: the first large number of each motion is positive.
+    Return joint motions (k, n) with new signs: in each motion, the first component with a size
+    above 0.1 is positive.
 
     The signs make the motions equal on every machine. Numbers that are only round-off become 0.
     """
@@ -199,7 +202,7 @@ def signed(motions: Floats) -> Floats:
 
 
 def _pivots(idle: Floats) -> list[int]:
-    # Returns for each idle motion (a joint motion that never moves the target's rows) the index of
+    # Returns for each idle motion (a joint motion that changes no row of the target) the index of
     # a joint to hold, chosen by Gaussian elimination: the joint that the motion moves most, or the
     # last of several such joints.
     left, pivots = idle.copy(), []
@@ -340,8 +343,9 @@ def _closed_solver(given: Screws, backwards: bool) -> SixSolver | None:
 
 def eliminating_solver(screws: Screws, poses: Floats) -> SixSolver | None:
     """
-    Return a solver by elimination for six screws, or None if elimination fails. Its variants of
-    the elimination are ranked at the reachable poses `poses` (m, 4, 4).
+    Return a solver by elimination for six screws, or None if elimination fails. The elimination
+    can begin at different joints; these variants are tried at the reachable poses `poses` (m, 4,
+    4), and the solver uses the best ones first.
     """
     form = six_joints_of(screws, poses)
     return None if form is None else _solver(form, screws, False)
@@ -360,9 +364,9 @@ def as_six(robot: Robot, eliminated: bool) -> tuple[SixSolver, ...]:
     Return solvers for an arm of five joints that is extended by a sixth joint at its end. The
     caller then takes the solutions in which the sixth joint is at 0.
 
-    With the added joint the arm has a closed form (Pieper 1968). The joint completes a spherical
-    wrist, or it is the last joint after three parallel axes. If `eliminated`, the solver uses
-    elimination instead.
+    With the added joint the arm has a closed form (Pieper 1968): counted from one of its two ends,
+    its last three axes meet in a point, or its axes 2, 3 and 4 are parallel. If `eliminated`, the
+    solver uses elimination instead.
     """
     if robot.chain.loops or robot.dof != 5:
         return ()

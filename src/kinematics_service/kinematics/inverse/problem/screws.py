@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Describe an arm by joint screws: the axes of its moving rows (elements), and the tool's pose. Both
-are taken with all joints at zero.
+Describe an arm by joint screws: the axes of the rows of the DH table that joints move (elements),
+and the tool's pose. Axes and pose are taken with all joints at zero.
 
 The tool's pose is the product of exponentials (Brockett 1984) exp(s_1 psi_1) ... exp(s_k psi_k)
-home, with psi = coupling q. The screws do not depend on the convention of the DH table.
+home. For each of the k elements, s_i is the screw of the axis and psi_i its angle or displacement;
+psi = coupling q. The screws do not depend on the convention of the DH table.
 """
 
 from dataclasses import dataclass
@@ -35,8 +36,8 @@ class Screws(FrozenArrays):
         The tool's pose with every joint at zero.
     off
         Bound of the difference between these screws and the screws of the arm, in rad for
-        directions and relative to the arm's size for points. It is not 0 if axes that were
-        parallel or met within a tolerance were made exactly so.
+        directions and relative to the arm's size for points. It is not 0 if axes that were nearly
+        parallel were made parallel, or axes that nearly met were made to meet.
     """
 
     axes: Floats

@@ -86,8 +86,9 @@ def _options(slides: tuple[bool, ...]) -> list[Option]:
                 # revolute.
                 allowed = not turned[2] and not turned[5]
             else:
-                # With two or more prismatic joints, the elimination needs a prismatic first joint.
-                # At most two revolute joints may come before the next prismatic joint.
+                # With two or more prismatic joints, joint `first` must be prismatic. Counted
+                # cyclically, at most two revolute joints may come between it and the next
+                # prismatic joint.
                 allowed = turned[0] and any(turned[1:4])
             if allowed:
                 options += [(first, backwards, swapped) for swapped in (0, 1)]

@@ -28,10 +28,11 @@ TOOL_AXES = ('x', 'y', 'z')
 # A solution is exact if its residual is at most this, m. The bound covers the round-off of forward
 # kinematics of usual arms.
 EXACT_ERROR = 1e-10
-# Upper bound of EXACT_ERROR relative to the reach of the arm. It applies to arms smaller than 1
-# mm.
+# For arms smaller than 1 mm, EXACT_ERROR is replaced by this number times the reach of the arm,
+# which is smaller.
 SMALL_ARM_ERROR_RATIO = 1e-7
-# Lower bound of EXACT_ERROR relative to the reach of the arm. It applies to arms larger than 1 km.
+# For arms larger than 1 km, EXACT_ERROR is replaced by this number times the reach of the arm,
+# which is larger.
 LARGE_ARM_ERROR_RATIO = 1e-13
 
 
@@ -59,7 +60,8 @@ class IkTarget(NamedTuple):
     exact
         Largest residual of an exact solution, m.
     proved
-        Largest residual of an accepted solution, m: `exact`, or more with `within_tolerance`.
+        Largest residual of an accepted solution, m: `exact`, or `bound` if the target accepts
+        every solution within the tolerance (see the method `within_tolerance`).
     """
 
     rows: tuple[str, ...]
@@ -133,8 +135,9 @@ def ik_target_of(
     Raises
     ------
     TargetError
-        The target has another shape, is not finite or not a rigid motion; a row or an axis does
-        not exist, or both do not go together; the tolerance is negative or not finite.
+        The target has another shape, is not finite or not a rigid motion. A row or an axis does
+        not exist. The target is a position, but `axis` or a row of the rotation is given; or a row
+        of the rotation is given together with `axis`. The tolerance is negative or not finite.
     """
     if not 0.0 <= number_or_nan(tolerance) < math.inf:
         accepted = '0 or a positive number (m and rad)'

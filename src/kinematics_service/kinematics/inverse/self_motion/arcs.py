@@ -51,10 +51,11 @@ class IkArc(FrozenArrays):
     q : shape (m, n), rad or m
         Samples along the arc, at most 0.1 rad apart, among them every reversal of a joint.
     s : shape (m,), rad
-        Length of the arc from its beginning to each sample, prismatic joints divided by the arm's
-        length.
+        Length of the arc from its beginning to each sample, prismatic joints divided by the
+        characteristic length.
     closed
-        Whether the last sample is the first one, except for full turns.
+        Whether the arc is a closed curve, so that its last sample equals its first sample up to
+        full turns.
     ends
         Beginning and end of an arc that is not closed.
     windings
@@ -88,13 +89,16 @@ class IkArc(FrozenArrays):
     def scales(self) -> Floats:
         """
         Return the numbers (n,) by which joint motions are divided before lengths along the arc are
-        computed: 1 for revolute joints, the arm's length (m) for prismatic joints.
+        computed: 1 for revolute joints, the characteristic length (m) for prismatic joints.
         """
         return self.curve.plan.scales
 
     @property
     def length(self) -> float:
-        """Return the length of the arc in rad: prismatic joints divided by the arm's length."""
+        """
+        Return the length of the arc, rad; prismatic joints are divided by the characteristic
+        length.
+        """
         return float(self.s[-1])
 
     @property
@@ -151,8 +155,10 @@ class IkArc(FrozenArrays):
         return np.array(rows[int(squares_of((rows - q) / self.scales).argmin())])
 
     def _with_neighbours(self, values: Floats) -> Floats:
-        # `values` has a number for each sample. Returns them with one more at each end: on a
-        # closed arc those of the neighbouring laps, otherwise the first and the last value again.
+        # `values` has a number for each sample, such as the length. Returns the values with one
+        # more at each end. On an open arc these two are the first and the last value again. A
+        # closed arc continues: they are the values one sample before the beginning and one sample
+        # after the end.
         before, behind = values[:1], values[-1:]
         if self.closed:
             lap = behind - before
@@ -169,7 +175,8 @@ class IkArc(FrozenArrays):
     def place_of_least(self, cost: Callable[[Floats], Floats]) -> float:
         """
         Return the length s (rad) along the arc at which `cost` of the joint positions is least.
-        The method is golden section search beside the best sample.
+        The method is golden section search between the two neighbours of the sample with the least
+        cost.
         """
         k = int(np.argmin(cost(self.q)))
         a, at_sample, b = self._with_neighbours(self.s)[k : k + 3].tolist()

@@ -24,7 +24,8 @@ from .sliced_arm import sliced_arm_of
 
 Cost = Callable[[Floats], Floats]
 
-# Largest distance between samples of an arc, rad (prismatic joints divided by the arm's length).
+# Largest distance between samples of an arc, rad (prismatic joints divided by the characteristic
+# length).
 SAMPLE_DISTANCE = 0.2
 # A posture is on an arc if its distance from the arc is less than this, rad.
 ON_ARC = 1e-6
@@ -51,7 +52,7 @@ class BestPosture(NamedTuple):
         The arc, with those full turns that make it pass through the posture from which the motion
         starts.
     left : rad
-        Distance along the arc from this posture to the best posture.
+        Distance along the arc that remains from `q` to the best posture.
     """
 
     q: Floats

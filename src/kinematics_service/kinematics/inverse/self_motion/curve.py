@@ -112,8 +112,8 @@ def traced(problem: IkProblem, point: kernel.CurvePoint, start: Floats) -> Solut
     # direction, so that they lead in the first direction; change the signs of their tangents.
     rows = samples[1, : abs(behind)][::-1] * np.repeat([1.0, -1.0], n)
     if behind < 0:
-        # The second direction has followed the whole closed curve. Near a singular pose only one
-        # of the two directions may succeed.
+        # The curve is closed: the tracing in the second direction came back to `start`. Near a
+        # singular pose the tracing in the first direction may have failed.
         return SolutionCurve(problem, point, rows, True)
     both = np.vstack([rows[:-1], samples[0, :count]])
     return SolutionCurve(problem, point, both, False) if len(both) > 1 else None

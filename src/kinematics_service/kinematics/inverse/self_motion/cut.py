@@ -27,12 +27,13 @@ from .curve import NO_PERIOD, SolutionCurve
 from .turns import PieceRun, runs_of
 
 Flags = npt.NDArray[np.bool_]
-# A joint passes a limit if its position is beyond the limit by this, rad or m. The distance, half
-# of kernel.AT_LIMIT, keeps a joint that rests at a limit inside despite round-off.
+# A joint passes a limit if its distance beyond the limit exceeds this, rad or m. A joint that
+# rests at a limit does not pass it, because round-off is smaller. The number is half of
+# kernel.AT_LIMIT.
 EXIT_MARGIN = 5e-10
 # A joint reverses between two samples of a solution curve if the product of its slopes at both
-# samples is below this. If the product is between this and 0, the joint rests, or reverses at a
-# sample.
+# samples is below this. The slope is the derivative of the joint position by the length of the
+# curve. If the product is between this and 0, the joint rests, or reverses at a sample.
 MAX_SLOPE_PRODUCT = -1e-18
 # Two places of the curve are taken as equal if they differ by less than this fraction of a sample
 # distance. For samples 0.1 rad apart this is 2e-10 rad.
@@ -122,8 +123,8 @@ class _CutCurve:
         k, side, joint = np.nonzero((turns[:-1] != turns[1:]) & near[:, None, None])
         turned = self.periods[joint] * np.maximum(turns[k, side, joint], turns[k + 1, side, joint])
         before, after, limit = q[k, joint], q[k + 1, joint], self.limits[side, joint] + turned
-        # Clip the limit to the step: if a joint is within EXIT_MARGIN of the limit at an end of
-        # the step, it passes the limit at that end.
+        # The limit may be up to EXIT_MARGIN outside the range of joint positions in this step,
+        # from `before` to `after`. Then the joint passes the limit at the nearer end of the step.
         level = np.clip(limit, np.minimum(before, after), np.maximum(before, after))
         self._add(k, (joint, level, before - level, after - level), side)
 
@@ -181,8 +182,9 @@ class _CutCurve:
         joint, side = int(row[-2]), int(row[-1])
         if side == NO_SIDE:
             return IkArcEnd('', 'singular')
-        # Find the joint at whose limit the arc ends. If the joint of this row is inside its limits
-        # after full turns were added, another joint is at a limit.
+        # Find the joint at whose limit the arc ends. The row names a joint that passes a limit
+        # with some number of full turns. With the full turns of this arc it may be inside its
+        # limits; then another joint is at a limit.
         away = np.abs(self.limits - q)
         if away[:, joint].min() > kernel.AT_LIMIT:
             joint = int(away.min(axis=0).argmin())

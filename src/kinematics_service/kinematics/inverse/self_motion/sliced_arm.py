@@ -5,9 +5,9 @@ Solve slices of an arm with one redundant joint: hold its first or last joint, a
 six joints.
 
 The geometry of the six joints does not depend on the position of the held joint; only the target
-of the six joints moves. If the target gives a direction of a tool axis instead of a rotation, a
-joint about that axis is added. If the target is a position, slices have three added joints about
-the tool's origin.
+of the six joints moves. If the target gives a direction of a tool axis instead of a rotation, the
+arm has only six joints; the solver adds a joint about this tool axis. If the target is a position,
+the arm has only four joints; the solver adds three rotations whose axes meet at the tool's origin.
 """
 
 from __future__ import annotations

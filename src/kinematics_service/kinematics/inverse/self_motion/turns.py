@@ -7,8 +7,10 @@ boxes.
 A piece may be inside all limits with several vectors of full turns, one whole number for each
 joint. These vectors are a box: one interval for each joint. A run of pieces is inside the limits
 with every vector of turns in the intersection of the boxes of its pieces. The run is maximal with
-a vector if neither the piece before nor the piece after is inside with this vector. Inclusion and
-exclusion of four boxes gives the number of such vectors.
+a vector if neither the piece before nor the piece after is inside with this vector. The number of
+vectors with which a run is maximal follows by inclusion and exclusion from the sizes of four
+boxes: the box of the run, and its intersections with the box of the piece before, of the piece
+after, and of both.
 """
 
 import functools
