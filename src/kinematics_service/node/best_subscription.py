@@ -77,8 +77,8 @@ class BestSubscription:
     take
         A function that is called with each message.
     size
-        A function that returns the size (bytes) of messages whose form is known. For such messages
-        the caller does not call `fit`.
+        A function that returns the size (bytes) of the last message, or 0 if it is not known. The
+        caller need not call `fit` for a message with the joint names and sizes of the last one.
     """
 
     def __init__(
@@ -213,7 +213,7 @@ class BestSubscription:
 
     def _end(self, former: '_CountedSubscription') -> None:
         if former is not self._former or former.subscription not in self._node.subscriptions:
-            return  # `former` has ended, or `PassedOver` holds its subscription at present
+            return  # it has ended, or `PassedOver` (which skips messages) has removed it for now
         self._former = None
         if self._counting is former:
             lost, now = self.lost, self._current.losses.count

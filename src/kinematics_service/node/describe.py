@@ -20,8 +20,9 @@ def description_of(
     settings: NodeSettings, joint_states: str, topics: Sequence[str], resolve: Callable[[str], str]
 ) -> dict[str, Any]:
     """
-    Return what a program needs to interpret the node's topics: joints, frames, units and row
-    orders, limits. A joint limit that does not exist is None.
+    Return what a program needs to interpret the node's topics: joints with limits and units,
+    frames, and the order of rows of the Jacobian and the twist. A joint limit that does not exist
+    is None.
     """
     # Import the version only when it is needed, because the import takes 15 ms.
     from ..version import __version__

@@ -31,8 +31,8 @@ REJECTED = (
     outcomes.NOT_CLOSED,
     outcomes.TOO_FAST,
 )
-# Reasons for refusing a message that only some arms (closed loops) or settings (integration of
-# velocities) have. The status shows them only after they occurred.
+# Two reasons for refusing a message. The first can occur only for arms with closed loops, the
+# second only if velocities are integrated. The status shows a reason only after it occurred.
 RARE = (outcomes.NOT_CLOSED, outcomes.TOO_FAST)
 INTERNAL_ERROR = 'internal error'
 # Time (s) for which the status reports lost messages, and resets of the estimator, after they

@@ -27,7 +27,10 @@ def tool_in_words(robot: Robot) -> str:
 
 
 def introduce(node: Node, parameters: NodeParameters, topic: str) -> None:
-    """Log the arm, the topic of the joint states, doubtful values, and unknown parameters."""
+    """
+    Log the arm, the topic of the joint states, values that are probably mistakes, and unknown
+    parameters.
+    """
     settings, logger = parameters.settings, node.get_logger()
     if notice := kernel.notice():
         logger.warning(notice)

@@ -5,14 +5,15 @@
 from collections.abc import Callable
 
 NANOSECOND = 1e-9  # s
-# A publisher's rate is computed from an earlier and its last message, if at least this number of
-# messages was sent between them. After four times this number, a later message replaces the
-# earlier one, which may have come from another publisher with similar sequence numbers.
+# The rate of a publisher is computed from two of its messages, its last one and an earlier one, if
+# at least this number of messages was sent between them. After four times this number of messages,
+# a more recent message replaces the earlier one. This is necessary because the earlier one may
+# have come from another publisher with similar sequence numbers.
 MIN_RATE_MESSAGES = 20
 # Time (s) by which a message may be sent earlier or later than the publisher's rate predicts.
 SEND_TIME_TOLERANCE = 0.02
-# A message may follow a publisher's last message after a gap of at most this number, whatever the
-# publisher's rate is.
+# A message may follow a publisher's last message after a gap of at most this number of messages,
+# at any rate of the publisher.
 MAX_GAP_AT_ANY_RATE = 3
 # Largest rate that is assumed for a publisher before any rate has been measured, messages per s.
 MAX_RATE = 20_000.0
@@ -33,7 +34,10 @@ class _Publisher:
         self.number, self.stamp = number, stamp
 
     def look_back(self) -> None:
-        """Compute the rate from a later message on, if enough messages have come since then."""
+        """
+        Compute the rate from a more recent message to the last one, if enough messages lie between
+        them.
+        """
         if self.number - self._between[0] >= 4 * MIN_RATE_MESSAGES:
             self._from, self._between = self._between, (self.number, self.stamp)
 
@@ -49,7 +53,7 @@ class _Publisher:
 
     def is_due(self, number: int, stamp: int) -> bool:
         """
-        Return whether this publisher, at its rate, has its message `number` due at the time
+        Return whether the rate of this publisher predicts the message `number` at about the time
         `stamp` (ns).
         """
         rate = self.rate()
@@ -122,9 +126,9 @@ class Losses:
             known_publisher.look_back()
         publisher = self._publisher_of(number, stamp, count)
         if publisher is None:
-            # Add a new publisher. If the list is full, it replaces the publisher that has been
-            # silent for longest: that one has ended, or has sent this message after a gap too long
-            # for its rate. Such a gap is not counted.
+            # Add a new publisher. If the list is full, the new one replaces the publisher that has
+            # been silent for longest. Either the replaced publisher has ended, or this message is
+            # its own after a gap too long for its rate. This gap is not counted.
             self.is_lower_bound |= len(known) >= count > 1 and not self._have_changed
             del known[: max(len(known) + 1 - count, 0)]
             publisher = _Publisher(number, stamp)

@@ -43,8 +43,9 @@ from .wrench import WrenchBias
 
 NODE_NAME = 'kinematics'
 
-# Period of the check for stale joint states, divided by `joint_state_timeout`; then the bounds of
-# this period. So the node reports stale joint states at most a quarter of the time-out late.
+# The node checks for stale joint states with a period of WATCHDOG_TIMEOUT_RATIO times
+# `joint_state_timeout`, between MIN_WATCHDOG_PERIOD and MAX_WATCHDOG_PERIOD. So it reports stale
+# joint states at most a quarter of the time-out late.
 WATCHDOG_TIMEOUT_RATIO = 0.25
 MIN_WATCHDOG_PERIOD = 0.02  # s
 MAX_WATCHDOG_PERIOD = 0.25  # s
@@ -177,8 +178,8 @@ class KinematicsNode(Node):
 
     def set_parameters_atomically(self, parameter_list: Any) -> Any:
         """
-        Set parameters as rclpy does. If accepted values are doubtful, for example in mm, the
-        result's `reason` says why.
+        Set parameters as rclpy does. If accepted values are probably in a wrong unit, for example
+        lengths in mm, the result's `reason` says so.
         """
         result = super().set_parameters_atomically(parameter_list)
         if result.successful and self.is_started:
@@ -251,8 +252,9 @@ class KinematicsNode(Node):
         self._reject(RefusedMessage(outcomes.UNREADABLE, sentence))
 
     def _take(self, message: JointMessage) -> bool:
-        # Answer a message. Return False if it was given as bytes whose joint names or lengths
-        # differ from those of the message before; it must then be given decoded.
+        # Answer a message. Return False if the message is not decoded and does not have the
+        # expected form (joint names and lengths of lists). The caller must then call this method
+        # with another form, or with the decoded message.
         if self.silent:
             return True
         try:
@@ -290,9 +292,9 @@ class KinematicsNode(Node):
         arrival = message.arrival
         self._latest = outcome
         self._reference.note(outcome)
-        # Compare the state with the thresholds before any result is published, because subscribers
-        # that a result wakes take processor time from this process. The warning itself is
-        # published after the pose.
+        # Compare the state with the thresholds before the results of this message are published.
+        # Publishing wakes the subscribers, which then take processor time from this process. The
+        # warning itself is published after the pose.
         warned = None
         if not self._estimator.is_settled(outcome.state, arrival):
             singularity = singularity_of(outcome.state)

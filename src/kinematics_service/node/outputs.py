@@ -240,7 +240,8 @@ class Outputs:
             return channel._replace(content=content)
         layout = MessageLayout(topic.blank(settings))
         if channel.layout is not None and channel.layout.data == layout.data:
-            # Keep the old layout, which has equal bytes and was checked before.
+            # Keep the old layout: its bytes are equal to those of the new layout, and the
+            # serializer was already checked with it.
             return channel._replace(content=content)
         as_bytes = self._transport == 'bytes' and layout.is_official()
         if self._transport == 'bytes' and not as_bytes and channel.layout is None:
@@ -280,5 +281,6 @@ class Outputs:
         )
 
     def _on_listener(self, event: Any) -> None:
-        # Set `_active` to None, so that the next message counts the subscribers again.
+        # Set `_active` to None, so that the subscribers are counted again before the next message
+        # is published.
         self._active = None

@@ -69,8 +69,8 @@ class Reference:
 
     def forget(self) -> None:
         """
-        Forget all poses of the second source; call this method after the arm or the clock of the
-        stamps has changed.
+        Forget all poses of the second source. Call this method after the arm has changed, or after
+        the stamps of the joint states have stepped back.
         """
         self.watch, self._level = None, -1
 

@@ -54,8 +54,8 @@ class Reload:
         self._reading = self._again = False
         self._outcome: CheckedArm | Exception | None = None
         self._timer = steady_timer(node, CHECK_PERIOD, self._check_outcome, autostart=False)
-        # How often the robot was read since the last log line, and the outcome of the last time.
-        # The next log line, after the time `_log_pause`, reports this outcome.
+        # How often the robot was read since the last log line, and the outcome of the last
+        # reading. The next log line, when the timer `_log_pause` expires, reports this outcome.
         self._unlogged, self._outcome_in_words = 0, (True, '')
         self._log_pause = steady_timer(node, LOG_PERIOD, self._log_outcome, autostart=False)
         self._service = node.create_service(

@@ -50,8 +50,8 @@ SERVO_CODES = {SINGULARITY: 1, LEAVING: 3, POSITION: 6}
 
 
 class _Reason(NamedTuple):
-    # The reason for a scale that was published last: the level (OK, WARN for slowed, ERROR for
-    # stopped), and the index of the constraint that is its cause (-1 for none).
+    # The reason for a scale: the level (OK, WARN for slowed, ERROR for stopped), and the index k
+    # of the constraint that slows or stops the motion (-1 for none).
     level: Level
     k: int = -1
 
@@ -137,8 +137,9 @@ class Scaling:
         return value
 
     def _reason_for(self, scales: MotionScales) -> _Reason:
-        # Return the level (OK, WARN for slowed, ERROR for stopped), and the constraint that causes
-        # it. Both follow from the scales as computed, without `_limit_rise`.
+        # Return the level (OK, WARN for slowed, ERROR for stopped), and the constraint that slows
+        # or stops the motion. The function uses the scales as computed, before `_limit_rise`
+        # limits their rise.
         former, values = self._reason or _Reason(Level.OK), scales.values[0]
         level, value = Level.OK, float(np.min(values))
         if value < STOPPED_SCALES[former.level is Level.ERROR]:

@@ -55,8 +55,8 @@ from .target_status import pose_status, twist_status
 WATCHDOG_TIMEOUT_RATIO = 0.25
 # Longest wait until subscribers have acknowledged the last message, when the node ends.
 ACKNOWLEDGEMENT_TIMEOUT = Duration(seconds=0.2)
-# Two longest waits (s): when the node ends, for a pose that is being answered; before an answer is
-# computed, for the executor to empty its queue.
+# Longest wait of the node at its end for the thread that answers a pose (s). Also the longest wait
+# of this thread, before it computes an answer, until the executor has emptied its queue (s).
 ANSWER_TIMEOUT = 0.5
 
 

@@ -15,8 +15,8 @@ from ..typography import listed
 
 # Largest number of names listed in a sentence.
 MAX_NAMES = 8
-# Largest number of joints for which an order is guessed. The number is limited, because a guess
-# for 128 joints would take 1 s.
+# Largest number of joints for which the node guesses, from similar names, which received name
+# belongs to which joint. The number is limited, because a guess for 128 joints would take 1 s.
 MAX_GUESSED_JOINTS = 16
 # Matches a name that needs no quotes in a sentence and in a command line.
 PLAIN = re.compile(r'[\w/.:#+-]{1,60}')

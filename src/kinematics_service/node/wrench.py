@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Take the bias of the joint efforts for the topic `~/wrench`, and make the status `wrench`.
+Measure the bias of the joint efforts for the topic `~/wrench`, and make the status `wrench`.
 
 The bias is the mean of recent joint efforts, which is subtracted from later joint efforts.
 """
@@ -28,7 +28,7 @@ EXTERNAL = 'external, near the pose at which the bias was taken'
 
 class WrenchBias:
     """
-    Takes the bias of the joint efforts when the service is called, and makes the status of the
+    Measures the bias of the joint efforts when the service is called, and makes the status of the
     wrench.
 
     Parameters
@@ -69,8 +69,8 @@ class WrenchBias:
 
     def status(self, report: StateReport) -> StatusText:
         """
-        Return the status of a wrench: whether the wrench is external, and the directions that have
-        no effect on the joints.
+        Return the status of a wrench: whether it contains only external forces (a bias was
+        subtracted), and the directions of wrench that have no effect on the joints.
         """
         name, kind = report.settings.robot.name, RAW
         if self._estimator.quantity(JointEfforts).bias is not None:

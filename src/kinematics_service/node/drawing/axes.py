@@ -28,8 +28,8 @@ class RowAxis(NamedTuple):
     Attributes
     ----------
     point : shape (3,), m
-        The point of the axis nearest to the origin of the link frame before or after the row,
-        whichever origin is nearer to the axis.
+        The foot of a perpendicular on the axis. It starts at the origin of the link frame before
+        or after the row: at the origin that is nearer to the axis.
     direction : shape (3,)
         Unit vector, along the positive motion of the first joint in `joints`.
     slides

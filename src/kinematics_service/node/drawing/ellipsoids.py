@@ -33,8 +33,8 @@ class Ellipsoid(NamedTuple):
     ----------
     axes : shape (3, 3)
         Columns are unit vectors in the base frame, right-handed: left singular vectors.
-    radii : shape (3,), m/s or rad/s by rad/s or m/s
-        Singular values, descending; 0 for null directions of the tool.
+    radii : shape (3,), m/s or rad/s per unit of joint velocity (rad/s or m/s)
+        Singular values, descending; 0 for directions in which the tool cannot move.
     """
 
     axes: Floats

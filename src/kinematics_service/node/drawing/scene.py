@@ -189,8 +189,9 @@ def _lost(seen: Observation, size: float) -> LostDirection:
         share = float(np.linalg.norm(part))
         if share < NEGLIGIBLE_RATIO * float(np.linalg.norm(direction)):
             return None
-        # Draw the linear or angular part of the direction with half length LOST_LENGTH times the
-        # square root of its norm, so that a small part stays visible.
+        # Draw the linear or angular part of the lost direction as a line. Half of its length is
+        # LOST_LENGTH times the square root of the norm of the part, so that a small part stays
+        # visible.
         half = LOST_LENGTH * size * part / share**0.5
         return np.stack([tool - half, tool + half])
 

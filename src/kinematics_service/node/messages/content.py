@@ -57,8 +57,9 @@ class Copied:
 
     def sources(self, row: int, measures: int) -> Integers:
         """
-        Return, for each number of the message, its index in the kernel's array of `row` results
-        for a state, followed by `measures` singularity measures.
+        Return, for each number of the message, its index in an array of the kernel. The array
+        contains the results for a state (`row` is how many), then the singularity measures
+        (`measures` is how many).
         """
         return self.columns + row if self.of_measures else self.columns % row
 
@@ -148,7 +149,8 @@ class Built:
     depth
         `kernel.JACOBIAN`, or `kernel.ALL_FRAMES` if `message` needs the link frames.
     period : ns
-        Period of a grid of stamps; one message is published in each interval of the grid.
+        The stamps are divided into intervals of this length, from 0. The first state in each
+        interval is published.
     """
 
     message: Callable[[StateReport], Any]

@@ -9,8 +9,8 @@ from ...estimation.joint_state_form import JointStateForm, SerializedSample, dou
 from .message_check import read_message
 from .messages import stamp_of
 
-# Largest number of remembered forms of messages. It is above 1, because several drivers may
-# publish on one topic.
+# Largest number of forms of messages (size, joint names, offsets of numbers) that the reader
+# remembers. The number is above 1, because several drivers may publish on one topic.
 MAX_FORMS = 8
 # Largest size (bytes) of a message whose form is remembered. ROS's deserializer reads larger
 # messages.

@@ -91,7 +91,10 @@ def _twist_frame(settings: NodeSettings) -> str:
 
 
 def velocity_template(settings: NodeSettings) -> VelocityStamped:
-    """Return the message template of J qdot, with the names of its three frames."""
+    """
+    Return the message template of the twist J qdot, with the names of three frames: axes, moving
+    body, and reference.
+    """
     return VelocityStamped(
         header=Header(frame_id=_twist_frame(settings)),
         body_frame_id=settings.tool_frame,

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Convert target messages to poses and twists in the base frame; convert the joint positions and
-velocities that answer them to messages.
+Convert messages with targets to poses and twists in the base frame, and convert the answers (joint
+positions and velocities) to messages.
 """
 
 import math
@@ -58,8 +58,8 @@ class Choice(NamedTuple):
 
 def choice_of(result: IkResult, robot: Robot, near: Floats) -> Choice:
     """
-    Return the solutions inside the joint limits, and one posture of each family that has such a
-    posture, nearest to `near` first.
+    Return the solutions inside the joint limits. They include one posture of each family that has
+    a posture inside the limits. The solution nearest to `near` is first.
     """
     scales = robot.singularity.task.column_scales
 

@@ -38,8 +38,8 @@ SERVICE_QOS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 
 def overridable(qos: QoSProfile) -> dict[str, Any]:
     """
-    Return arguments for a publisher or a subscription. With these arguments, parameters of the
-    node can override its quality of service.
+    Return arguments for a publisher or a subscription, with which parameters of the node can
+    override the quality of service `qos`.
 
     Each topic gets a copy of the profile, because rclpy writes overrides into it.
     """

@@ -199,8 +199,9 @@ class NodeParameters:
         return {name: self._node.get_parameter(name).value for name in NAMES}
 
     def _judge(self, robot: Robot, values: dict[str, Any]) -> CheckedArm:
-        # Reuse the last settings if they were computed from this arm and these values: rclpy asks
-        # for a check of a change before it applies the change.
+        # Reuse the last settings if they were computed from this arm and these values. Each change
+        # of parameters needs its settings twice: rclpy first asks for a check, and then applies
+        # the change.
         last = self._checked
         if last is not None and last.robot is robot and last.values == values:
             return last

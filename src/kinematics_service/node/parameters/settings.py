@@ -69,8 +69,9 @@ class NodeSettings:
         The rows of a target pose that must be reached, and the axis of the tool whose direction
         must be reached, or None.
     redundancy, redundancy_step : rad
-        The criterion that selects the solution of a redundant arm, and the largest distance of
-        this solution from the nearest one, along the solution curve.
+        The criterion that selects the solution of a redundant arm. The selected solution is at
+        most `redundancy_step` along the solution curve from the solution nearest to the present
+        joint positions.
     target_timeout : ns
         Time for which a target twist is valid.
     servo

@@ -78,8 +78,8 @@ class LatestMessage:
 
     def rate(self) -> float:
         """
-        Return the mean rate of messages, 1/s, since the call of this method about `RATE_WINDOW`
-        ago.
+        Return the mean rate of messages, 1/s, since the last call of this method that is at least
+        `RATE_WINDOW` ago, or since the first call.
         """
         now = time.monotonic()
         self._marks.append((now, self.count))

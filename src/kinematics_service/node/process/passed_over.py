@@ -15,10 +15,10 @@ from rclpy.subscription import Subscription
 
 from ..waiting_messages import take_waiting
 
-# When messages are skipped, number of newest messages that the node answers from the subscription
-# with the most messages.
+# When messages are skipped, the node still answers this number of newest messages of the
+# subscription that has received the most messages.
 KEPT_OF_FULLEST = 10
-# When messages are skipped, number of newest messages that the node answers from every other
+# When messages are skipped, the node still answers this number of newest messages of every other
 # subscription: the messages of 2.5 s at 200 Hz.
 KEPT_OF_OTHERS = 500
 
@@ -71,11 +71,11 @@ class PassedOver:
 
     The queue has an event for every message. First the executor handles the events in the queue,
     while the subscriptions keep or throw away the messages. New messages may arrive as fast as the
-    executor handles events. So the executor then releases the subscriptions, after which the
+    executor handles events. So the subscriptions are then removed from the executor, and the
     remaining events of their messages take nearly no time. After these events the executor gets
     the subscriptions back, and all messages that wait in the middleware are taken. If a message
-    without an event stayed in the middleware, every later message would wait for the event of its
-    successor.
+    stayed in the middleware without its event, it would be taken at the event of the next message,
+    and every later message would also be one event late.
 
     Parameters
     ----------
@@ -118,9 +118,10 @@ class PassedOver:
             passed.take_waiting()
             passed.node._subscriptions.append(passed.subscription)
         self._executor.wake()
-        # Call `_end` two turns of the queue later. Messages that arrive before the executor has
-        # woken share one event; keep them too. If the executor answered them all at once now, it
-        # could handle no other event meanwhile.
+        # Call `_end` after the executor has twice handled all events that were in its queue.
+        # Messages that arrive before the executor has woken share one event; `_Passed.keep` must
+        # receive them too. If the executor answered them all at once now, it could handle no other
+        # event meanwhile.
         self._executor.create_task(lambda: self._executor.create_task(self._end))
 
     def _end(self) -> None:

@@ -223,7 +223,7 @@ def _run(
         for node in nodes:
             node.trust_the_order_of_events()
     # Exempt all present objects from garbage collection, because the collector would take 80 ms to
-    # traverse the objects, between two messages and at the end.
+    # traverse the objects, between two messages and again when the process ends.
     gc.freeze()
     gc.enable()
     sys.setswitchinterval(SWITCH_INTERVAL)

@@ -27,9 +27,10 @@ FAULT = 1
 WRONG_USAGE = 2
 # Examples of node names for an error message.
 NODE_NAMES = '/kinematics or /arm/kinematics'
-# Longest clean-up after a signal (s). The clean-up is limited, because the end of a subscription
-# may never return if its publisher was killed inside the shared memory of Fast DDS. The time is
-# below 5 s, after which `ros2 launch` sends the next signal.
+# Longest clean-up after a signal (s). The clean-up is limited, because the destruction of a
+# subscription may never return if the process of its publisher was killed while it accessed the
+# shared memory of Fast DDS. The time is below 5 s, after which `ros2 launch` sends the next
+# signal.
 CLEAN_UP_TIMEOUT = 3.0
 Result = TypeVar('Result')
 
@@ -124,8 +125,8 @@ def leave(code: int, stop: StopSignal) -> int:
     End the process with the exit code `code` if a signal requested the end; otherwise return
     `code`.
 
-    Nodes and contexts must be closed before. The regular end of the interpreter takes seconds on a
-    busy machine and ignores signals.
+    The caller must have closed all nodes and contexts. The process does not end regularly, because
+    the regular end of the interpreter takes seconds on a busy machine and ignores signals.
     """
     if stop.came:
         for stream in (sys.stdout, sys.stderr):
@@ -141,7 +142,8 @@ def destroy(*nodes: Node) -> None:
     Destroy nodes; if the middleware hangs, end the process with exit code 1.
 
     Fast DDS may wait forever, holding the interpreter's lock, if a participant of another process
-    ends at that time. Then the timer of the signal, or a thread in C, ends the process.
+    ends at that time. Then one of two things ends the process: the alarm that `StopSignal` sets at
+    a signal, or the thread of `faulthandler`, which needs no interpreter lock.
     """
     with open(os.devnull, 'w') as nowhere:
         faulthandler.dump_traceback_later(CLEAN_UP_TIMEOUT + 2.0 * GRACE, exit=True, file=nowhere)

@@ -55,10 +55,10 @@ class Spinner:
     Runs the executor of some nodes. The executor can be stopped under any load, and its queue is
     bounded if `watch` is called periodically.
 
-    Every event in the queue is handled, but messages may be skipped. The spinner does not throw
-    away the queue with its executor, because service requests would then stay in the middleware.
-    Each request would wait for the event of the next request, and every later answer would be one
-    call late.
+    Every event in the queue is handled, but messages may be skipped. The spinner never makes a new
+    executor with an empty queue, because service requests whose events were lost would stay in the
+    middleware. Each request would be taken only at the event of the next request, and every later
+    answer would be one call late.
 
     Parameters
     ----------
@@ -101,13 +101,15 @@ class Spinner:
         stopped
             A function that returns whether to stop; it is called again after an interrupt.
         turn
-            Longest time between two calls of `stopped` while the queue becomes empty, s.
+            Longest time, s, between two calls of `stopped`, unless the executor's queue of events
+            never becomes empty.
         """
         failures = 0
         self._thread = threading.get_ident()
         while True:
-            # Renew the future that `interrupt` sets to end a turn of the executor. Renew it before
-            # `stopped` is called, so that an interrupt after that call ends the next turn.
+            # A turn is one call of the executor, which `interrupt` ends by setting a future. Renew
+            # the future before `stopped` is called, so that an interrupt after this call ends the
+            # next turn.
             self._over = Future()
             if stopped():
                 return True
