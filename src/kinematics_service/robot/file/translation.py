@@ -44,5 +44,8 @@ TRANSLATORS: dict[str, Translator] = {}
 
 
 def translator_of(file: str) -> Translator | None:
-    """Return the translator of a file, or None for a robot file."""
+    """
+    Return the function that translates a file to the text of a robot file; None if the file is a
+    robot file.
+    """
     return TRANSLATORS.get(PurePath(file).suffix.lower())

@@ -72,7 +72,8 @@ def without_stars(
     rows: Sequence[NumberedRow], constants: Collection[str], report: TableReport
 ) -> set[str]:
     """
-    Remove the stars after joint variables in the cells d and theta; return the names with stars.
+    In some tables a star marks the joint variables, such as `theta1*`. Remove the stars in the
+    cells d and theta; return the names that had a star.
     """
     found = [
         (row, place, star)

@@ -68,7 +68,7 @@ def read_table(
         'standard' or 'modified'. Default: the convention that the table shows, else standard.
     columns
         Heads, separated by commas, that replace the heads of the table; `-` leaves a column out.
-        Units and indices i-1 in the heads of the table still apply.
+        Units and subscripts i-1 in the heads of the table still apply.
     round_angles
         Whether a rounded number such as 1.5708 is replaced by the exact part of pi, here pi/2.
 

@@ -74,8 +74,8 @@ def chain_remarks(tree: UrdfTree, chain: UrdfChain, rounded: UrdfChain) -> tuple
     tree, chain
         The links and joints of the file; the chain.
     rounded
-        The chain after a second reading, in which exact angles and axes replaced those that look
-        rounded.
+        The chain after a second reading, in which angles and axes that look rounded were replaced
+        by exact ones.
     """
     limits = {joint.name: joint.element.first('limit') for joint in chain.joints}
     rates = {'jerk', 'deceleration'} if tree.version >= SINCE['jerk'] else set()

@@ -109,8 +109,8 @@ class Quantities:
     strange
         Names in the expressions read so far that the file does not define.
     letters
-        Names of constants without a value. The size of an expression with such a name is not
-        checked.
+        Names of constants without a value. An expression with one of these names has no known
+        value, so its unit is not checked.
     """
 
     top: Place
