@@ -90,7 +90,7 @@ def carried_rows(robot: Robot) -> tuple[bool, ...]:
 def linked_frames(robot: Robot) -> npt.NDArray[np.bool_]:
     """
     Return for frame 0, and for the frame after each row of the table, whether the frame belongs to
-    a link.
+    a link, not only to a coordinate of a platform.
     """
     carried = np.array([*carried_rows(robot), False])
     return np.append(True, ~(carried[:-1] & carried[1:]))

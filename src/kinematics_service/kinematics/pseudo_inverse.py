@@ -50,7 +50,8 @@ class PseudoInverse(FrozenArrays):
         Number of singular values above 1e-10 times the largest singular value. The other singular
         values are not inverted.
     damping : shape (...)
-        The largest damping in use, relative to the length; 0 if the pseudo-inverse is exact.
+        The largest damping in use, relative to the characteristic length; 0 if the pseudo-inverse
+        is exact.
     """
 
     rows: tuple[str, ...]

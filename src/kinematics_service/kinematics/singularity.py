@@ -112,10 +112,10 @@ class Singularity(Generic[Number, Index, Grade, Pose]):
     rank, generic_rank
         Rank at this pose, and at random poses.
     distance
-        Joint motion to `nearest_singular`, rad, 0 to 1 (prismatic joints divided by the length); 1
-        means that the search found no singular pose within 1 rad. It is an upper bound of the true
-        distance; `clearance` is a lower bound. If the arm has more than 16 joints, or a position
-        exceeds 1e5 rad, nothing is searched.
+        Joint motion to `nearest_singular`, rad, 0 to 1 (prismatic joints divided by the
+        characteristic length); 1 means that the search found no singular pose within 1 rad. It is
+        an upper bound of the true distance; `clearance` is a lower bound. If the arm has more than
+        16 joints, or a position exceeds 1e5 rad, nothing is searched.
     nearest_singular : shape (..., n), rad or m
         The joint positions of the nearest singular pose that Newton's method found. If it found no
         pose or nothing was searched, the value is None, or NaN in a batch. Joint limits are
@@ -127,7 +127,7 @@ class Singularity(Generic[Number, Index, Grade, Pose]):
         nothing is proved, and the radius is 0.
     lost_direction : shape (..., 6)
         Unit vector of the tool motion that needs the largest joint motion, in base axes: linear,
-        then angular times the length.
+        then angular times the characteristic length.
     joint_motion : shape (..., n)
         The unit joint motion that moves the tool least, rad or m. At a singular pose it does not
         move the tool: the motions of the joints cancel each other.

@@ -159,8 +159,8 @@ def wrench_of(
     robot: Robot, J: Floats, torques: Floats, damping: float, damped_below: float
 ) -> WrenchEstimate:
     """
-    Return the result of `wrench_from_torques` for a Jacobian J (..., 6, n), in the axes and at the
-    reference point of J.
+    Return the wrench that joint torques exert, as `wrench_from_torques` does, but for a given
+    Jacobian J (..., 6, n). The wrench has the axes and the reference point of J.
     """
     length = robot.singularity.task.length
     # Scale F to F' = (force, torque / length), and tau to tau' by the scale of each joint. Then

@@ -99,7 +99,7 @@ class ServoStep(FrozenArrays):
         The damping in use, relative to the largest damping: 0 away from singular poses, 1 at a
         singular pose.
     smallest_singular_value
-        Smallest singular value of the scaled J_t, relative to the length.
+        Smallest singular value of the scaled J_t, relative to the characteristic length.
     followed
         Component of the resulting twist along the wanted twist, relative to the wanted twist. Only
         the rows of the task count, and the limits are not applied yet. It is 1 unless the twist is

@@ -4,8 +4,9 @@
 Choose the parameters of an arm that can be identified from tool poses, and build the chain of the
 arm with a correction for each parameter.
 
-Extra angles and lengths are added only if their tool motions are linearly independent of the tool
-motions of all table parameters. This is tested by projection at random poses.
+Extra angles and lengths (corrections for which the table has no number) are added only if they
+move the tool in a way that the parameters of the table cannot: their tool motions are linearly
+independent. This is tested by projection at random poses.
 """
 
 from collections.abc import Sequence

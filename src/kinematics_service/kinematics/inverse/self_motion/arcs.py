@@ -34,7 +34,7 @@ class IkArcEnd(NamedTuple):
     joint
         Name of the joint at a limit; empty at a singular pose.
     limit
-        `lower`, `upper`, or `singular` if the curve could not be followed farther.
+        `lower`, `upper`, or `singular` if the search could not trace the curve farther.
     """
 
     joint: str
