@@ -99,8 +99,8 @@ class Reference:
 
     def status_text(self) -> StatusText | None:
         """
-        Return the status `frames`; None without a second source. Log the status if its level
-        becomes worse.
+        Return the status `frames`: how well the node's poses agree with those of the second
+        source. Without a second source, return None. Log the status if its level becomes worse.
         """
         if self.watch is None:
             text = f'pose of {self._topic} refused: {self._refused}'

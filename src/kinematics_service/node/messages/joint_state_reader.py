@@ -31,7 +31,8 @@ class JointStateReader:
         """
         Return the content of a serialized JointState, but without the time of receipt.
 
-        Messages of a remembered form have the same tuple of names. Numbers are read-only arrays.
+        All messages of a remembered form share one tuple of joint names. Numbers are read-only
+        arrays.
 
         Raises
         ------

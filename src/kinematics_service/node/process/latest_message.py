@@ -24,7 +24,7 @@ class LatestMessage:
     node, topic, type, qos
         The arguments of `Node.create_subscription`.
     then
-        A function that is called with the bytes of each kept message, or None.
+        A function that is called with the bytes of each kept message; None: no call.
     wanted
         A function that returns whether to keep a message; None: keep every message.
 

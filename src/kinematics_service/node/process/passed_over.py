@@ -96,8 +96,8 @@ class PassedOver:
             for node in nodes
             for subscription in node.subscriptions
         ]
-        # Release the subscriptions after the events that are now in the queue. If a message comes
-        # first, `_Passed.keep` releases them at that message.
+        # Remove the subscriptions from the executor after the events that are now in the queue. If
+        # a message comes first, `_Passed.keep` removes them at this message.
         executor.create_task(self._let_go)
 
     def _let_go(self) -> None:
