@@ -66,7 +66,8 @@ class Evaluation:
         the N configurations.
 
         `path` holds the argument indices that lead to the subexpression, and `part` replaces it.
-        The new expression is not built in sympy, because that takes five times as long.
+        The method does not build the new expression in sympy: with building, it would take five
+        times as long.
         """
         with np.errstate(all='ignore'):
             if not path:
@@ -93,8 +94,9 @@ class Evaluation:
         name = type(e).__name__
         if self.degrees and name in ('sin', 'cos', 'tan'):
             arguments = [arguments[0] * DEGREE]
-        # Return NaN for any other function, because sympy uses others only for values that are not
-        # real.
+        # Return NaN for a function that is not in FUNCTIONS. Formulas do not contain it, but sympy
+        # introduces it if a value is not real, for example sinh for the sine of an imaginary
+        # number.
         if name not in FUNCTIONS:
             return np.full_like(arguments[0], np.nan)
         result = FUNCTIONS[name](*arguments)

@@ -54,9 +54,11 @@ class TableRow:
     quantities : pairs (name, value)
         Values in m and rad; empty if rows of the convention have no named quantities.
     axis, argument
-        An elementary motion, for example `Rz`; an empty axis means no motion.
+        `axis` is the name of an elementary motion, for example `Rz`; empty: no motion. `argument`
+        is its angle (rad) or length (m).
     inner, outer
-        Constant 4 x 4 poses before and after the motion of a Sheth-Uicker row.
+        Constant 4 x 4 poses of a Sheth-Uicker row, whose matrix is inner * motion *
+        inverse(outer).
     """
 
     convention: str
@@ -94,15 +96,16 @@ class TableRow:
     @cached_property
     def moving(self) -> sp.Expr:
         """
-        Return theta + d + argument of the row. Every joint variable that moves the row occurs in
-        this sum, with its factor.
+        Return the sum of theta, d and `argument` of the row, the only values with joint variables.
+        The sum mixes angles and lengths: it only shows which joint variables move the row, and
+        with which coefficients.
         """
         return sum((self[name] for name in MOVING), self.argument)
 
     @cached_property
     def symbols(self) -> frozenset[sp.Symbol]:
         """
-        Return the symbols in theta, d and argument of the row: joint variables and constants.
+        Return the symbols in theta, d and `argument` of the row: joint variables and constants.
         """
         return frozenset(self.moving.free_symbols)
 
@@ -121,11 +124,16 @@ class Table:
     Parameters
     ----------
     variables
-        Symbols of the joint variables; the last `passive` of them belong to joints that closed
-        loops move.
+        Symbols of the joint variables: first the active joints, then the passive joints of closed
+        loops.
     constants
-        Symbols of the named constants. `given` has the values of constants that are plain numbers
-        in the file, `derived` the expressions of the other constants.
+        Symbols of the named constants.
+    given
+        Values (SI units) of the constants that are plain numbers in the file.
+    derived
+        Expressions of the other constants.
+    passive
+        Number of passive joints.
     """
 
     convention: str
@@ -152,7 +160,7 @@ class Table:
     @property
     def joints(self) -> int:
         """
-        Return the number of active joints, without the passive joints that closed loops move.
+        Return the number of active joints; passive joints, which closed loops move, do not count.
         """
         return len(self.variables) - self.passive
 
@@ -163,7 +171,8 @@ class Table:
 
 def rotation(axis: str, angle: sp.Expr) -> sp.Matrix:
     """Return the 4 x 4 rotation by an angle (rad) about axis x, y or z."""
-    # Set the entries: sympy's own rotation, enlarged to 4 x 4, takes 25 times as long.
+    # Set the entries of a 4 x 4 identity matrix. To enlarge sympy's own 3 x 3 rotation would take
+    # 25 times as long.
     j, k = (AXES[axis] + 1) % 3, (AXES[axis] + 2) % 3
     T = sp.eye(4)
     T[j, j] = T[k, k] = sp.cos(angle)
@@ -275,8 +284,8 @@ def table_of(description: RobotDescription) -> Table:
     derived: dict[sp.Symbol, sp.Expr] = {}
     for constant in description.constants:
         name, symbol = constant.name, constants[constant.name]
-        # Do not convert a constant that is used both as a length and as an angle, or as neither,
-        # because it is a ratio without a unit.
+        # The factor converts the constant to SI units. It is 1 for a ratio without a unit: the
+        # file uses a ratio both as a length and as an angle, or as neither.
         is_length, is_angle = name in used['length'], name in used['angle']
         factor = sp.Integer(1) if is_length == is_angle else length if is_length else degree
         if names_in(constant.text) & set(constants):

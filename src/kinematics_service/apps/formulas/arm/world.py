@@ -28,7 +28,8 @@ class World:
     Parameters
     ----------
     table
-        The robot's table, or a mistaken version of it that may explain a wrong formula.
+        The robot's table, or the table with one mistake that may explain a wrong formula of the
+        user.
     values
         N numbers for each symbol of the table; complex if the joint positions are complex.
     poses
@@ -36,7 +37,8 @@ class World:
     coupling : shape (N, P, n)
         Rates of the P passive joints per rate of the n joints; None without closed loops.
     still
-        Values of row matrices that are already computed, shape (N, 4, 4), by row index.
+        Known values of row matrices, shape (N, 4, 4), by row index. These rows are not evaluated
+        again.
     """
 
     table: Table
@@ -66,14 +68,14 @@ class World:
     @cached_property
     def frames(self) -> list[Floats]:
         """
-        Return the poses of frame 0, of the frame after each row, and of the tool in the base
-        frame. Each pose has shape (N, 4, 4).
+        Return the poses of frame 0, of frames 1 to m for the m rows of the table, and of the tool
+        in the base frame. Row i leads from frame i - 1 to frame i. Each pose has shape (N, 4, 4).
         """
         return [*accumulate((self.base, *self.rows, self.tool), np.matmul)]
 
     @cached_property
     def tool(self) -> Floats:
-        """Return the pose of the tool in the frame after the last row, shape (N, 4, 4)."""
+        """Return the pose of the tool in the last frame of the table, shape (N, 4, 4)."""
         return self.evaluation.of_matrix(self.table.tool)
 
     def frame(self, at: int) -> Floats:
@@ -84,7 +86,10 @@ class World:
         return np.broadcast_to(np.eye(4), self.base.shape) if at < 0 else self.frames[at]
 
     def between(self, i: int, j: int) -> Floats:
-        """Return the pose of frame j in frame i of the table, shape (N, 4, 4)."""
+        """
+        Return the pose of frame j, expressed in frame i, shape (N, 4, 4). The table numbers both
+        frames.
+        """
         return np.asarray(np.linalg.solve(self.frame(i), self.frame(j)))
 
     @property
@@ -108,20 +113,22 @@ class World:
                 if variable not in row.symbols:
                     continue
                 derivative = self.evaluation.of_matrix(row_derivative(row, variable))
-                # The tool pose is T = A row B, so its derivative is dT = A drow B.
+                # The tool's pose is T = A M B, where M is the matrix of this row, and A and B do
+                # not depend on M. So its derivative is dT = A dM B.
                 dT = self.frames[i] @ derivative @ self._behind[i]
                 parts[i, k] = twist_of(dT, self.pose)
         return parts
 
     @cached_property
     def _behind(self) -> list[Floats]:
-        # Return for each row the pose of the tool in the frame after the row, shape (N, 4, 4).
+        # Return the pose of the tool in each of the frames 1 to m, shape (N, 4, 4).
         behind = accumulate((self.tool, *reversed(self.rows[1:])), lambda T, row: row @ T)
         return [*behind][::-1]
 
     def columns_of(self, joints: Sequence[int]) -> Floats:
         """
-        Return the Jacobian columns of `joints`, as if all closed loops were open, shape (N, 6, k).
+        Return the Jacobian columns of the k joints in `joints`, as if all closed loops were open,
+        shape (N, 6, k).
         """
         parts = self._row_columns(joints)
         J = np.zeros((self.poses, 6, len(joints)), np.result_type(float, *parts.values()))
@@ -146,8 +153,8 @@ def with_constants(
     table: Table, variables: Mapping[sp.Symbol, Floats], poses: int
 ) -> dict[sp.Symbol, Floats]:
     """
-    Return the given values of the joint variables, and the values of a table's constants, at N
-    configurations.
+    Return the values of all symbols of a table at N configurations: `variables` holds the values
+    of the joint variables, and the table gives those of its constants.
     """
     values = dict(variables)
     for symbol in table.constants:
@@ -160,8 +167,8 @@ def with_constants(
 
 def twist_of(derivative: Floats, pose: Floats) -> Floats:
     """
-    Return the twist (v, w) of a pose from the pose and its derivative, shape (N, 6): v = dp, [w] =
-    dR R^T.
+    Return the twist (v, w) of a pose from the pose [R, p] and its derivative [dR, dp], shape (N,
+    6): v = dp, and the matrix of w is [w] = dR R^T.
     """
     W = derivative[:, :3, :3] @ np.swapaxes(pose[:, :3, :3], 1, 2)
     w = np.stack([W[:, 2, 1], W[:, 0, 2], W[:, 1, 0]], axis=-1)
