@@ -36,9 +36,10 @@ from .text.file import Settings, read_formulas
 
 AGREES, DIFFERS = 'agrees', 'differs'
 BRANCH_POSES = 200
-# If the ratio of configurations at which an inverse kinematics formula gives a solution is below
-# this, a remark gives the ratio without a solution. The limit is below 1, because acos near -1 and
-# 1 loses too many digits at one or two of 200 configurations.
+# An inverse kinematics formula may give no solution at some configurations. If the ratio of
+# configurations with a solution is below this, a remark gives the ratio of configurations without
+# a solution. The limit is below 1: at one or two of 200 configurations, a right formula may seem
+# to fail, because acos near -1 and 1 loses too many digits.
 MIN_REMARKED_RATIO = 0.99
 
 

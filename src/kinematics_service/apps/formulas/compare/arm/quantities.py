@@ -36,9 +36,9 @@ class Quantity:
     ----------
     kind
         `tool` (T), `position` (p), `pose` (T_03), `row` (A_2), `general` (A_i, the matrix of any
-        row), `rotation` (R_2), `axis` (z_2), `origin` (o_2), `vector` (p_14, from o_1 to o_4),
-        `reach` (s_o1, from the tool to o_0), `jacobian`, `numeric` (D_1, column 1 of J as a 4 x 4
-        matrix), `det`.
+        row i), `rotation` (R_2), `axis` (z_2), `origin` (o_2), `vector` (p_14, from o_1 to o_4),
+        `reach` (s_o1, the vector from the tool to o_0), `jacobian`, `numeric` (D_1, column 1 of J
+        as a 4 x 4 matrix), `det`.
     i, j
         Frame or row numbers as the user counts them, -1 for the tool. For a Jacobian `i` is the
         column, counted from 1; 0 means all columns.
@@ -48,11 +48,11 @@ class Quantity:
         Number of the frame in whose axes the quantity is written, -1 for the tool frame. None: the
         base frame, or for a Jacobian the frame in the settings.
     form
-        Kind of Jacobian: `space`, `body`, `analytic`, or an analytic Jacobian named by its angles:
-        `zyz`, `rpy`, `ypr`.
+        Kind of Jacobian: `space`, `body`, `analytic`, or an analytic Jacobian with the rates of
+        the angles `zyz`, `rpy` or `ypr`.
     rows
-        Indices of the rows of J that the formula contains. Empty: the formula's number of rows
-        decides.
+        Indices of the rows of J that the formula contains. Empty: they follow from the number of
+        rows that the user wrote.
     either
         Whether two digits, as in H_12, may mean number 12 instead of the frames 1 and 2.
     """
@@ -67,8 +67,8 @@ class Quantity:
     either: bool = False
 
 
-# Patterns of names (without underscores), and the quantity that a matching name means. Each named
-# group of a pattern sets the field of `Quantity` with its name.
+# Patterns of names (without underscores), and the quantity that a matching name means. A group
+# (?P<i>...) or (?P<i_>...) of a pattern sets the field `i` of the `Quantity`.
 _PATTERNS = {
     r'det(?:J|Jv|Jacobian)?|JacDet': Quantity('det'),
     r'[TH]|TH|[TAH]0[ne]|T0T|T(?:tool|total|0?ee|basetool)': Quantity('tool'),
@@ -207,7 +207,8 @@ def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) ->
 def expression_of(quantity: Quantity, arm: SymbolicArm, reading: Settings) -> sp.Matrix | None:
     """
     Return a quantity as a matrix of expressions. Return None for a determinant, for the matrix A_i
-    of any row, and for a Jacobian with rates of angles.
+    of a general row i, and for a Jacobian whose angular rows are rates of Euler angles or of roll,
+    pitch and yaw.
     """
     if quantity.kind in ('det', 'general') or quantity.form in ANGLES:
         return None

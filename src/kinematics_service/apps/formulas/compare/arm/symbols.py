@@ -63,8 +63,8 @@ class SymbolicArm:
     @cached_property
     def frames(self) -> list[sp.Matrix]:
         """
-        Return the 4 x 4 poses of frame 0, of the frame after each row, and of the tool, in the
-        base frame.
+        Return the 4 x 4 poses of frame 0, of frames 1 to m for the m rows of the table, and of the
+        tool in the base frame. Row i leads from frame i - 1 to frame i.
         """
         return [sp.ImmutableDenseMatrix(walk.frame) for walk in self._walked[0]]
 
@@ -81,7 +81,9 @@ class SymbolicArm:
         return EYE if at < 0 else self.frames[at]
 
     def between(self, i: int, j: int) -> sp.Matrix:
-        """Return the 4 x 4 pose of frame j in frame i of the table."""
+        """
+        Return the 4 x 4 pose of frame j, expressed in frame i. The table numbers both frames.
+        """
         if i > j:
             return inverse_pose(self.between(j, i))
         if self.frame(i) == EYE:
@@ -104,8 +106,8 @@ class SymbolicArm:
         return sp.ImmutableDenseMatrix(sp.Matrix.hstack(*columns))
 
 
-# Maximum number of characters of a right expression that a report prints beside a wrong entry. A
-# report leaves out a longer expression.
+# Maximum number of characters of the correct expression that a report prints beside the user's
+# wrong entry. A report leaves out a longer expression.
 MAX_SHOWN_CHARACTERS = 160
 
 

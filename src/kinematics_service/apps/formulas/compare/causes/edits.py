@@ -19,8 +19,8 @@ Path = tuple[int, ...]
 
 # Maximum number of tree nodes of an expression for which repairs are tried.
 MAX_EDITED_NODES = 400
-# Combinations of terms (or factors) are tried only in a sum (or product) with at most this number
-# of them.
+# Repairs that change several terms of a sum (or factors of a product) together are tried only if
+# the sum (or product) has at most this number of terms (or factors).
 MAX_COMBINED_TERMS = 7
 
 
@@ -39,8 +39,8 @@ class Edit:
 @dataclass(frozen=True)
 class Repair:
     """
-    A kind of repair: its name for reports, and the function that yields its edits of an
-    expression.
+    A kind of repair: its name in reports, and the function `edits`, which yields all repairs of
+    this kind for a given expression.
     """
 
     name: str
@@ -141,8 +141,8 @@ def symbols_exchanged(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Ed
 
 def lost_lengths(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """
-    Yield edits that add a symbol, such as a forgotten length, or its square to a part of the
-    expression, or subtract it.
+    Yield edits that replace a part p of the expression by p + s, p - s, p + s^2 or p - s^2. The
+    symbol s is, for example, a length that the user forgot.
     """
     for path, part in places(e):
         if part.is_number or (path and _at(e, path[:-1]).is_Add):
@@ -176,7 +176,8 @@ def angles(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 def brackets(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """
-    Yield edits that multiply some terms of a sum by one factor, in case the user forgot brackets.
+    Yield edits that multiply some terms of a sum by a symbol, sine or cosine in the expression.
+    The user may have written c1 L1 + L2 instead of c1 (L1 + L2).
     """
     factors = {part for _, part in places(e) if part.func in (sp.sin, sp.cos) or part.is_Symbol}
     for path, part in _sums(e):

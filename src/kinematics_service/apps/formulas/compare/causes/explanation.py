@@ -25,8 +25,8 @@ from .causes import CAUSES
 from .edits import EDITS, EXTRA, MAX_EDITED_NODES, SOLUTION_EDITS, replaced
 from .variant import BLOCK, COLUMN, ENTRY, ROW, WHOLE, Cause, Variant
 
-# A report names the first cause of a wrong entry, and at most this number of other causes that
-# fit.
+# A report names one cause of a wrong entry. It also lists at most this number of other causes that
+# explain the same entry.
 MAX_ALTERNATIVES = 3
 # Terms that the user dropped are searched only if the right entry has at most this number of
 # terms.
@@ -172,8 +172,9 @@ def _parts(scope: str, check: QuantityCheck) -> Iterator[tuple[str, sp.Expr]]:
 def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> tuple[list[Explanation], Mask]:
     # Greedy set cover: repeatedly take the mistake that explains the most wrong entries among
     # those still unexplained. If two mistakes explain equally many entries, take the first in
-    # `CAUSES`. Return the chosen mistakes and the entries that stay unexplained. `one` says that
-    # all configurations are equal; other versions of the chosen mistake may then fit, too.
+    # `CAUSES`. Return the chosen mistakes and the entries that stay unexplained. If `one` is true,
+    # all configurations are equal, and several mistakes of one cause may fit by chance. The
+    # alternatives of a mistake then include other mistakes of its cause.
     left = wrong.copy()
     chosen: list[Explanation] = []
     while left.any() and candidates:
@@ -184,7 +185,7 @@ def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> tuple[list[E
         sentence = best.variant.sentence
         also = {
             rival.variant.sentence: f'{rival.place}{rival.variant.sentence}'
-            for rival in reversed(candidates)  # keeps the first rival with each sentence
+            for rival in reversed(candidates)  # if sentences are equal, keep the first
             if rival.variant.sentence != sentence
             and (rival.mask == best.mask).all()
             and (one or rival.cause != best.cause)

@@ -24,7 +24,7 @@ from .variant import JACOBIAN, Variant
 TURNS = ((sp.pi / 2, '+ 90 deg'), (-sp.pi / 2, '- 90 deg'), (sp.pi, '+ 180 deg'))
 ZERO = sp.Integer(0)
 # Kinds of quantities that contain derivatives by the joint variables: Jacobians and the
-# determinant.
+# determinant of the Jacobian.
 DIFFERENTIATED = (*JACOBIAN, 'det')
 
 

@@ -66,7 +66,8 @@ def transposed(check: QuantityCheck) -> Iterator[Variant]:
 def base_and_tool(check: QuantityCheck) -> Iterator[Variant]:
     """
     Yield the tool's pose without the base transform, without the tool transform, without both, and
-    with both.
+    with both. Three of these poses are mistakes in a formula of T, and the pose with both is a
+    mistake in a formula of T_06.
     """
     frames = check.world.frames
     versions = (
@@ -168,7 +169,9 @@ def other_point(check: QuantityCheck) -> Iterator[Variant]:
 
 def axis_index(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield the Jacobian with the axes of the joints, or points on them, taken from a wrong frame.
+    Yield the Jacobian with the z axis, the origin, or both of a neighbouring frame: z_i instead of
+    z_i-1, for example. If rows have no DH quantities, yield it with a wrong letter (x, y or z) of
+    the axis of rotation.
     """
     convention = CONVENTIONS[check.world.table.convention]
     if not convention.product:
@@ -281,8 +284,9 @@ def column_order(check: QuantityCheck) -> Iterator[Variant]:
 
 def column_sums(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield the Jacobian with a wrong column. A row of the table contributes to the column with the
-    wrong sign or not at all, or another column is added or subtracted.
+    Yield the Jacobian with one wrong column. If several rows of the table contribute to the
+    column, one contribution has the wrong sign or is left out. For every column, another column is
+    added to it or subtracted from it.
     """
     world = check.world
     n = len(world.table.variables)

@@ -57,8 +57,8 @@ class Cause:
     variants
         Function that yields the mistaken versions of the formula.
     many
-        Whether the cause has many versions and is tried at random configurations only. At a single
-        configuration one version would fit by chance.
+        Whether the cause has a large number of mistaken versions, and one of them would fit a
+        single configuration by chance. Such a cause is tried at random configurations only.
     """
 
     name: str

@@ -80,7 +80,10 @@ class Check(ABC):
 
     @property
     def tolerance(self) -> float:
-        """Return the largest result of `gap` at which two values count as equal."""
+        """
+        Return the largest difference of two values that are taken as equal; `gap` scales the
+        difference.
+        """
         decimals = self.statement.decimals
         return 0.5000001 * 10.0**-decimals if decimals else ROUND_OFF
 

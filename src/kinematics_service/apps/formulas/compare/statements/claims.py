@@ -5,8 +5,8 @@ Check the `singular:` lines of a file of formulas: whether each claimed pose is 
 whether the claims are complete.
 
 To check completeness, Newton's method with least-norm steps projects random configurations onto
-the zeros of each factor of the exact determinant. Every singular zero that it reaches must lie in
-a claimed family.
+the zeros of each factor of the exact determinant. If the arm is singular at a zero that the method
+finds, the zero must lie in a claimed family.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -34,14 +34,15 @@ from .statements import Statement
 # Number of random configurations that are drawn for each claim, and for each factor of the
 # determinant.
 DRAWS = 200
-# A singular value of the task rows of J counts as 0 if its ratio to the largest is below this. The
-# threshold is above 1e-9, the error of the zeros that Newton's method finds.
+# A singular value of the task rows of J counts as 0 if its ratio to the largest singular value at
+# the same configuration is below this. Newton's method finds a zero with an error of 1e-9 (rad or
+# m), which changes the ratio by about 1e-9, so the threshold is above 1e-9.
 SINGULAR_VALUE_RATIO = 1e-7
 # A configuration belongs to a claimed family if its distance (rad or m) from the family is at most
 # this. The tolerance exceeds 1e-6, the error of Newton's method at a double zero.
 CLAIM_TOLERANCE = 1e-5
-# Step of central differences (rad or m). With this step, the errors by round-off and by the third
-# derivative are both below 1e-9.
+# Step of central differences (rad or m). With this step, a difference has an error below 1e-9 from
+# round-off, and below 1e-9 from the third derivative of the function, which it neglects.
 DIFFERENCE_STEP = 1e-6
 # Values tried for the integer k in a claim such as `q3 = k*pi`. With these values, even k*pi/6
 # covers a whole turn.
@@ -98,8 +99,8 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
     Return a verdict on each claimed family of singular poses, then a verdict on whether the claims
     are complete. The second kind of verdict is missing if the determinant was not derived.
 
-    A claim holds if it is right with two random values of each named constant. A remark says if it
-    is right only with the numbers of the file.
+    A claim holds if it is right with two random values of each named constant. If a claim is right
+    only with the constants of the robot file, a remark says so.
     """
     task = robot.singularity.task
     square = not task.structurally_deficient and len(task.rows) == robot.dof
@@ -124,9 +125,9 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
             verdicts = [_whole(arm, factors, claims) for arm in arms if factors]
         worst = next((one for one in verdicts if not one.holds), verdicts[-1])
         if worst.holds or not verdicts[-1].holds:
-            # The last verdict holds for the constants of the robot file. Return it unless the
-            # claim fails with random constants only, because the remark then names a configuration
-            # of this arm.
+            # The last verdict belongs to the constants of the robot file. Return it if the claim
+            # is right with all constants. Return it also if the claim is wrong with the constants
+            # of the file, because its remark then names a configuration of the arm in the file.
             return verdicts[-1]
         numbers = numbers_in_words(exact.arithmetic.names)
         special = f'with {numbers} of this file it agrees, with other values not'
@@ -200,9 +201,9 @@ def _belongs(names: FormulaNames, claim: Statement, q: Floats) -> npt.NDArray[np
     # Return which of N configurations belong to a claimed family, shape (N,).
     holds = np.ones(len(q), dtype=bool)
     for joint, value in claim.conditions:
-        # Compute the distance (rad or m) of each configuration from satisfying this condition of
-        # the claim, for each integer k. If the condition is an equation, the distances are
-        # first-order estimates.
+        # Compute the distance (rad or m) from each configuration to one that satisfies this
+        # condition of the claim, for each value of the integer k in a condition such as q3 = k*pi.
+        # If the condition is an equation, the distances are first-order estimates.
         gaps = []
         for k in INTEGERS.tolist():
             condition = _ZeroCondition(_value(names, claim, value, k))

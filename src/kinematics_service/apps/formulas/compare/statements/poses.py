@@ -29,7 +29,8 @@ POSES = 8
 LENGTH_RANGE = (0.3, 1.3)
 # If a prismatic joint has no upper limit, its position is drawn from a range of this length, m.
 SLIDE_RANGE = 1.0
-# An arm is planar if 1 minus the cosine of the tool's tilt from z is below this.
+# An arm is planar if the angle between the z axes of tool and base is 0: 1 minus the cosine of
+# this angle is below this number.
 AXIS_TOLERANCE = 1e-9
 # Number of random configurations at which closing the loops is tried.
 CLOSURE_SAMPLES = 2000
@@ -160,7 +161,7 @@ def _drawn(robot: Robot, k: int, rng: np.random.Generator, count: int) -> Floats
     if robot.prismatic[k]:
         low = low if np.isfinite(low) else 0.0
         high = high if np.isfinite(high) else low + SLIDE_RANGE
-        low += 0.1 * (high - low)  # avoid the retracted position, a special case
+        low += 0.1 * (high - low)  # a fully retracted joint may have length 0
     elif not np.isfinite(high - low):
         low, high = -np.pi, np.pi
     return rng.uniform(low, high, count)

@@ -28,8 +28,8 @@ from .statements import Statement
 Limits: TypeAlias = Floats  # lower and upper joint limits, shape (n, 2), rad or m
 
 # A formula gives a branch of the inverse kinematics if its value equals the joint's random
-# position at this ratio of the random configurations, or more. Below the ratio, equal values are
-# coincidences.
+# position often enough: the number of such configurations, divided by the number of all random
+# configurations, is at least this. Below this ratio, equal values are coincidences.
 MIN_HIT_RATIO = 0.1
 # A formula's value equals a joint's random position if they differ by at most this (rad or m). The
 # tolerance is large, because acos near -1 and 1 loses half the digits.
@@ -295,13 +295,14 @@ class SolutionCheck(Check):
     @cached_property
     def together(self) -> float | None:
         """
-        Return the ratio of the configurations at which the tool is at its pose if the joints take
-        the values of all inverse kinematics formulas of the file.
+        Give the joints the values of all inverse kinematics formulas of the file. Return the ratio
+        of the configurations whose tool pose the arm then reaches.
 
         Each joint takes the value of one of its formulas. A formula may contain other joints,
         which also take the values of their formulas. Joints without a formula are free. Return
         None if the file has formulas of one joint only, or more than `MAX_CHOICES` combinations.
-        Return None also if the free joints can compensate every tool motion of the other joints.
+        Return None also if the free joints can compensate every tool motion that the joints with
+        formulas cause.
         """
         by_joint: dict[int, list[Statement]] = {}
         for statement in self.others:
@@ -361,11 +362,11 @@ class SolutionCheck(Check):
     @cached_property
     def is_a_root(self) -> bool:
         """
-        Return whether the formula gives a branch of the inverse kinematics that the arm cannot
-        reach at some configurations.
+        Return whether the formula gives a solution of the arm's equations that joint limits or
+        link lengths make unreachable at some configurations.
 
-        An example is the branch in which an arm reaches back over its shoulder. The formula's
-        values are roots of the arm's equations, and at some configurations the arm reaches them.
+        An example is the branch in which an arm reaches back over its shoulder. The arm must reach
+        the solution at a ratio of at least MIN_HIT_RATIO of the configurations.
         """
         return (
             self.solved >= MIN_HIT_RATIO
@@ -375,13 +376,14 @@ class SolutionCheck(Check):
     def branches(self, limits: Limits | None, out_of_reach: bool = False) -> float:
         """
         Return the ratio of the missed configurations at which the tool can still reach its pose if
-        the joint takes the formula's value.
+        the joint takes the formula's value. A configuration is missed if the formula's value
+        differs from the joint's position.
 
-        A configuration is missed if the formula's value is not the joint's position. Joints that
-        the formula contains keep their positions; the other joints may move. Prismatic joints stay
-        inside `limits`, if given. If the joints that may move can always bring the tool's origin
-        to its target, the search also compares rotations. With `out_of_reach`, configurations at
-        which the formula is undefined are left out.
+        Joints in the expression of the formula keep their positions. All joints that are neither
+        in the expression nor given by the formula may move. Prismatic joints stay inside `limits`,
+        if given. If the moving joints can always bring the tool's origin to its target, the search
+        also compares rotations. With `out_of_reach`, configurations at which the formula is
+        undefined are left out.
         """
         joint, table = self.statement.joint, self.names.table
         here = self.in_radians(self.person[:, 0, 0])
@@ -404,8 +406,9 @@ class SolutionCheck(Check):
 
     def passes(self, values: Floats, right: Floats) -> bool:
         """
-        Return whether the values (N,) of a repaired formula equal the joint's position at clearly
-        more configurations than the values of the user's formula.
+        Return whether a repair improves the formula. The values (N,) of the repaired formula must
+        equal the joint's position at more configurations than the user's values, by a ratio of
+        more than MIN_HIT_RATIO of all configurations. The argument `right` is not used.
         """
         share = float(np.mean(self.hits(values)))
         return share >= MIN_HIT_RATIO and share > self.share + MIN_HIT_RATIO

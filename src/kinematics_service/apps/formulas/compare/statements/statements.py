@@ -105,9 +105,10 @@ def understand(file: FormulaFile, names: FormulaNames) -> Understood:
 
 @dataclass(frozen=True)
 class _Context:
-    # The context in which an expression is read: the index of its equation, and whether it may
-    # contain general symbols (a_i) and the integer k. If `inexact`, a symbol is added to each
-    # rounded number.
+    # The context in which an expression is read: the index of its equation, whether the expression
+    # may contain symbols of a general row (a_i, `general`), and whether it may contain the integer
+    # k of a claim such as q3 = k*pi (`integers`). If `inexact`, a symbol is added to each rounded
+    # number.
     index: int
     general: bool = False
     integers: bool = False
@@ -192,7 +193,8 @@ class _Reader:
         try:
             inexact = self._statement(context, raw)
         except (FormulaError, RecursionError):
-            # The effect of rounding is not estimated, for example if an exponent is rounded.
+            # A formula may be invalid if a symbol is added to its rounded numbers, for example if
+            # an exponent is rounded. Then the effect of rounding is not estimated.
             return exact
         assert isinstance(inexact, Statement)
         half_units = tuple(

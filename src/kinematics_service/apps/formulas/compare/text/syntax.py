@@ -28,8 +28,8 @@ FUNCTIONS = {
 MATRIX_CALLS = frozenset(('Matrix', 'ImmutableMatrix', 'array'))
 INVERSE = {'sin': 'asin', 'cos': 'acos', 'tan': 'atan'}
 MAX_DEPTH = 60
-# Binding powers of the operators with respect to their left operands. For right operands the power
-# is larger by 1.
+# Binding powers with which an operator holds the operand on its left. It holds the operand on its
+# right with a power that is larger by 1, so a - b - c is (a - b) - c.
 SUM, PRODUCT, SIGN, POWER, POSTFIX = range(1, 6)
 BINDING = {'+': SUM, '-': SUM, '*': PRODUCT, '/': PRODUCT, 'x': PRODUCT, '^': POWER, "'": POSTFIX}
 TRANSPOSE = (('T',), ('top',), ('{', 'T', '}'), ('{', 'top', '}'))
@@ -333,8 +333,8 @@ class _Parser:
 
     def matrix(self, opening: FormulaToken) -> Node:
         """
-        Parse a matrix in brackets or in a LaTeX environment. Only in brackets a line break ends a
-        row.
+        Parse a matrix in brackets or in a LaTeX environment. A line break ends a row in brackets,
+        but not in an environment.
         """
         environment, before = opening.kind == 'begin', self.by_blanks
         rows: list[list[Node]] = [[]]

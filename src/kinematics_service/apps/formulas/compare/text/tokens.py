@@ -26,8 +26,9 @@ _END = '(?![A-Za-z])'
 _GROUP = r'\{(?:[^{}]|\{[^{}]*\})*\}'
 _MATRIX = r'\s*\{\s*(?:[pbvB]|small)?matrix\*?\s*\}|\s*\{\s*array\s*\}'
 _LETTERED = r'\\(?:text|operatorname|math(?:rm|cal|bf|it|sf|bb)|boldsymbol|bm|mbox|hat|vec)\s*\*?'
-# Kind, pattern and plain text of each token; if the plain text is None, it is the matched text. A
-# token with an empty kind has no meaning and is skipped. The first pattern that matches decides.
+# Kind, pattern and plain text of each token. If the plain text is None, the token keeps the text
+# in the formula. A token with an empty kind has no meaning and is skipped. If several patterns
+# match, the first one is used.
 TOKENS = tuple(
     (kind, re.compile(pattern), plain)
     for kind, pattern, plain in (
@@ -87,10 +88,12 @@ class FormulaToken:
     Parameters
     ----------
     kind
-        `number`, `name`, `operator`, `begin`, `end`, `row` (of LaTeX), `newline`, `degrees`.
+        `number`, `name`, `operator`, `begin`, `end`, `row` (the end of a matrix row in LaTeX),
+        `newline`, `degrees`.
     text
-        The number, the operator in its plain form, or the name without underscores. A superscript
-        frame comes first, as in `0z1`.
+        The number, the operator in its plain form, or the name without underscores. If a
+        superscript of the name is the number of a frame, it precedes the letter, as in `0z1` for
+        z_1 in frame 0. It follows a T, as in `T02`.
     written
         The text in the file.
     line, column
