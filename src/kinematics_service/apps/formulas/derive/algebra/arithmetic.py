@@ -23,9 +23,9 @@ from .laurent import Laurent, Ring, from_terms
 from .matrices import Matrix
 from .names import Affine, Names
 
-# Maximum number of constant angles that become symbols of the polynomials (quarter turns need
-# none). `exponential` replaces further constant angles by nearby angles whose sine and cosine are
-# rational.
+# Maximum number of constant angles that become symbols of the polynomials; quarter turns need no
+# symbol. If an arm has more constant angles, `exponential` replaces the others by angles with
+# rational sine and cosine, which differ by at most 1e-16 rad.
 MAX_ANGLE_SYMBOLS = 2
 # If a row of the table turns by p/q times a joint's angle, p and q may be at most this. The
 # exponents in a product of dozens of rows then fit 16 bits.
@@ -47,11 +47,11 @@ class Arithmetic:
     ring
         The ring with its generators.
     units
-        An integer for each joint variable, whose generator is exp(i theta / unit): `ring.parts`
-        times the common denominator of the joint's gear ratios.
+        An integer u for each joint variable theta, so that its generator is exp(i theta / u). u is
+        `ring.parts` times the common denominator of the gear ratios of the joint.
     steps
-        An integer for each joint variable. In every row that the joint turns, the exponent of its
-        generator is a multiple of this integer (the greatest common divisor).
+        An integer for each joint variable: the greatest common divisor of the exponents that the
+        generator of the variable has in the rows that the joint turns.
     offsets
         The constant angle (rad) that the table adds to each joint variable q: theta = q + offset.
         The offset is 0 if the table adds only whole quarter turns. Formulas in theta are as short
@@ -92,7 +92,8 @@ class Arithmetic:
 
     def angle_index(self, variable: sympy.Symbol) -> int:
         """
-        Return the index of the generator exp(i variable / unit) of a joint variable; see `units`.
+        Return the index of the generator exp(i q / u) of a joint variable q, with its integer u in
+        `units`.
         """
         return self.ring.index('angle', variable)
 
@@ -253,12 +254,13 @@ def _angles(
 
 def exponential(ring: Ring, angle: sympy.Expr) -> Laurent:
     """
-    Return exp(i angle) for a constant angle, a sympy expression in rad; quarter turns are exact.
+    Return exp(i angle) for a constant angle, a sympy expression in rad.
 
-    The first two angles that are not quarter turns stay symbols. More symbols would make formulas
-    too long to read. So for further angles exp(i angle) becomes the number (1 + i t)^2 / (1 + t^2)
-    with a fraction t. The number has modulus exactly 1, so rotations stay rotations. Its angle is
-    within 1e-16 rad of the file's angle.
+    Quarter turns are exact. The first two other angles with which this function is called become
+    symbols, because more symbols would make formulas too long to read. For later angles, exp(i
+    angle) becomes the number (1 + i t)^2 / (1 + t^2), where t is a fraction near tan(angle / 2).
+    The number has modulus exactly 1, so rotations stay rotations. Its angle is within 1e-16 rad of
+    the file's angle.
     """
     quarters, rest = _in_quarters(angle)
     result = ring.number(1).times_i(quarters)
@@ -266,8 +268,8 @@ def exponential(ring: Ring, angle: sympy.Expr) -> Laurent:
 
 
 def _in_quarters(angle: sympy.Expr) -> tuple[int, sympy.Expr]:
-    # Split an angle into a number of quarter turns and the rest. If the angle contains pi times a
-    # factor other than k/2, return 0 and the angle itself.
+    # Split an angle into a number of quarter turns and the rest. If the multiple of pi in the
+    # angle is not a number of quarter turns, as in pi/3, return 0 and the angle itself.
     turns = sympy.expand(angle).coeff(sympy.pi)
     rest = sympy.expand(angle - turns * sympy.pi)
     if rest.is_number and not rest.is_zero:

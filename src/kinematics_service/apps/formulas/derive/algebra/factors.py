@@ -3,13 +3,13 @@
 """
 Factor a real trigonometric polynomial into real factors in whole angles, without half angles.
 
-As a polynomial in z = exp(i q), sin q has complex coefficients and the two factors z - 1 and z +
-1. These two factors are sine and cosine of q/2 times a monomial, so they must be multiplied again.
-The method has four steps. First, it multiplies the generators by powers of i, so that every
-coefficient is real. Second, it factors over the integers. Third, it undoes the first step. Fourth,
-it multiplies pairs of half-angle factors. In two cases the second step factors over the Gaussian
-integers instead: powers of i cannot make all coefficients real, or a factor over the integers may
-be a product of two complex factors.
+In z = exp(i q), sin q = (z - 1) (z + 1) / 2iz has complex coefficients and splits into factors of
+half angles: z - 1 = 2i z^(1/2) sin(q/2), and z + 1 = 2 z^(1/2) cos(q/2). Such a pair must be
+multiplied, so that sin q stays one factor. The method has four steps. First, it multiplies the
+generators by powers of i, so that every coefficient is real. Second, it factors over the integers.
+Third, it undoes the first step. Fourth, it multiplies pairs of half-angle factors. In two cases
+the second step factors over the Gaussian integers instead: powers of i cannot make all
+coefficients real, or a factor over the integers may be a product of two complex factors.
 """
 
 import math
@@ -32,14 +32,15 @@ from .half_factors import lowered, lowest, paired
 from .laurent import Laurent, Terms, from_terms
 from .quotient import quotient_constant
 
-# Number of random lines to which a polynomial is restricted to prove it irreducible. If a
-# restriction of full degree is irreducible, the polynomial is irreducible.
+# Number of random straight lines on which a polynomial is tested. On a line, each generator is a t
+# + b, and the polynomial becomes a polynomial in t. If the polynomial in t is irreducible and has
+# the same degree, the polynomial itself is irreducible.
 CUT_LINES = 8
-# Largest integer in a random line a t + b.
+# Largest integer a or b in a t + b, a generator on a random line.
 MAX_LINE_COEFFICIENT = 23
 SEED = 1955
-# Primes that are 3 modulo 4. For an irreducible polynomial, about half of these primes prove that
-# it is irreducible over the Gaussian integers.
+# Primes p = 3 mod 4 for the test in `stays_whole_beside_i`. If a polynomial is irreducible over
+# the Gaussian integers, the test succeeds modulo about half of these primes.
 PRIMES = (7, 11, 19, 23, 31, 43, 47, 59, 67, 71, 79, 83)
 # Maximum number of terms of a polynomial that is factored, because the time grows steeply.
 MAX_TERMS = 6000
@@ -65,7 +66,7 @@ class Factored:
         The factors with joint variables.
     complete
         Whether it is proved that no factor splits further into real factors with fractions as
-        coefficients; False if this was not tried.
+        coefficients. False if the proof failed or was not tried.
     """
 
     constant: Laurent
@@ -112,7 +113,7 @@ def _whole(
 ) -> Factored:
     if not arithmetic.moves(value.terms()):
         return Factored(value, (), True)
-    # Move lengths that divide every term into the constant of the product.
+    # Lengths that divide every term move from the factor to `Factored.constant`.
     terms = value.terms()
     generators = zip(lowest(terms), arithmetic.ring.generators)
     common = [low if generator.kind == 'number' else 0 for low, generator in generators]
@@ -170,11 +171,11 @@ def _turned_real(terms: Terms) -> tuple[tuple[int, ...], dict[tuple[int, ...], A
 
 
 def _quarter_turns(terms: Terms) -> tuple[int, ...] | None:
-    # Find a power i^t_k by which each generator k is multiplied so that all coefficients become
-    # real. A term with exponents e_k is then multiplied by i to the power sum_k t_k e_k. This
-    # power, plus 1 if the term's coefficient is imaginary, must be even for all terms, or odd for
-    # all terms. This is a linear system over the field of two elements. Return None if there is no
-    # solution, or if a coefficient is neither real nor imaginary.
+    # Find integers t_k such that all coefficients become real if each generator k is multiplied by
+    # i^t_k. A term in which generator k has the exponent e_k is then multiplied by i^s with s =
+    # sum_k t_k e_k. The sum s, plus 1 if the coefficient of the term is imaginary, must be even
+    # for all terms, or odd for all terms. This is a linear system over the field of two elements.
+    # Return None if there is no solution, or if a coefficient is neither real nor imaginary.
     if any(a and b for a, b in terms.values()):
         return None
     first, *others = ((*e, bool(b)) for e, (_, b) in terms.items())
@@ -244,9 +245,9 @@ def _factor_list(element: PolyElement) -> list[tuple[PolyElement, int]]:
 
 def _stays_whole(element: PolyElement) -> bool:
     # Return whether a polynomial that is irreducible over the integers is proved not to be a
-    # product of two complex factors. Such factors are conjugate, so they have equal degrees in
-    # every generator. But they may be real functions of the angles, as in cos 2q = (cos q + sin q)
-    # (cos q - sin q).
+    # product of two complex factors. Two complex factors would be conjugate and have equal degrees
+    # in every generator, so an odd degree excludes them. They are looked for, because they may be
+    # real functions of the angles, as in cos 2q = (cos q + sin q) (cos q - sin q).
     odd = any(degree % 2 for degree in [*_degrees(element), max(sum(e) for e in element)])
     return odd or _irreducible_on_a_line(element, ZZ, stays_whole_beside_i)
 

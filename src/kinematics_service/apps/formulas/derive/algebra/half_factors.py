@@ -29,12 +29,14 @@ class RealFactor:
     ----------
     halves
         The two half-angle factors whose product is the factor, such as sin q/2 and cos q/2 for sin
-        q; empty if there are none. They are real in a ring with half angles.
+        q; empty if there are none. In a ring with half angles, both are real.
     alone
-        Whether the factor splits into half-angle factors that the ring does not contain.
+        Whether the factor needs a ring with half angles, to be written or to be split further, but
+        this ring has whole angles only.
     splits
-        Whether `halves` are real polynomials in whole angles, as for cos 2q. A row that turns by
-        twice a joint's angle gives such factors.
+        Whether `halves` are real polynomials in whole angles, as in cos 2q = (cos q + sin q) (cos
+        q - sin q). A row of the table that turns by twice the angle of a joint gives such a
+        factor.
     """
 
     value: Laurent
@@ -51,9 +53,9 @@ def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[Real
 
     Return None if a factor in half angles has no partner.
 
-    Factors that equal their conjugate and have even degree in every angle are whole. Other factors
-    form pairs of equal power. A pair is a factor and its copy after half a turn of an angle of odd
-    degree, or a factor and its conjugate.
+    A factor is whole if it equals its conjugate and its degree in exp(i q) is even for every angle
+    q. The other factors form pairs of equal power: a factor and its conjugate, or a factor and its
+    copy with half a turn added to an angle of odd degree.
     """
     indices, parts = _angle_indices(arithmetic), arithmetic.ring.parts
     joints = [
@@ -101,9 +103,9 @@ def _is_whole(terms: Terms, indices: Sequence[int]) -> bool:
 
 
 def _half_turned(terms: Terms, joints: Sequence[tuple[int, int]]) -> Terms | None:
-    # Add half a turn to one angle of odd degree, and return the terms, or None if no angle has odd
-    # degree. Only one angle is turned, because half a turn of two angles would add a full turn to
-    # their sum.
+    # Add half a turn to one angle q, and return the new terms. The degree of the polynomial in
+    # exp(i q) must be odd; return None if it is odd for no angle. Only one angle is turned,
+    # because half a turn of two angles adds a full turn to the sum of the angles.
     for k, step in joints:
         lowest = min(e[k] for e in terms)
         if _turns(terms, k) % (2 * step) == step and all(
@@ -176,7 +178,7 @@ def _upright(terms: Terms, arithmetic: Arithmetic) -> Laurent:
     real = {e: (a // common, b // common) for e, (a, b) in real.items()}
     result = from_terms(arithmetic.ring, real)
     # Halve the polynomial, because two terms with exponents e and -e sum to 2 cos or 2 sin. Do not
-    # halve it if a term without angles would become a fraction.
+    # halve it if a term without angles has an odd coefficient, because the half is a fraction.
     still = [c for e, c in real.items() if not any(e[k] for k in indices)]
     turning = len(still) < len(real)
     balanced = all(a % 2 == 0 and b % 2 == 0 for a, b in still)
@@ -208,8 +210,8 @@ def _unit(one: tuple[int, int], opposite: tuple[int, int]) -> tuple[int, int]:
 
 def _upright_half(terms: Terms, arithmetic: Arithmetic) -> Laurent:
     """
-    Make a factor real by `_upright`. If the ring lacks the half angles of the factor, return the
-    factor unchanged.
+    Return a half-angle factor, multiplied by a monomial and a number that make it real. If the
+    ring lacks the half angles of the factor, return the factor unchanged.
     """
     if _is_whole(terms, _angle_indices(arithmetic)):
         return _upright(terms, arithmetic)

@@ -34,11 +34,12 @@ class Generator:
     Parameters
     ----------
     kind
-        `angle`: exp(i q / unit) with the joint variable q as meaning; `fixed_angle`: exp(i
-        meaning) with a constant angle; `number`: the meaning itself, which is a length, a
-        prismatic variable, or an irrational or decimal number.
+        `angle`: exp(i q / u), where `meaning` is the joint variable q, and u an integer
+        (`Arithmetic.units`). `fixed_angle`: exp(i c), where `meaning` is the constant angle c.
+        `number`: `meaning` itself, which is a length, a prismatic variable, or an irrational or
+        decimal number.
     meaning
-        A sympy expression, rad or the file's length unit.
+        A sympy expression; angles in rad, lengths in the file's unit.
     """
 
     kind: Kind
@@ -73,7 +74,10 @@ class Ring:
 
     @property
     def offset(self) -> int:
-        """Return the integer to add to a monomial so that no digit (an exponent) is negative."""
+        """
+        Return the integer that adds 2^15 to every exponent of a monomial, so that no exponent is
+        negative.
+        """
         return sum(HALF << (BITS * k) for k in range(len(self.generators)))
 
     def exponents(self, monomial: int) -> tuple[int, ...]:
@@ -98,8 +102,9 @@ class Ring:
         Return the polynomial of a sympy expression without angles: sums and products of numbers
         and symbols.
 
-        A square root or a decimal becomes a generator. So the divisors of polynomials stay powers
-        of 2, and polynomials factor as if these numbers were symbols.
+        A square root or a decimal becomes a generator. So the common denominator of the
+        coefficients stays a power of 2, and polynomials factor as if roots and decimals were
+        symbols.
         """
         if expression.is_Integer:
             return self.number(int(expression))
@@ -184,7 +189,7 @@ class Laurent:
         index
             Index of the generator.
         per_unit
-            The divisor of the angle in the generator exp(i q / per_unit).
+            The integer in the generator exp(i q / per_unit); not used for a `number`.
         """
         shift, offset = BITS * index, self.ring.offset
         is_angle = self.ring.generators[index].kind != 'number'

@@ -32,8 +32,8 @@ class Names:
     variables
         One symbol for each joint, in the order of the Jacobian's columns; rad or length unit.
     lengths
-        Symbols of the constants that stay symbols in formulas; the other constants are replaced by
-        their expressions.
+        Symbols of the constants that stay symbols in formulas. The other constants, such as
+        angles, are replaced by their expressions.
     values
         The value of each length, in the file's units.
     meanings
@@ -42,7 +42,8 @@ class Names:
     angle_unit
         The file's unit of angles, 'rad' or 'deg'.
     length_unit
-        The file's unit of length, expressed in the unit of the symbols.
+        The file's unit of length divided by the unit of the lengths for which symbols stand:
+        1/1000 for a file in mm and symbols in m.
     """
 
     variables: tuple[sympy.Symbol, ...]
@@ -63,7 +64,7 @@ class Names:
     def length(self, text: str) -> sympy.Expr:
         """
         Return the text of a length in the robot file as a sympy expression, in the unit of the
-        symbols.
+        lengths for which symbols stand.
         """
         return self.expression(text) * self.length_unit
 
@@ -169,7 +170,8 @@ def names_by_use(description: RobotDescription) -> dict[str, set[str]]:
 
 def uses_of(motion: RigidMotion) -> Sequence[str]:
     """
-    Return for each text of a rigid motion whether it is a 'length', an 'angle' or a 'number'.
+    Return whether each text of a rigid motion is a 'length', an 'angle' or a 'number'. The texts
+    are x, y, z, roll, pitch, yaw, or the 16 entries of a 4 x 4 matrix, row by row.
     """
     if len(motion.texts) == 6:
         return ['length'] * 3 + ['angle'] * 3

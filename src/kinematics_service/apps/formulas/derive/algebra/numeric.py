@@ -71,8 +71,8 @@ class Numbers:
 
     def in_reciprocal(self, joint: int) -> 'Numbers':
         """
-        Replace the variable d of a prismatic joint by 1 / t. Multiply the polynomial by a power of
-        t, so that it is a polynomial in t.
+        Return the polynomial as a function of t = 1 / d instead of the position d of a prismatic
+        joint, multiplied by a power of t, so that it is a polynomial in t.
         """
         ring = self.value.ring
         index = ring.index('number', self.arithmetic.names.variables[joint])
@@ -94,8 +94,9 @@ class Numbers:
 
     @cached_property
     def _sum(self) -> tuple[Complexes, Floats, Integers]:
-        # Return c, turns and powers of the terms c exp(i turns q) q^powers, whose sum is the
-        # polynomial. The factor c contains the values of the constants.
+        # The polynomial is the sum of terms c exp(i (t_1 q_1 + ... + t_n q_n)) q_1^p_1 ...
+        # q_n^p_n. Return the numbers c, t (`turns`) and p (`powers`) of all terms. The factor c
+        # contains the values of the constants.
         value, arithmetic = self.value, self.arithmetic
         ring, variables, values = arithmetic.ring, arithmetic.names.variables, arithmetic.values
         terms = value.terms()

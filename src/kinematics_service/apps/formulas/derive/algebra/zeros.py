@@ -15,7 +15,7 @@ import numpy as np
 from .....kernel import Floats
 from .numeric import Numbers, smallest_step, values_and_gradients
 
-# Largest distance of a proved zero from the returned configuration, rad or unit of length.
+# Largest distance of a proved zero from the configuration in `Zero.pose`, rad or unit of length.
 ZERO_DISTANCE = 1e-9
 # Round-off of a sum of a few hundred terms, relative to the sum of their absolute values.
 ROUND_OFF = 1e-13
@@ -78,8 +78,8 @@ def common_zero(functions: Sequence[Numbers], box: Box, starts: Floats) -> Zero:
     starts : shape (N, n)
         Configurations in the box at which Newton's method starts.
     """
-    # If a prismatic joint is unlimited, search lengths up to twice the largest start. Search
-    # larger lengths with the variable t = 1 / length.
+    # If a prismatic joint is unlimited, search its positions up to twice the largest position in
+    # `starts`. Search larger positions d with the variable t = 1 / d.
     free = np.isinf(box.low) | np.isinf(box.high)
     reach = np.where(free, 2 * np.max(np.abs(starts), axis=0) + 1e-6, np.inf)
     near = Box(np.maximum(box.low, -reach), np.minimum(box.high, reach))
@@ -184,9 +184,10 @@ def _halved(functions: Sequence[Numbers], box: Box, moving: Floats) -> Zero:
 def _undecided(
     functions: Sequence[Numbers], centers: Floats, radii: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    # Return centers and radii of the boxes in which every polynomial may be 0. Return also, for
-    # each box, the largest ratio of a polynomial's value at the center to the bound of its change
-    # in the box. Return also the joint along which the box is halved next.
+    # Return centers and radii of the boxes in which every polynomial may be 0. Let f be the value
+    # of a polynomial at the center of a box, and r an upper bound of the difference between f and
+    # any other value in the box. Return for each box also the largest ratio |f| / r of all
+    # polynomials, and the joint along which to halve the box next.
     f, G = values_and_gradients(functions, centers)
     largest = np.abs(centers) + radii
     bends = _bends(functions, largest)
@@ -194,8 +195,8 @@ def _undecided(
     bent = np.einsum('kmij,kj->kmi', bends, radii) * radii[:, None, :]
     reach = np.sum(straight + bent / 2, axis=-1) + _round_off(functions, largest)
     kept = np.all(np.abs(f) <= reach, axis=-1)
-    # Compute each joint's share in the bound of a polynomial's change in the box, because shares
-    # of polynomials with different units are comparable.
+    # Compute the part of r that a joint's motion in the box causes, divided by r, and sum it over
+    # the polynomials. Without the division, the summands would have different units.
     share = np.sum((straight + bent) / np.maximum(reach, 1e-300)[..., None], axis=1)
     worst = np.max(np.abs(f) / np.maximum(reach, 1e-300), axis=-1)
     return centers[kept], radii[kept], worst[kept], np.argmax(share, axis=-1)[kept]
