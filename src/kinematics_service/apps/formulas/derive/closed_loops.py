@@ -31,8 +31,8 @@ from .frames import Frames, frames_of
 from .jacobian import VEE, in_axes_of, may_turn
 from .trigonometry import Writer, writer_of
 
-# Maximum number of operations of an expression whose products of sines and cosines are written as
-# sines and cosines of sums. A longer expression would not become shorter.
+# Maximum number of operations of an expression in which products of sines and cosines are replaced
+# by sines and cosines of sums. The replacement does not make a longer expression shorter.
 MAX_OPERATIONS = 150
 # The determinant of an arm with closed loops is derived only if the sum of its joints and passive
 # joints is at most this.
@@ -71,8 +71,8 @@ class LoopEquations:
 
 def simplified(expression: sympy.Expr) -> sympy.Expr:
     """
-    Return a quotient whose numerator has its products of sines and cosines replaced by sines and
-    cosines of sums of angles, if that makes it shorter.
+    Return a quotient. Replace products of sines and cosines in its numerator by sines and cosines
+    of sums of angles, if that makes the numerator shorter.
     """
     numerator, denominator = sympy.fraction(expression)
     forms = [sympy.factor_terms(form, clear=False) for form in _forms(numerator)]
@@ -88,7 +88,8 @@ def _forms(expression: sympy.Expr) -> list[sympy.Expr]:
 
 def _without_products(expression: sympy.Expr) -> sympy.Expr:
     # Write products of sines and cosines as sines and cosines of sums, because most terms then
-    # cancel if axes are parallel. TR8 takes a thirtieth of the time of `sympy.trigsimp`.
+    # cancel if axes are parallel. The function TR8 of sympy takes a thirtieth of the time of
+    # `sympy.trigsimp`.
     return sympy.expand(TR8(sympy.expand(expression)))
 
 
@@ -201,9 +202,9 @@ def closed_determinant(
     turned = in_axes_of(J, frames.in_base[frame])
     rows = writer.matrix(turned[task])
     # Let [A, B] be the task rows of the Jacobian with open loops, and [C, D] the derivatives of
-    # the loop equations. A and C belong to the joints, B and D to the passive joints. Then
-    # det(J_t) det D = det [[A, B], [C, D]]. Use this determinant, because its entries are not
-    # quotients.
+    # the loop equations. The columns in A and C belong to the joints, those in B and D to the
+    # passive joints. Then det(J_t) = det [[A, B], [C, D]] / det D, and det D is the product of the
+    # determinants of the loops. The matrix [[A, B], [C, D]] has no quotients as entries.
     slopes = sympy.Matrix([e for loop in loops for e in loop.equations]).jacobian(list(symbols))
     numerator = rows.col_join(slopes).det(method='berkowitz')
     numerator = sympy.factor(_without_products(numerator))

@@ -76,12 +76,14 @@ class Derivation:
         in the difference between its result and `jacobian_open`. The number is 0 if both are
         equal.
     coupling
-        The matrix C in (theta and d of the rows) = C q + constants, if a joint moves several rows
-        or no row; otherwise None. With closed loops, q includes the passive joints.
+        The matrix C in (theta, d) = C q + constants, with theta and d of all rows of the table
+        that move. None if each joint moves one row, and no row is moved by two joints. With closed
+        loops, q includes the passive joints.
     loops
         Equations of the closed loops, in the order of the file; empty without loops.
     singular_set
-        Determinant, factors, families and ranks; with closed loops only the determinant.
+        The determinant of the task rows of J, its factors, and the families of singular poses with
+        the rank of J on each family. With closed loops only the determinant.
     """
 
     robot: Robot
@@ -238,7 +240,7 @@ class Derivation:
     @cached_property
     def central_difference(self) -> float:
         """
-        Return the largest difference (m, rad) between J and central differences of T at one
+        Return the largest difference (m, rad) between J and central differences of T at one random
         configuration.
         """
         return self.exact.sampler.central_difference()
@@ -311,7 +313,7 @@ def derive(
     loops = loops_of(robot, opened(robot.description), arithmetic, tell)
     singular_set = _closed_set(exact, loops, tell) if loops else _singular_set(exact, tell)
     singular_set = singular_set or _singular_set(exact_of(robot, locked, parts=2), tell)
-    assert singular_set is not None  # with half angles, all factors split
+    assert singular_set is not None  # `_singular_set` gives None only if parts is 1
     C = ways.coupling(frames)
     plain = C.shape[0] == C.shape[1] and all(sum(map(bool, row)) == 1 for row in C.tolist())
     return Derivation(
@@ -338,8 +340,8 @@ def _closed_set(exact: Exact, loops: tuple[LoopEquations, ...], tell: Progress) 
 
 
 def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
-    # Return the singular set. Return None if its families need factors in half angles, which the
-    # ring of `exact` lacks.
+    # Return the singular set. Return None if a family of singular poses belongs to a half-angle
+    # factor, and the ring of `exact` has whole angles only.
     sampler, arithmetic, writer = exact.sampler, exact.arithmetic, exact.writer
     n = len(sampler.moving)
     search = FamilySearch(sampler, sampler.in_random_letters)

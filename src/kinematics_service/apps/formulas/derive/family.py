@@ -27,8 +27,9 @@ class Family:
     condition
         The condition for real solutions, a sympy relation; None if real solutions always exist.
     free
-        Expressions in the other joints. If all of them are 0, every value of `variable` is a
-        solution. Empty if this never happens.
+        Expressions in the joints other than `variable`: the coefficients of the equation factor =
+        0. If all of them are 0, every value of `variable` is a solution. Empty if that never
+        happens.
     """
 
     variable: sympy.Symbol | None
@@ -98,8 +99,8 @@ def _solved(
     pure = above * from_terms(ring, {tuple(-e for e in common): (1, 0)})
     if arithmetic.moves(pure.terms()):
         pure, shift = above, sympy.Integer(0)
-    # Let y be the angle in `_Solved` and z = exp(i y). The factor is A z + C + conj(A) / z. This
-    # equals 2 Re A cos y - 2 Im A sin y + C.
+    # Let y = `multiple` q + `shift` and z = exp(i y). The factor is A z + C + conj(A) / z with
+    # polynomials A (`pure`) and C (`rest`). This equals 2 Re A cos y - 2 Im A sin y + C.
     conjugate = by_angle.get(-multiple, nothing)
     if shift != 0:
         conjugate = conjugate * from_terms(ring, {common: (1, 0)})
@@ -131,7 +132,8 @@ def _roots(solved: _Solved, writer: Writer) -> tuple[tuple[sympy.Expr, ...], sym
     exists = sympy.Le(rest**2, size)
     if exists == sympy.false:
         return (), exists
-    # Use one sign if the acos is 0 or pi, because both signs then give one solution.
+    # Use one sign if `inner` is 0 or pi, because phase + inner and phase - inner then differ by
+    # whole turns only.
     signs = (1,) if inner in (0, sympy.pi) else (1, -1)
     roots = tuple(phase + sign * inner + turns for sign in signs)
     return roots, None if exists == sympy.true else exists

@@ -90,9 +90,9 @@ class CommonZeros:
 
 @dataclass(frozen=True)
 class _Branch:
-    # A part of the set of common zeros of several factors. It is given by replacements of
-    # generators, applied in order, and by a factor that is 0 after the replacements. The factor is
-    # None if the replacements alone make all factors 0.
+    # A part of the common zeros of several factors. A configuration belongs to this part if the
+    # replacements in `replaced` hold, and if the polynomial `factor` is 0 after the replacements,
+    # made in order. `factor` is None if the replacements alone suffice to make all factors 0.
     replaced: tuple['_Replaced', ...]
     factor: Laurent | None
 
@@ -160,7 +160,7 @@ def _with_solutions(
 
 
 def _may_vanish(constant: Laurent, arithmetic: Arithmetic) -> bool:
-    # Return whether a constant is 0 up to round-off with the lengths of the file.
+    # Evaluate a constant with the lengths of the file, and return whether it is 0 up to round-off.
     number = Numbers(constant, arithmetic)
     still = np.zeros(len(arithmetic.names.variables))
     return bool(abs(number(still)) <= 1e-9 * number.magnitude(still))
@@ -186,9 +186,9 @@ def _solutions(factor: Laurent, arithmetic: Arithmetic) -> list[_Replaced]:
 
 
 def _quarter_turns(terms: Terms) -> list[_Replaced]:
-    # Solve c z^e + d z^-e = 0, where z^e is a monomial, for a generator with exponent 1 or -1 in
-    # z^e. If c = d or c = -d, z^e is a power of i. Then the generator is a product of powers of
-    # the other generators and of i.
+    # Solve c z^e + d z^-e = 0, where z^e is the product of all generators with exponents e. If c =
+    # d or c = -d, the equation says that z^e is a power of i. Then a generator with exponent 1 or
+    # -1 is a product of powers of the other generators and of i. Return no solution otherwise.
     (e, c), (opposite, d) = terms.items()
     k = next((k for k, x in enumerate(e) if abs(x) == 1), None)
     if k is None or any(x + y for x, y in zip(e, opposite)):
@@ -216,8 +216,9 @@ def proves_lost(lost: Lost, zeros: CommonZeros, frames: Frames) -> bool:
     if not lost.held:
         rows = [i for i in range(3) if (i == lost.axis) != lost.others]
         return zeros.are_zero(e for i in rows for e in J[i + 3 * lost.angular])
-    # Use the wrench w with J^T w = 0. Entry i of w is a 5 x 5 minor of J without row i. The
-    # rotation about the axis is lost if the moments in w about the two other axes are 0.
+    # Use the wrench w with J^T w = 0. Entry i of w is, up to its sign, the 5 x 5 minor of J
+    # without row i. The rotation about `lost.axis` is lost if the moments of w about the two other
+    # axes of the frame are 0.
     whole = CommonZeros(J, zeros.generic_rank, zeros.factors, arithmetic)
     others = [i for i in (3, 4, 5) if i != lost.axis + 3]
     left = [[i for i in range(6) if i != other] for other in others]

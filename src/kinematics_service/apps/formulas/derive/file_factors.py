@@ -99,9 +99,9 @@ def factors_to_write(derivation: Derivation) -> dict[str, str]:
     """
     Return the factors of a derivation by name, as texts of its robot file.
 
-    A factor that the file lists keeps its name and text. The name of any other factor is its
-    geometric name or its expression. If the expression is long, the name is `determinant` or
-    `factor_` with a number.
+    A factor that the file lists keeps its name and text. Any other factor has the name of its
+    singular poses (such as elbow), or its expression as name. If the expression is long, the name
+    is `determinant` or `factor_` with a number.
     """
     degrees = derivation.robot.description.angle_unit == 'deg'
     texts: dict[str, str] = {}
@@ -121,9 +121,10 @@ def disagreement(derivation: Derivation, robot: Robot) -> float:
     Return the largest relative difference between the product of a file's factors and the
     determinant.
 
-    Each factor has its power in the determinant, and the product may differ from the determinant
-    by one constant. They are compared at 1000 seeded configurations inside the joint limits.
-    Without a determinant, the product is compared with the common factors of all minors.
+    Each factor has its power in the determinant. The product may be the determinant times a
+    constant. Product and determinant are compared at 1000 seeded configurations inside the joint
+    limits. If the task rows are not square, the product is compared with the common factors of all
+    minors.
     """
     exact = derivation.exact
     q = exact.sampler.random(POSES, within=True)

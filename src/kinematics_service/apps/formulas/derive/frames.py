@@ -67,9 +67,9 @@ class Frames:
     row_transforms
         T of each row, 4 x 4.
     tool
-        Pose of the tool in the frame after the last row.
+        Pose of the tool in the last frame of the table.
     in_base
-        Poses of frame 0, then of the frame after each row, in the base frame.
+        Poses of frame 0, then of frame i at the end of each row i, in the base frame.
     T_base_tool
         Pose of the tool in the base frame.
     """
@@ -107,7 +107,7 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
             'too many lengths and angles that are no quarter turns; round the angles, or lock '
             'joints'
         )
-        if nearly or (said is not None and said.factor):  # a calibration wrote the file
+        if nearly or (said is not None and said.factor):  # true if a calibration wrote the file
             advice = (
                 'its table is a nominal one with corrections, and no formula of it is short: '
                 'derive the nominal robot file'

@@ -38,18 +38,20 @@ def axes_seen_from(frames: Frames, frame: int) -> tuple[Axis, ...]:
     """
     Return the axis of every moving row of the table, in the coordinates of one frame.
 
-    A row T = before Rz(theta) Tz(d) after moves about or along z of the frame with the pose (frame
-    before the row) @ before. This gives the axis of a row in each convention. In a standard DH
-    table, the axis is z of the frame before the row. In a modified DH table, the axis is z of the
-    frame after the row. In a chain of elementary motions, it is the named axis. In a Sheth-Uicker
-    table, it is z of the input shape.
+    Let P be the pose of the frame in which a row of the table starts, and T = B Rz(theta) Tz(d) A
+    the transform of the row, with constant B (`before`) and A (`after`). The row moves about or
+    along the z axis of the pose P B. In a standard DH table, row i moves about z of frame i - 1.
+    In a modified DH table, it moves about z of frame i. In a chain of elementary motions, it moves
+    about the named axis. In a Sheth-Uicker table, it moves about z of the first shape matrix of
+    the row.
 
     Parameters
     ----------
     frames
         The arm.
     frame
-        0 for frame 0, i for the frame after row i, -1 for the base frame.
+        Number of the frame: 0 for frame 0, i for the frame at the end of row i, -1 for the base
+        frame.
     """
     axes: list[Axis] = []
     for row, T in _row_starts(frames, frame):
@@ -61,8 +63,8 @@ def axes_seen_from(frames: Frames, frame: int) -> tuple[Axis, ...]:
 
 
 def _row_starts(frames: Frames, frame: int) -> Iterable[tuple[int, Matrix]]:
-    # Yield the index of each row of the table, and the pose of the frame before the row, in the
-    # coordinates of frame number `frame`.
+    # Yield the index of each row of the table, and the pose of the frame in which the row starts,
+    # in the coordinates of frame number `frame`.
     if frame < 0:
         yield from enumerate(frames.in_base[:-1])
         return
@@ -92,7 +94,8 @@ def jacobian_of(frames: Frames, axes: Sequence[Axis], linear: Sequence[Matrix]) 
     Parameters
     ----------
     linear
-        The velocity of the reference point for each axis, if the row of the axis turns at 1 rad/s.
+        For each axis, the velocity of the reference point of the Jacobian if the row of the axis
+        turns at 1 rad/s. The velocities are in the same frame as `axes`.
     """
     nothing = np.full(3, frames.arithmetic.ring.number(0))
     open_: list[Matrix] = []
@@ -106,26 +109,33 @@ def jacobian_of(frames: Frames, axes: Sequence[Axis], linear: Sequence[Matrix]) 
 
 def about(frames: Frames, axes: Sequence[Axis], point: Matrix) -> Matrix:
     """
-    Return J with reference point p in the frame in which `axes` are given. Its columns are [z x (p
-    - o); z].
+    Return J with the reference point `point`, in the frame in which `axes` are given. The column
+    of a revolute joint is [z x (p - o); z], with the direction z of its axis, a point o on the
+    axis, and p = `point`.
     """
     linear = [np.cross(axis.z, point - axis.o) for axis in axes]
     return jacobian_of(frames, axes, linear)
 
 
 def geometric(frames: Frames) -> Matrix:
-    """Return J in base axes. Its columns are [z x (p - o); z], or [z; 0] for a prismatic joint."""
+    """
+    Return J in base axes. The column of a revolute joint is [z x (p - o); z], that of a prismatic
+    joint is [z; 0]. Here z is the direction of the joint axis, o a point on it, and p the tool's
+    origin.
+    """
     axes = axes_seen_from(frames, -1)
     return about(frames, axes, frames.T_base_tool[:3, 3])
 
 
 def screw_based(frames: Frames) -> Matrix:
     """
-    Return J by screws [s; s_o x s] about the tool. Here s is the direction of an axis, and s_o is
-    a point on the axis seen from the tool.
+    Return J by screws [s_o x s; s]. Here s is the direction of an axis, and s_o is the vector from
+    the tool's origin to a point on the axis.
 
-    The sum s_o(i) = s_o(i + 1) - R_i step_i runs from the tool backwards, link by link, as in the
-    source document of the golden cases s000a to s000c. Here the linear rows come first.
+    The vectors s_o(k) from the tool's origin to the origin of frame k are computed from the last
+    frame backwards: s_o(k) = s_o(k + 1) - R_k p_k. Here R_k is the rotation of frame k in the base
+    frame, and p_k is the position of frame k + 1 in frame k. The golden cases s000a to s000c
+    (test/golden) come from a document with this method; it writes angular rows first.
     """
     seen = -(frames.in_base[-1][:3, :3] @ frames.tool[:3, 3])
     s_o: dict[int, Matrix] = {}
@@ -142,8 +152,8 @@ def analytic(frames: Frames) -> Matrix:
     """
     Return J by dp/dq and vee(dR/dq R^T), without axes and cross products.
 
-    R is split in the middle of the table, R = A B. Then dR R^T = dA A^T + A dB B^T A^T, which has
-    far fewer terms to multiply.
+    The rotation R of the tool is split in the middle of the table, R = A B. Then dR R^T = dA A^T +
+    A dB B^T A^T. The factors A and B have far fewer terms than R.
     """
     arithmetic, middle = frames.arithmetic, (len(frames.rows) + 1) // 2
     p = frames.T_base_tool[:3, 3]
@@ -159,12 +169,14 @@ def analytic(frames: Frames) -> Matrix:
 
 def rotation_taken_out(frames: Frames) -> Matrix:
     """
-    Return J from the derivatives T'(q_k) T^-1 of the pose T, by the method of the source document
-    of the golden case s002_rrp_ets.
+    Return J from the derivatives T' = dT/dq_k of the tool's pose T, by products T' T^-1. The
+    golden case s002_rrp_ets (test/golden) comes from a document with this method.
 
-    T = before screw(q) after, so that T' T^-1 = before screw' screw^-1 before^-1: each factor is
-    differentiated alone and transformed to the base. The last column of T' T^-1 is the velocity
-    v_0 of the point at the base's origin. The tool's velocity is v_0 + w x p.
+    If joint k moves one row of the table, T = A S(q_k) B, where S is the screw motion of the row.
+    Then T' T^-1 = A S' S^-1 A^-1: the screw is differentiated alone and transformed to the base.
+    If joint k moves several rows, the products of the rows are added. T' T^-1 consists of the
+    matrix of the angular velocity w and the last column v_0, the velocity of the tool's point that
+    is at the base's origin. So the velocity of the tool's origin p is v_0 + w x p.
     """
     arithmetic, p = frames.arithmetic, frames.T_base_tool[:3, 3]
     columns = []
@@ -196,9 +208,10 @@ METHODS: dict[str, Callable[[Frames], Matrix]] = {
 
 def may_turn(rows: Collection[int]) -> bool:
     """
-    Return whether a determinant of these rows of J does not depend on the axes.
+    Return whether a determinant of the rows `rows` of J is equal for all axes in which J may be
+    written.
 
-    This holds if the rows include all three linear rows or none, and all three angular rows or
+    It is equal if `rows` include all three linear rows or none, and all three angular rows or
     none.
     """
     return all(len(set(part) & set(rows)) in (0, 3) for part in ((0, 1, 2), (3, 4, 5)))

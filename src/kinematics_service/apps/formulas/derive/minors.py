@@ -3,10 +3,10 @@
 """
 Expand the determinant or minors of the task rows in the best frame, and find common factors.
 
-A determinant does not change if all linear rows, or all angular rows, are rotated together. If it
-contains all six rows, it does not depend on the reference point. So axes and point are chosen such
-that J has the fewest terms. A common factor of all minors is a factor of the shortest minor, and
-divides the other minors.
+A determinant of rows of J does not change if all linear rows, or all angular rows, are rotated
+together. A determinant of all six rows does not depend on the reference point of J. So J is
+written in the axes, and about the reference point, in which it has the fewest terms. A common
+factor of all minors is a factor of the shortest minor, and divides the other minors.
 """
 
 import math
@@ -41,7 +41,8 @@ MAX_FACTORED_TERMS = 600
 @dataclass(frozen=True)
 class View:
     """
-    The Jacobian in the axes, and about the point, in which it has the fewest terms.
+    The Jacobian, written in the axes and about the reference point in which it has the fewest
+    terms.
 
     Parameters
     ----------
@@ -152,8 +153,8 @@ def minors(J: Matrix, rows: Sequence[int], columns: Sequence[int], size: int) ->
 def determinant_of(matrix: Sequence[Sequence[Laurent]]) -> Laurent:
     """Return a determinant by Laplace expansion along the rows; each minor is computed once."""
     ring = matrix[0][0].ring
-    # Sort rows with the fewest terms last, so that small minors, which are used most often, are
-    # short.
+    # Sort the rows by their numbers of terms, the longest row first. The expansion uses minors of
+    # the last rows most often, and short rows make these minors short.
     order = sorted(range(len(matrix)), key=lambda i: -sum(len(e) for e in matrix[i]))
     rows = [matrix[i] for i in order]
 
@@ -192,8 +193,8 @@ def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[L
         power, values = _often_divided(values, factor.value, factor.power)
         if power:
             common.append(replace(factor, power=power))
-        # If a factor is a product of two half-angle factors and does not divide all minors, try
-        # its halves: one half may divide all minors.
+        # If a factor is a product of two half-angle factors and does not divide all minors, one of
+        # the two half-angle factors may divide all minors.
         for half in factor.halves:
             more, rests = _often_divided(values, half, factor.power - power)
             if more:
@@ -203,8 +204,8 @@ def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[L
 
 
 def _often_divided(values: list[Laurent], factor: Laurent, most: int) -> tuple[int, list[Laurent]]:
-    # Return the largest power, up to `most`, of a factor that divides all values, and the
-    # quotients.
+    # Return the largest power of `factor`, up to the exponent `most`, that divides all polynomials
+    # in `values`. Return also the quotients of the polynomials by this power.
     power = 0
     while power < most:
         left: list[Laurent] = []
@@ -218,8 +219,8 @@ def _often_divided(values: list[Laurent], factor: Laurent, most: int) -> tuple[i
 
 def remainder_of(rests: Sequence[Laurent], writer: Writer) -> sympy.Expr:
     """
-    Divide the minors by their common factors, and return the square root of the quotients' sum of
-    squares. A constant factor is written before the root.
+    Return the square root of the sum of the squares of `rests`, the minors divided by their common
+    factors. A constant factor is written before the root.
     """
     if not rests:
         return sympy.Integer(1)

@@ -105,9 +105,9 @@ class Path:
         Return the times within `span` at which the path meets the singular set.
 
         If a factor of the determinant changes its sign between two samples, bisection finds the
-        time. If the signs are equal, a search finds the minimum of the factor's absolute value. If
-        the minimum is 0, the path touches the family; if the sign at the minimum differs, the path
-        crosses the family twice.
+        time. If the factor has the same sign at both samples, a search finds the minimum of its
+        absolute value between them. If the minimum is 0, the path touches the family. If the
+        search meets the other sign, the path crosses the family twice.
         """
         along = dict(zip(self.derivation.variables, self.q))
         times = np.linspace(*self.span, SAMPLES)
@@ -126,7 +126,8 @@ def _zeros(value: Values, times: Floats) -> list[tuple[float, float, bool]]:
 
     f = value(times)
     size = float(np.max(np.abs(f))) or 1.0
-    # Add the local minima of |f| as samples.
+    # If |f| has a local minimum at a sample, add the time near the sample at which |f| is
+    # smallest.
     low = np.abs(f)
     valleys = np.flatnonzero((low[1:-1] <= low[:-2]) & (low[1:-1] < low[2:])) + 1
     alike = f[valleys - 1] * f[valleys + 1] > 0
@@ -151,8 +152,9 @@ def _zeros(value: Values, times: Floats) -> list[tuple[float, float, bool]]:
 
 
 def _bottom(value: Values, low: float, high: float) -> float:
-    # Return the time between `low` and `high` at which |f| is smallest. If f is 0 or has the
-    # opposite sign at some time in between, return such a time instead.
+    # Let f be the function `value`. Return the time between `low` and `high` at which |f| is
+    # smallest. If f becomes 0 or changes its sign after `low`, return a time at which f is 0 or
+    # has the other sign instead.
     for _ in range(NARROWING_STEPS):
         times = np.linspace(low, high, 33)
         f = value(times)

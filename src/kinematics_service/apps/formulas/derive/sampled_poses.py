@@ -22,11 +22,12 @@ from .algebra.arithmetic import Arithmetic
 from .algebra.zeros import Box
 from .singular_geometry import ArmAtPoses, rank_at
 
-# Number of sampled configurations of a family. It is unlikely that a property holds at all these
-# configurations by coincidence. The configurations are computed in a second.
+# Number of sampled configurations of a family. It is unlikely that a property holds at all sampled
+# configurations by coincidence. The arm is evaluated at all of them within one second.
 POSES = 60
-# Seeds of two random values of each named constant. Two values exclude coincidences. The random
-# values are near the file's value, so that the families found with the file's values exist.
+# Seeds of the random values of the named constants. Each constant gets two values, one for each
+# seed, so that a property that needs special lengths is not found. The random values are near the
+# file's value, so that the families found with the file's values exist.
 SEEDS = (1955, 1964)
 LETTER_FACTORS = (0.8, 1.25)  # range of the ratio of a random value to the file's value
 # Step of central differences (rad or m). With this step, the errors by round-off and by the third
@@ -37,7 +38,7 @@ STEP = 1e-6
 @dataclass(frozen=True, eq=False)
 class PoseSampler:
     """
-    A sampler of a robot's configurations in which only the joints of a derivation move; other
+    A sampler of a robot's configurations in which only the k joints of a derivation move; other
     joints are locked.
 
     Attributes
@@ -45,14 +46,14 @@ class PoseSampler:
     robot
         The arm.
     moving
-        Indices of the joints that move.
+        Indices of the k joints that move.
     still : shape (n,), rad or m
-        Positions of the locked joints.
-    to_si : shape (moving,)
+        Positions of the locked joints; 0 for the joints that move.
+    to_si : shape (k,)
         Factor from the file's units to SI: metres per length unit for prismatic joints, 1 for
         angles.
     arithmetic
-        The arithmetic of the exact arm, with values of its named constants.
+        The polynomial ring of the arm, with values of the named constants.
     table
         The table of the arm, with the values of `arithmetic`.
     """
@@ -73,7 +74,7 @@ class PoseSampler:
         """
         Return the positions of all joints, shape (N, n), rad and m.
 
-        The input q has the moving joints in the file's units, shape (N, moving).
+        The input q has the positions of the k moving joints in the file's units, shape (N, k).
         """
         result = np.tile(self.still, (len(q), 1))
         result[:, list(self.moving)] = q * self.to_si
@@ -81,8 +82,8 @@ class PoseSampler:
 
     def random(self, count: int = POSES, within: bool = False) -> Floats:
         """
-        Return random positions of the moving joints, always from the same seed, shape (count,
-        moving), in the file's units.
+        Return random positions of the k moving joints, always from the same seed, shape (count,
+        k), in the file's units.
 
         Parameters
         ----------
@@ -101,12 +102,13 @@ class PoseSampler:
 
     def limits(self, periods: Floats) -> Box:
         """
-        Return the joint limits in the file's units; a revolute joint gets at most one period.
+        Return the limits of the k moving joints, in the file's units. If a revolute joint may turn
+        farther than its period, return a range of one period.
 
         Parameters
         ----------
-        periods : shape (moving,), rad
-            The change of each joint after which all frames repeat.
+        periods : shape (k,), rad
+            The period of each joint: the change of its position after which all frames repeat.
         """
         low, high = np.array(self.robot.limits[list(self.moving)]).T / self.to_si
         turned = np.where(np.isfinite(high), high - periods, -periods / 2)
@@ -115,8 +117,8 @@ class PoseSampler:
 
     def arm(self, q: Floats) -> ArmAtPoses:
         """
-        Return Jacobian, frames and axes of the arm (m, rad) at the joint positions q, shape (N,
-        moving), in the file's units.
+        Return Jacobian, frames and axes of the arm (m, rad) at positions q of the k moving joints,
+        shape (N, k), in the file's units.
         """
         task = self.robot.singularity.task
         column_scales = task.column_scales[list(self.moving)]
@@ -126,9 +128,9 @@ class PoseSampler:
         with np.errstate(invalid='ignore', divide='ignore'):
             axes = np.where(size > 1e-9, omega / size, np.nan)
             velocity = np.swapaxes(J[:, :3], 1, 2) / size
-        # Compute the point of each axis nearest to the tool's origin p. Let r be the vector from
-        # this point to p, and [v; w] the joint's column of J. Then v = w x r, so the point is p +
-        # z x v / |w|.
+        # Compute the point of each axis nearest to the tool's origin p. Let z be the direction of
+        # the axis, r the vector from the point of the axis to p, and [v; w] the joint's column of
+        # J. Then v = w x r, so the point of the axis is p + z x v / |w|.
         origins = tool[:, None] + np.cross(axes, velocity)
         return ArmAtPoses(
             J_t=task_jacobian(task, J) * task.row_scales[:, None] * column_scales,
@@ -142,8 +144,8 @@ class PoseSampler:
 
     def kinematics(self, q: Floats) -> tuple[Floats, Floats, Floats]:
         """
-        Return J, the frames and the tool's position at joint positions q, in m and rad. The shapes
-        are (N, 6, moving), (N, rows + 1, 4, 4) and (N, 3).
+        Return J, the frames and the tool's position at positions q of the k moving joints, in m
+        and rad. The shapes are (N, 6, k), (N, rows + 1, 4, 4) and (N, 3).
         """
         variables = dict(zip(self.table.variables, self.whole(q).T))
         world = World(self.table, with_constants(self.table, variables, len(q)), len(q))
@@ -162,15 +164,15 @@ class PoseSampler:
             by_name = {s.name: float(f) for s, f in zip(names.values, factors)}
             values = {s: v * by_name[s.name] for s, v in names.values.items()}
             other = replace(self.arithmetic, names=replace(names, values=values))
-            # Multiply the table's constants by the random factors, because the table has SI units,
-            # and `names.values` have the file's units.
+            # The table has SI units, and `names.values` have the file's units. So multiply the
+            # constants of the table by the same random factors instead of copying `values`.
             given = {s: v * by_name.get(s.name, 1.0) for s, v in self.table.given.items()}
             found.append(replace(self, arithmetic=other, table=replace(self.table, given=given)))
         return tuple(found) or (self,)
 
     def central_difference(self) -> float:
         """
-        Return the largest difference (m, rad) between J and central differences of T at one
+        Return the largest difference (m, rad) between J and central differences of T at one random
         configuration.
         """
         robot, moving = self.robot, list(self.moving)
@@ -192,7 +194,7 @@ class PoseSampler:
 
     @property
     def slides(self) -> npt.NDArray[np.bool_]:
-        """Return which of the moving joints are prismatic, shape (moving,)."""
+        """Return which of the k moving joints are prismatic, shape (k,)."""
         return self.robot.prismatic[list(self.moving)]
 
 

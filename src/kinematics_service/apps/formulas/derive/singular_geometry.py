@@ -18,8 +18,8 @@ import numpy as np
 from ....kernel import Floats, Integers
 
 # A distance (m), a sine of an angle between axes, or a ratio of singular values counts as 0 if it
-# is below this. Newton's method leaves a round-off of 1e-12 in it, and values that are not 0
-# exceed 1e-3.
+# is below this. At a configuration found by Newton's method, a value that is 0 in theory has a
+# round-off of 1e-12. Values that are not 0 exceed 1e-3.
 ZERO = 1e-7
 AXES = 'xyz'
 
@@ -34,7 +34,7 @@ class ArmAtPoses:
     J_t : shape (N, m, n)
         The task rows of J, scaled so that metres and radians are comparable.
     frames : shape (N, rows + 1, 4, 4)
-        Poses of frame 0 and of the frame after each row, in the base frame.
+        Poses of frame 0 and of the frame at the end of each row of the table, in the base frame.
     axes, origins : shape (N, n, 3)
         Unit vector of each revolute joint's axis, and a point on the axis; nan for prismatic
         joints.
@@ -70,12 +70,13 @@ class Lost:
     angular
         Whether the lost motion is a rotation.
     point
-        Number of the frame whose origin moves or is held still; None: the tool.
+        Number of the frame whose origin the lost translation moves, or the lost rotation holds
+        still; None: the tool's origin.
     held
         Whether only rotations that hold `point` still are lost. Otherwise every rotation about the
         axis is lost.
     others
-        Whether all translations except along this direction are lost.
+        Whether all translations are lost except the translation along the axis `axis`.
     """
 
     text: str
@@ -123,9 +124,9 @@ def wrist_point(arm: ArmAtPoses, angular: bool) -> Floats:
 
 
 def _meeting_point(arm: ArmAtPoses, joints: Sequence[int]) -> Floats | None:
-    # Return the point in which the axes of `joints` meet, or None. The point p nearest to the
-    # axes, by least squares, solves sum (I - z z^T)(p - o) = 0. The axes meet if p lies on all of
-    # them.
+    # Return the point in which the axes of `joints` meet, or None. An axis has the direction z and
+    # contains the point o. The point p nearest to all axes, by least squares, solves sum (I - z
+    # z^T)(p - o) = 0, with a summand for each axis. The axes meet if p lies on all of them.
     z, o = arm.axes[:, joints], arm.origins[:, joints]
     if np.isnan(z).any() or parallel(z[:, 0], z[:, 1]):
         return None
@@ -175,10 +176,11 @@ def _is_wrist(arm: ArmAtPoses) -> bool:
 
 
 def _is_elbow(arm: ArmAtPoses, joints: Sequence[int], point: Floats, angular: bool) -> bool:
-    # Return whether the arm is at an elbow singularity. It is, if two neighbouring parallel axes
-    # lie in a plane with the wrist point, or with another parallel axis. If the factor of the
-    # determinant contains one joint only, there is a second way: to first order, this joint does
-    # not change the distance from shoulder to wrist.
+    # Return whether the arm is at an elbow singularity. It is, if two neighbouring parallel joint
+    # axes lie in a plane with the wrist point, or with another parallel joint axis. If the factor
+    # of the determinant contains one joint only, the arm is also at an elbow singularity if this
+    # joint, to first order, does not change the distance from shoulder to wrist point. The
+    # shoulder is the point in which the axes of the first two joints meet.
     n = len(arm.turns)
     for i in range(n - 1):
         if not (arm.turns[i] and arm.turns[i + 1]) or i + 1 not in joints:
@@ -203,8 +205,9 @@ def _is_elbow(arm: ArmAtPoses, joints: Sequence[int], point: Floats, angular: bo
 
 def _is_shoulder(arm: ArmAtPoses, point: Floats) -> bool:
     # Return whether the arm is at a shoulder singularity. It is, if the wrist point lies in the
-    # plane that contains axis 1 and the direction of axis 2. In an arm without lateral offset, the
-    # wrist point then lies on axis 1.
+    # plane that contains the axis of the first joint and is parallel to the axis of the second
+    # joint. If the wrist point has no offset along the second axis, it then lies on the first
+    # axis.
     if len(arm.turns) < 2 or not arm.turns[0]:
         return False
     z, o = arm.axes[:, 0], arm.origins[:, 0]
@@ -294,9 +297,9 @@ def _lost_screw(force: Floats, moment: Floats, frames: Floats, tool: Floats) -> 
 
 
 def _direction(vectors: Floats, frames: Floats) -> Lost | None:
-    # Express the direction (N, 3) in the axes of a frame in which it is constant at all
-    # configurations. Prefer a frame with an axis along the direction. Return None if no such frame
-    # exists.
+    # Express `vectors` (N, 3), a direction at each configuration, in the axes of a frame in which
+    # the direction is equal at all configurations. Prefer a frame with an axis along the
+    # direction. Return None if no frame has this property.
     length = np.linalg.norm(vectors, axis=1)
     if np.any(length < ZERO):
         return None

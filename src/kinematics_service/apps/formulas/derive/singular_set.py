@@ -29,8 +29,9 @@ from .sampled_poses import POSES, PoseSampler
 from .trigonometry import Writer
 
 # The minors are divided by their common factors. The common zeros of the quotients are computed
-# only if each quotient has at most MAX_REST_TERMS terms, and if at most MAX_HITTING_SETS sets of
-# factors describe the zeros. Longer results would be unreadable.
+# only if each quotient has at most MAX_REST_TERMS terms. All quotients are 0 if one factor of each
+# quotient is 0. At most MAX_HITTING_SETS choices of these factors are allowed. Longer results
+# would be unreadable.
 MAX_REST_TERMS = 40
 MAX_HITTING_SETS = 20
 
@@ -127,7 +128,8 @@ class Determinant:
     constant
         The factor without joint variables.
     remainder
-        Square root of the sum of the squared minors, without their common factors; 1 if `square`.
+        Square root of the sum of the squared minors, divided by the common factors of the minors;
+        1 if `square`.
     view
         Text: axes and reference point of the Jacobian used.
     rows, columns
@@ -169,13 +171,14 @@ class SingularSet:
     generic_rank
         Rank of the task rows at almost all configurations.
     dependent
-        Joints whose motions cancel at every configuration; empty for most arms.
+        Joints whose columns of J are linearly dependent at every configuration; empty for most
+        arms.
     complete
         Whether the families are proved to be the whole singular set. False if the remainder may
         vanish, or if the product is not proved to be fully split.
     remainder_zeros
-        The configurations at which the remainder of `determinant` is 0. Each crossing is given by
-        expressions that are 0 there. None: not solved.
+        The configurations at which the remainder of `determinant` is 0, as sets: the expressions
+        in `names` of a set are 0 at its configurations. None: not solved.
     special
         Text if the rank is lower at every configuration, but only with the lengths of this file;
         otherwise None.
@@ -193,10 +196,11 @@ class SingularSet:
 
 @dataclass(frozen=True)
 class _Meaning:
-    # Results at the configurations where one factor is zero. The geometric name, the rank, the
-    # impossible tool motion (`lost`) and the joint motion in the null space (`idle`) are computed
-    # with random values of the named constants. `within` and `special` are computed with the
-    # values in the robot file.
+    # Results at the configurations where one factor of the determinant is zero. The name of the
+    # singular poses (`geometric`, such as elbow), the rank, the impossible tool motion (`lost`)
+    # and the joint motion in the null space (`idle`) are computed with random values of the named
+    # constants. `within` has a configuration inside the joint limits, if one exists; `within` and
+    # `special` are computed with the values in the robot file.
     within: Zero
     geometric: str | None = None
     rank: int | None = None
@@ -495,11 +499,12 @@ def remainder_zeros(
     rests: Sequence[Laurent], search: FamilySearch, writer: Writer, J_t: Matrix
 ) -> tuple[FamilyCrossing, ...] | None:
     """
-    Divide the minors by their common factors, and return the configurations at which all quotients
-    are 0; None if not solved.
+    Return the configurations at which all `rests` are 0, the minors divided by their common
+    factors; None if not solved.
 
-    A quotient is 0 if one of its factors is 0. So all quotients are 0 if all factors in a hitting
-    set are 0, that is, a set with a factor of each quotient. Only minimal hitting sets are used.
+    An element of `rests` is 0 if one of its factors is 0. So all elements are 0 if all factors in
+    a hitting set are 0, that is, a set with a factor of each element. Only minimal hitting sets
+    are used.
     """
     arithmetic, pieces = search.arithmetic, list[Laurent]()
     hitting: list[frozenset[int]] = [frozenset()]

@@ -22,9 +22,9 @@ from .frames import Frames
 # longer polynomial is written in one form only.
 MAX_COMPARED_TERMS = 400
 MAX_FACTORED_TERMS = 24
-# Largest common denominator of a polynomial's coefficients that are written as fractions; with a
-# larger denominator, they are written as decimals. A larger denominator comes from constant angles
-# that were replaced by angles with rational sine and cosine.
+# Coefficients of a polynomial are written as fractions if their common denominator is at most
+# this, otherwise as decimals. A larger denominator comes from constant angles that were replaced
+# by angles with rational sine and cosine.
 MAX_INTEGER = 10**15
 DIGITS = 17
 # Maximum number of terms of a polynomial that is simplified. For longer polynomials, sympy takes
@@ -40,9 +40,10 @@ class Basis:
     Attributes
     ----------
     angles
-        Sympy expressions, one for each angle generator.
+        Sympy expressions u_j: the arguments, one for each joint.
     to_angles
-        Integer matrix. Entry (k, j) is the exponent of exp(i angle j) in angle generator k.
+        Integer matrix E. The angle generator of joint k is the product of exp(i u_j)^E[k][j] over
+        all arguments u_j.
     """
 
     angles: tuple[sympy.Expr, ...]
@@ -59,8 +60,8 @@ class Writer:
     sums, singles
         Two bases: sums of the angles of parallel joints, and the joint angles themselves.
     divisor
-        The divisor of the polynomial that is written, if its expression is not simplified; None if
-        the expression is simplified.
+        None if expressions are simplified. Otherwise the common denominator of the coefficients of
+        the polynomial that is being written.
     """
 
     arithmetic: Arithmetic
@@ -69,8 +70,8 @@ class Writer:
     divisor: int | None = None
     _numbers: dict[sympy.Expr, sympy.Expr] = field(default_factory=dict)
     _written: dict[Hashable, sympy.Expr] = field(default_factory=dict)
-    # Cache of the sums C, P and S in C + P cos u + S sin u. The entries of a matrix share many of
-    # these sums.
+    # Cache of written polynomials. A polynomial is written as C + P cos u + S sin u, and the
+    # entries of a matrix share many of the polynomials C, P and S.
     _nested_before: dict[Hashable, sympy.Expr] = field(default_factory=dict)
 
     def expression(self, value: Laurent) -> sympy.Expr:
@@ -101,8 +102,8 @@ class Writer:
         return self._with_numbers(shortest / value.divisor)
 
     def _with_numbers(self, expression: sympy.Expr) -> sympy.Expr:
-        # Replace theta by q + offset last, because the forms are compared by their numbers of
-        # operations while they contain theta.
+        # Replace theta by q + offset last, because `_shortest` compares forms of the polynomial in
+        # theta by their numbers of operations.
         numbers = {symbol: number for number, symbol in self._numbers.items()}
         return expression.xreplace(numbers | self.arithmetic.in_variables)
 
@@ -158,8 +159,8 @@ class Writer:
 
     def _fewest_operations(self, groups: Mapping[Exponents, Terms]) -> int:
         # Return a lower bound of the number of operations in the result of `_cosines_of_sums`. The
-        # bound counts the sines and cosines, the sums in their arguments, and the outer sum. If
-        # the bound is too large, that result is not computed.
+        # bound counts the sines and cosines, the sums in their arguments, and the outer sum. The
+        # caller skips `_cosines_of_sums` if the bound is not below the number of another form.
         functions = 0
         inside = 0
         for exponents, terms in groups.items():
@@ -213,8 +214,8 @@ class Writer:
 
 def _taken_out(sum_: sympy.Expr) -> sympy.Expr:
     # Factor the sum as `sympy.factor_terms` does, but save time: do not factor the summands again,
-    # because they are factored already. Only a summand that is itself a sum, after its numeric
-    # factor is taken out, is factored again.
+    # because they are factored already. An exception is a summand such as 2 (a + b). If the number
+    # 2 is taken out of the whole sum, the summand a + b is a sum, and it is factored again.
     content, rest = sum_.as_content_primitive(clear=False)
     if not rest.is_Add:
         return sum_
@@ -299,8 +300,8 @@ def _basis(arithmetic: Arithmetic, vectors: Iterable[tuple[int, ...]]) -> Basis 
     matrix = sympy.Matrix(chosen)
     if abs(matrix.det()) != 1:
         return None
-    # Use the inverse matrix, because exp(i q_k) is the product of exp(i u_j)^(inverse[k, j]) over
-    # the angles u_j.
+    # Row j of `matrix` has the coefficients of an argument u_j = sum_k matrix[j, k] q_k. So exp(i
+    # q_k) is the product of exp(i u_j)^(inverse[k, j]) over all j.
     inverse = matrix.inv()
     angles = tuple(
         sympy.Add(

@@ -26,8 +26,10 @@ def document_of(
         The derivation to write.
     format
         `json`, or a name of `WRITERS`.
-    frame, path
-        See `report_of`.
+    frame
+        Axes of the Jacobian: `base` (default), `tool`, or the number of a frame; not for `json`.
+    path
+        A path q(t). If it is given, the document has the tool's velocity along the path.
     """
     if format == 'json':
         return json_of(derivation, path)

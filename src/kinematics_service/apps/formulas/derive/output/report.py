@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Describe a derivation by headings, sentences and equations, which every output format writes.
+Describe a derivation by a list of headings, sentences and equations. Each output format writes
+this list.
 """
 
 from collections.abc import Iterator, Sequence
