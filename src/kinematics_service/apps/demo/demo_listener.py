@@ -60,12 +60,15 @@ class DemoListener:
         The latest joint states; None before `start` is called.
     speeds
         The speed of the fastest joint in each time interval of length `INTERVAL`, rad/s or m/s.
-    warned, levels
-        The last warning; the sequence of warning levels (OK, WARN, ERROR, STALE), with one entry
-        for each change.
-    scale, reason
-        The latest messages about the velocity command of the arm: the factor (0 to 1) by which the
-        node would multiply the command, and the reason.
+    warned
+        The last warning.
+    levels
+        The sequence of warning levels (OK, WARN, ERROR, STALE), with one entry for each change.
+    scale
+        The latest message with the factor (0 to 1) by which a velocity command of the arm is to be
+        multiplied. The simulated arm ignores the factor.
+    reason
+        The latest message with the reason for this factor.
     then
         A function that is called with each received warning.
     """

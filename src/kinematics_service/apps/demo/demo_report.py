@@ -27,7 +27,10 @@ MUST_MATCH = ('ROS_DOMAIN_ID', 'RMW_IMPLEMENTATION')
 
 
 def motion_in_words(robot: Robot, trajectory: Trajectory) -> str:
-    """Return a sentence about the motion `smooth`: through which singular pose, and how often."""
+    """
+    Return a sentence about a trajectory: the singular pose through which it leads, and the time
+    between two passages.
+    """
     distance = float(singularity(robot, trajectory.centre).distance)
     if distance > robot.singularity.thresholds.warn:
         return (

@@ -26,7 +26,7 @@ SENTENCE_LINES = 2
 LABEL_WIDTH = 18
 MEASURE_WIDTH = 22
 NUMBER_WIDTH = 8
-HISTORY_SCALE_WIDTH = 13  # a full-height bar and the value that it means, after a bar chart
+HISTORY_SCALE_WIDTH = 13  # beside a bar chart: a full bar and its value
 # In the bar chart of past distances to singular poses, a bar of full height means this distance,
 # rad.
 FULL_BAR = 0.5
@@ -38,7 +38,7 @@ class ScreenSection(NamedTuple):
     """
     Lines of the table that are shown together or not at all.
 
-    If the terminal has too few lines, sections with a high rank are left out first.
+    If the terminal has too few lines, sections with the largest number `rank` are left out first.
     """
 
     rank: int
@@ -194,8 +194,8 @@ def _distance(listener: DemoListener) -> Text:
 
 
 def _scale(listener: DemoListener) -> Text:
-    # Return the line with the scale: the factor (0 to 1) by which the node would multiply the
-    # arm's velocity command. The simulated arm ignores the scale.
+    # Return the line with the scale: the factor (0 to 1) by which a velocity command of the arm is
+    # to be multiplied. The simulated arm ignores the scale.
     message, reason = listener.scale.message, listener.reason.message
     if message is None or reason is None:
         return _labelled('scale', MISSING)

@@ -57,7 +57,8 @@ class EchoTopic(NamedTuple):
         If several nodes publish on the topic: a function that returns whether a message comes from
         the node that `echo` shows. Otherwise None.
     awaited
-        A topic whose publisher proves that the node runs; '' means the topic `name`.
+        A topic that only the node publishes. If it has a publisher, the node runs. Empty: the
+        topic `name` itself.
     """
 
     name: str

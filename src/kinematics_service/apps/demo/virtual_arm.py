@@ -114,10 +114,10 @@ class VirtualArm:
         self._command = (
             node.create_publisher(JointState, command, QUEUE_DEPTH) if command else None
         )
-        # Use a timer with a constant period that is started only once. Do not reset the timer in
-        # its callback, because each reset adds an event to the queue of the executor. A timer that
-        # is due again adds another event. So each call would cause two further calls if the
-        # executor is slower than the period.
+        # Use a timer with a constant period that is started only once. If the callback reset the
+        # timer, each reset would add an event to the queue of the executor, and the end of the
+        # period would add another event. With an executor that is slower than the period, each
+        # call of the callback would then cause two further calls.
         self._timer = steady_timer(node, period, self._turn, autostart=False)
 
     @property

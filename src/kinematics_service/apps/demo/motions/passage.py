@@ -28,11 +28,11 @@ SEED = 560
 
 class Passage(NamedTuple):
     """
-    The motion q(t) = centre + x reach, with x = cos(u) (1 + 2 cos(u)^2) / 3 and u = 2 pi t /
+    The motion q(t) = centre + x * reach, with x = cos(u) (1 + 2 cos(u)^2) / 3 and u = 2 pi t /
     period.
 
-    The motion is slow at the centre: compared with x = cos(u), the joints pass x = 0 at a third of
-    the speed, and their largest speed is 97 %.
+    The motion is slow at the centre. The joints pass x = 0 at a third of the speed that they would
+    have with x = cos(u), and their largest speed is 97 % of the largest speed with x = cos(u).
 
     Attributes
     ----------
@@ -96,8 +96,9 @@ def _line(robot: Robot) -> tuple[Floats, Floats]:
 
 def _line_of_loops(robot: Robot) -> tuple[Floats, Floats]:
     # Return centre and reach of a path for an arm with closed loops: a straight line in joint
-    # space along which all joints move. Halve the reach until the line is inside the joint limits
-    # and every loop closes at 21 points of it.
+    # space along which all joints move. The centre is the position `assembled` of the robot file.
+    # Halve the reach until the whole line is inside the joint limits, and every loop closes at 21
+    # points of the line.
     centre, units = robot.chain.closure.assembled(), np.minimum(robot.chain.closure.units(), 1.0)
     x = np.linspace(-1.0, 1.0, 21)[:, None]
     low, high = robot.limits.T
