@@ -235,8 +235,8 @@ def _pose(rigid: RigidMotion, names: Names) -> sp.Matrix:
         not entries[k].is_number or abs(float(entries[k]) - value) > ROTATION_TOLERANCE
         for k, value in rotation_read.items()
     ):
-        # Use the entries of the nearest rotation, because the reader of the file replaced a
-        # rounded rotation matrix by it.
+        # The reader of the file has replaced a rounded rotation matrix by the nearest rotation.
+        # Use the entries of this rotation.
         for k, value in rotation_read.items():
             entries[k] = sp.Rational(repr(value))
     return sp.ImmutableDenseMatrix(4, 4, entries)

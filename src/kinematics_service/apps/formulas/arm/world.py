@@ -35,7 +35,7 @@ class World:
     poses
         The number N of configurations.
     coupling : shape (N, P, n)
-        Rates of the P passive joints per rate of the n joints; None without closed loops.
+        Rates of the P passive joints per rate of the n active joints; None without closed loops.
     still
         Known values of row matrices, shape (N, 4, 4), by row index. These rows are not evaluated
         again.

@@ -66,8 +66,8 @@ def transposed(check: QuantityCheck) -> Iterator[Variant]:
 def base_and_tool(check: QuantityCheck) -> Iterator[Variant]:
     """
     Yield the tool's pose without the base transform, without the tool transform, without both, and
-    with both. Three of these poses are mistakes in a formula of T, and the pose with both is a
-    mistake in a formula of T_06.
+    with both. The first three poses are mistakes in a formula of T. The pose with both is a
+    mistake in a formula of T_06 for an arm with six rows.
     """
     frames = check.world.frames
     versions = (

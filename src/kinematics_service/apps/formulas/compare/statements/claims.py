@@ -160,8 +160,8 @@ def _sound(arm: _ArmOfLetters, claim: Statement) -> Claim:
     ]
     if equations:
         q = poses_on(equations, q, free)
-    # Drop configurations at which the claimed joint position is not real. A family need not exist
-    # at all positions of the other joints.
+    # Drop configurations at which the claim gives no real joint position, as in acos(2). A family
+    # need not exist at all positions of the other joints.
     q = q[np.isfinite(q).all(axis=1)]
     q = q[_belongs(names, claim, q)] if equations else q
     if not len(q):

@@ -50,7 +50,7 @@ class Poses:
     chosen
         Names of the joints whose values the line `at: ...` of the formula file gives.
     coupling : shape (N, P, n)
-        Rates of the P passive joints per rate of the n joints; None without closed loops.
+        Rates of the P passive joints per rate of the n active joints; None without closed loops.
     """
 
     count: int
