@@ -137,7 +137,8 @@ def loops_of(
     arm
         The arm with its loops open.
     arithmetic
-        The arithmetic; its ring contains the angles of the arm and of its loops' rows.
+        The polynomial ring of the arm. It contains the angles of the arm and of the rows of its
+        loops.
     tell
         A callback that receives a short text about the next step of the derivation.
 

@@ -417,7 +417,7 @@ def exact_of(robot: Robot, locked: Mapping[str, str] | None = None, parts: int =
     description = robot.description
     arm = opened(description) if description.loops else description
     # Use the rows of the arm and of its loops, so that the polynomial ring contains the angles of
-    # both.
+    # all these rows.
     rows_of_loops = (link for loop in description.loops for link in loop.links)
     whole = replace(arm, links=(*arm.links, *rows_of_loops))
     arithmetic = arithmetic_of(whole, names_of(whole, locked), parts)
@@ -429,8 +429,8 @@ def exact_of(robot: Robot, locked: Mapping[str, str] | None = None, parts: int =
 
 def determinant_factors(exact: Exact) -> dict[sympy.Expr, Laurent]:
     """
-    Return the factors of the determinant of an arm without closed loops. Its task Jacobian must be
-    square.
+    Return the factors of the determinant of an arm without closed loops. The task Jacobian of the
+    arm must be square.
 
     The keys are the factors as sympy expressions, the values are the polynomials.
     """

@@ -64,15 +64,15 @@ class CommonZeros:
 
     def depend(self, columns: Sequence[int]) -> bool:
         """
-        Return whether it is proved that these columns of J are linearly dependent wherever all
-        `factors` are 0.
+        Return whether it is proved that the columns `columns` of J are linearly dependent wherever
+        all `factors` are 0.
         """
         return self.vanish(range(len(self.J)), columns, len(columns))
 
     def vanish(self, rows: Sequence[int], columns: Sequence[int], size: int) -> bool:
         """
-        Return whether it is proved that all minors of size `size` in these rows and columns of J
-        are 0 wherever all `factors` are 0.
+        Return whether it is proved that all minors of size `size` in the rows `rows` and the
+        columns `columns` of J are 0 wherever all `factors` are 0.
         """
         if math.comb(len(rows), size) * math.comb(len(columns), size) > MAX_MINORS:
             return False
@@ -80,7 +80,8 @@ class CommonZeros:
 
     def are_zero(self, values: Iterable[Laurent]) -> bool:
         """
-        Return whether it is proved that these polynomials are 0 wherever all `factors` are 0.
+        Return whether it is proved that the polynomials `values` are 0 wherever all `factors` are
+        0.
         """
         branches = _branches(self.factors, self.arithmetic)
         return branches is not None and all(

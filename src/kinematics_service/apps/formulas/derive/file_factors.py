@@ -65,7 +65,8 @@ def decimal(number: sympy.Expr) -> str | None:
 
 def file_text(expression: sympy.Expr, degrees: bool) -> str:
     """
-    Return a sympy expression as a text of a robot file.
+    Return a sympy expression as text in the syntax of robot files, with angles in degrees if
+    `degrees`.
 
     Raises
     ------

@@ -145,7 +145,7 @@ def minors_of(view: View, rows: Sequence[int], columns: Sequence[int], rank: int
 
 
 def minors(J: Matrix, rows: Sequence[int], columns: Sequence[int], size: int) -> Iterator[Laurent]:
-    """Yield all minors of size `size` in these rows and columns of J."""
+    """Yield all minors of size `size` in the rows `rows` and the columns `columns` of J."""
     for chosen_rows, chosen in product(combinations(rows, size), combinations(columns, size)):
         yield determinant_of([[J[i][j] for j in chosen] for i in chosen_rows])
 

@@ -126,8 +126,8 @@ def _zeros(value: Values, times: Floats) -> list[tuple[float, float, bool]]:
 
     f = value(times)
     size = float(np.max(np.abs(f))) or 1.0
-    # If |f| has a local minimum at a sample, add the time near the sample at which |f| is
-    # smallest.
+    # If |f| has a local minimum at a sample, the nearby time at which |f| is smallest becomes
+    # another sample.
     low = np.abs(f)
     valleys = np.flatnonzero((low[1:-1] <= low[:-2]) & (low[1:-1] < low[2:])) + 1
     alike = f[valleys - 1] * f[valleys + 1] > 0

@@ -30,8 +30,8 @@ POSES = 60
 # file's value, so that the families found with the file's values exist.
 SEEDS = (1955, 1964)
 LETTER_FACTORS = (0.8, 1.25)  # range of the ratio of a random value to the file's value
-# Step of central differences (rad or m). With this step, the errors by round-off and by the third
-# derivative are both below 1e-9.
+# Step of central differences (rad or m). With this step, a difference has an error below 1e-9 from
+# round-off, and below 1e-9 from the third derivative of the pose, which it neglects.
 STEP = 1e-6
 
 
@@ -155,8 +155,8 @@ class PoseSampler:
     @cached_property
     def in_random_letters(self) -> tuple['PoseSampler', ...]:
         """
-        Return two copies of the arm with random named constants. If the arm has no named
-        constants, return only the arm itself.
+        Return two copies of the arm with random values of the named constants. If the arm has no
+        named constants, return only the arm itself.
         """
         names, found = self.arithmetic.names, []
         for seed in SEEDS if names.values else ():

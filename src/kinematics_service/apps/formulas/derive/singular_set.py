@@ -56,7 +56,7 @@ class SingularFactor:
     family
         The joint positions at which the factor is 0.
     rank
-        Rank of the task rows on the family; None if no configuration was found on it.
+        Rank of the task rows of J on the family; None if no configuration of the family was found.
     lost, idle
         Texts: the motion that the tool cannot make, and the joint motion in the null space.
     sampled
@@ -70,7 +70,7 @@ class SingularFactor:
         family.
     special
         Text about a configuration of the family at which the rank is lower, but only with the
-        lengths of this file; None if there is none.
+        lengths of this file; None if no configuration of this kind was found.
     """
 
     name: str
@@ -163,7 +163,7 @@ class SingularSet:
     Attributes
     ----------
     determinant
-        The determinant, or the product of singular values.
+        The determinant of the task rows of J, or the product of their singular values.
     factors
         The factors, one for each family.
     crossings
@@ -174,8 +174,8 @@ class SingularSet:
         Joints whose columns of J are linearly dependent at every configuration; empty for most
         arms.
     complete
-        Whether the families are proved to be the whole singular set. False if the remainder may
-        vanish, or if the product is not proved to be fully split.
+        Whether the families are proved to be the whole singular set. False if the remainder of
+        `determinant` may be 0, or if a factor may split further.
     remainder_zeros
         The configurations at which the remainder of `determinant` is 0, as sets: the expressions
         in `names` of a set are 0 at its configurations. None: not solved.
@@ -218,7 +218,7 @@ class FamilySearch:
     Attributes
     ----------
     sampler
-        The arm, with the numbers of its file.
+        The arm, with the constants of the robot file.
     generic
         The arm with random values of its named constants.
     """
@@ -228,7 +228,7 @@ class FamilySearch:
 
     @property
     def arithmetic(self) -> Arithmetic:
-        """Return the arithmetic of the arm, with the numbers of its file."""
+        """Return the polynomial ring of the arm, with the constants of the robot file."""
         return self.sampler.arithmetic
 
     @property

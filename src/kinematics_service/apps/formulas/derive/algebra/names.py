@@ -42,8 +42,8 @@ class Names:
     angle_unit
         The file's unit of angles, 'rad' or 'deg'.
     length_unit
-        The file's unit of length divided by the unit of the lengths for which symbols stand:
-        1/1000 for a file in mm and symbols in m.
+        The file's unit of length in the length unit of the symbols: 1/1000 for a file in mm and
+        symbols that stand for metres.
     """
 
     variables: tuple[sympy.Symbol, ...]
@@ -63,8 +63,8 @@ class Names:
 
     def length(self, text: str) -> sympy.Expr:
         """
-        Return the text of a length in the robot file as a sympy expression, in the unit of the
-        lengths for which symbols stand.
+        Return the text of a length in the robot file as a sympy expression. The expression has the
+        length unit of the symbols in `variables` and `lengths`.
         """
         return self.expression(text) * self.length_unit
 

@@ -23,8 +23,7 @@ ROUND_OFF = 1e-13
 # Newton and Kantorovich is applied to the points with the smallest function values.
 STEPS = 32
 STEPS_PER_CHECK = 8
-# Number of points in one check for nearby zeros. These are the points with the smallest function
-# values.
+# One check looks for zeros near this number of points, those with the smallest function values.
 CHECKED_POSES = 10
 # Bisection ends undecided after this number of evaluated polynomial terms, which takes seconds.
 MAX_TERM_EVALUATIONS = 100_000_000
