@@ -106,7 +106,8 @@ def _client(workers: str) -> Iterator[Any]:
         message = f'workers {workers} need dask ({error}): {INSTALL}'
         raise SweepError(message, code='missing-package') from None
     connect: Any = Client
-    # Silence the log of dask, which prints pages; a failure is reported in one sentence instead.
+    # Switch off the log of dask, because it prints whole pages. A failure is reported in one
+    # sentence instead.
     logging.getLogger('distributed').setLevel(logging.CRITICAL)
     try:
         client = connect(address, timeout=CONNECT_TIMEOUT, set_as_default=False)

@@ -54,21 +54,25 @@ class Audit:
     Attributes
     ----------
     file, what, topic, planned, remarks
-        Properties of the file; see `RecordingSource`.
+        Properties of the file. `file` is its name and `what` its type, such as a bag; the others
+        are as in `RecordingSource`.
     counts, examples
         Number of messages by outcome (accepted, or a reason of refusal), and the first refused
         message for each reason.
     moments
         For each quantity, such as tool speed, the state at which it is worst.
     frames
-        The comparison of the computed tool poses with those that a second source measured, or the
-        reason why no comparison was possible; None without a second source.
+        Comparison of the computed tool poses with tool poses that another device measured (the
+        second source), or the reason why no comparison was possible. None if the file has no
+        measured poses.
     trajectories, plans
         The number of planned trajectories, and their checks, by trajectory number from 1.
     asked
-        The requested distance and speed limits for planned trajectories.
+        The requested limits for planned trajectories: least distance to singular poses, and
+        largest speed.
     slowing
-        Where `ks.scale` would have slowed the motion; None if it was not requested.
+        Where `ks.scale`, the function that slows motions near singular poses, would have slowed
+        the motion; None if this was not requested.
     """
 
     robot: Robot
@@ -117,7 +121,8 @@ class AuditSettings(NamedTuple):
     plans
         Settings of the check of plans.
     slowing
-        Settings of `ks.scale`, which slows motions; None if its effect was not requested.
+        Settings of `ks.scale`, the function that slows motions near singular poses. None: do not
+        compute where it would have slowed the motion.
     """
 
     estimator: EstimatorSettings = EstimatorSettings()

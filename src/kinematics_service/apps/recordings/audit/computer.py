@@ -107,9 +107,9 @@ class Computer:
         return KnownJoints(**columns, timeouts=kept)
 
     def _signs(self, quaternions: Floats, fresh: Flags) -> Floats:
-        # Returns the factors 1 or -1 (N,) between the quaternions of the kernel and those that the
-        # node publishes. The node gives each quaternion the sign that makes it nearer to the
-        # quaternion published before.
+        # Returns factors 1 or -1 (N,). The node publishes the kernel's quaternion times the
+        # factor. It chooses the factor that makes each quaternion nearer to the last one published
+        # before.
         before = quaternions[:1] if self._quaternion is None else self._quaternion[None]
         last = np.concatenate([before, quaternions[:-1]])
         dots = np.einsum('ij,ij->i', quaternions, last)
@@ -120,5 +120,7 @@ class Computer:
         turns = np.where(dots < 0.0, -1.0, 1.0)
         signs = np.cumprod(turns)
         for k in np.flatnonzero(fresh | (dots == 0.0)):
-            signs[k:] *= signs[k]  # after a reset or a right angle, row k has the kernel's sign
+            # After a reset of the estimator, or if two successive quaternions are orthogonal, the
+            # node publishes the kernel's quaternion unchanged, so the factor of row k becomes 1.
+            signs[k:] *= signs[k]
         return np.asarray(signs, dtype=np.float64)

@@ -68,8 +68,8 @@ def curve_of(
     count = held = groups = 0
     for t, values, breaks in pieces:
         known = np.flatnonzero(np.isfinite(values))
-        # Number the lines of which the curve consists, and assign each point to its line
-        # (`group`). An interruption or an unknown value starts a new line.
+        # The drawn curve consists of unconnected polylines. `group` is the number of the polyline
+        # of each point. After an interruption or an unknown value, the next polyline begins.
         group = groups + np.cumsum(breaks) + np.cumsum(~np.isfinite(values))
         groups = int(group[-1])
         count, held = count + len(known), held + len(known)
@@ -88,8 +88,9 @@ def _joined(drawn: list[tuple[Any, ...]]) -> tuple[Any, ...]:
 
 
 def _thinned(end: float, t: Floats, values: Floats, group: np.ndarray) -> tuple[Any, ...]:  # type: ignore[type-arg]
-    # Returns the points that suffice to draw the curve: four in each column. A second call keeps
-    # all these points, so a curve may be reduced repeatedly while it grows.
+    # Returns the points that suffice to draw the curve: in each pixel column of the chart the
+    # first, last, lowest and highest point of each polyline. A second call keeps all these points,
+    # so new points can be added to a thinned curve, which is then thinned again.
     column = np.minimum(across(t, end) * (COLUMNS / WIDTH), COLUMNS - 1).astype(np.int64)
     edges = np.flatnonzero(np.diff(column, prepend=-1) | (np.diff(group, prepend=-1) != 0))
     low, high = np.minimum.reduceat(values, edges), np.maximum.reduceat(values, edges)

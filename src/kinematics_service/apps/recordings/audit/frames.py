@@ -23,15 +23,16 @@ from ..readers.source import MAX_POSES, PoseTrack
 from .neighbourhoods import Track, joined
 from .timeline import Timeline
 
-# To get joint positions at the time of a measured pose, the states before and after it are
-# interpolated. Default of the largest time between these two states, in median intervals of the
-# states. So up to two messages in between may be lost.
+# Joint positions at the time of a measured pose are interpolated between the joint states before
+# and after it. By default, the time between these two states may be at most this many median
+# intervals of the joint states, so that one or two lost messages do no harm.
 GAP_INTERVALS = 3.0
-# Least value of this default, s.
+# The default is at least this, s.
 MIN_GAP = 0.05
-# Largest value of this default, s.
+# The default is at most this, s.
 MAX_GAP = 0.5
-# Least number of measured poses with joint positions at their times that a comparison needs.
+# A comparison needs at least this number of measured poses for whose times joint positions are
+# known.
 MIN_POSES = 3
 
 
@@ -42,11 +43,11 @@ class FrameSettings(NamedTuple):
     Attributes
     ----------
     gap : s
-        Largest time between the joint states before and after a pose; None: three median intervals
-        of the joint states, within 0.05 s and 0.5 s.
+        Largest time between the joint states before and after a pose. None: three median intervals
+        of the joint states, but at least 0.05 s and at most 0.5 s.
     limits
-        Limits of the RMS differences between measured and computed poses, after constant offsets
-        of base and tool: the differences at which the level becomes WARN, and ERROR.
+        Limits of the RMS difference that remains between measured and computed poses after the
+        best constant offsets of base and tool were fitted: one for WARN, one for ERROR.
     fine
         If the RMS pose differences are at most this, the cause of the differences is not searched.
     """
@@ -65,8 +66,8 @@ class FrameReport(NamedTuple):
     name, frame
         Name of the second source (topic or columns), and the frame in which it gives its poses.
     poses, considered, matched
-        Number of measured poses, number of evenly spread poses among them that were considered,
-        and number of considered poses with joint positions at their time.
+        Number of measured poses; number of poses among them, evenly spread in time order, that
+        were considered; and number of considered poses for whose times joint positions are known.
     unmatched
         Why some considered poses have no joint positions, as text; empty if all have joint
         positions.
@@ -75,8 +76,8 @@ class FrameReport(NamedTuple):
     diagnosis
         Result of the frame check.
     limits
-        Limits of the RMS differences between measured and computed poses, after constant offsets
-        of base and tool: the differences at which the level becomes WARN, and ERROR.
+        Limits of the RMS difference that remains between measured and computed poses after the
+        best constant offsets of base and tool were fitted: one for WARN, one for ERROR.
     t : shape (M,), s
         Time in the recording of each compared pose.
     position, rotation : shape (M,), m and rad
@@ -99,7 +100,10 @@ class FrameReport(NamedTuple):
 
     @property
     def level(self) -> Level:
-        """Return OK, WARN or ERROR, by the size of the pose differences after constant offsets."""
+        """
+        Return OK, WARN or ERROR, by the pose differences that remain after fitted constant
+        offsets.
+        """
         return self.limits.level(self.diagnosis)
 
     @property
@@ -109,7 +113,10 @@ class FrameReport(NamedTuple):
 
 
 class NotCompared(NamedTuple):
-    """Poses of a second source that cannot be compared; `reason` is a sentence with a code."""
+    """
+    Measured poses that cannot be compared with computed poses. `reason` is a sentence, `code` the
+    code of the error.
+    """
 
     name: str
     frame: str
@@ -165,19 +172,21 @@ def frames_of(
 
 class ChosenPoses(NamedTuple):
     """
-    N evenly spread poses that a second source measured, with the joint positions at their times.
+    N measured poses with the joint positions at their times.
 
     Attributes
     ----------
     q : shape (N, n), rad or m
+        Joint positions at the times of the poses.
     poses : shape (N, 4, 4)
+        Measured tool poses.
     stamps : shape (N,), s
-        Time of each pose since the first pose of `found`.
+        Time of each pose since the first measured pose.
     motion
-        Times (K,), s since the first pose, and joint positions (K, n) at these times; None for
-        fewer than two states.
+        Times (K,), s since the first measured pose, and joint positions (K, n) at these times;
+        None for fewer than two joint states.
     rows : shape (N,)
-        Index of each chosen pose in the arrays of the `Track`.
+        Index of each chosen pose in the arrays of the `Track` from which it was chosen.
     """
 
     q: Floats
@@ -189,8 +198,8 @@ class ChosenPoses(NamedTuple):
 
 def chosen_poses(track: PoseTrack, found: Track, use: Flags) -> ChosenPoses:
     """
-    Choose at most `MAX_POSES`, evenly spread, of the M poses in `found`. `use` (M,) marks the
-    poses that have joint positions.
+    Choose at most `MAX_POSES` of the M poses in `found`, at equal distances in the list of the
+    poses that `use` (M,) marks. It marks the poses for whose times joint positions are known.
     """
     rows = np.flatnonzero(use)
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, MAX_POSES).astype(int))]
@@ -209,8 +218,8 @@ def matched(found: Track, longest: float | None) -> tuple[Flags, str]:
     Parameters
     ----------
     longest : s
-        Largest time between the joint states before and after a pose; None: three median intervals
-        of the joint states, within 0.05 s and 0.5 s.
+        Largest time between the joint states before and after a pose. None: three median intervals
+        of the joint states, but at least 0.05 s and at most 0.5 s.
     """
     if longest is None:
         longest = min(max(GAP_INTERVALS * found.interval, MIN_GAP), MAX_GAP)

@@ -21,8 +21,10 @@ from .timeline import Stretch, Timeline, stretches_of
 
 class FactorPassage(NamedTuple):
     """
-    The state nearest to a zero of a singular factor of the robot file: name of the factor,
-    distance (rad, to first order), and row of the state in the timeline.
+    The state of a recording that comes nearest to a zero of a singular factor of the robot file.
+
+    `name` is that of the factor. `distance` is the joint motion (rad) from the state to the zero,
+    estimated from the factor's value and gradient. `row` is the row of the state in the timeline.
     """
 
     name: str
@@ -44,13 +46,13 @@ class Interval(NamedTuple):
     level
         The worst level.
     stopped : s
-        Time at level ERROR.
+        Duration of the states with level ERROR.
     value
         Worst value of the watched measure: the singularity measure to which the thresholds of the
         robot file apply.
     factor
-        Name of the singular factor nearest to zero at the worst moment; empty if the robot file
-        lists none.
+        Name of the singular factor that is nearest to zero in the worst state; empty if the robot
+        file lists none.
     factors
         Each singular factor that is nearest to zero at some time, with the state in which it is
         nearest, in the order of time.
@@ -152,9 +154,9 @@ def _interval(robot: Robot, timeline: Timeline, run: Stretch) -> Interval:
 
 
 def _nearest(robot: Robot, near: Singularity) -> str:
-    # Returns the name of the singular factor nearest to zero. A factor of a closed loop counts
-    # only if the loop equations are singular at the nearest singular pose: then returns the loop's
-    # name, otherwise ''.
+    # Returns the name of the singular factor nearest to zero, '' without factors. If the factor
+    # belongs to a closed loop, returns the loop's name only if the loop equations are singular at
+    # the nearest singular pose, otherwise ''.
     if near.factors is None:
         return ''
     k = near.factors.nearest
@@ -174,8 +176,9 @@ def _named(
 
 
 def _pass(robot: Robot, timeline: Timeline, rows: slice, passed: dict[int, FactorPassage]) -> None:
-    # Updates `passed`, which holds for each singular factor the state nearest to its zero. Each
-    # state counts only for the factor that is nearest to zero in it.
+    # Updates `passed`, which holds for each singular factor the state that comes nearest to a zero
+    # of the factor. A state is considered only for one factor: the factor that is nearest to zero
+    # in this state.
     if not robot.singularity.factors.names:
         return
     distances = timeline.factors[rows]

@@ -51,7 +51,8 @@ class JointReport(NamedTuple):
     lower, upper
         Limits of the position; infinite without limits.
     beyond, touching
-        Number of states in which the joint is beyond a limit, and at a limit.
+        `beyond` is the number of states in which the joint is beyond a limit, `touching` the
+        number of states in which it is exactly at a limit.
     worst_beyond
         Largest distance beyond a limit.
     fastest, velocity_limit, too_fast

@@ -21,8 +21,8 @@ class Judged(NamedTuple):
     Singularity levels (N,) of N states, with hysteresis, and the rows of the states at which the
     node would publish a warning.
 
-    `timeouts` lists the warnings about stale joint states: pairs of a time-out and, before it, the
-    row of the first state after the time-out.
+    `timeouts` lists the warnings about stale joint states. Each is a pair: the row of the first
+    state after the time-out, and the time-out.
     """
 
     levels: Levels
@@ -33,7 +33,8 @@ class Judged(NamedTuple):
 @dataclass
 class Judge:
     """
-    Judges states in the order of time. `alarm` remembers the level of the last state, and the last
+    Judges states in the order of time. Between calls, the attribute `alarm` keeps the level and
+    the time of the last published warning.
     warning.
     """
 
@@ -47,8 +48,8 @@ class Judge:
         directions, factors = singularity.lost_direction, singularity.factors
         nearest = None if factors is None else np.argmin(factors.estimates, axis=1)
         values = np.abs(getattr(singularity, self.thresholds.measure))
-        # Start from the level of each state alone, without hysteresis. Below, it is a lower bound
-        # of the level with hysteresis.
+        # Start from the level of each state without hysteresis. Hysteresis can only raise the
+        # level.
         levels = np.array(singularity.level, dtype=np.int8)
         judged = Judged(levels, [], [])
         for k, alone in enumerate(levels.tolist()):
@@ -56,8 +57,8 @@ class Judge:
                 timeout = known.timeouts[k]
                 self.alarm, say = self.alarm.step(Level.STALE, None, timeout.moment)
                 judged.timeouts.extend([(k, timeout)] if say else [])
-            # Skip a state if its level and the last level are OK, because then the node publishes
-            # no warning.
+            # Skip a state if its level is OK and the last published level was OK too, because then
+            # the node publishes no warning.
             if alone == self.alarm.level == Level.OK and self.alarm.last is not None:
                 continue
             level = self.thresholds.level(float(values[k]), self.alarm.level)

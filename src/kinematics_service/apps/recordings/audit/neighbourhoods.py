@@ -38,7 +38,8 @@ class Track(NamedTuple):
         Joint positions at the times of the poses, NaN if they are unknown.
     gaps : shape (M,), s
         Time between the joint states before and after each pose. 0 if no interpolation is needed:
-        a joint state has the same stamp, or is in the same row of the table.
+        a joint state has the same stamp, or the recording is a table and joint positions and pose
+        are in the same row.
     within : shape (M,)
         Whether the time of each pose lies between the first and the last joint state.
     interval : s
@@ -62,9 +63,9 @@ def joined(robot: Robot, track: PoseTrack, states: MotionColumns) -> Track:
     """
     Return tool poses that a second source measured, with the joint positions at their times.
 
-    If each pose has joint positions in its own row of a table, at most `MAX_POSES` evenly spread
-    poses are returned. Otherwise every second pose is dropped, until at most 2 `MAX_POSES` poses
-    are within the time of the recording.
+    In a table whose rows have both joint positions and a pose, at most `MAX_POSES` evenly spread
+    poses are returned. Otherwise every second pose is dropped, again and again, until at most 2
+    `MAX_POSES` poses lie between the first and the last joint state.
     """
     order = np.argsort(track.stamps, kind='stable')
     if track.q is not None and len(order):

@@ -18,11 +18,11 @@ from ..plans.verdicts import PlanMoment, PlanSingularity, PlanSpeed
 from .auditing import Audit
 from .findings import Finding, seconds
 
-# Largest number of trajectories, not proved to keep away from singular poses, that get a finding
-# each. Further such trajectories are only counted.
+# For at most this number of trajectories, a finding each says that the distance to singular poses
+# is refuted or not decided. Further trajectories without a proof are only counted.
 MAX_SENTENCES = 3
 # A singular factor of the robot file is named as the cause of a singular pose if the joint motion
-# to its zero (rad) is below this.
+# (rad) from this pose to a zero of the factor is below this.
 ZERO_TOLERANCE = 1e-6
 
 
@@ -59,7 +59,8 @@ def plan_findings(audit: Audit) -> list[Finding]:
 
 
 def _closures(audit: Audit) -> Iterator[Finding]:
-    # Yields a finding for each plan on whether the closed loops of the arm close along the plan.
+    # For an arm with closed loops, yields a finding for each plan: refuted if a loop does not
+    # close at a sampled position, otherwise not decided.
     for number, plan in audit.plans.items():
         closure, where = plan.closure, _where(audit, number)
         if closure is None:
@@ -82,8 +83,8 @@ def _where(audit: Audit, number: int) -> str:
 
 
 def _of_those_checked(audit: Audit) -> str:
-    # Returns the start of a sentence that limits a proof to the checked trajectories, such as 'Of
-    # 2 of 3 trajectories: '. Returns '' if all trajectories were checked.
+    # Returns the start of a sentence which says that a proof covers only the checked trajectories,
+    # such as 'Of 2 of 3 trajectories: '. Returns '' if all trajectories were checked.
     if len(audit.plans) == audit.trajectories:
         return ''
     return f'Of {len(audit.plans):,} of {audit.trajectories:,} trajectories: '
@@ -174,7 +175,9 @@ def _speeds(audit: Audit) -> Iterator[Finding]:
 
 
 def point_in_words(of: str) -> str:
-    """Return a point as text: the tool, a frame with its number, or a joint."""
+    """
+    Return the name of a point of the arm in words; `of` is `tool`, a frame number, or a joint.
+    """
     if of == TOOL:
         return 'the tool'
     return f'frame {of}' if of.isdecimal() else of
@@ -186,7 +189,7 @@ def _speed(speed: PlanSpeed) -> Finding:
     if speed.verdict == 'refuted':
         text = f'{who} moves at {low} m/s {_at(speed.moment)} ({speed.limit:g} allowed)'
         return Finding(Level.ERROR, f'Refuted: {text}.')
-    if math.isinf(speed.upper):  # closed loops: the speed was only sampled
+    if math.isinf(speed.upper):  # no upper bound is computed for closed loops
         found = f'the largest sampled speed of {who} is {low} m/s, at {at}'
         if speed.limit is None:
             return Finding(Level.OK, f'{found[0].upper()}{found[1:]}; nothing bounds it.')

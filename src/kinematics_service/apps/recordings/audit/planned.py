@@ -19,20 +19,22 @@ from ..plans.verdicts import PlanCheck
 from ..readers.between_points import PlannedTrajectory
 from ..readers.source import RecordingSource, Remark
 
-# Half of the last printed digit of an angle, degrees. If a joint's motion differs from full turns
-# by less than this, the remark about the turns says that the joint ends where it was.
+# Half of the last printed digit of an angle, degrees. A remark reports a joint that makes an
+# unnecessary full turn. It says that the joint ends where the turn began if the motion differs
+# from whole turns by at most this angle.
 TURN_RESOLUTION = 0.05
 
 
 class PlanSettings(NamedTuple):
     """
-    Settings of the check of plans: the last arguments of `check_plan`.
+    Settings of the check of plans: the arguments `distance`, `speed_limit` and `speed_of` of
+    `check_plan`.
 
     Attributes
     ----------
     distance
-        Least allowed distance to a singular pose, rad; None: the result of
-        `threshold_of_distance`.
+        Least allowed distance to a singular pose, rad. None: the threshold `stop` of the distance,
+        from the robot file or by default.
     speed_limit
         Largest allowed speed of the tool and of the points in `speed_of`, m/s; None without a
         limit.

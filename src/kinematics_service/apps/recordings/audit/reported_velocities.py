@@ -4,9 +4,10 @@
 Compare the velocities that a recording reports for each joint with differences of the joint's
 positions.
 
-A regression of the reported velocities on the differences finds a wrong scale (unit or sign). A
-search over time shifts finds a lag. The noise of the positions is estimated from products of two
-differences that share no position.
+A regression of the reported velocities on the velocities from differences finds a wrong scale
+(unit or sign). A search over time shifts finds a lag of the reported velocities behind the
+positions. The mean product of two nearby differences that share no position is free of position
+noise; `smooth_products` uses this to estimate the noise.
 """
 
 import math
@@ -27,21 +28,20 @@ LAG_INTERVALS = 12
 # spread over the recording.
 LAG_MESSAGES = 50_000
 LAG_PIECE = 5_000
-# Largest ratio of the RMS difference between reported velocities and differences of positions
-# after the correction of a lag or scale, to that before. Otherwise the lag or scale is not
-# reported.
+# A lag or scale is reported only if its correction reduces the RMS difference between reported
+# velocities and velocities from positions to at most this ratio of the uncorrected difference.
 EXPLAINED_SHARE = 0.6
-# No lag or scale is searched if reported velocities and differences of positions differ (RMS) by
-# at most this ratio of the RMS speed.
+# No lag or scale is searched if the reported velocities differ (RMS) from the velocities computed
+# from positions by at most this ratio of the RMS speed.
 DIFFERENCE_SHARE = 0.002
-# A scale (reported velocity divided by the difference of positions) is reported only if its
-# difference from 1 exceeds this.
+# The scale is the reported velocity divided by the velocity computed from positions. It is
+# reported only if its difference from 1 exceeds this.
 SCALE_TOLERANCE = 0.05
 # The velocities of a joint are compared only if its RMS speed is at least this (rad/s, m/s).
 SPEED_MINIMUM = 1e-3
-# The velocities of a joint are compared only if the mean square of the motion is at least six
-# standard errors of the mean square of the noise. Applied to speeds, the factor is the square root
-# of six.
+# The velocities of a joint are compared only if the mean square speed is at least six times the
+# standard error of the mean square noise. The constant is applied to RMS values, so it is the
+# square root of six.
 NOISE_FACTOR = math.sqrt(6.0)
 # The velocities of a joint are compared only if the range of its positions is at least this many
 # standard deviations of the position noise.
@@ -52,9 +52,9 @@ RANGE_MINIMUM = 1e-3
 # A velocity is computed from the positions of two successive states only if the time between them
 # is at most this many median intervals.
 INTERVAL_FACTOR = 5.0
-# If no lag or scale explains the difference between reported velocities and differences of
-# positions, it is reported only if its median exceeds the noise plus this ratio of the joint's RMS
-# speed.
+# If no lag or scale explains the difference between reported velocities and velocities from
+# positions, the difference is reported only if its median exceeds the noise plus this ratio of the
+# joint's RMS speed.
 VELOCITY_SHARE = 0.2
 
 
@@ -67,7 +67,8 @@ class MotionColumns:
     stamps : shape (N,), ns
         Stamp of each state.
     t : shape (N,), s
-        Time since the first state, from the stamps. A step back of the stamps takes no time.
+        Time since the first state, from the stamps. If a stamp is earlier than the one before, the
+        time does not change, and later times count on from there.
     q, qdot : shape (N, n), rad or m, rad/s or m/s
         Rows of `qdot` are NaN if unknown.
     differenced : shape (N,)
@@ -151,9 +152,9 @@ def smooth_products(velocities: Floats, use: Flags) -> Floats:
 
 
 def _samples(timeline: MotionColumns, j: int) -> StateTable:
-    # Returns time, position, reported velocity and row of each state in which the position or
-    # velocity of joint j changes. Other states are left out, because the joint stood still, or the
-    # message lacked the joint.
+    # Returns time, position, reported velocity and row of each state whose position or velocity of
+    # joint j differs from that of the state before. In the other states the joint stood still, or
+    # the message lacked the joint.
     samples = StateTable(4)
     columns = timeline.t, timeline.q.columns[j], timeline.qdot.columns[j]
     for rows in spans(len(timeline)):
@@ -177,13 +178,13 @@ def velocity_check(timeline: MotionColumns, j: int, wraps: bool) -> VelocityChec
     row, worst, sums = 0, -1.0, np.zeros(6)
     position = least = greatest = 0.0
     for rows in spans(len(samples)):
-        begin = max(rows.start - 3, 0)  # products across `rows.start` need 3 rows before
+        begin = max(rows.start - 3, 0)  # `smooth_products` of a new row uses the 3 rows before it
         t, q, qdot, numbers = samples[begin : rows.stop].T
         steps, motion = np.diff(t), joint_steps(q, wraps)
         use = (steps > 0.0) & (steps <= longest)
-        # Compare two mean velocities in the interval between two states: the difference of
-        # positions divided by time, and the mean of the velocities reported at both ends. They are
-        # equal to first order.
+        # Compare two mean velocities over the time between two states: the difference of positions
+        # divided by the time, and the mean of the velocities that the two states report. For a
+        # short time the two are nearly equal.
         mean = np.where(use, motion, 0.0) / np.where(use, steps, 1.0)
         ends = np.where(use, 0.5 * (qdot[1:] + qdot[:-1]), 0.0)
         products, new = smooth_products(mean, use), slice(max(rows.start - begin - 1, 0), None)
@@ -208,8 +209,8 @@ def velocity_check(timeline: MotionColumns, j: int, wraps: bool) -> VelocityChec
     if moving < surely**2 or greatest - least < max(RANGE_FACTOR * jitter, RANGE_MINIMUM):
         return None
     # Compute the scale by a regression of the reported velocities on the velocities from
-    # positions. Divide by the mean square without noise, because the noise would make the scale
-    # too small.
+    # positions. The divisor is the mean square velocity without the noise of the positions
+    # (`moving`). With the noise, the divisor would be too large and the scale too small.
     scale, lag = product / moving, 0.0
     left = reported - 2.0 * scale * product + scale**2 * square
     least = DIFFERENCE_SHARE * speed

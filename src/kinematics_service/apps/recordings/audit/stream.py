@@ -14,8 +14,8 @@ import numpy.typing as npt
 from ..readers.block import Block, UnreadableMessage
 from ..readers.columns import Column, Scalar, median, spans
 
-# The time between two successive stamps is a gap if it exceeds MIN_GAP and this many medians of
-# such times.
+# The time between two successive stamps is a gap if it exceeds MIN_GAP, and exceeds the median
+# time between stamps by this factor.
 GAP_INTERVALS = 5.0
 # Least length of a gap in the stamps, ns.
 MIN_GAP = 20_000_000
@@ -90,8 +90,8 @@ class Stream(NamedTuple):
 
 def steps_of(stamps: Column[Scalar]) -> Iterator[tuple[int, npt.NDArray[Scalar]]]:
     """
-    Yield the differences of successive stamps in pieces, each piece with the row of the stamp
-    before its first difference.
+    Yield the differences of successive stamps in pieces. With each piece comes the row of the
+    earlier stamp of its first difference.
     """
     for rows in spans(len(stamps)):
         begin = max(rows.start - 1, 0)

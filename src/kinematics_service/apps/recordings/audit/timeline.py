@@ -87,11 +87,11 @@ class Timeline(MotionColumns):
         Singularity measures: the watched measure, to which the thresholds of the robot file apply,
         and those with a chart on the HTML page.
     distance, nearest_singular : shape (N,), rad; shape (N, n), rad or m
-        Distance to the nearest singular pose, and that pose. They are stored, because the search
-        for it starts from the result of the state before.
+        Distance to the nearest singular pose, and that pose. They are stored because the search
+        for the nearest singular pose starts from the result in the state before.
     factors : shape (N, F), rad
-        Joint motion to the zero of each of the F singular factors of the robot file, to first
-        order.
+        Joint motion from the state to a zero of each of the F singular factors of the robot file,
+        estimated from the factor's value and gradient.
     levels : shape (N,)
         Singularity level of each state: OK, WARN or ERROR, with hysteresis.
     silent : shape (N,)

@@ -16,11 +16,12 @@ from .intervals import watched_at
 from .joints import look_like_degrees
 from .plan_findings import joints_refuted, plan_findings
 
-# Number of messages that may yield no state of the arm without a WARN about the verdict. A few
-# such messages are usual while several drivers start.
+# The verdict is at least WARN if the number of messages that yield no state of the arm exceeds
+# this number and the number that follows from MAX_UNJUDGED_RATIO. One or two are usual while
+# several drivers start.
 MAX_UNJUDGED = 2
-# Ratio of the messages that may yield no state of the arm without a WARN about the verdict. At 1
-# kHz it is 1 ms in a second, too short to pass a singularity.
+# Largest ratio of the messages that may yield no state of the arm before the verdict becomes WARN.
+# At 1 kHz the ratio is one message in a second: in 1 ms no arm passes a singularity.
 MAX_UNJUDGED_RATIO = 1e-3
 
 
@@ -85,7 +86,7 @@ def _reasons(refused: dict[str, int]) -> str:
 
 def _singular(audit: Audit) -> Finding:
     found = _singular_poses(audit)
-    if audit.planned:  # `_not_judged` reports refused samples
+    if audit.planned:  # another finding lists the samples without a pose
         return found._replace(level=max(found.level, Level.WARN)) if audit.refused else found
     if not _in_doubt(audit):
         return found

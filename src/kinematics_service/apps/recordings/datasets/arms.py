@@ -11,9 +11,10 @@ from ....typography import listed
 from ..readers.arm_columns import MAX_LISTED, ColumnNames
 from ..readers.source import Selection
 
-# Names of vectors that occur together in one kind of robot learning dataset (the pose may be two
-# vectors: position and orientation), and the kind of the orientations if the elements of the pose
-# vector have no names. Empty: the default of `pose_format`.
+# Names of vectors that occur together in datasets of one kind; the pose may be two vectors,
+# position and orientation. The value is the kind of the orientations (as in `--pose-format`) if
+# the elements of the pose vector have no names. Empty: take the kind of `--pose-format`, or its
+# default.
 KNOWN = {
     # Names in LeRobot datasets, and in datasets converted to LeRobot.
     ColumnNames('', 'observation.state', 'observation.velocity', 'observation.ee_pose'): '',
@@ -57,8 +58,8 @@ class DatasetArm(NamedTuple):
         How to read the arm's columns, and which of them are joint positions: the value of
         `position=` in `--columns`. `position` is empty if the user gave `--columns`.
     guessed
-        The assumption about which columns are the joint positions, a sentence; empty if an option
-        names them.
+        The assumption about which vector has the joint positions, as a sentence; empty if an
+        option names the vector.
     """
 
     label: str

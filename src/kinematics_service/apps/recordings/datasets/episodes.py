@@ -20,8 +20,9 @@ from ..readers.plan_reader import json_of, text_of
 SUFFIXES = ('.parquet', '.hdf5', '.h5', '.npz')
 # Accepted names of the column that holds the episode number of each row.
 NUMBERS = ('episode_index', 'episode_id', 'episode')
-# Largest count of numbers (2 GiB) that are read at once: an episode, or a row group of a parquet
-# file. The limit is needed because a small file may claim more numbers than fit in memory.
+# Largest count of numbers that are read at once (2 GiB of memory): those of an episode, or of a
+# row group of a parquet file. The limit is needed because a small file may claim more numbers than
+# fit in memory.
 MAX_NUMBERS = 2**28
 # Largest header, in bytes, that is read for an array in an npz file; numpy refuses headers above
 # 10,000.
@@ -51,8 +52,8 @@ class Episode:
     file, name
         The file, and the name of the episode in the dataset.
     place
-        The group of an HDF5 file that holds the episode. `STEPS` if one row holds all steps of the
-        episode, otherwise empty.
+        In an HDF5 file, the group that holds the episode. `STEPS` if the file has one row for the
+        whole episode, with all its steps in the column `steps`. Otherwise empty.
     first, count
         First row, and number of rows; count -1: all rows.
     rate : Hz

@@ -99,7 +99,9 @@ def taken_apart(vectors: Mapping[str, Floats], elements: Mapping[str, Sequence[s
 
 
 def vectors_of_table(table: 'pa.RecordBatch | pa.Table') -> dict[str, Floats]:
-    """Return the numeric columns of an Arrow table or batch by name, shape (N,) or (N, k)."""
+    """
+    Return the columns of an Arrow table or batch by name: numbers (N,), lists of k numbers (N, k).
+    """
     import pyarrow as pa
 
     if isinstance(table, pa.RecordBatch):
@@ -136,7 +138,7 @@ def _numbers(column: Any) -> Floats | None:
     size = len(numbers) // count if count else size
     if not 0 < size <= MAX_ELEMENTS:
         return None
-    # Fill rows that have no vector with NaN, because `flatten` has omitted these rows.
+    # The array `numbers` has no entries for rows without a vector, so fill these rows with NaN.
     rows = np.full((len(known), size), np.nan)
     rows[known] = numbers.reshape(count, size)
     return rows

@@ -4,8 +4,8 @@
 Bound the largest value of a quantity over a motion from below and above, by branch and bound
 (Land and Doig, 1960).
 
-A piece of the motion is halved if the upper bound of the quantity in it is too large. The bounds
-in its halves are tighter.
+A piece of the motion is halved if the upper bound of the quantity in this piece exceeds a limit.
+The bounds in the two halves are tighter than the bound in the piece.
 """
 
 import math
@@ -19,7 +19,7 @@ from ....kernel import Floats
 from .polynomials import Pieces, PolynomialMotion, joined
 from .verdicts import PlanVerdict
 
-# Largest number of times that a segment is halved.
+# Largest number of times that a segment between two points of the motion is halved.
 MAX_HALVINGS = 40
 # Largest number of pieces for which a quantity is evaluated at once. The number is limited to
 # bound the memory.
@@ -28,8 +28,8 @@ MAX_ROWS = 16_384
 
 class Extreme(NamedTuple):
     """
-    The largest value of a quantity, and where in a motion it occurs: segment number, and s from 0
-    to 1 in the segment.
+    The largest value of a quantity, and where in a motion it occurs: the number of the segment,
+    and the share s of the segment's duration, from 0 to 1.
     """
 
     value: float
@@ -98,13 +98,15 @@ def bracketed(
     Parameters
     ----------
     quantity
-        A function that evaluates the quantity in pieces of the motion. A piece of length 0 is an
-        end of a segment.
+        A function that evaluates the quantity in pieces of the motion. For a piece of length 0 at
+        an end of a segment, it evaluates the quantity at this end.
     enough
-        A function that returns a limit, given the largest value of the quantity so far. Pieces in
-        which the upper bound exceeds this limit are halved.
+        A function that returns a limit of the upper bound, computed from the largest value of the
+        quantity that was found in any piece so far. Pieces in which the upper bound exceeds the
+        limit are halved.
     budget
-        Largest number of pieces that halving may make, besides the segments.
+        Largest number of pieces that halving may make. The bisection starts with one piece for
+        each segment, and these are not counted.
     """
     count = len(motion.begins)
     ends = Pieces(np.tile(np.arange(count), 2), np.repeat([0.0, 1.0], count), np.zeros(2 * count))

@@ -73,8 +73,8 @@ def check_plan(
         The largest allowed speed of the tool and of each point of `speed_of`, m/s.
     speed_of
         Further points whose speed is bounded, besides the tool: frames by their number in
-        `link_frames`, or joints. The name of a joint means the point on the joint's axis at which
-        the joint's row of the table begins.
+        `link_frames`, or joints. The name of a joint means the point on the joint's axis where the
+        transform of the joint's row in the DH table begins.
 
     Raises
     ------

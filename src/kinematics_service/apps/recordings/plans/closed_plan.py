@@ -21,8 +21,9 @@ from .point_speed import TOOL, chain_to, speed_between
 from .polynomials import PolynomialMotion, moment_at
 from .verdicts import PlanClosure, PlanSingularity, PlanSpeed
 
-# Largest motion of a joint between two samples: rad, or m divided by the characteristic length. A
-# smaller threshold of the distance to singular poses replaces this value.
+# Largest motion of a joint between two samples: rad, or m divided by the characteristic length. If
+# the least allowed distance to singular poses is below this value, the motion is at most that
+# distance.
 MAX_STEP = 0.02
 # Largest number of samples. A longer plan is sampled with larger steps between samples.
 MAX_SAMPLES = 20_000
@@ -51,8 +52,8 @@ class ClosedPlan:
     Attributes
     ----------
     x : shape (N,)
-        Places of the samples along the plan: 1.25 is s = 0.25 in segment 1, as in
-        `PolynomialMotion.place`.
+        Places of the samples along the plan: 1.25 is a quarter of the duration of the segment with
+        index 1 (the second), as in `PolynomialMotion.place`.
     closed : shape (N,)
         Whether the loops close at each sample. False for all samples after the first batch with an
         open loop.
@@ -103,7 +104,7 @@ class ClosedPlan:
         return PlanClosure('refuted', loop, sentence, count, moment)
 
     def singularity(self) -> PlanSingularity:
-        """Return whether a singular pose within the threshold was found at a sample."""
+        """Return whether a sample was found nearer to a singular pose than the threshold."""
         motion = self._motion
         x = self.x[self.closed]
         distance, at, pose = np.inf, 0.0, None

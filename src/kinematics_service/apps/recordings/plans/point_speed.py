@@ -4,9 +4,9 @@
 Compute bounds of the largest speed of a point of the arm over a plan.
 
 Taylor's theorem with Lagrange's remainder bounds the speed in each piece of the plan. The velocity
-of the point is expanded to first order in time at the middle of the piece. The bound is the
-largest norm of this expansion in the piece, plus a bound of the remainder. The remainder follows
-from a bound of the third time derivative of the point's position.
+of the point is expanded to first order in time about the middle of the piece's duration. The bound
+is the largest norm of this linear function in the piece, plus a bound of the remainder. The
+remainder follows from a bound of the third time derivative of the point's position.
 """
 
 import math
@@ -44,7 +44,7 @@ def speed_over_plan(
         The arm and its motion.
     of
         The point: `tool`, the number of a frame, or a joint. The name of a joint means the point
-        on the joint's axis at which the joint's row of the table begins.
+        on the joint's axis where the transform of the joint's row in the DH table begins.
     limit
         Largest allowed speed, m/s; None without a limit.
 
@@ -62,8 +62,9 @@ def speed_over_plan(
         good = seen * (1.0 + RELATIVE_TOLERANCE) + ABSOLUTE_TOLERANCE
         if seen > allowed:
             return good
-        # No larger speed than the limit is known so far. Halve pieces also until the upper bound
-        # falls to the limit, which proves the claim.
+        # No speed above the limit was found so far. Halve pieces until the bounds are tight, and
+        # also until the upper bound falls to the limit, which proves that the speed keeps within
+        # the limit.
         return min(good, max(allowed, seen + ABSOLUTE_TOLERANCE))
 
     seen, bound, *_ = bracketed(motion, _Speeds(chain, motion).bounded, enough, MAX_PIECES)
@@ -173,8 +174,9 @@ class _Speeds:
 
     def _velocity(self, taylor: Floats, T: Floats) -> tuple[Floats, Floats]:
         # Returns velocity and acceleration of the point at the middles of the pieces. The
-        # acceleration follows from the derivatives of the Jacobian columns (v, w): dv_f/dq_e = w_e
-        # x v_f if e <= f. e and f number the moving elements (`chain.entries`) from base to tool.
+        # acceleration follows from the derivatives of the Jacobian columns (v, w), which are two
+        # vectors (3,): dv_f/dq_e = w_e x v_f if e <= f. Here e and f are indices of moving
+        # elements (`chain.entries`), counted from base to tool.
         chain, E = self._chain, self._chain.entries
         q, rates, accelerations = (derivative(taylor, order, T) for order in (0, 1, 2))
         rows = np.empty((len(q), chain.widths[kernel.JACOBIAN]))
@@ -190,10 +192,11 @@ class _Speeds:
 
     def _third(self, taylor: Floats, half: Floats, T: Floats) -> Floats:
         # Returns a bound of the third derivative of the point's position in each piece. The
-        # position is a sum of vectors, one for each element of the chain. The elements from the
-        # base up to a vector rotate the vector. Let s, a and j be the sums of the absolute first,
-        # second and third time derivatives of the angles of these elements. Then the norms of the
-        # first three derivatives of the rotation are at most s, s^2 + a and s^3 + 3 s a + j.
+        # position is a sum of vectors, one along each element of the chain. Each vector is turned
+        # by a rotation: the product of the rotations of the vector's element and of all elements
+        # nearer to the base. Let s, a and j be the sums of the absolute first, second and third
+        # time derivatives of the angles of these elements. Then the norms of the first three time
+        # derivatives of the product are at most s, s^2 + a and s^3 + 3 s a + j.
         table = self._chain.table
         turns, slides = taylor @ self._by_theta, taylor @ self._by_d
         s, a, j = (np.cumsum(_most(turns, order, half, T), axis=1) for order in (1, 2, 3))

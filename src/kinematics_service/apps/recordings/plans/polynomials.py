@@ -77,7 +77,7 @@ class PolynomialMotion(NamedTuple):
         return segment, np.asarray(x - segment)
 
     def times(self, segment: Integers, s: Floats) -> Floats:
-        """Return the times in seconds, on the plan's clock, at values s (0 to 1) in segments."""
+        """Return the times (s), as in the plan, at values s (0 to 1) in segments."""
         return np.asarray(self.begins[segment] + s * self.durations[segment])
 
     def positions(self, segment: Integers, s: Floats) -> Floats:
@@ -120,9 +120,9 @@ class PolynomialMotion(NamedTuple):
 
 def derivative(taylor: Floats, order: int, seconds: Floats) -> Floats:
     """
-    Return the time derivative of the joint positions, of order `order`, at the middles of pieces,
+    Return the derivative of the joint positions by time, `order` times, at the middles of pieces,
     shape (N, n). Inputs are Taylor coefficients (N, degree + 1, n), and the durations (s) of the
-    segments in which the pieces are.
+    segments that contain the pieces.
     """
     if order >= taylor.shape[1]:
         return np.zeros_like(taylor[:, 0])
@@ -172,7 +172,10 @@ def polynomial_motion(
 
 
 def moment_at(motion: PolynomialMotion, segment: int | Integers, s: float | Floats) -> PlanMoment:
-    """Return time, point number and joint positions at a value s (0 to 1) in a segment."""
+    """
+    Return the moment at a value s (0 to 1) in a segment: time, index of the last plan point not
+    after it, and joint positions.
+    """
     at, share = np.array([segment]), np.array([s])
     time = float(motion.times(at, share)[0])
     last = segment == len(motion.begins) - 1 and s == 1.0 and motion.durations[segment] > 0.0

@@ -29,18 +29,21 @@ MIN_SPAN_RATIO = 0.05
 # Bound of the round-off of joint positions along the plan, rad: this constant, plus
 # RELATIVE_ROUND_OFF times the largest sum of the absolute coefficients of a joint's polynomial.
 ROUND_OFF = 1e-9
-# Factor of the coefficients in this bound: 45 machine epsilons.
+# In the bound of round-off above, the factor of the sum of coefficients: 45 machine epsilons.
 RELATIVE_ROUND_OFF = 1e-14
-# Largest number of evaluations of the clearance for one plan, without those for its segments.
+# The number of clearances that are evaluated for a plan is at most this constant plus
 MAX_CLEARANCES = 5_000
-# Further evaluations of the clearance that each segment of a plan allows.
+# MAX_CLEARANCES_OF_SEGMENT times the number of segments of the plan.
 MAX_CLEARANCES_OF_SEGMENT = 20
-# The lower bound of the distance cannot exceed the least clearance that was computed. Bisection
-# stops when the lower bound reaches the threshold and this ratio of the least clearance.
+# The lower bound of the distance cannot exceed the least clearance that was computed in any piece.
+# Bisection stops when the lower bound is at least the threshold and at least this ratio of the
+# least clearance.
 BOUND_RATIO = 0.95
-# Number of sampled moments in each search for the moment of least distance to singular poses.
+# After the bisection, searches sample the plan for the moment of least distance to singular poses.
+# Number of sampled moments in each search.
 REFINEMENT_SAMPLES = 17
-# Number of such searches; each covers a shorter time around the best moment of the search before.
+# Number of these searches. Each covers a shorter time, around the best moment of the search
+# before.
 REFINEMENTS = 4
 
 
@@ -76,12 +79,14 @@ class _Distance:
     Attributes
     ----------
     evaluations
-        Number of clearances (proved radii without singular poses) computed so far.
+        Number of clearances computed so far. A clearance is a radius around a pose within which it
+        is proved that no pose is singular.
     """
 
     def __init__(self, robot: Robot, motion: PolynomialMotion, threshold: float) -> None:
         self._robot, self._motion, self._threshold = robot, motion, threshold
-        # In the joint motion within a piece, only joints that can change the rank of J count.
+        # In the joint motion within a piece, count only joints that can change the rank of the
+        # Jacobian.
         self._moving = moving_joints(robot.chain, robot.singularity.task)
         size = np.max(np.sum(np.abs(motion.coefficients), axis=1))
         self._round_off = ROUND_OFF + RELATIVE_ROUND_OFF * float(size)
@@ -93,9 +98,9 @@ class _Distance:
         Return the negative distance to singular poses at the middles of pieces, and an upper bound
         of this negative distance in each piece.
 
-        The distance at a middle is computed, by a search for the nearest singular pose, only at
-        points of the plan and where the clearance is at most the threshold. Elsewhere it is
-        infinite.
+        The search for the nearest singular pose is slow, so it is done only at points of the plan
+        and at middles where the clearance is at most the threshold. At other middles the value is
+        -inf.
         """
         q = self._motion.positions(pieces.segment, pieces.middle)
         # Do not compute the clearance at points of the plan, because the pieces before and after a
@@ -113,8 +118,9 @@ class _Distance:
 
     def enough(self, seen: float) -> float:
         """
-        Return the limit for `bracketed`: pieces in which the upper bound of the negative distance
-        exceeds it are halved. It is infinite, which stops the bisection, if the plan is refuted.
+        Return the limit up to which the upper bound of the negative distance is accepted. Pieces
+        with a larger upper bound are halved. If the plan is refuted, the limit is infinite, which
+        stops the bisection.
         """
         if -seen < self._threshold:
             return math.inf
@@ -149,8 +155,8 @@ class _Distance:
 
 
 def _span(taylor: Floats, reach: Floats) -> Floats:
-    # Returns a bound of the joint motion (norm) from the middle of each piece to any moment within
-    # `reach` of it. `reach` is a ratio of the segment's duration.
+    # Returns a bound of the joint motion (norm) from the middle of each piece to any moment that
+    # is at most `reach` before or after the middle. `reach` is a ratio of the segment's duration.
     powers = reach[:, None] ** np.arange(1, taylor.shape[1])
     most = np.sum(np.abs(taylor[:, 1:]) * powers[:, :, None], axis=1)
     return np.asarray(np.linalg.norm(most, axis=1))

@@ -53,14 +53,15 @@ class PlanSingularity:
     upper
         The least distance to a singular pose that was found, rad; infinite if none was found.
     moment
-        If the plan is refuted, the moment of the distance `upper`. Otherwise the moment of the
-        least proved distance.
+        If the plan is refuted, the moment at which the distance is `upper`. Otherwise the moment
+        at which the proved lower bound of the distance is least.
     nearest_singular : shape (n,), rad or m
         The singular pose found for `moment`; read-only; None if none was found.
     undecided
         Intervals of time (begin, end), s, in which nothing is decided.
     evaluations
-        Number of poses at which the clearance (proved radius without singular poses) was computed.
+        Number of poses at which the clearance was computed: a radius around the pose within which
+        it is proved that no pose is singular.
     """
 
     verdict: PlanVerdict
@@ -181,7 +182,7 @@ class PlanCheck:
     joints
         Range and speed of each joint.
     speeds
-        The largest speeds of the tool and of the other points.
+        The largest speeds of the tool and of the further points that were requested.
     closure
         Whether closed loops close; None for an arm without loops. For an arm with loops, singular
         poses and speeds are sampled, and nothing is proved about them.

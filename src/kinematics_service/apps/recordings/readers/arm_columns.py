@@ -47,10 +47,10 @@ HOW = (
 
 class ColumnNames(NamedTuple):
     """
-    How columns are called: the starts of the names of position, velocity and pose columns, and the
-    whole name of the stamp column.
+    How columns are called: the prefixes of the names of position, velocity and pose columns, and
+    the whole name of the stamp column.
 
-    If `position` is empty, position columns have the names of the joints, and velocities are not
+    If `position` is empty, each position column has only the joint's name, and velocities are not
     read.
     """
 
@@ -316,9 +316,9 @@ class _Search:
         if layout.maker:
             ends = {name.lower() for name in self.header}
             return ends >= set(layout.needed)
-        # A layout whose columns have the joints' names or numbers fits even without a stamp
-        # column. Then the error message says that the stamps are missing. Other layouts fit only
-        # with their stamp column.
+        # A layout whose columns have the joints' names or numbers fits even if the stamp column is
+        # missing; the missing stamps are reported later. A layout with column names of its own
+        # fits only with its stamp column.
         named = names.position and not layout.numbered and 'stamp' not in self._given
         return not named or names.stamp in self.header or self.wanted.stamps.rate > 0.0
 

@@ -28,8 +28,8 @@ CHUNK_INDEX = 8
 DATA_END = 15
 FOOTER_LENGTH = HEAD.size + 20
 DATA_END_LENGTH = HEAD.size + 4
-# Offset of the checksum in a chunk record. The fields before the checksum are the head, two time
-# stamps of 8 bytes and the size.
+# Offset of the checksum in a chunk record. Before the checksum are the opcode and length of the
+# record (`HEAD`), and three fields of 8 bytes: two time stamps and the uncompressed size.
 CHUNK_SUM_AT = HEAD.size + 24
 READ_SIZE = 1 << 20
 

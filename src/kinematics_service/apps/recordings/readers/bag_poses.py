@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Read measured tool poses from a topic of a bag. If the topic has very many, keep an evenly spread
-part of them.
+Read measured tool poses from a topic of a bag. If the topic has more than `MAX_POSES_HELD` poses,
+keep an evenly spread part of the poses.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -25,8 +25,8 @@ POSES = {
 }
 TRANSFORM = 'geometry_msgs/msg/TransformStamped'
 TRANSFORMS = 'tf2_msgs/msg/TFMessage'
-# Largest number of poses in memory (20 MB). At this number, every second pose is dropped. The
-# comparison with computed poses needs only some hundred.
+# Largest number of poses in memory (20 MB). Whenever it is reached, every second pose is dropped.
+# The comparison with computed poses needs only some hundred poses.
 MAX_POSES_HELD = 2**16
 
 

@@ -11,8 +11,8 @@ import numpy as np
 from ....kernel import Floats, Integers
 from ..plans.polynomials import polynomial_motion
 
-# Largest motion of a joint between two samples, rad or m. If this needs too many samples, the
-# motion between samples is larger.
+# Largest motion of a joint between two samples, rad or m. It may be larger if a trajectory would
+# otherwise need more than the largest number of samples.
 MAX_STEP = 0.01
 # Least number of samples between two points of the trajectory. Several samples are needed, because
 # a joint may turn back between the points.
@@ -65,8 +65,8 @@ def sampled(planned: PlannedTrajectory, most: int = sys.maxsize) -> SampledSteps
     Return samples of the motion along a trajectory, including the trajectory's points.
 
     There are at most `most` samples, so in a long motion the joints move farther from sample to
-    sample. But each segment between two points has at least 4 samples, even if their sum then
-    exceeds `most`.
+    sample. But each segment between two points has at least 4 samples, even if all segments
+    together then have more than `most` samples.
     """
     q = planned.positions
     motion = polynomial_motion(planned.times, q, planned.velocities, planned.accelerations)
@@ -80,7 +80,7 @@ def sampled(planned: PlannedTrajectory, most: int = sys.maxsize) -> SampledSteps
 
 def _counts(planned: PlannedTrajectory, most: int) -> Integers:
     # Returns the number of samples in each segment between two points. The sample at the end of a
-    # segment counts for the next segment.
+    # segment belongs to the next segment.
     reach = np.max(np.abs(np.diff(planned.positions, axis=0)), axis=1)
     if planned.velocities is not None:
         # If the speed at a point is large, more samples are needed: the cubic polynomial of a

@@ -71,8 +71,8 @@ class Column(Generic[Scalar]):
     def __getitem__(self, at: Rows) -> npt.NDArray[Scalar]: ...
     def __getitem__(self, at: Row | Rows) -> Scalar | npt.NDArray[Scalar]:
         numbers: Any = self.mapped()[at]
-        # If the column is in a file, copy the numbers: a view would keep the memory map of the
-        # whole file open.
+        # If the column is in a file, copy the numbers. An array that refers to the memory map
+        # would keep the map of the whole file open.
         return numbers if self._file is None else np.array(numbers)[()]
 
     def mapped(self) -> npt.NDArray[Scalar]:

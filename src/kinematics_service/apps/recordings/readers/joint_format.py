@@ -36,8 +36,8 @@ ACCEPTED = (
 
 class JointUnits(NamedTuple):
     """
-    Conversion of joint columns to joint positions (..., n), rad or m: `scale` (n,) times (numbers
-    in the columns - `zero` (n,)).
+    Conversion of joint columns to joint positions (..., n), rad or m. A number x of joint j
+    becomes the position scale[j] (x - zero[j]).
     """
 
     scale: Floats
@@ -53,10 +53,10 @@ class JointFormat(NamedTuple):
     The units of joint columns as a text: words separated by commas. Without words, the units are
     rad and m.
 
-    A word is a unit, or a file that gives the units. A unit applies to all revolute or all
-    prismatic joints, as in `deg,mm`, or to the joint that the word names, as in
-    `turns,wrist=4096@2048`. If the file has the statistics of a dataset, `first` is the index of
-    the arm's first joint in the dataset's state vector.
+    A word is a unit, or a file that gives the units. A unit without a joint's name applies to all
+    revolute or all prismatic joints, as in `deg,mm`. A unit after the name of a joint applies to
+    this joint, as in `turns,wrist=4096@2048`. If the file has the statistics of a dataset, `first`
+    is the index of the arm's first joint in the dataset's state vector.
     """
 
     text: str = ''
@@ -115,8 +115,8 @@ def _take_word(units: JointUnits, robot: Robot, j: int, unit: str) -> None:
 def _take_range(
     units: JointUnits, j: int, numbers: tuple[float, float], meant: tuple[float, float]
 ) -> None:
-    # Sets scale and zero of joint j, so that the two `numbers` in the column become the two joint
-    # positions `meant`, rad or m.
+    # Sets scale and zero of joint j, so that the first of the two `numbers` in the column becomes
+    # the first position in `meant` (rad or m), and the second number the second position.
     scale = (meant[1] - meant[0]) / (numbers[1] - numbers[0])
     units.scale[j], units.zero[j] = scale, 0.5 * sum(numbers) - 0.5 * sum(meant) / scale
 

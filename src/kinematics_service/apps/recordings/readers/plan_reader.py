@@ -27,8 +27,8 @@ PAUSE = 3_600 * SECOND
 # Stamp of the first sample of a plan, ns. It is not 0, because a stamp of 0 means unstamped.
 FIRST_STAMP = SECOND
 MAX_FILE_BYTES = 64 * 1024 * 1024
-# Largest number of samples of the trajectories in a file, which take a minute to evaluate. The
-# number is larger only if 4 samples for each segment need it.
+# Largest number of samples of the trajectories in a file. The evaluation then takes a minute. The
+# number is exceeded only if 4 samples in each segment of the trajectories exceed it.
 MAX_FILE_SAMPLES = 500_000
 # If the motion of a joint between two samples exceeds this (rad or m), a remark gives the motion.
 COARSE_STEP = 10 * MAX_STEP
@@ -189,8 +189,8 @@ def trajectory_of_message(message: Any) -> PlannedTrajectory:
 def _trajectory(
     names: tuple[str, ...], times: list[float], rows: Callable[[str], list[Any]], where: str
 ) -> PlannedTrajectory:
-    # Makes a trajectory from the times and numbers of its points. `rows` returns the numbers of a
-    # key such as 'positions', one row for each point.
+    # Makes a trajectory from the times of its points. The function `rows` returns, for a key such
+    # as 'positions', a list with a row of numbers for each point.
     if not times:
         raise RecordingError(f'{where}: points: the list is empty; add points', code='empty')
     positions, velocities, accelerations = (
@@ -259,7 +259,8 @@ def blocks_of_trajectories(
 
     Between two points, the motion is straight if the points have only positions, cubic with
     velocities, quintic with accelerations. A trajectory of one point does not move. If a
-    trajectory is so long that joints move much between two samples, a remark gives this motion.
+    trajectory is so long that a joint moves more than 0.1 rad or m between two samples, a remark
+    says how much.
 
     Raises
     ------

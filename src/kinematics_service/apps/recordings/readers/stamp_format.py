@@ -13,15 +13,15 @@ import numpy as np
 from ....errors import RecordingError
 from .block import Times
 
-# Number of decimal places from a unit of time to nanoseconds.
+# Number n of decimal places of each unit of time: the unit is 10^n nanoseconds.
 UNITS = {'s': 9, 'ms': 6, 'us': 3, 'ns': 0}
 RATE = re.compile(r'(\d+\.?\d*|\.\d+)\s*[Hh][Zz]')
 # Smallest and largest accepted rate of the rows of a table without stamps. The stamp of a row is
 # computed from its number and the rate.
 MIN_RATE = 0.01  # Hz
 MAX_RATE = 1e6  # Hz
-# Rate of rows, Hz, for `--stamps none`: the arm stands still in each row. The rate is so low that
-# differences between rows give no velocities.
+# Rate of rows, Hz, for `--stamps none`: the rows are poses in which the arm stood still, without
+# times. At this low rate, no velocities are computed from the differences between rows.
 STANDSTILL_RATE = 0.1
 # A stamp is a plausible time if it is in this range, s since 1970: the years 2001 to 2096. The
 # range is so small that a stamp is plausible in at most one unit.

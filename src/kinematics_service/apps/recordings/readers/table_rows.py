@@ -182,7 +182,8 @@ def lines_of(stream: TextIO) -> Iterator[str]:
 def number_of(text: str) -> float:
     """Return the number in a cell. Raise ValueError if the cell holds no number."""
     plain = text.strip()
-    if not plain.isascii() or '_' in plain:  # such as a typographic minus, or 1_0
+    # check other characters: float() accepts 1_0, and a typographic minus must be replaced
+    if not plain.isascii() or '_' in plain:
         plain = plain_signs(plain)
         if not NUMBER.fullmatch(plain):
             raise ValueError(text)

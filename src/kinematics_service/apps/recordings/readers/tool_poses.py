@@ -109,8 +109,8 @@ class PoseRows:
 
     def track(self, name: str, frame: str, most: int | None = None) -> PoseTrack:
         """
-        Return the poses in the order of their stamps: all poses, or at most `most` poses at even
-        steps.
+        Return the poses in the order of their stamps: all poses, or at most `most` poses at equal
+        distances in the list.
         """
         total = len(self._stamps)
         many = (self.count - total) / self.count > MAX_REJECTED_RATIO

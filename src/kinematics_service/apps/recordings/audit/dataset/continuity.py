@@ -15,17 +15,18 @@ from .....robot.measures import Level
 from .....typography import counted
 from ..findings import Finding
 
-# A step over missing frames is nearly an integer multiple of the steps before and after it.
-# Tolerance of the ratio between its size and their mean size: largest difference from an integer.
+# If frames are missing, the step over the gap is nearly an integer multiple of the steps before
+# and after the gap. The multiple is the size of the step divided by the mean size of these two
+# neighbours. It may differ from an integer by at most this tolerance.
 MULTIPLE_TOLERANCE = 0.25
 # Largest ratio of a step over missing frames to the mean size of the steps before and after it.
 MAX_MULTIPLE = 6.0
 # Least cosine of the angle, in joint space, between a step over missing frames and the steps
 # before and after it. The limit excludes sudden fast steps, which occur in a person's motion.
 MIN_COSINE = 0.97
-# Largest difference between the step before missing frames and the step after them, divided by
-# their mean size. The motion there must be even, because in an uneven motion a large step does not
-# prove that frames are missing.
+# Largest difference between the step before missing frames and the step after them, divided by the
+# mean size of these two steps. In a motion whose steps vary more, a large step does not prove that
+# frames are missing.
 STEP_TOLERANCE = 0.4
 # A step is examined only if the steps before and after it are at least this many times the noise
 # of the joint positions.
@@ -80,7 +81,8 @@ def breaks_of(q: Floats) -> Breaks:
     changes = np.linalg.norm(np.diff(steps, axis=0), axis=1)
     near = STEP_TOLERANCE * around + 2.0 * noise
     alike = np.linalg.norm(after - before, axis=1) < near
-    # two steps on each side must be even; the first and the last examined step have only one there
+    # The two steps before a gap must be nearly equal, and the two after it. The first and the last
+    # examined step have only one neighbour on one side, so exclude them.
     alike[:1] = alike[-1:] = False
     alike[1:-1] &= np.maximum(changes[:-3], changes[3:]) < near[1:-1]
     whole = (

@@ -22,7 +22,7 @@ from ..report.summary import STYLES
 from ..report.tables import TableColumn, table_of
 from .episode_audit import EpisodeRow
 
-# Largest number of episodes, and largest number of kinds of findings, printed on the screen.
+# Largest number of episodes printed on the screen; also the largest number of kinds of findings.
 MAX_SHOWN = 20
 # Largest number of episodes listed on the HTML page.
 MAX_ON_PAGE = 10_000
@@ -68,8 +68,8 @@ class DatasetReport(NamedTuple):
     @property
     def taken(self) -> list[str]:
         """
-        Return the assumptions about which columns are joint positions; made if no option names
-        them.
+        Return the sentences on which columns were taken as joint positions. Such an assumption is
+        made for a dataset if no option names the columns.
         """
         texts = dict.fromkeys(text for row in self.rows for _, text, _ in row.findings)
         return [text for text in texts if TAKEN in text]

@@ -15,16 +15,17 @@ from .episode_audit import EpisodeBatch, EpisodeRow, EpisodeWork, rows_of_batch
 MAX_BATCH_FRAMES = 2**16
 # Largest number of episodes in a batch.
 MAX_BATCH_EPISODES = 64
-# If measured and computed tool poses differ little, the cause is searched in about this number of
-# episodes only. The search is slow, and these episodes suffice because a small mistake in the
-# robot file affects the whole dataset.
+# If measured and computed tool poses differ by less than the limit of WARN, the cause is searched
+# only in about this number of episodes, evenly spread over the dataset. The search is slow, and a
+# small mistake in the robot file affects all episodes alike.
 SEARCHED_EPISODES = 200
-# A dataset is large if its number of episodes exceeds this. If measured and computed tool poses
-# differ much, the cause is then searched only in the first such episodes of a batch, because most
-# episodes have the same cause.
+# A dataset is large if its number of episodes exceeds this. A large difference between measured
+# and computed tool poses usually has the same cause in all episodes. So in a large dataset the
+# cause is searched only in the first SEARCHED_OF_BATCH episodes of a batch that have a large
+# difference.
 LARGE_DATASET = 2000
-# In a large dataset: the number of episodes of a batch in which the cause of a large difference
-# between measured and computed tool poses is searched.
+# In a large dataset, the cause of a large difference between measured and computed tool poses is
+# searched in at most this number of episodes of each batch.
 SEARCHED_OF_BATCH = 2
 
 

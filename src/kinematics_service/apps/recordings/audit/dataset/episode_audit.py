@@ -34,13 +34,14 @@ from ..verdict import verdict_of
 from .continuity import break_findings
 from .labels import labels_of_arms
 
-# A finding reports if the distance between the base frame of the measured poses and the robot
-# file's base frame exceeds this (m).
+# The base frame in which the poses were measured may differ from the base frame of the robot file.
+# A finding is made if the distance between the origins of the two frames exceeds this (m).
 BASE_TOLERANCE = 0.01
-# A finding reports if the rotation between these two base frames exceeds this (rad).
+# A finding is made if the rotation from the robot file's base frame to the base frame of the
+# measured poses exceeds this (rad).
 BASE_ANGLE_TOLERANCE = 0.02
-# A limit that every difference between measured and computed poses meets. With it, no cause of a
-# difference is searched.
+# A limit that no difference between measured and computed poses exceeds. If it is given as the
+# largest acceptable difference, no cause of a difference is searched.
 ANY_REMAINDER = PoseLimit(math.inf, math.inf)
 
 # Recordings that combine the measured tool poses of one arm with the joint positions of another
@@ -57,14 +58,14 @@ class EpisodeWork(NamedTuple):
     reading, settings
         How to read the joint columns, and the settings of the audit of a recording.
     failures
-        Words of `--fail-on`: the kinds of findings that fail the episode. None: the option's
-        default.
+        Words of `--fail-on`: the kinds of findings that fail the episode. None: the default of
+        `--fail-on`.
     labels
         The folder for files with labels of all rows, such as the distance to singular poses; None:
         no labels are written.
     clearance
-        Whether the labels contain the clearance: a proved radius (rad) around the joint positions,
-        without singular poses.
+        Whether the labels contain the clearance: a radius (rad) around the joint positions within
+        which it is proved that no pose is singular.
     """
 
     reading: Selection
@@ -115,11 +116,11 @@ class EpisodeRow(NamedTuple):
 
 class EpisodeBatch(NamedTuple):
     """
-    Episodes for one process, mostly of one file.
+    Episodes that one process audits. Successive episodes are usually in the same data file.
 
-    In the episodes that `sought` selects, the cause even of a small difference between measured
-    and computed tool poses is searched. A large difference is examined only in the first `most`
-    episodes that have one.
+    In the episodes that `sought` marks, the cause of a difference between measured and computed
+    tool poses is searched even if the difference is small. The cause of a large difference is
+    searched only in the first `most` episodes that have a large difference.
     """
 
     work: EpisodeWork
@@ -130,7 +131,8 @@ class EpisodeBatch(NamedTuple):
 
 def rows_of_batch(batch: EpisodeBatch) -> list[list[EpisodeRow]]:
     """
-    Return the rows of the result table for each episode; an unreadable episode gives an error row.
+    Return for each episode the rows of the result table, one row for each arm. An unreadable
+    episode has one row, with the error message.
     """
     frames, found, left = batch.work.settings.frames, [], batch.most
     for episode, sought in zip(batch.episodes, batch.sought):
@@ -180,8 +182,8 @@ def _row(
         ]
         if work.settings.frames.fine != ANY_REMAINDER:
             found += _frames(finished, finished.frames, source, crossed)
-    # Sort the findings by level (ERROR first). Within a level keep their order, because findings
-    # about causes precede those about effects.
+    # Put findings of level ERROR first, then WARN. Within a level keep the order of the list, in
+    # which findings about causes, such as missing frames, precede findings about effects.
     found = sorted([*found, *verdict_of(finished)], key=lambda one: -one.level)
     failed, end = failed_by(finished, work.failures), finished.timeline.end
     return EpisodeRow(
@@ -190,8 +192,8 @@ def _row(
 
 
 def _rows_at_fault(finished: Audit) -> Iterator[Finding]:
-    # Report every row that gives no state of the arm. In a recording a few such messages are
-    # usual, but in a dataset each such row is a fault.
+    # Report every frame (table row) that gives no state of the arm. In a recording a few messages
+    # without a state are usual, but in a dataset each frame without a state is a fault.
     if refused := dict(finished.refused):
         reasons = ', '.join(f'{reason} ({number:,})' for reason, number in refused.items())
         text = f'{counted(sum(refused.values()), "frame")} without a pose: {reasons}.'
@@ -257,7 +259,7 @@ def _others(
     tried: list[tuple[str, Errors | None]] = []
     for label, source in crossed:
         for _ in source.blocks:
-            pass  # reading the last block completes the poses
+            pass  # only read to the end: then source.poses() is complete
         theirs = source.poses()
         if theirs is not None and theirs.q is not None and theirs.q.shape == track.q.shape:
             tried.append((f'the {label} arm', left_by(robot, theirs.q, track.poses)))

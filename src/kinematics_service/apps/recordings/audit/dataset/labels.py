@@ -30,11 +30,12 @@ from ...readers.stamp_format import StampFormat
 if TYPE_CHECKING:
     import pyarrow as pa
 
-# Name of an optional label: a proved radius (rad) around the joint positions, without singular
-# poses. The label is optional because it is slow to compute.
+# Name of an optional label: a radius (rad) around the joint positions within which it is proved
+# that no pose is singular. The label is optional because it is slow to compute.
 CLEARANCE = 'clearance'
-# Names of the labels: attributes of `Singularity`, and `branch`, the signs of the singular
-# factors. Two poses on different branches are separated by singular poses.
+# Names of the labels. `branch` holds the signs of the robot file's singular factors (functions
+# that are zero at singular poses). The other names are attributes of `Singularity`. Two poses on
+# different branches are separated by singular poses.
 LABELS = ('distance', 'manipulability', 'lost_direction', 'branch', CLEARANCE)
 # Largest number of singular factors in the label `branch`: their signs are the bits of one int32.
 MAX_FACTORS = 31
@@ -53,7 +54,8 @@ def _branch(found: Singularities) -> npt.NDArray[np.int32]:
 
 def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> 'dict[str, pa.Array]':
     """
-    Return labels of joint positions (N, n), rad or m, as Arrow arrays of N numbers or lists of 6.
+    Return labels of joint positions (N, n), rad or m, as Arrow arrays with N entries.
+    `lost_direction` has lists of 6 numbers (a twist), the other labels numbers.
 
     Labels are null in rows without valid joint positions.
 
@@ -129,11 +131,12 @@ def judge_table(
     robot
         The arm.
     columns, joint_format, joint_prefix
-        As the options of `audit`: the columns of the joints (`position=state[0:6]`; default:
-        columns with known names), their units, and the start of the joint names.
+        The columns of the joints (such as `position=state[0:6]`; by default columns with known
+        names), their units, and the start of the joint names. The syntax is that of the options
+        `--columns`, `--joint-format` and `--joint-prefix` of `audit`.
     clearance
-        Whether to add `clearance`: a proved radius around the joint positions, without singular
-        poses. It takes several times as long.
+        Whether to add `clearance`: a radius (rad) around the joint positions within which it is
+        proved that no pose is singular. It takes several times as long.
 
     Returns
     -------

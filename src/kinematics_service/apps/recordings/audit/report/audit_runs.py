@@ -116,8 +116,8 @@ def failed_by(finished: Audit, wanted: tuple[str, ...] | None) -> bool:
     worst = max((interval.level for interval in finished.intervals), default=Level.OK)
     frames = finished.frames
     plans = finished.plans.values()
-    # A plan along which a loop of the arm does not close fails like one through a singular pose:
-    # the arm cannot follow either.
+    # A plan along which a loop of the arm does not close fails like a plan through a singular
+    # pose, because the arm can follow neither.
     poses = [one.verdict for plan in plans for one in (plan.singularity, plan.closure) if one]
     speeds = [speed.verdict for plan in plans for speed in plan.speeds]
     near = 'refuted' in poses

@@ -45,8 +45,8 @@ class _BagTopic(NamedTuple):
 
     def filled(self, numbers: Floats, stamps: Times) -> np.ndarray:  # type: ignore[type-arg]
         """
-        Return N serialized messages of the topic, shape (N, bytes): copies of the template `raw`,
-        filled with k numbers each (N, k) and stamps (N,), ns.
+        Return N serialized messages of the topic, shape (N, bytes): copies of the template `raw`.
+        Copy i gets the k numbers of row i of `numbers` (N, k), and stamp i of `stamps` (N,), ns.
         """
         table = np.tile(np.frombuffer(self.raw, dtype=np.uint8), (len(numbers), 1))
         data = np.ascontiguousarray(numbers, dtype='<f8').view(np.uint8)
@@ -133,7 +133,8 @@ class BagWriter:
         for k, (arrival, moves) in enumerate(zip(known.arrivals.tolist(), known.moving.tolist())):
             own = warnings[k]
             while own and own[0].moment < arrival:
-                self._warn(*own.pop(0)[1:])  # a time-out before this joint state
+                # write the warning about a time-out that came before this joint state
+                self._warn(*own.pop(0)[1:])
             for topic, data, size in columns:
                 if moves or not topic.of_motion:
                     message = data[k * size : (k + 1) * size]
@@ -159,8 +160,8 @@ class BagWriter:
         )
 
     def _add(self, name: str, kind: str, numbers: int, *texts: str) -> _BagTopic:
-        # Adds a topic whose messages have the layout: stamp and `texts` (such as frame names), if
-        # texts are given, then `numbers` float64 numbers.
+        # Adds a topic whose messages end with `numbers` float64 numbers. If `texts` (such as frame
+        # names) are given, a stamp and the texts come before the numbers.
         writer = CdrWriter()
         if texts:
             writer.room(WHOLE, 2)

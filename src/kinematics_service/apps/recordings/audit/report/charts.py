@@ -146,8 +146,9 @@ class ValueScale(NamedTuple):
     @classmethod
     def of(cls, chart: Chart) -> 'ValueScale':
         """
-        Return the vertical axis of a chart. It covers the curves with a margin, and the horizontal
-        lines in `levels`. A linear axis covers only those lines that are near a curve.
+        Return the vertical axis of a chart. It covers the curves with a margin above and below,
+        and the horizontal lines in `levels`. A linear axis leaves out lines that are far from all
+        curves compared with the range of the curves.
         """
         values = [curve.values for curve in chart.curves]
         lows = [float(np.min(column)) for column in values if len(column)] or [0.0]

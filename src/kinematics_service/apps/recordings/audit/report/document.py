@@ -33,13 +33,13 @@ MAX_ROWS = 10_000
 
 def thinned_rows(count: int, most: int, worse: Callable[[slice], Floats]) -> Times:
     """
-    Select at most `most` of the row numbers 0 to `count` - 1. The rows are divided into equal
-    intervals, and the first and the worst row of each interval are returned.
+    Select at most `most` of the row numbers 0 to `count` - 1. Divide them into equal intervals,
+    and return for each interval the first row and the row at which `worse` is largest.
 
     Parameters
     ----------
     worse
-        Returns a value for each row of a slice. The worst row is the row with the largest value.
+        A function that returns a value for each row of a slice.
     """
     if count <= most:
         return np.arange(count)

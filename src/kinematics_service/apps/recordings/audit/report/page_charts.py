@@ -26,8 +26,8 @@ Values = Callable[[slice], Floats]
 # Largest number of intervals with WARN or ERROR that a chart shades. If there are more, none is
 # shaded, because the shading would hide the curve.
 MAX_BANDS = 400
-# A chart draws condition numbers only up to this many times the threshold of ERROR, because they
-# have no upper bound. Larger values are drawn at this height.
+# Condition numbers have no upper bound, so a chart draws them only up to this many times the
+# threshold of ERROR. Larger condition numbers are drawn at the upper edge.
 CLIP_RATIO = 100.0
 
 

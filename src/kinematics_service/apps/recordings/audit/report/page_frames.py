@@ -41,7 +41,7 @@ def frame_section(audit: Audit) -> str:
     rows = ([escape(name), *one.cells()] for name, one in errors.items())
     headers = ('poses apart', 'position rms', 'largest', 'orientation rms', 'largest')
     # If the check found the cause of the pose differences, show the base and tool offsets that
-    # were fitted after its correction. Offsets without the correction are wrong.
+    # were fitted after the cause was corrected. Offsets fitted without this correction are wrong.
     best = diagnosis.cause or diagnosis
     undone = ', that undone' if diagnosis.cause else ''
     offsets = [
