@@ -28,8 +28,9 @@ SAMPLES = 40
 # needed because orders such as XYX and XZX have equal traces; only the positions of the poses
 # distinguish them.
 MAX_ORDERS = 150
-# Number of rounds that choose between the two triples of angles of each pose again, after a first
-# choice pose by pose.
+# The angles of a rotation are given by two triples of numbers, such as (a, b, c) and (a + pi, -b,
+# c + pi). After a first choice between the two, pose by pose, the choice is repeated in this
+# number of rounds.
 ROUNDS = 2
 # Two rotation matrices are taken as equal if their entries differ by at most this value.
 TOLERANCE = 1e-6
@@ -69,9 +70,9 @@ class LikelyOrder(NamedTuple):
         kind. It has the measured poses with this mistake corrected. `poses` (N, 4, 4) are
         measured; A (N, 4, 4) are the poses of the robot file.
         """
-        # Two triples of numbers give each measured rotation. For each pose, take the triple whose
-        # traces with the F corrected rotations in `chosen` agree best with the traces of the robot
-        # file.
+        # Two triples of numbers give each measured rotation. For each pose, test the rotations R
+        # of both triples. Compare trace(R^T C) for the F corrected rotations C in `chosen` with
+        # the traces of the robot file's rotations, and take the triple whose traces agree best.
         rotations = _rotations(self.written, _numbers(self.read, poses[:, :3, :3]))
         found = rotations.reshape(2, -1, 9) @ self.chosen.T
         wrong = np.sum((found - A[:, :3, :3].reshape(-1, 9) @ self.of_file.T) ** 2, axis=2)
@@ -120,14 +121,15 @@ def few_of(count: int) -> Integers:
 
 
 def order_hypotheses_of(poses: Floats, A: Floats, read: str = '') -> Iterator[Hypothesis]:
-    """Yield a hypothesis for each likely order of angles; parameters as in `likely_orders`."""
+    """Yield a hypothesis for each likely order of angles (see `likely_orders`)."""
     for one in likely_orders(poses, A, read):
         yield one.undone(poses, A)
 
 
 def _pairs(read: str) -> list[_Taken]:
-    # Return the pairs (kind written, kind read) to be tried. If `read` is unknown, skip most kinds
-    # with moving axes: xyz read as zyx gives the same rotations as ZYX read as XYZ.
+    # Return the pairs (kind written, kind read) to be tried. If `read` is unknown, skip pairs that
+    # another pair repeats: xyz read as zyx gives the same rotations as ZYX read as XYZ. So kinds
+    # with moving axes (capitals) are tried as `read` only for numbers written as rotation vectors.
     orders = (*EULER_ORDERS, ROTVEC)
     known = 'xyz' if read == 'rpy' else read
     if known in orders:
@@ -158,10 +160,11 @@ def _rotations(kind: str, numbers: Floats) -> Floats:
 def _chosen(every: Floats, products: Floats) -> tuple[Floats, Floats]:
     # Try H pairs (kind written, kind read). For each pair, choose for each pose one of its two
     # triples of angles: the one whose rotation agrees best with the rotations of the other poses.
-    # `every` (H, 2, N, 9) has the rotations of both triples. `products` (N, N) has the traces
+    # `every` (H, 2, N, 9) has the rotations R of both triples. `products` (N, N) has the traces
     # trace(A_i^T A_j) of the robot file's rotations A. Return the chosen rotations (H, N, 9), and
-    # the sums (H,) of the squared errors of their traces. The choice starts once from each triple
-    # of pose 0; keep the better result.
+    # the sums (H,) of the squared differences between trace(R_i^T R_j) and trace(A_i^T A_j). Run
+    # the choice twice, starting with the first and with the second triple of pose 0, and keep the
+    # better result.
     count, _, many, _ = every.shape
     flat = every.reshape(count, 2 * many, 9)
     wrong = (flat @ np.swapaxes(flat, 1, 2)).reshape(count, 2, many, 2, many)
@@ -171,9 +174,9 @@ def _chosen(every: Floats, products: Floats) -> tuple[Floats, Floats]:
     wrong[:, :, pose, :, pose] = 0.0  # do not compare a pose with itself
     best, least = np.zeros((count, many), dtype=np.int64), np.full(count, np.inf)
     for start in (0, 1):
-        # First choose pose by pose: sum the squared errors of the traces between each triple and
-        # the triples chosen so far. The later rounds sum these errors over the chosen triples of
-        # all poses.
+        # First choose pose by pose: sum the squared differences of the traces between each triple
+        # and the triples chosen for earlier poses. Later rounds sum the squared differences over
+        # the triples chosen for all poses.
         sums = wrong[:, start, 0]
         for k in range(1, many):
             sums = sums + wrong[pairs, np.argmin(sums[:, :, k], axis=1), k]

@@ -60,16 +60,16 @@ from .offsets import (
 NAMED_RATIO = 3.0
 # A cause is called likely if its correction divides the RMS residual by 2 or more.
 LIKELY_RATIO = 2.0
-# Two named causes are rivals if the factors by which they reduce the RMS residual differ by less
-# than a factor of 2.
+# Two named causes are rivals if the ratios by which they reduce the RMS residual are nearly equal:
+# the larger ratio is less than twice the smaller.
 RIVAL_RATIO = 2.0
-# Two likely causes are rivals if the factors by which they reduce the RMS residual differ by less
-# than a factor of 1.25.
+# Two likely causes are rivals if the ratios by which they reduce the RMS residual are nearly
+# equal: the larger ratio is less than 1.25 times the smaller.
 LIKELY_RIVAL_RATIO = 1.25
 # Number of Levenberg-Marquardt steps of the fits that preselect hypotheses. They use at most 40
 # poses.
 SIFT_STEPS = 4
-# Hypotheses are preselected by fits to at most 40 poses, this number of hypotheses in one batch.
+# Number of hypotheses in one batch when hypotheses are preselected by fits to at most 40 poses.
 # The likeliest hypotheses are fitted first.
 BATCH_SIZE = 16
 # Number of preselected hypotheses that are fitted to all poses.
@@ -112,9 +112,9 @@ ROUND_OFF = 1e-15
 # Lower bound of the RMS residual (rad) that is taken as measurement noise: the last digit of
 # printed poses.
 POSE_DIGIT = 1e-6
-# A wrong number can be the decisive cause only if its model resolution is above this value. With
-# the value 0.55, the check named a wrong angle in one of 54 recordings with a nominal table and
-# two moving joints.
+# A number of the robot file can be the decisive cause only if its model resolution is above this
+# value. In a test with 54 recordings of arms with a nominal table and two moving joints, the value
+# 0.55 blamed a correct angle in one recording.
 MIN_RESOLUTION = 0.75
 
 
@@ -199,7 +199,7 @@ def causes_of(given: ComparedData, A: Floats, fit: Fit, limit: PoseLimit = EXPLA
 
     def about(factor: float) -> tuple[TestedCause, ...]:
         # Return the tried causes that reduce the RMS residual nearly as much as the best cause: by
-        # the best factor divided by `factor`, or more. Put discrete mistakes first, because they
+        # at least 1/`factor` of the best cause's ratio. Put discrete mistakes first, because they
         # are likelier than a number that fits by chance.
         kept = [cause for cause in tried if cause.ratio * factor >= best]
         return tuple(sorted(kept, key=lambda cause: (cause.value is not None, -cause.ratio)))
@@ -228,7 +228,8 @@ def _decisive(cause: TestedCause, before: Fit, limit: PoseLimit) -> bool:
 
 def _simplest(tried: Sequence[TestedCause]) -> list[TestedCause]:
     # Leave out a wrong scale of one joint if a mistake without a fitted number explains the
-    # residuals equally well: wrong units of all joints, or the same statement.
+    # residuals equally well: wrong units of all joints or all poses. Leave it out also if a
+    # mistake without a fitted number has the same sentence.
     said = {one.sentence for one in tried if one.value is None}
     units = [one.ratio for one in tried if one.key in ('degrees', 'millimetres')]
     least = RIVAL_RATIO * max(units, default=0.0)
@@ -240,8 +241,8 @@ def _simplest(tried: Sequence[TestedCause]) -> list[TestedCause]:
 
 
 def _whole(given: ComparedData, fit: Fit) -> list[TestedCause]:
-    # Fit the offsets for all discrete mistakes to at most 40 poses. Then fit the best mistakes to
-    # all poses.
+    # Test all mistakes that have no fitted number. For each one, fit the offsets of base and tool
+    # to at most 40 poses. Then fit the best mistakes to all poses.
     changes = possible(given)
     sifted = _sifted(*undone(given, changes, few_of(len(given.q))), _most(fit))
     return _undoing(given, [changes[k] for k in sifted], fit, sifted)
@@ -255,7 +256,8 @@ def _orders(
     likely = likely_orders(given.poses, A, given.read)
     few = few_of(len(A))
     # Repeat the poses of the second source for each likely order of angles, then replace their
-    # orientations by those of the order. Positions and A are equal for all orders.
+    # orientations by those that follow from the order. The positions are equal for all orders, and
+    # so are the poses A of the robot file.
     others = np.tile(given.poses[few], (len(likely), 1, 1, 1))
     others[..., :3, :3] = np.reshape([one.chosen for one in likely], (len(likely), -1, 3, 3))
     sifted = _sifted(np.broadcast_to(A[few], others.shape), others, _most(fit, tried))
@@ -263,9 +265,9 @@ def _orders(
 
 
 def _most(fit: Fit, tried: Sequence[TestedCause] = ()) -> float:
-    # Return the largest score (RMS residual) from at most 40 poses with which a hypothesis is
-    # fitted to all poses. With a larger score, the hypothesis explains too little, or less than a
-    # cause in `tried`.
+    # A hypothesis is fitted to all poses only if its score (RMS residual) from at most 40 poses is
+    # at most this return value. With a larger score it explains less than a likely cause must
+    # explain, or clearly less than a cause in `tried`.
     ratio = max([LIKELY_RATIO, *(one.ratio / RIVAL_RATIO for one in tried)])
     return SIFT_MARGIN * float(fit.score) / ratio
 
@@ -354,7 +356,8 @@ def _preference(cause: TestedCause) -> float:
 def _beyond(given: ComparedData, A: Floats, fit: Fit, columns: Floats) -> tuple[Floats, Floats]:
     # Return the derivatives (6 N, c) of the poses by c numbers of the robot (`columns`), and the
     # residuals (6 N,) of `fit`. Both are projected onto the orthogonal complement of the
-    # derivatives by the offsets of base and tool, which leaves what no offset explains.
+    # derivatives by the offsets of base and tool. So only the part remains that no change of the
+    # offsets can explain.
     scale = np.reshape(scale_of(given.poses), (1, 1, 1))
     J, r = equations_of(A, fit, scale)
     basis = span_of(J)
@@ -393,15 +396,16 @@ def _scale_starts(
 def _fitted(
     given: ComparedData, before: Fit, number: NumberHypothesis, values: Floats, begin: Fit
 ) -> TestedCause | None:
-    # Fit the offsets of base and tool together with one number. Return its cause, or None if a
-    # closed loop does not close.
+    # Fit the offsets of base and tool together with one number of the robot. Return the cause
+    # 'this number is wrong', or None if a closed loop does not close.
     try:
         found = fit_numbers(number.at, values[None], given.poses[None], lifted(begin), ROUNDS)
     except LoopError:
         return None
     fit, value, size, q = found.fit.one(0), float(found.values[0, -1]), number.usual, given.q
     if number.joint >= 0 and joint_range(q)[number.joint] > MIN_RANGE:
-        size = max(size, abs(value))  # any error of a moving joint's zero or scale is likely
+        # the zero or scale of a moving joint may be wrong by any amount
+        size = max(size, abs(value))
     if number.key == 'joint_scale':
         q = q + np.eye(q.shape[1])[number.joint] * (
             joint_ways(q)[number.joint] @ found.values[0][:, None]
@@ -410,11 +414,12 @@ def _fitted(
     cause = _cause(number.key, number_in_words(number, value), value, before, fit)
     if cause.ratio < NAMED_RATIO:
         return cause._replace(name=number.name)
-    # Compute the model resolution of this number. Fit all numbers, scaled by their usual errors,
-    # by least squares. The resolution is the number's diagonal entry of the model resolution
-    # matrix of this fit (Menke, Geophysical Data Analysis, chapter 4). It is 1 if the poses
-    # distinguish this number from the other numbers, else less. Then subtract the change that this
-    # fit makes to the number, divided by its value.
+    # Compute the model resolution of this number. Fit all numbers together, scaled by their usual
+    # errors, by least squares, and take the number's diagonal entry of the model resolution matrix
+    # (Menke, Geophysical Data Analysis, chapter 4). The entry is 1 if the poses distinguish this
+    # number from the other numbers, else less. Then subtract the ratio of two corrections of the
+    # number: the further correction in the fit of all numbers, divided by the correction found
+    # above.
     there, change = given._replace(q=q), number.at(found.values)
     others = [
         one.usual * one.columns[:, :, -1:]

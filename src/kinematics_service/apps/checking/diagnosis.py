@@ -291,7 +291,7 @@ def _sentence(
 
 def _known_offset(fit: Fit) -> str:
     # Return a text on the fitted offsets if they only rotate the base about its origin, or only
-    # the tool. Return an empty text for any other offsets.
+    # rotate the tool about its origin. Return an empty text for any other offsets.
     for end, one, other in (('base', fit.X, fit.Y), ('tool', fit.Y, fit.X)):
         turn, rest = rotation_vector(one[:3, :3]), rotation_vector(other[:3, :3])
         way = max(np.linalg.norm(one[:3, 3]), np.linalg.norm(other[:3, 3]))

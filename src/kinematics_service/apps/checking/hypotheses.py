@@ -81,7 +81,8 @@ class NumberHypothesis(NamedTuple):
     Attributes
     ----------
     key, name
-        Kind of the cause, for programs; name of the joint, or of the number and its row.
+        Kind of the cause, for programs; name of the joint, or of the number in the DH table and
+        its row there.
     unit
         rad or m.
     usual
@@ -89,7 +90,8 @@ class NumberHypothesis(NamedTuple):
         gear ratio causes at the end of the joint's range.
     at
         Returns the poses (1, N, 4, 4) after corrections (1, c) are added, and the derivatives (1,
-        N, 6, c) of the poses by the corrections. c is 1, or 2 (zero, range) for a scale.
+        N, 6, c) of the poses by the corrections. c is 1. For a scale c is 2: correction of the
+        zero, and correction at the end of the joint's range.
     columns : shape (N, 6, c)
         The derivatives of the poses at zero correction, linear rows first.
     joint
@@ -417,8 +419,8 @@ def moved_joints(
     robot: Robot, q: Floats, joints: Sequence[int], ways: Floats, values: Floats
 ) -> PoseChange:
     """
-    Move one joint of the arm in each of H problems. Return the poses (H, N, 4, 4) after the
-    motion, and their derivatives (H, N, 6, c) by the c amounts of the motion.
+    Solve H problems at once; in each, move one joint of the arm. Return the poses (H, N, 4, 4)
+    after the motion, and their derivatives (H, N, 6, c) by the c parameters of the motion.
 
     Parameters
     ----------
@@ -427,9 +429,9 @@ def moved_joints(
     joints : H
         Index of the moved joint of each problem.
     ways : shape (H, N, c)
-        Derivatives of the moved joint's N positions by the c amounts.
+        Derivatives of the moved joint's N positions by the c parameters.
     values : shape (H, c)
-        The c amounts of the motion, rad or m, for example a change of the joint's zero.
+        The c parameters of the motion, rad or m, for example a change of the joint's zero.
     """
     every = np.arange(len(joints))
     moved = np.tile(q, (len(joints), 1, 1))

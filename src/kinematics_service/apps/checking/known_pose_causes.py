@@ -168,8 +168,8 @@ def _written_rpy(pose: KnownPose) -> Floats:
 
 
 def _ends(given: ComparedData) -> Iterator[_Undone]:
-    # Yield two mistakes: a wrong base and a wrong tool, each computed from the first pose. At
-    # least two different poses are needed to test such a mistake.
+    # Yield two mistakes: a wrong base and a wrong tool. The correct base, or tool, is computed
+    # from the first known pose, so at least two different poses are needed to test it.
     A, B = evaluate(given.robot, given.q, depth=kernel.POSE).pose, given.poses
     if not _has_orientations(given.robot) or np.abs(A - A[0]).max() <= TOOL_TOLERANCE:
         return
@@ -201,8 +201,8 @@ def _numbers(given: ComparedData) -> Iterator[_Undone]:
 def _sought(
     at: Callable[[Floats], PoseChange], expected: Floats, value: float, oriented: bool
 ) -> tuple[float, float]:
-    # Fit the correction of one number to the expected poses, from the start `value`. Return the
-    # norm of the residuals and the correction after the last step. The norm is infinite if a loop
+    # Fit the correction of one number to the expected poses, starting with the correction `value`.
+    # Return the norm of the residuals, and the fitted correction. The norm is infinite if a loop
     # does not close.
     off, count = math.inf, 6 if oriented else 3
     try:

@@ -111,8 +111,8 @@ def lagged(robot: Robot, later: Later, poses: Floats, A: Floats, fit: Fit) -> La
 
 
 def _valleys(scores: Floats) -> list[int]:
-    # Return the indices of the trial lags at which the score (RMS residual) has a local minimum:
-    # the two lowest minima.
+    # Return the indices of the trial lags at which the score (RMS residual) has its lowest local
+    # minima, at most two.
     around = np.pad(scores, 1, constant_values=np.inf)
     lowest = np.flatnonzero((scores <= around[:-2]) & (scores <= around[2:]))
     order = np.argsort(scores[lowest], kind='stable')[:MINIMA]
@@ -122,8 +122,8 @@ def _valleys(scores: Floats) -> list[int]:
 def _refined(
     robot: Robot, later: Later, poses: Floats, rows: Integers, before: Fit, begin: Fit, lag: float
 ) -> Lagged:
-    # Fit the lag together with the offsets of base and tool. Start from a trial lag and its
-    # offsets.
+    # Fit the lag together with the offsets of base and tool. Start from the trial value `lag`, and
+    # from the offsets `begin` that were fitted with it.
     def moved(values: Floats) -> tuple[Floats, Floats]:
         lookup = later.at(float(values[0, 0]))
         state = evaluate(robot, lookup.q[rows], np.ascontiguousarray(lookup.rates[rows]))

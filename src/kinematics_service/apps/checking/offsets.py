@@ -31,8 +31,9 @@ POINT_SPREAD_RATIO = 0.05
 # The poses do not determine a direction of the 12 offset coordinates (base and tool) if its
 # singular value, divided by the largest singular value of the Jacobian, is below this ratio.
 WEAK_RATIO = 1e-4
-# The tool is taken to turn about one axis only if the RMS sine of its relative rotations about the
-# second principal axis is below this value.
+# The rotations between poses of the tool are taken as rotations about one axis if their components
+# about the second principal axis are small: the RMS of sin(angle) times this axis component is
+# below this value.
 AXIS_VARIETY = 0.02
 
 
@@ -65,7 +66,7 @@ class Fit(NamedTuple):
     score: Floats
 
     def one(self, k: int) -> 'Fit':
-        """Return problem k alone, without the leading dimension."""
+        """Return the fit of problem k, whose arrays have no dimension H."""
         return Fit(*(values[k] for values in self))
 
 
@@ -150,8 +151,9 @@ def _better(fit: Fit, new: Fit) -> Fit:
 
 
 def _chosen(which: Flags, some: Sequence[Floats], others: Sequence[Floats]) -> Iterator[Floats]:
-    # For each of H problems, choose between the results of two computations. Yield each array of
-    # `some`, with the entries of `others` in the problems whose flag in `which` (H,) is not set.
+    # For each of H problems, choose between the results of two computations. Yield, for each array
+    # of the results, an array that has the entries of `some` in problems whose flag in `which`
+    # (H,) is set, and the entries of `others` in the other problems.
     for one, other in zip(some, others):
         yield np.where(which.reshape(-1, *[1] * (one.ndim - 1)), one, other)
 
@@ -169,9 +171,10 @@ def jacobian(A: Floats, fit: Fit, scale: Floats) -> Floats:
     """
     Return the derivatives of M = X A Y by the offsets, shape (H, 6 N, 12), rows as in `residual`.
 
-    Columns: linear motion (divided by the scale) and angular motion of the base, then of the tool.
-    X is moved from the left: dp = v + w x p, dR = w. Y is moved from the right: dp = R v,
-    dR = R w. p and R belong to M.
+    Columns: linear motion v (divided by the scale) and angular motion w of the base, then of the
+    tool. Let p be the position and R the rotation of M. A motion (v, w) of the base, in base axes,
+    moves p by v + w x p and turns M by w. A motion (v, w) of the tool, in tool axes, moves p by R
+    v and turns M by R w.
     """
     M = fit.X[:, None] @ A @ fit.Y[:, None]
     R, p = M[..., :3, :3], M[..., :3, 3] / scale
@@ -373,10 +376,11 @@ def _rotations(A: Floats, B: Floats) -> list[tuple[Floats, Floats]]:
 
 def _about_the_axis(A: Floats, B: Floats, RX: Floats, axis: Floats) -> Floats:
     # If the tool turns about one axis only, orientations do not determine the rotation of X about
-    # this axis. Return this rotation (H, 3, 3), computed from the positions p of A. Split p into a
-    # part `still` along the axis and a part `across` perpendicular to it, and let side = axis x p.
-    # Then p_B = t + R_B s + R_X (cos across + sin side + still) is linear in the unknown vectors t
-    # and s and in the cosine and sine of the rotation.
+    # this axis. Return this rotation (H, 3, 3), computed from the positions p of A, the positions
+    # p_B and rotations R_B of B, and R_X, the rotation of X so far. Split p into a part `still`
+    # along the axis and a part `across` perpendicular to it, and let side = axis x p. Then p_B = t
+    # + R_B s + R_X (cos across + sin side + still). This is linear in the cosine and sine of the
+    # rotation, and in two unknown vectors t and s, which contain the translations of X and Y.
     p = A[..., :3, 3]
     axis = np.einsum('hnij,hj->hi', A[..., :3, :3], axis) / p.shape[1]
     axis = axis / np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-9)

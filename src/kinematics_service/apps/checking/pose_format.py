@@ -73,8 +73,8 @@ class PoseFormat(NamedTuple):
     kind
         One of `KINDS`; empty if the column names decide. `xyzw`, `wxyz`: a quaternion with this
         order of numbers. `rotvec`: a rotation vector. `rpy`: R = Rz(yaw) Ry(pitch) Rx(roll). Three
-        letters: angles about these axes, which stand still (small letters) or move along
-        (capitals). `matrix`: rows of four numbers. `position`: no orientation.
+        letters: angles about three axes in turn. Small letters mean the fixed axes, capitals the
+        axes that turn with the body. `matrix`: rows of four numbers. `position`: no orientation.
     length, angle
         Units: m, mm or cm; rad or deg.
     """
