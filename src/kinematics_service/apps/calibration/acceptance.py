@@ -27,12 +27,13 @@ from .fitting import FitProblem, Identified, normal_scores, one_more
 from .identified_table import MIN_DEVIATION_RATIO
 from .result import Calibration
 
-# Largest share of the measured rows that may be left out as outliers with an error above the
-# largest accepted error. The calibration is refused if the share is larger.
+# An outlier contradicts the arm if its error exceeds the limit of the RMS error
+# (`JudgedFit.limit`). The calibration is refused if the share of the measured rows that contradict
+# the arm exceeds this.
 OUTLIER_SHARE = 0.1
-# Significance level of two tests, each for all joints together. Fisher's exact test detects that
-# the outliers lie in one part of a joint's range. The score test detects residuals that depend on
-# a joint position.
+# Significance level of two tests. Each tests all joints, and the level is the chance that a test
+# blames any joint wrongly. Fisher's exact test detects that the outliers lie in one part of a
+# joint's range. The score test detects residuals that depend on a joint position.
 TEST_LEVEL = 1e-3
 # If the noise of the instrument is given, RMS residuals of the fit up to this factor times the
 # noise are accepted.
@@ -106,10 +107,11 @@ def noise_remarks(fit: JudgedFit) -> Iterator[str]:
 
 def _by_joint(found: Calibration, out: Flags) -> str:
     # Return a sentence if the outliers lie in one part of the range of a joint; else an empty
-    # text. For each joint and each outlier, test three parts of the joint's range: the positions
-    # at or above that of the outlier, at or below it, and at least as far from the median. For
-    # each part, count the outliers in it. Then compute how probable this count or a larger one is
-    # if outliers are spread at random over the rows.
+    # text. For each joint and each outlier, let x be the joint position of the outlier. Test three
+    # parts of the joint's range: positions above x (and x), positions below x (and x), and
+    # positions whose distance from the joint's median position is at least that of x. For each
+    # part, count the outliers in it. Then compute how probable this count or a larger one is if
+    # outliers are spread at random over the rows.
     left, count, rows = int(np.sum(out)), len(out), found.rows
     if left < MIN_POSES or left == count:
         return ''
@@ -133,8 +135,9 @@ def _by_joint(found: Calibration, out: Flags) -> str:
 
 
 def _by_chance(count: int, left: int, drawn: int, found: int) -> float:
-    # `left` of `count` measured rows are outliers. Return the probability that `drawn` of these
-    # rows, drawn at random, contain at least `found` outliers (hypergeometric distribution).
+    # `left` of `count` measured rows are outliers. Choose `drawn` of all rows at random. Return
+    # the probability that at least `found` of the chosen rows are outliers (hypergeometric
+    # distribution).
     ways = (
         math.comb(left, k) * math.comb(count - left, drawn - k)
         for k in range(found, min(left, drawn) + 1)
@@ -153,10 +156,11 @@ def joint_remarks(robot: Robot, problem: FitProblem, found: Identified) -> Itera
 
 
 def _nearly_still(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
-    # If a joint axis is off by e, the tool is off by e times the motion of the joint. For a
-    # turning axis e is a distance (m), for a sliding axis an angle (rad). The standard deviation
-    # of e is the position noise divided by the norm of the joint's motions. Warn unless this
-    # standard deviation is MIN_DEVIATION_RATIO times smaller than the usual size of e.
+    # If a joint axis has an error e, the error of the tool's position is e times the motion of the
+    # joint. For a turning axis e is a distance (m), for a sliding axis an angle (rad). The
+    # standard deviation of e is the position noise divided by the norm of the joint's motions from
+    # its mean position. Warn unless this standard deviation is MIN_DEVIATION_RATIO times smaller
+    # than the usual size of e.
     q = problem.given.q[found.used]
     seen = np.linalg.norm(q - np.mean(q, axis=0), axis=0)
     usual = np.where(robot.prismatic, float(ANGLE), LENGTH)

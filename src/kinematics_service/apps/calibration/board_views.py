@@ -103,8 +103,9 @@ class BoardViews(FrozenArrays):
     @property
     def typical(self) -> Floats:
         """
-        Return typical standard deviations (2,) of a pose of the board, for a corner noise of 1 px:
-        of one coordinate of the position (m) and of one of the rotation vector (rad).
+        Return root mean square standard deviations (2,) of a pose of the board, over all images
+        and axes, for a corner noise of 1 px: of one coordinate of the position (m) and of one of
+        the rotation vector (rad).
         """
         variances = np.einsum('nkk->nk', self._covariances(self.poses, self.seen))
         return np.asarray(np.sqrt(variances.reshape(-1, 2, 3).mean(axis=(0, 2))))
@@ -113,7 +114,7 @@ class BoardViews(FrozenArrays):
     def instrument(self) -> tuple[float, float]:
         """
         Return the noise of one coordinate of the position (m) and of the rotation vector (rad) of
-        a typical board pose, propagated from the noise of the corners.
+        a board pose, propagated from the noise of the corners: root mean square over all images.
         """
         position, rotation = (self.noise * self.typical).tolist()
         return position, rotation
@@ -139,7 +140,7 @@ class BoardViews(FrozenArrays):
     def whitening(self) -> Floats:
         """
         Return a whitening matrix (6, 6) for each of N poses. The matrix times the residual of the
-        pose has the noise of a typical pose.
+        pose has equal noise in all poses: the noise of `instrument`, and no correlations.
         """
         return self.whitening_at(self.poses, self.seen)
 
@@ -305,8 +306,8 @@ def view_sentences(views: BoardViews, held_out: Floats, outliers: Sequence[int])
     Parameters
     ----------
     held_out : shape (N, 2, 3), m and rad
-        The residual of each pose, with corrections fitted without the block of rows that contains
-        this pose.
+        The residual of each pose in cross-validation. The rows are divided into blocks, and the
+        residuals of a block are computed with corrections that were fitted to the other blocks.
     outliers
         Indices of the rows that were left out of the fit.
     """
@@ -331,8 +332,8 @@ def _named(left_out: Sequence[str]) -> str:
 
 def view_document(views: BoardViews, held_out: Floats) -> dict[str, 'Json']:
     """
-    Return the poses, errors and remarks of the images as a dictionary for JSON; `held_out` is as
-    `view_sentences` takes it.
+    Return the poses, errors and remarks of the images as a dictionary for JSON. `held_out` (N, 2,
+    3), m and rad, has the residuals of the poses from cross-validation.
     """
     errors = views.pixel_errors(held_out).tolist()
     return {

@@ -77,8 +77,9 @@ def calibrate(
         that of the robot file.
     same_point : N
         Given instead of `poses`, for a calibration without an instrument: the name of the point
-        that the tip of the tool touched at each row. The points in the base frame and the tip in
-        the tool frame are fitted with the arm; `fix` takes `tool` if the file has the tip.
+        that the tip of the tool touched at each row. The positions of the points in the base
+        frame, and of the tip in the tool frame, are fitted with the arm. If the robot file has the
+        true position of the tip, write `tool` in `fix`.
     apart
         Known distances (m) between two touched points, by their names. Their standard deviation
         is 0.01 mm.
@@ -121,7 +122,7 @@ def calibrate(
         Whether to run a frame check before the fit, which refuses mistakes that a calibration
         cannot correct, and to try mistakes that would explain a refusal.
     read
-        How the orientations were read, as `diagnose_frames` takes it.
+        How the orientations were read: a kind of `--pose-format`, such as `rpy`; empty if unknown.
     progress
         Called with the name of each phase of the work.
 
@@ -213,9 +214,9 @@ def calibrate(
         return TriedCalibration(one.accepted, left, len(one.outliers))
 
     if frames is not None and frames.cause is not None:
-        # The frame check found a wrong joint zero, length or angle, which the fit can correct, but
-        # the fit is refused. Probably this error is far larger than its prior standard deviation.
-        # So report only this error as the cause.
+        # The frame check found a wrong joint zero, length or angle. The fit can correct such a
+        # wrong number, but the fit is refused, probably because the number is wrong by much more
+        # than its prior standard deviation. So report only this number as the cause.
         causes = RefusalCauses((frames.cause.sentence,), True, True)
     else:
         changes = mistakes_of(robot, names.given, read)

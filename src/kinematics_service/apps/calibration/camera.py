@@ -43,10 +43,10 @@ def wrong_size(problem: FitProblem, fit: Identified) -> WrongSize | None:
     Return a sentence if the measured poses show a wrong size of the board's squares, or a wrong
     focal length of the camera; else None.
 
-    If the board is larger than given, all its coordinates in the frame of the camera grow by one
-    factor. If the focal length is longer, only the distance along the camera's axis grows. A
-    larger arm has the same effect as a smaller board. The priors of the arm's numbers decide
-    between arm and board.
+    If the board is larger than given, all its coordinates in the frame of the camera are
+    multiplied by the same factor. If the focal length is longer, only the distance along the
+    camera's axis is multiplied. A larger arm has the same effect as a smaller board. Which of the
+    two is wrong is decided by the priors of the arm's numbers.
     """
     # Use the board poses that the fit predicts instead of the measured ones. If the tool only
     # rotates and hardly moves, the noise of measured positions would be taken for a wrong size of
@@ -69,8 +69,8 @@ def wrong_size(problem: FitProblem, fit: Identified) -> WrongSize | None:
 
 def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) -> Measured:
     """
-    Return the measured rows of a camera as `calibrate` takes them. If the camera is on the tool,
-    invert the poses of the board in the frame of the camera.
+    Return the measured rows of a camera in the form that the fit needs: if the camera is on the
+    tool, the poses of the board in the frame of the camera are inverted.
 
     Raises
     ------
@@ -89,8 +89,9 @@ def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) 
         return given
     A, B = forward_kinematics(robot, given.q), given.poses
     X, Y, left = offsets_of(A, B, False, Free())
-    # The true board is s times as large as given, so measured positions p_B are too small by the
-    # factor s. Solve s p_B = X A y for s, for the offset y of the tool (a point in the tool frame)
+    # The measured poses are B = X A Y, with the poses A of the robot file, the base offset X and
+    # the tool offset Y. If the true board is s times as large as given, the measured positions p_B
+    # must be multiplied by s. So solve s p_B = X (p_A + R_A y) for s, for the translation y of Y,
     # and for the translation of X. The equation is linear in these unknowns, since the rotations
     # of X and A do not depend on s.
     R = X[:3, :3] @ A[:, :3, :3]
@@ -101,8 +102,9 @@ def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) 
     if size > 0.0 and abs(size - 1.0) > REFUSED_SHARE:
         scaled = B.copy()
         scaled[:, :3, 3] *= size
-        # Positions multiplied by a size below 1 have smaller residuals. Divide these residuals by
-        # the size, so that they are comparable with the residuals before the correction.
+        # If the positions are multiplied by a size below 1, their residuals become smaller for
+        # this reason alone. Divide them by the size, so that they are comparable with the
+        # residuals `left` of the positions as given.
         after = offsets_of(A, scaled, False, Free()).remainder / min(size, 1.0)
         sentence = f'the squares of the board are {size:.3g} times as large as given'
         refuse_mistake(sentence, 'board-size', float(np.median(after)), float(np.median(left)))

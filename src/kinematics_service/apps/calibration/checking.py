@@ -44,8 +44,9 @@ MIN_CHANGE = 1e-3
 MAX_ERROR = 0.02
 # The frame check leaves out measured rows whose residual is above 5 times the median residual.
 OUTLIER_MEDIANS = 5.0
-# A calibration has a remark if the correction of a parameter is above 4 of its prior standard
-# deviations, or the error of the board's size above 4 of its own standard deviations.
+# A calibration has a remark if the correction of a parameter is above 4 times the prior standard
+# deviation of the parameter, or if the error of the board's size is above 4 times the standard
+# deviation of this error.
 REMARKED_DEVIATIONS = 4.0
 # An error message names a mistake of the input if correcting it makes the median residual 3 times
 # smaller, or more.
@@ -58,14 +59,14 @@ RIVAL_RATIO = 2.0
 ROWS_AT_ONCE = 20_000
 # A sentence in a report or an error message lists at most this number of names.
 NAMES_IN_SENTENCE = 8
-# Two poses or screws are taken as equal if their entries differ by less than this (m, rad).
-# Smaller relative numbers are taken as zero.
+# Two poses or screws are taken as equal if this (m, rad) exceeds the differences of their entries.
+# A number is taken as zero if its ratio to the largest number beside it is below this.
 ROUND_OFF = 1e-9
 # The sentence that is reported if measured positions are 1000 times too small, because a wrong
 # unit divided them by 1000.
 IN_METRES = 'the poses are in metres, not millimetres'
-# For some mistakes, the text that an error message adds: the option of the command that corrects
-# the mistake.
+# Some mistakes are corrected by an option of the command. For the sentence of such a mistake, the
+# words on the option that are added to the error message.
 OPTIONS = {
     INVERSE: '. Poses of a board take calibrate-camera, with the right --camera',
     DEGREES: '; add --joint-format deg',
@@ -73,8 +74,8 @@ OPTIONS = {
     'the poses are in millimetres, not metres': '; add --pose-format mm',
     'the positions are in millimetres, not metres': '; add --pose-format mm,position',
 }
-# Names that points and sessions may not have, because names of other parameters begin with these
-# words.
+# Names that points and sessions may not have. Parameter names such as `base2.x` or `compliance.j1`
+# begin with these words, so a point or session of this name would make parameter names ambiguous.
 TAKEN = re.compile(r'(base|tool)\d*|compliance')
 # Names of three groups of parameters: drifts of the instrument's pose between sessions, drifts of
 # the joint zeros between sessions, and compliance of the joints under load.
@@ -83,8 +84,8 @@ PLACEMENT, ZEROS, COMPLIANCE = 'placement', 'zeros', 'compliance'
 # joints. Each joint stops half the backlash before its measured position.
 LAG = ArmParameter('lag', 'lag', False)
 BACKLASH = ArmParameter('backlash', 'backlash', True)
-# Causes that the frame check may find although the calibration continues, because the fit corrects
-# such errors.
+# If the frame check finds one of these causes, the calibration does not stop, because the fit can
+# correct the wrong number.
 FOUND_HERE = ('joint_offset', 'link_length', 'link_twist')
 # Keys of the causes that are wrong units of the measured rows.
 UNIT_KEYS = ('degrees', 'millimetres')
@@ -93,6 +94,10 @@ UNIT_KEYS = ('degrees', 'millimetres')
 class Measured(NamedTuple):
     """
     The measured rows of a calibration. Each row has joint positions, a pose, a set and a session.
+
+    Rows of one set were measured with the same instrument frame and the same point on the tool, so
+    each set may have offsets of its own. Sessions are times of measurement, between which the
+    instrument and the joint zeros may have drifted.
 
     Attributes
     ----------
@@ -105,8 +110,8 @@ class Measured(NamedTuple):
     sets : shape (N,)
         The number of each row's set, from 0.
     rates : shape (N, n, K)
-        Derivatives of the joint positions by the K parameters of `moving`; for a lag, these are
-        the joint velocities.
+        Derivatives of the joint positions by the K parameters in `moving`; the derivative by a lag
+        is the joint velocity.
     moving
         Parameters that move the joints, for example the lag.
     sessions : shape (N,)
@@ -158,8 +163,8 @@ class Measured(NamedTuple):
 
     def of_set(self, k: int) -> 'Measured':
         """
-        Return a copy with the rows of set k in `q` and `poses`. The other fields still have all
-        rows.
+        Return a copy whose `q` and `poses` have only the rows of set k. Use only these two fields:
+        the other fields still have the rows of all sets.
         """
         own = self.sets == k
         return self._replace(q=self.q[own], poses=self.poses[own])
@@ -193,7 +198,8 @@ def measured(
     Parameters
     ----------
     q, poses, sets
-        As `calibrate` takes them.
+        Joint positions (N, n), rad or m; measured poses (N, 4, 4), or positions (N, 3), m; and the
+        number of each row's set, from 0 (None: one set).
     qdot : shape (N, n), rad/s or m/s
         Joint velocities. If they are given, a lag is fitted.
 
@@ -262,7 +268,8 @@ def check_mark(what: str, name: str) -> None:
     Raises
     ------
     CalibrationError
-        The name is empty or not printable, or other parameters begin with it.
+        The name is empty or not printable, or it is a word with which the names of other
+        parameters begin, such as `base` or `compliance`.
     """
     if TAKEN.fullmatch(name) or not name or not name.isprintable():
         raise CalibrationError(
@@ -345,11 +352,11 @@ def checked_offsets(
     free
         Whether base and tool may differ from the file.
     own
-        Whether each set has its own base, and its own tool.
+        Two flags: whether each set has its own base, and whether each set has its own tool.
     check
         Whether to run the frame check.
     read
-        How the orientations were read, as `diagnose_frames` takes it.
+        How the orientations were read: a kind of `--pose-format`, such as `rpy`; empty if unknown.
 
     Raises
     ------
@@ -381,8 +388,8 @@ def _checked(
         cause = diagnosis.cause
         left = middle if cause is None else cause.errors.position_rms
         if min(left, middle) > MAX_ERROR:
-            # No mistake of poses with orientations explains the errors, so test mistakes that
-            # concern only positions.
+            # No mistake that the frame check knows for poses with orientations explains the
+            # errors. So test the mistakes of positions, without the orientations.
             alone = offsets_of(forward_kinematics(robot, q), poses, True, free)
             _check_positions(robot, q, poses, float(np.median(alone.remainder)), free)
         if cause is not None and cause.key not in FOUND_HERE:
@@ -479,7 +486,7 @@ def refuse_mistake(sentence: str, code: str, left: float, middle: float) -> None
     sentence, code
         The mistake as a sentence, and the code of the error.
     left, middle
-        Median length of the position residuals with the mistake corrected, and without correction,
+        Median length of the position residuals after the mistake was corrected, and before,
         m.
 
     Raises

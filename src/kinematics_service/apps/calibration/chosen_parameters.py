@@ -98,7 +98,8 @@ class ChosenParameters:
     Attributes
     ----------
     every
-        All parameters, in the order in which the kinematic chains number their corrections.
+        All parameters. The index of a parameter in this list is the index of the correction in the
+        kinematic chains.
     placed_groups
         Groups of parameters, such as base and tool, that are fitted alone to compute the errors
         before a calibration.
@@ -151,8 +152,8 @@ class ChosenParameters:
             for k, one in enumerate(self.every)
             if (not fit or one.name in self.given.priors or is_among(one, fit))
             and not is_among(one, fix)
-            # If only positions of a point of the tool are measured, skip the rotations of the
-            # tool.
+            # If only positions of one point on the tool are measured, skip the parameters that
+            # rotate the tool.
             and not (self.given.positions and one.group == 'tool' and one.angle)
         ]
         if not chosen:
@@ -163,7 +164,7 @@ class ChosenParameters:
     def chains(self, arm: CorrectedChain, offsets: Sequence[Offsets]) -> list[CorrectedChain]:
         """
         Return the kinematic chains that predict the measured poses, one for each set and session,
-        with base and tool moved by the initial offsets.
+        with base and tool moved by the offsets at which the fit starts.
 
         The order is all sets in the first session, then all sets in each other session.
         """
@@ -227,7 +228,8 @@ class ChosenParameters:
 
     def ends_of(self, problem: FitProblem, values: Floats) -> PlacedEnds:
         """
-        Return the fitted offsets of base and tool, and their poses before the fit, for each set.
+        Return for each set the fitted offsets of base and tool, and the poses of base and tool at
+        which the fit started.
         """
         description = self.robot.description
         B, T = description.base.motion.matrix, description.tool.motion.matrix
@@ -260,8 +262,9 @@ class ChosenParameters:
 
     def misfits(self, used: Flags, changes: Sequence[Hypothesis]) -> Floats:
         """
-        Return how badly the measured rows fit the robot file after each of H mistakes of the input
-        is corrected, shape (H,); see `misfits_of_poses`.
+        Return for each of H mistakes of the input how badly the measured rows fit the robot file
+        after the mistake is corrected, shape (H,): 0 for a perfect fit, at most 1 (see
+        `misfits_of_poses`).
         """
         return misfits_of_poses(self.robot, self.given, used, changes)
 
@@ -289,10 +292,10 @@ def usual_motions(problem: FitProblem, noise: Noise, used: Flags) -> Floats:
     Return the QR factor R (P, P) of the Jacobian of the predicted poses by the parameters, scaled
     by usual errors and noise.
 
-    Column k of the scaled Jacobian is the motion of the poses by a usual error of parameter k, in
-    standard deviations of the noise. Priors are not used, since they must not decide which
-    parameters are identifiable. The Jacobian is computed without corrections. Axes that are
-    parallel in the nominal arm are then exactly parallel. Corrections would turn these axes by
+    Column k of the scaled Jacobian is the motion of the poses that a usual error of parameter k
+    causes, in standard deviations of the noise. Priors are not used, since they must not decide
+    which parameters are identifiable. The Jacobian is computed with all corrections zero, so axes
+    that are parallel in the nominal arm are exactly parallel. Corrections would turn these axes by
     angles that are too small to be measured.
     """
     scales = np.array([one.scale for one in problem.parameters]) / problem.prior
@@ -300,8 +303,8 @@ def usual_motions(problem: FitProblem, noise: Noise, used: Flags) -> Floats:
 
 
 def _moved(chain: CorrectedChain, first: int) -> CorrectedChain:
-    # Return the chain with six further corrections, which move the instrument in one session. They
-    # follow the corrections of the base.
+    # Return the chain with six further corrections, which move the instrument in one session. In
+    # the chain they come directly after the corrections of the base.
     begin = chain.still[0]
     six = [CorrectingMotion(k > 2, k % 3, first + k) for k in range(len(SIX))]
     at = 1 + len(SIX)

@@ -116,10 +116,11 @@ class PoseCollector:
 
     def note_state(self, stamp: int, q: Floats) -> None:
         """
-        Store joint positions (n,) with their stamp, ns, and match the poses that waited for them.
+        Store joint positions (n,) with their stamp, ns. Match the poses that waited for joint
+        positions after their stamps.
 
-        If the stamp is not later than the last stamp, the clock was reset. Then earlier joint
-        states and waiting poses are dropped.
+        If the stamp is not later than the stamp of the joint positions before, the clock was
+        reset. Then earlier joint positions and waiting poses are dropped.
         """
         if self._states and stamp <= self._states[-1][0]:
             self._states.clear()
@@ -130,8 +131,8 @@ class PoseCollector:
 
     def note_pose(self, stamp: int, pose: Floats) -> None:
         """
-        Match a pose (4, 4) with the joint states around its stamp, ns, or store it until they
-        arrive.
+        Match a pose (4, 4) with the joint positions before and after its stamp, ns, or store the
+        pose until these joint positions arrive.
         """
         if self._states and stamp < self._states[-1][0]:
             self._match(stamp, pose)

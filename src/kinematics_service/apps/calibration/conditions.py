@@ -32,8 +32,9 @@ PLACEMENT_PRIOR = {True: float(ANGLE), False: LENGTH}
 # usual error of a joint zero. Changes of temperature cause the drift.
 DRIFT_SHARE = 0.5
 STANDARD_GRAVITY = 9.80665  # m/s^2
-# Largest load (kg) of an arm whose tool is 1 m from its base (RMS). For other arms, this number is
-# multiplied by the cube of the distance from base to tool.
+# Largest load (kg) of an arm whose tool, over random poses, is 1 m from its base (RMS): the
+# characteristic length. For other arms, this load is multiplied by the cube of the characteristic
+# length.
 LARGEST_LOAD = 300.0
 
 
@@ -70,7 +71,8 @@ def with_conditions(
     own_base
         Whether each set has a base of its own.
     sessions, loads
-        As `calibrate` takes them; None adds no parameters.
+        The name of each row's session, and the load on the tool at each row. None adds no
+        parameters.
 
     Raises
     ------

@@ -77,8 +77,9 @@ def corrected_robot(robot: Robot, parameters: Sequence[ArmParameter], values: Fl
 
 def task_of(robot: Robot) -> tuple[str, ...] | None:
     """
-    Return the task rows of the nominal arm, which the corrected arm keeps; None if the file has no
-    task and all six rows belong to the task.
+    Return the task rows of the nominal arm, which the corrected arm keeps. They are rows of the
+    Jacobian, such as `x` or `rz`. Return None if the file names no task rows and the task has all
+    six.
 
     Small corrections move a planar arm slightly out of its plane. If motion out of the plane
     became part of the task, no pose would be singular.
@@ -101,8 +102,8 @@ def built_nearly(description: RobotDescription) -> Robot:
     Build the robot of a description whose singular factors were computed for a slightly different
     arm.
 
-    The factors are marked as approximate. They are left out if their zeros are far from singular
-    poses.
+    The factors are marked as approximate. If a factor is zero at poses that are far from singular
+    for the new arm, all factors are left out.
     """
     singularity = description.singularity
     nearly = tuple(replace(one, approximate=True) for one in singularity.factors)
@@ -114,8 +115,9 @@ def built_nearly(description: RobotDescription) -> Robot:
 
 def of_joints_alone(given: Uncertainty | None) -> Uncertainty | None:
     """
-    Return a section `uncertainty` with its entries on joints alone; None if it has no entries on
-    joints. Entries on the table are removed, since a calibration writes its own.
+    Return a section `uncertainty` with only its entries on the joints (noise of positions and
+    velocities); None without such entries. Entries on the table are removed, since a calibration
+    writes its own.
     """
     if given is None:
         return None
@@ -177,11 +179,12 @@ class _Corrections:
         return replace(motion, argument=argument)
 
     def links(self) -> tuple[tuple[Link, ...], tuple[int, ...]]:
-        # Return the corrected rows of the table. For each frame of the nominal table, return also
-        # the number of corrected rows before this frame, because a correction may add a row.
+        # Return the corrected rows of the table, to which a correction may add rows. Return also,
+        # for each frame of the nominal table, the number of corrected rows from the base up to
+        # this frame.
         links: list[Link] = []
         ends_at = [0]
-        turn = 0.0  # rotation (rad) about z by which the next row must turn back
+        turn = 0.0  # extra rotation (rad) about z, which theta of the next row must contain
         for k, link in enumerate(self.description.links):
             if isinstance(link, DhRow):
                 rows, turn = self._dh_rows(k, link, turn)
@@ -190,8 +193,9 @@ class _Corrections:
             else:
                 rows = self._elementary_rows(k, link)
             links += rows
-            # If the next row turns back the rotation about z of an extra row, do not count the
-            # extra row. The frame between these two rows is turned from the nominal frame.
+            # Frame k of the robot ends after row k. If an extra row was added and the next row
+            # must rotate about z to complete the correction, let frame k end before the extra row,
+            # because the frame after the extra row is turned from the nominal frame.
             ends_at.append(len(links) - (1 if turn else 0))
         if turn and isinstance(link, DhRow):
             links.append(_row(link, {'theta': self._turned(ZERO, turn)}))
@@ -208,8 +212,8 @@ class _Corrections:
         if not beta and not b:
             return [_row(link, cells)], 0.0
         # A DH row has no Ry and Ty, but Ry(beta) Ty(b) = Rz(90 deg) Rx(beta) Tx(b) Rz(-90 deg). So
-        # write Ry(beta) Ty(b) as an extra row, and turn back by -90 deg about z in the row after
-        # it.
+        # write Rz(90 deg) Rx(beta) Tx(b) as an extra row, and add -90 deg to theta of the row
+        # after the extra row.
         quarter = self._turned(ZERO, math.pi / 2.0)
         extra = {'a': self._number(b, False), 'alpha': self._number(beta, True)}
         if self.description.convention == 'standard':

@@ -119,8 +119,8 @@ def explained(
 
 def mistakes_of(robot: Robot, given: Measured, read: str) -> list[Hypothesis]:
     """
-    Return the mistakes that measured rows may have, as hypotheses. `read` is as `diagnose_frames`
-    takes it.
+    Return the mistakes that measured rows may have, as hypotheses. `read` tells how the
+    orientations were read: a kind of `--pose-format`, such as `rpy`, or empty.
     """
     if given.positions:
         return list(joint_hypotheses_of(robot, given.q))
@@ -139,8 +139,9 @@ def misfits_of_poses(
     Return the misfit (H,) between measured poses and robot file after each of H supposed mistakes
     of the input is corrected.
 
-    Base and tool are fitted to the used rows of the set with most outliers. The misfit is the mean
-    over the rows of the squared errors in units of 20 mm and 2 deg. Each row adds at most 1.
+    Base and tool are fitted to the rows that are not outliers, of the set with the most outliers.
+    The squared error of a row is in units of 20 mm and 2 deg, and limited to 1. The misfit is the
+    mean over the rows.
     """
     set_ = given.sets == int(np.argmax(np.bincount(given.sets, weights=~used)))
     both = [np.flatnonzero(set_ & flags) for flags in (used, ~used)]

@@ -5,9 +5,10 @@ Write the factory calibration of a Universal Robots arm as corrections of its no
 
 The controller's file `calibration.conf` holds numbers that are added to the nominal
 Denavit-Hartenberg table. The YAML that ur_robot_driver extracts (package ur_calibration) holds the
-pose of each joint in the link before the joint. For parallel axes, a factory table may have
-lengths of hundreds of metres that cancel. The robot file gets an extra angle instead. So the
-corrections in the robot file are fitted to poses computed from the factory's table.
+pose of each joint in the link before the joint. If two axes are nearly parallel, a factory table
+may have two lengths d of hundreds of metres that nearly cancel. The robot file describes nearly
+parallel axes by an extra small angle instead of long d. So the corrections in the robot file are
+fitted to poses computed from the factory's table.
 """
 
 import ast
@@ -45,8 +46,8 @@ LINKS = ('shoulder', 'upper_arm', 'forearm', 'wrist_1', 'wrist_2', 'wrist_3')
 ORIGIN = ('x', 'y', 'z', 'roll', 'pitch', 'yaw')
 LARGEST = 256 * 1024
 
-# Number of random poses (with a fixed seed) to which the corrections are fitted. The other random
-# poses test the fitted corrections.
+# Number of poses to which the corrections are fitted. They are the first of a larger number of
+# random poses (with a fixed seed); the rest test the fitted corrections.
 FITTED_POSES = 100
 
 
@@ -118,9 +119,10 @@ def import_ur_calibration(path: Path, robot: Robot, text: str, date: str) -> Fac
     expected = _poses(path, robot, q)
     nominal = float(np.max(apart(forward_kinematics(robot, q), expected)[0]))
     some, rest = slice(0, FITTED_POSES), slice(FITTED_POSES, None)
-    # In the first fit, keep the frames of base and tool. If the first fit is not exact, correct
-    # base and tool in a second fit. The first fit fails if the factory's first or last joint axis
-    # is not an axis of these frames.
+    # In the first fit, keep the frames of base and tool. In the factory's table the first joint
+    # axis may differ from the z axis of the base, or the last joint axis from the z axis of the
+    # tool. Then the first fit leaves errors above round-off, so correct base and tool in a second
+    # fit.
     tried: tuple[tuple[tuple[str, ...], Frames], ...] = ((ENDS, 'robot'), ((), 'measured'))
     for fix, frames in tried:
         found = calibrate(robot, q[some], expected[some], fix=fix)

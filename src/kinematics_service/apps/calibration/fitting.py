@@ -51,18 +51,18 @@ STEP_TOLERANCE = 1e-3
 # Lower bound of the degrees of freedom f in Student's distribution. Because of this bound, the
 # variance f / (f - 2) stays finite; it would be infinite at f = 2.
 LEAST_STUDENT_FREEDOM = 3.0
-# Standard deviation (m) with which the distance between two touched points is known.
+# Lower bound of the degrees of freedom of the estimated noise. If they are at this bound, the
+# measured rows contain too few numbers to estimate the noise.
 UNKNOWN_NOISE_FREEDOM = 1.0
-# Step (rad, m) of each joint in central differences of the poses. The step is the cube root of the
-# machine epsilon, because this step has the least error (Nocedal and Wright, section 8.1).
+# Standard deviation (m) with which the distance between two touched points is known.
 DISTANCE_DEVIATION = 1e-5
 # Step (rad, m) of central differences by joint positions. The step is the cube root of the machine
 # epsilon, because this step has the least error (Nocedal and Wright, section 8.1).
 STEP = float(np.cbrt(np.finfo(np.float64).eps))
 
 
-# A chain with the measured rows that it predicts: flags of these rows, the chain, all its
-# corrections, and the joint positions in these rows.
+# A chain with the measured rows that it predicts: flags of the predicted rows, the chain, the
+# values of all corrections of the chain, and the joint positions in the predicted rows.
 _ChainRows: TypeAlias = tuple[Flags, CorrectedChain, Floats, Floats]
 
 
@@ -91,12 +91,14 @@ class FitProblem:
     parameters, prior : P
         The fitted parameters, and their prior standard deviations, rad or m.
     columns : shape (P,)
-        Index of each parameter among all `count` corrections of the chains.
+        Index of each fitted parameter in the list of all corrections of the chains. The list has
+        `count` entries.
     chains
         Chains from the frame of the poses to the tool, one for each set.
     given
-        The measured rows. `sets` has the index of each row's chain; `rates` has derivatives of the
-        joint positions by the last K parameters.
+        The measured rows. `sets` has the index of each row's chain. `rates` has the derivatives of
+        the joint positions by the parameters that move joints; these are the last of all
+        corrections.
     known_distances
         Known distances between touched points.
     """
@@ -297,11 +299,11 @@ class Identified:
         Length of each row's residual in standard deviations of the noise.
     freedom
         Degrees of freedom of the noise, for positions and for rotations: the count of measured
-        numbers minus the number of parameters that they determine. Infinite if the noise is that
-        of the instrument.
+        numbers minus the number of parameters that the measured numbers determine. Infinite if the
+        noise is that of the instrument.
     covariance : shape (P, P), rad and m
-        Covariance of `values` after the fit. The priors are taken into account, and the noise is
-        enlarged as by `widened`.
+        Covariance of `values` after the fit. The priors are taken into account. The noise is
+        enlarged, because it is estimated from few rows (see `widened`).
     """
 
     values: Floats
@@ -332,8 +334,8 @@ class _Equations:
 
     @property
     def scale(self) -> Floats:
-        # Return the factors by which residuals are multiplied: the square root of the weight,
-        # divided by the noise. The shape is (N, 1, 1) for positions, (N, 2, 1) for poses.
+        # Return the factors by which residuals are multiplied: sqrt(weight) / noise. The shape is
+        # (N, 1, 1) for positions, (N, 2, 1) for poses.
         each = np.asarray(self.noise, dtype=np.float64)[: self.problem.kinds]
         return np.asarray(np.sqrt(self.weights, dtype=np.float64)[:, None, None] / each[:, None])
 
@@ -483,9 +485,9 @@ def held_out_remainders(
     blocks.
 
     The residuals of a block test the corrections only if its rows are independent of all other
-    rows. So put repeats of a joint position in one block. Noise and outliers are taken from the
-    fit of all rows. The fit of the other blocks starts from `values` and ends if its step is below
-    a thousandth of a standard deviation.
+    rows, so all rows with equal joint positions must be in one block. Noise and outliers are taken
+    from the fit of all rows. The fit without a block starts from `values`. It ends when a step is
+    below a thousandth of a standard deviation.
 
     Parameters
     ----------
@@ -508,8 +510,9 @@ def weighted_jacobian(problem: FitProblem, values: Floats, noise: Noise, used: F
     """
     Return the QR factor R (P, P) of the scaled Jacobian of the poses by the parameters.
 
-    The scaled Jacobian J is in standard deviations of the noise per prior standard deviation. R
-    replaces J in normal equations, because R^T R = J^T J.
+    Row i of the scaled Jacobian J is divided by the noise of the measured number, and column k is
+    multiplied by the prior standard deviation of parameter k. R replaces J in normal equations,
+    because R^T R = J^T J.
     """
     rows = _Equations(problem, noise, used).solved(values).rows
     return triangle_of(rows[: len(rows) - len(values)])
@@ -519,8 +522,8 @@ def one_more(
     problem: FitProblem, found: Identified, moves: Floats
 ) -> tuple[list[float], list[float]]:
     """
-    Return the estimates and the standard deviations of K further corrections. Each estimate is
-    that of a fit with only this one correction added.
+    Return the estimates and the standard deviations of K further corrections. For each estimate,
+    one of the K corrections is added to the fit, and the other K - 1 stay zero.
 
     Each further correction is an added variable of the regression (Cook and Weisberg, Residuals
     and Influence in Regression, 1982, section 2.3.2) and has no prior.
@@ -528,8 +531,8 @@ def one_more(
     Parameters
     ----------
     moves : shape (N, 2, 3, K)
-        Derivatives of the predicted poses by each further correction, whitened as the residuals of
-        `FitProblem.weighed` are.
+        Derivatives of the predicted poses by each further correction, multiplied by the whitening
+        matrices (`FitProblem.whitened`).
     """
     equations = _Equations(problem, found.noise, found.used)
     solved = equations.solved(found.values)
@@ -538,8 +541,8 @@ def one_more(
     columns[: own[..., 0].size] = own.reshape(-1, moves.shape[3])
     triangle = triangle_of(np.column_stack([solved.rows, columns, solved.right]))
     at = len(found.values)
-    # Take the parts of the added columns, and of the residuals, that are orthogonal to the columns
-    # of all fitted parameters.
+    # Take the parts of the K columns of further corrections, and of the residuals, that are
+    # orthogonal to the columns of all fitted parameters.
     left, right = triangle[at:, at:-1], triangle[at:, -1]
     squares = np.maximum(np.sum(left**2, axis=0), np.finfo(np.float64).tiny)
     return (right @ left / squares).tolist(), (1.0 / np.sqrt(squares)).tolist()
@@ -560,8 +563,8 @@ def _stepped(equations: _Equations, values: Floats, remainders: Floats) -> tuple
 
 def length_quantile(share: float, kinds: int) -> float:
     """
-    Return a quantile of the length of a vector of `3 * kinds` standard normal numbers (Wilson and
-    Hilferty 1931).
+    Return the length that a vector of `3 * kinds` standard normal numbers exceeds with probability
+    1 - `share` (Wilson and Hilferty 1931).
     """
     spread = 2 / (9 * 3 * kinds)
     cube = 1.0 - spread + NormalDist().inv_cdf(share) * float(np.sqrt(spread))

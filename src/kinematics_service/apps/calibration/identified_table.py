@@ -122,8 +122,8 @@ class IdentifiedTable(FrozenArrays):
 
     def fitted_of(self, names: Sequence[str]) -> tuple[list[int], list[int]]:
         """
-        Return the indices of those of `names` that are fitted, and the indices of the same
-        parameters in `parameters`.
+        Return two lists for those parameters in `names` that are fitted: their indices in `names`,
+        and their indices in `parameters`.
         """
         at = {one.name: k for k, one in enumerate(self.parameters)}
         own = [k for k, name in enumerate(names) if name in at]
@@ -173,8 +173,9 @@ def table_corrections(
     robot: Robot, found: IdentifiedTable, ends: bool = False
 ) -> TableCorrections:
     """
-    Return the corrections of a calibrated arm and its chain. The arguments are those of
-    `calibrated_errors`.
+    Return the corrections of a calibrated arm and its chain. `robot` is the calibrated arm,
+    `found` the calibration. `ends` tells whether base and tool are those fitted for the first set
+    of poses.
     """
     if robot.dof != found.robot.dof:
         raise CalibrationError(
@@ -226,8 +227,8 @@ def calibrated_errors(robot: Robot, found: IdentifiedTable, ends: bool = False) 
     rows = [k for k, column in enumerate(own.columns) if column not in of_gear]
     columns = [own.columns[k] for k in rows]
     parts = [TableErrors(frames[columns], screws[columns], np.full(len(rows), -1), factor[rows])]
-    # A row of F for a gear ratio is the relative change of the nominal ratio. Convert it to the
-    # relative change of the calibrated ratio.
+    # In the factor, the row of a gear ratio is the relative change of the nominal ratio. Convert
+    # it to the relative change of the calibrated ratio.
     moving = joint_screws(robot)
     for k, column in enumerate(own.columns):
         if column in of_gear:
@@ -319,7 +320,7 @@ def _combination(
     if determined > 1:
         sentence = f'only {determined} combinations of {shown} are identifiable'
         return ParameterCombination(names, determined, (), sentence)
-    # The only combination that the poses determine is orthogonal to the null space of J.
+    # Here the poses determine one combination. It is orthogonal to the null space of J.
     seen = np.linalg.svd(block)[2][-1] / np.array([one.scale for one in chosen])
     seen = seen / seen[0]
     others = ' '.join(map(_term, seen[1:].tolist(), names[1:]))

@@ -18,18 +18,20 @@ from ..checking.offsets import fit_offsets, nearest_rotation
 TRIM_ROUNDS = 3
 # Each round of least trimmed squares fits this share of the measured rows.
 TRIMMED_SHARE = 0.7
-# Number of alternating steps that fit the base and a point of the tool to measured positions.
+# Number of steps that fit the base and a point of the tool to measured positions. Each step first
+# fits the point and then the rotation of the base.
 PLACING_STEPS = 40
 # A coordinate of the measured point in the tool frame stays 0 if the positions do not determine
-# it. This is assumed if a change of the coordinate moves the positions by less than this fraction
-# of the change.
+# the coordinate. The positions are taken not to determine it if their motion, divided by the
+# change of the coordinate that causes it, is below this value.
 MIN_RATIO = 1e-6
 
 
 class Offsets(NamedTuple):
     """
-    The base offset X and the tool offset Y of B = X A Y, each (..., 4, 4). `remainder` has the
-    lengths (..., N) of the residuals of the positions, m.
+    The base offset X and the tool offset Y, each (..., 4, 4), of B = X A Y: A are poses computed
+    from the robot file, B measured poses. `remainder` has the lengths (..., N) of the residuals of
+    the positions, m.
     """
 
     base: Floats
@@ -92,9 +94,10 @@ def _with_remainder(X: Floats, Y: Floats, A: Floats, B: Floats) -> Offsets:
 
 def _of_positions(A: Floats, B: Floats, steps: int = PLACING_STEPS) -> tuple[Floats, Floats]:
     # Solve p_B = X (p_A + R_A y) for the base offset X and the measured point y in the tool frame.
-    # Subtract means to eliminate the translation of X. Each step solves for y (least squares),
-    # then for the rotation of X (Kabsch 1976). The steps need only sums over the measured rows,
-    # which are computed once.
+    # p_B are measured positions; p_A and R_A are positions and rotations of the robot file's
+    # poses. Subtract from each its mean over the rows, which eliminates the translation of X. Each
+    # step solves for y (least squares), then for the rotation of X (Kabsch 1976). The steps need
+    # only sums over the measured rows, which are computed once.
     p, p_A, R_A = B[..., :3, 3], A[..., :3, 3], A[..., :3, :3]
     to, of, by = (one - one.mean(axis=1, keepdims=True) for one in (p, p_A, R_A))
     still, turning = np.einsum('hni,hnj->hij', to, of), np.einsum('hni,hnjk->hkij', to, by)
@@ -125,8 +128,8 @@ def shared_offsets(
     A: list[Floats], B: list[Floats], found: list[Offsets], positions: bool, free: Free, own: Free
 ) -> list[Offsets]:
     """
-    Return the offsets for each of several sets of poses. If all sets share a base or tool, it is
-    taken from the largest set.
+    Return the offsets for each of several sets of poses. A base that all sets share is taken from
+    the largest set, and so is a tool that all sets share.
 
     Parameters
     ----------
@@ -134,10 +137,12 @@ def shared_offsets(
         Poses computed from the robot file, and measured poses.
     found
         Offsets of each set, fitted to this set alone.
-    positions, free
-        As `offsets_of` takes them.
+    positions
+        Whether only positions were measured.
+    free
+        Whether base and tool are estimated; else they are the identity.
     own
-        Whether each set has its own base, and its own tool.
+        Two flags: whether each set has its own base, and whether each set has its own tool.
     """
     largest = found[int(np.argmax([len(one) for one in A]))]
     result = []

@@ -33,9 +33,9 @@ def pose_covariance(
     Return the covariance of the tool's pose in the base frame, shape (..., 6, 6), m and rad.
 
     Rows and columns are those of geometry_msgs/PoseWithCovariance: x y z, then the rotations about
-    the X, Y and Z axes of the base, which stand still. The covariance is of first order: exact
-    for small errors. If the arm has closed loops, only the errors of its active joints count,
-    propagated through the loops.
+    the X, Y and Z axes of the base, which stand still. The covariance is of first order: exact for
+    small errors. If the arm has closed loops, only errors of the joints with a motor are taken
+    into account, and propagated through the loops.
 
     Parameters
     ----------
@@ -161,9 +161,10 @@ def _products(moved: Floats) -> Floats:
 def _twist_derivatives(robot: Robot, state: ToolState, axes: str) -> tuple[Floats, Floats]:
     # Return the derivatives of the twist by q and by qdot, (..., 6, n) each, for any arm, with or
     # without loops. The derivative of the linear velocity by q equals dJ/dt, a second derivative
-    # of the position. The derivative of the angular velocity by q differs from dJ/dt by w_k x w,
-    # since rotations do not commute. If the twist is in tool axes, its derivative also contains
-    # the rotation of these axes by an error of q.
+    # of the position. The derivative of the angular velocity w by q_k is column k of dJ/dt plus
+    # w_k x w, where w_k is the angular part of column k of J, since rotations do not commute. If
+    # the twist is in tool axes, its derivative also contains the rotation of these axes by an
+    # error of q.
     J, V = state.jacobian, state.twist[..., None]
     by_q = jacobian_rate(robot, state.q, velocities_of(state))
     by_q[..., 3:, :] += cross(J[..., 3:, :], V[..., 3:, :])

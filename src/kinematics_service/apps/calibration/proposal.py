@@ -47,11 +47,11 @@ LIMIT_MARGIN = 0.02
 # determinant of the information matrix by at least this.
 MIN_GAIN = 1e-6
 MAX_COUNT = 200
-# Largest number of candidates that are taken from given joint positions, or that are drawn near
-# the joint positions of the images.
+# Largest number of candidates. They are taken from given joint positions, or drawn near joint
+# positions at which poses or images were measured.
 MAX_GIVEN = 4096
-# Largest difference between a joint position of a candidate and that of an image, rad. For
-# prismatic joints it is multiplied by the characteristic length.
+# Largest difference between a joint position of a drawn candidate and the measured joint position
+# near which it is drawn, rad. For prismatic joints it is multiplied by the characteristic length.
 SPREAD = 0.5
 # The planned motion uses this share of the speed limit of each joint.
 SPEED_SHARE = 0.25
@@ -250,8 +250,9 @@ def _equations(
     robot: Robot, q: Floats, after: Calibration | None, positions: bool
 ) -> tuple[tuple[str, ...], Floats, Floats]:
     # Return the names of the parameters, the Jacobian (N, rows, P) of the N candidate poses by the
-    # parameters, and the prior standard deviations. The Jacobian is in standard deviations of the
-    # noise per prior standard deviation.
+    # parameters, and the prior standard deviations. Each row of the Jacobian is divided by the
+    # noise of the measured number, and each column multiplied by the prior standard deviation of
+    # the parameter.
     known = () if after is None else after.parameters
     arm = parameters_of(robot, any(one.group == GEARS for one in known))
     every = [*arm.table, *(one for end in ENDS for one in end_parameters(end, 0))]
@@ -322,8 +323,9 @@ def _value(J: Floats, information: Floats, chosen: Sequence[int]) -> float:
 
 def _best(J: Floats, information: Floats, others: Sequence[int]) -> int:
     # Return the index of the candidate pose with the largest gain among those that are not in
-    # `others`. The gain is the increase of log det M by the pose, log det(I + J M^-1 J^T), where M
-    # is the information matrix after the poses `others` are measured.
+    # `others`, the candidates already chosen. Let M be the information matrix after the poses
+    # `others` are measured. A pose with the Jacobian J increases log det M by log det(I + J M^-1
+    # J^T), which is its gain.
     inverse = np.linalg.inv(_measured(J, information, others))
     inner = np.eye(J.shape[1]) + J @ (0.5 * (inverse + inverse.T)) @ np.swapaxes(J, 1, 2)
     gains = np.asarray(np.linalg.slogdet(inner)[1])

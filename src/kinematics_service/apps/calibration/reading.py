@@ -45,7 +45,8 @@ class MeasuredRecording:
     poses : shape (N, 4, 4)
         Measured poses, m.
     kind
-        The kind of the orientations as in `PoseTrack`; `position` if only positions were measured.
+        How the orientations were read, such as `rpy` (see `PoseFormat`); `position` if only
+        positions were measured.
     rates : shape (N, n), rad/s or m/s
         Joint velocities; zero if they are not known.
     remarks
@@ -147,7 +148,7 @@ def _lag_of(robot: Robot, chosen: ChosenPoses, kind: str, on_tool: bool) -> floa
     try:
         cause = diagnose_frames(robot, q, poses, stamps, motion=motion, read=kind).cause
     except KinematicsError:
-        return 0.0  # no lag; the calibration will raise this error again
+        return 0.0  # the calibration runs this check again and reports the error
     return cause.value or 0.0 if cause is not None and cause.key == 'time_lag' else 0.0
 
 
@@ -224,7 +225,7 @@ class TouchRecording:
     points : N
         Names of the touched points.
     approach : shape (N, n), rad/s or m/s
-        Joint velocities with which the tip reached the point; None if the table has none.
+        Joint velocities with which the tip came to the point; None if the table has no velocities.
     remarks
         Sentences on what was left out.
     """
@@ -243,8 +244,8 @@ def read_touches(
     Read a table, and return the joint positions of each row and the name that the row has in
     `column`.
 
-    The names are those of touched points, or of the things that `what` says, for example images.
-    Rows without a name are left out.
+    The names are those of touched points, or of other things if `what` is not `point`, for example
+    of images if it is `image`. Rows without a name are left out.
 
     Raises
     ------

@@ -19,8 +19,8 @@ from .checking import COMPLIANCE, NAMES_IN_SENTENCE, PLACEMENT, ZEROS, in_words,
 from .identified_table import CalibratedParameter
 from .result import BLOCKS, Calibration
 
-# Maps a group of drifts or compliances to the first words of the report's sentence about the
-# group.
+# For a group of parameters (drifts or compliances), the first words of the report's sentence about
+# the group.
 OF_CONDITION = {
     PLACEMENT: 'Drifts of where the instrument stands, from the first session',
     ZEROS: 'Drifts of the zeros of the joints, from the first session',
@@ -219,9 +219,10 @@ def placed_camera(found: Calibration) -> tuple[PlacedThing, ...]:
 
 def _deviation(found: Calibration, end: str, behind: Floats, R: Floats) -> Floats:
     # Return the standard deviations of the pose of a camera or board, shape (2, 3): position and
-    # rotation. They follow from those of the corrections (t, w) of base or tool, which move a
-    # point at p in the corrected frame by t + w x p. Corrections that are not fitted are taken as
-    # exact.
+    # rotation. They follow from the covariance of the corrections (t, w) of base or tool, which
+    # move a point at p in the corrected frame by t + w x p. Here p is the origin of `behind`, and
+    # R rotates the result into the axes in which the pose is written. Corrections that are not
+    # fitted are taken as exact.
     own, columns = found.fitted_of([one.name for one in end_parameters(end, 0)])
     moved = np.eye(6)
     moved[:3, 3:] = -np.cross(np.eye(3), behind[:3, 3])

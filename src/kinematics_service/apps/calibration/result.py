@@ -38,7 +38,8 @@ class FitErrors(NamedTuple):
     before, after
         Errors with only base and tool fitted, and with all corrections.
     held_out_before, held_out
-        As `before` and `after`, but of held-out rows, by cross-validation over blocks of rows.
+        Like `before` and `after`, but by cross-validation: the rows are divided into blocks, and
+        the errors of each block are those of a fit to the other blocks.
     """
 
     as_given: Errors
@@ -75,16 +76,17 @@ class Calibration(IdentifiedTable):
     distances : shape (N,)
         The error of each row, in standard deviations of the noise.
     left : shape (5, N, 2, 3), m and rad
-        Residuals of each row for the five fits, in the order of `FitErrors`: the residual of the
-        position, and that of the rotation as a rotation vector, in the frame of the poses.
+        Residuals of each row for the five kinds of `FitErrors`, in their order: the residual of
+        the position, and that of the rotation as a rotation vector, in the frame of the poses.
     spare
         Count of the measured numbers that are fitted if the largest block is held out, minus the
         number of parameters of base and tool. Equal joint positions count once.
     possible
-        Largest number of combinations of parameters that any number of such poses could determine.
+        Largest number of combinations of parameters that poses can determine, however many are
+        measured.
     singular_values : shape (P,)
-        Singular values of the Jacobian of the poses, per prior standard deviation and in standard
-        deviations of the noise; descending.
+        Singular values of the scaled Jacobian of the poses, descending. Its rows are divided by
+        the noise, and its columns multiplied by the prior standard deviations of the parameters.
     combinations
         Sets of parameters that these poses do not distinguish.
     base_offsets, tool_offsets : shape (sets, 4, 4)
@@ -149,8 +151,9 @@ class Calibration(IdentifiedTable):
         base and tool alone; else an empty text.
 
         The errors are larger if the corrections increase the mean squared error of held-out rows
-        by more than the mean squared noise. If the rows outside a held-out block determine only
-        base and tool, the sentence says that held-out rows do not test the calibration.
+        by more than the mean squared noise of a position. If the rows outside the largest held-out
+        block are so few that they determine only base and tool, the sentence says that held-out
+        rows do not test the calibration.
         """
         kind, more = self.kind, f'measure more {self.kind}, far apart (calibrate-propose)'
         before, after = self.held_out_before.position_rms, self.held_out.position_rms

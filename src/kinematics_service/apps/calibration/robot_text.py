@@ -93,8 +93,9 @@ def calibrated_text(
     origin
         Files and date for the certificate.
     frames
-        `robot`: base and tool stay as in the file. `measured`: base and tool are those of the
-        measured poses of the first set.
+        `robot`: base and tool stay as in the file. `measured`: the frame in which the poses of the
+        first set were measured becomes the base, and the frame whose poses were measured
+        becomes the tool.
     anyway
         Whether to write a refused calibration; then the first line of the file says that it is
         refused.
@@ -255,9 +256,10 @@ def _known_poses(
 
 
 def _tolerances(found: Calibration, poses: Floats, frames: Frames) -> tuple[float, float]:
-    # Return the tolerances (m, rad) of the known poses in the written file. They are the outlier
-    # limit times the estimated noise, so that all used poses are within them. They are at most
-    # ERROR_LIMIT, or the outlier limit times the noise of the instrument if this is larger.
+    # Return the tolerances (m, rad) of the known poses in the written file. A tolerance is the
+    # outlier limit times the estimated noise, so that all used poses are within it. But it is not
+    # larger than ERROR_LIMIT, or than the outlier limit times the instrument's noise if that is
+    # larger than ERROR_LIMIT.
     known, limit = found.instrument or (0.0, 0.0), outlier_limit(2)
     length, angle = (
         limit * min(noise, max(most / limit, of_instrument))
@@ -321,8 +323,9 @@ def named_factor(
     covariance L L^T.
 
     The covariance of a calibration is for corrections of the nominal table. Most corrections
-    correspond to one parameter of the calibrated table, maybe in another table row. A rotation
-    between the two matrices of one table row corresponds to a combination of several parameters.
+    correspond to one parameter of the calibrated table; it may be in another row if rows were
+    added. A rotation between the two halves of a table row, such as Rz Tz and Tx Rx, corresponds
+    to a combination of several parameters.
     """
     errors, known = calibrated_errors(robot, found, ends), named_errors(robot)
     made_of = np.zeros((len(known.frames), len(errors.frames)))
@@ -336,7 +339,7 @@ def named_factor(
             own = np.flatnonzero(there)
             made_of[own, column] = np.linalg.lstsq(known.screws[own].T, screw, rcond=None)[0]
     factor = made_of @ errors.factor
-    # A gear ratio has one row in `known` for each screw that its joint moves. These rows are
+    # In `known`, a gear ratio has one row for each table row that its joint moves. These rows are
     # equal, so keep only the first.
     _, first = np.unique(known.of, return_index=True)
     rows = first[np.any(made_of[first], axis=1)]

@@ -51,8 +51,9 @@ STEP_LIMIT = 0.5
 # Usual joints turn by at most this angle (rad). If a joint angle is larger, test whether the joint
 # positions are in degrees.
 MAX_TURN = 4 * np.pi
-# A matrix that reverses the sign of translations. It is needed, because a correction of a touched
-# point moves the tip, relative to the point, in the opposite direction.
+# A matrix that reverses the sign of translations. It is needed because the residual is the
+# position of the tip relative to the touched point. If a correction moves the point, the relative
+# position changes in the opposite direction.
 MIRROR = np.diag([-1.0, -1.0, -1.0, 1.0])
 
 
@@ -84,8 +85,8 @@ def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> Touc
     Parameters
     ----------
     q : shape (..., N, n), rad or m
-        Joint positions. Leading dimensions are for several versions of the input, each with
-        another mistake corrected.
+        Joint positions. Leading dimensions are for several versions of the input; in each version
+        another mistake of the input is corrected.
     point : shape (N,)
         The number of the point that each row touches.
     free
@@ -127,7 +128,8 @@ class SamePointParameters(ChosenParameters):
     Parameters
     ----------
     q, same_point, apart
-        As `calibrate` takes them.
+        Joint positions (N, n), rad or m; the name of the touched point in each row; and known
+        distances (m) between two points, by their names.
     gears
         Whether gear ratios are among the parameters.
 
@@ -171,7 +173,8 @@ class SamePointParameters(ChosenParameters):
 
     def first(self, end: str, k: int) -> int:
         """
-        Return the index, in `every`, of the first correction of touched point k, or of the tool.
+        Return the index, in `every`, of the first of the three corrections of touched point k if
+        `end` is `points`, otherwise of the first correction of the tool.
         """
         points = k if end == POINTS else len(self.names)
         return len(self.table) + 3 * points
@@ -316,8 +319,8 @@ class SamePointParameters(ChosenParameters):
     def ends_of(self, problem: fitting.FitProblem, values: Floats) -> PlacedEnds:
         """
         Return the offsets X and Y of B = X A Y, and the poses of base and tool before the fit. A
-        are poses of the calibrated robot, and B those of the tip. X is the identity, because the
-        base is that of the robot file.
+        are poses of the calibrated robot, and B are poses of a tool with its origin at the fitted
+        tip. X is the identity, because the base is that of the robot file.
         """
         _, tool_offsets, _, tool_starts = super().ends_of(problem, values)
         base = self.robot.description.base.motion.matrix[None]

@@ -29,8 +29,8 @@ from .zero_jump import RECENT, JumpDetector, Watched
 # Number of poses with which the first diagnosis is made, and number of new poses after which the
 # poses are diagnosed again.
 MIN_NEW = 20
-# A diagnosis may name one of these causes if in truth a joint zero jumped. If a jump is detected,
-# the status reports the jump instead of such a cause.
+# If a joint zero jumped, a diagnosis over poses before and after the jump may wrongly name one of
+# the causes in this list. If a jump is detected, the status reports the jump instead.
 LOOKS_OF_A_JUMP = ('joint_offset', 'link_length', 'link_twist', 'time_lag')
 # Advice to the user if large errors between the poses and the robot file remain that no mistake
 # explains.
@@ -42,13 +42,13 @@ Way = list[tuple[int, Floats]]
 @dataclass(frozen=True)
 class Examined:
     """
-    The diagnosis of the poses of a second source, and the result of the test of these poses for
-    jumps.
+    The diagnosis of the poses of a second source, and the result of the test whether a joint zero,
+    base, tool or lag jumped.
 
     Attributes
     ----------
     unseen
-        Number of poses since the last diagnosis.
+        Number of poses that arrived since the last diagnosis.
     newest
         The newest poses of the second source.
     diagnosis

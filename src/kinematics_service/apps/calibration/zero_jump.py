@@ -4,14 +4,16 @@
 Detect a jump of a joint zero by the generalized likelihood ratio (GLR) test of Willsky and Jones.
 
 Willsky and Jones 1976; Basseville and Nikiforov 1993, chapter 7. The residual of a pose is e = H x
-+ A delta + noise. The unknown x contains base, tool, lag and the errors of the table, with
-Gaussian priors. The jump delta of one parameter (a joint zero, base, tool or lag) acts on one pose
-of the window of newest poses and on all later poses. The test maximizes the likelihood ratio over
-the parameter that jumps, the first pose after the jump, and delta. x is estimated from the window
-and from the baseline, earlier poses without a jump. A wrong table is part of x, so a new working
-region raises no alarm. Errors that successive poses share raise the threshold. The number of poses
-that share an error is estimated. The estimate can be too small, so shared errors may still raise
-an alarm, mostly within the first 70 poses.
++ A delta + noise, with the derivatives H and A of the pose by x and delta. The unknown x contains
+base, tool, lag and the errors of the table, with Gaussian priors. The jump delta of one parameter
+(a joint zero, base, tool or lag) acts on one pose of the window of newest poses and on all later
+poses. The test maximizes the likelihood ratio over the parameter that jumps, the first pose after
+the jump, and delta. x is estimated from the window and from the baseline: the poses before the
+window that had no jump. A wrong table is part of x, so a new working region raises no alarm.
+
+If successive poses share an error, the threshold is raised by the estimated number of poses that
+share an error. The estimate can be too small, so shared errors may still raise an alarm, mostly
+within the first 70 poses.
 """
 
 import math
@@ -37,12 +39,13 @@ from .collecting import CollectedPoses
 # (joint zero, lag) and 6 (base, tool), exceeded with probability 1e-10. With some 1000 tests for
 # each pose, a healthy arm raises one false alarm in 1e7 poses.
 THRESHOLDS = {1: 41.8, 6: 58.4}
-# No poses are added to the baseline while a jump is suspected: while its likelihood ratio is above
-# its threshold minus this share of the smaller threshold.
+# Poses enter the baseline only while no jump is suspected: the likelihood ratio of each possible
+# jump must be below its threshold, and the difference must exceed FREEZE_RATIO times the threshold
+# for 1 degree of freedom.
 FREEZE_RATIO = 0.5
-# The window, which is tested for a jump, holds this number of the newest poses, or up to one batch
-# more. It has more than 100 poses, because a slip of a joint must be detected within 100 poses of
-# a camera.
+# The window, which is tested for a jump, holds at least this number of the newest poses, and less
+# than BATCH more. It has more than 100 poses, because a slip of a joint must be detected from 100
+# poses that a camera measures.
 WINDOW = 128
 # A jump is not reported if only this number of poses, or fewer, suggest it, because the second
 # source may measure some poses wrong.
@@ -50,7 +53,8 @@ MAX_FAILED = 5
 # A jump is proven only if at least this number of poses came after the jump and fit better with
 # the jump.
 MIN_POSES = MAX_FAILED + 1
-# Number of new poses that are tested together. Later they enter the baseline together.
+# Number of new poses that are tested together. When they are the oldest poses of the window, they
+# leave it and enter the baseline together.
 BATCH = 16
 # Lower bounds of the noise, m and rad: standard deviations of one number of a pose that a good
 # tracker measures.
@@ -79,11 +83,12 @@ MIN_RANGE = 0.02
 # The information (inverse variance) on the size of a jump is taken as round-off if it is below
 # this share of the information that a known x (base, tool, lag, table) would give.
 MIN_RATIO = 1e-9
-# A joint is named only if its jump increases twice the log likelihood nearly as much as the best
-# joint does: at most by this number less, which belongs to a likelihood ratio of 100.
+# Two joints are rivals if their jumps explain the poses nearly equally well: twice the log
+# likelihoods differ by at most this number, so the likelihood ratio is at most 100.
 RIVAL_GAIN = 2.0 * math.log(100)
-# The test detects a jump in nine of ten cases if its size, in standard deviations, exceeds the
-# square root of the threshold by this number.
+# The size of a jump, divided by the standard deviation of its estimate, is tested against the
+# square root of the threshold. The test detects nine of ten jumps whose true size exceeds this
+# square root by POWER_Z standard deviations.
 POWER_Z = NormalDist().inv_cdf(0.9)
 # Number of the newest poses that are given to a diagnosis: half of the window.
 RECENT = WINDOW // 2
@@ -95,8 +100,8 @@ FORECAST = 50
 
 BASE, TOOL, LAGS = slice(0, 6), slice(6, 12), slice(12, 13)
 KEYS = {BASE.start: 'base', TOOL.start: 'tool', LAGS.start: 'time_lag'}
-# In the fit of the offsets of base and tool, an error of this length (m) weighs as much as an
-# error of 1 rad. The length is 1, so positions are not scaled.
+# Argument of `fit_offsets`: the length (m) whose error weighs as much as an error of 1 rad in the
+# fit of base and tool. The length is 1, so positions are not scaled.
 ONE = np.ones((1, 1, 1))
 
 
@@ -253,8 +258,8 @@ class _JumpCandidate(NamedTuple):
     # A possible jump of one parameter. `own` selects the derivatives by the parameter. `begin` is
     # the index of the first pose after the jump, `size` the size of the jump. `gain` is twice the
     # increase of the log likelihood by the jump. `excess` is the test statistic minus its
-    # threshold. `scale` is the variance of the residuals divided by that of the baseline, at least
-    # 1.
+    # threshold. `scale` is 1, or, if it is larger, the variance of the residuals divided by their
+    # variance in the baseline.
     own: slice
     begin: int
     size: Floats
@@ -276,21 +281,23 @@ class _LikelihoodRatios:
         G = baseline.information + K.T @ K
         G += np.finfo(np.float64).eps * np.trace(G) * np.eye(len(G))
         whitening = np.linalg.inv(np.linalg.cholesky(G))
-        # Transform x, so that its components are uncorrelated with variance 1. The columns of B
-        # are the derivatives of the residuals by these components.
+        # Transform the unknown x (base, tool, lag, table) to components that are uncorrelated with
+        # variance 1. The columns of B are the derivatives of the residuals by these components.
         B, y = K @ whitening.T, whitening @ (prior + K.T @ r)
         self.A, self.B, self.left = A, B.reshape(H.shape), (r - B @ y).reshape(e.shape)
         products = np.concatenate([A, self.B, self.left[:, :, None]], axis=2)
-        # Row k of `sums` belongs to a jump at pose k. It has the products of the derivatives A by
-        # a jump with A, B and the residuals, summed from pose k to the last pose.
+        # A has the derivatives of the residuals by the sizes of possible jumps. Row k of `sums`
+        # belongs to a jump at pose k. It has the products of A with A, with B and with the
+        # residuals, summed from pose k to the last pose.
         self.sums = np.cumsum((np.swapaxes(A, 1, 2) @ products)[::-1], axis=0)[::-1]
         told = float(np.sum(baseline.freedom))
         self.misfit = told + float(r @ r + baseline.mean @ prior - y @ y)
         self.freedom = told + 6.0 * float(np.sum(used))
 
     def information(self, sums: Floats, own: slice) -> Floats:
-        # Return the information matrix (k, k) on the k numbers of a jump, for each of K jumps, if
-        # x (base, tool, lag, table) is unknown and estimated with it.
+        # Return the information matrix of each of K jumps, shape (K, k, k): of the k numbers that
+        # are the size of a jump. The unknown x (base, tool, lag, table) is estimated together with
+        # them.
         D, whole = sums[:, own, self.A.shape[2] : -1], sums[:, own, own]
         least = MIN_RATIO * (1.0 + np.max(np.einsum('kii->ki', whole), axis=1))
         unit = least[:, None, None] * np.eye(whole.shape[1])
@@ -352,8 +359,8 @@ class _LikelihoodRatios:
 
 class JumpDetector:
     """
-    Tests the poses of a second source for a jump. The baseline of the test consists of earlier
-    poses without a jump.
+    Tests the poses of a second source for a jump of a joint zero, base, tool or lag. The baseline
+    of the test consists of the poses before the tested window that had no jump.
 
     Parameters
     ----------
@@ -527,9 +534,10 @@ class JumpDetector:
         joints = [one for one in candidates if one.own.start >= LAGS.stop]
         joints.sort(key=lambda one: -one.gain)
         if best.own in (BASE, TOOL) and joints:
-            # If a joint jumps by an angle, the linear model loses the share angle^2 of the joint's
-            # gain. Name base or tool only if its gain exceeds the joint's gain by more than this
-            # loss plus the difference of the two thresholds.
+            # The model is linear in the size of a jump. If a joint jumps by an angle, the model
+            # explains less than the whole jump: about angle^2 of the joint's gain is lost. Name
+            # base or tool only if its gain exceeds the joint's gain plus this loss plus the
+            # difference of the two thresholds.
             bent = joints[0].gain * float(joints[0].size[0]) ** 2
             fewer = best.scale * (THRESHOLDS[6] - THRESHOLDS[1])
             best = joints[0] if best.gain - joints[0].gain < bent + fewer else best
@@ -568,7 +576,8 @@ def _table_of(robot: Robot) -> TableErrors:
 
 
 def _table_columns(table: TableErrors, frames: Floats, A: Floats, q: Floats) -> Floats:
-    # Return the motion (N, 6, causes) of the tool by each independent cause of table errors.
+    # Return the motion (N, 6, c) of the tool by each of c independent errors of the table, the
+    # columns of the factor of their covariance.
     F = frames[:, table.frames]
     parts = np.split(table.screws, 2, axis=1)
     linear, angular = (np.einsum('npij,pj->npi', F[..., :3, :3], part) for part in parts)

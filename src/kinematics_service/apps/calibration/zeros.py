@@ -26,7 +26,8 @@ from .calibration import calibrate
 from .checking import BACKLASH, OPTIONS, ROUND_OFF
 from .result import Calibration
 
-# The zero of a joint is identified if its standard deviation is below this value (rad, m).
+# The zero of a joint is identified if its standard deviation is below this value: first for
+# revolute joints (rad), then for prismatic joints (m).
 TOLERANCES = (float(np.radians(1.0)), 0.003)
 # Standard deviation (m) of each coordinate of a touched position, which is assumed if the touches
 # are too few to estimate it.
@@ -35,10 +36,11 @@ TOUCH_NOISE = 1e-3
 
 class JointZero(NamedTuple):
     """
-    The correction of the position that a joint reports, and its standard deviation; rad or m.
+    The correction of the position that a joint reports, and the standard deviation of this
+    correction.
 
-    Both are in m if `prismatic` is set, else in rad. `known` is set if the standard deviation is
-    below 1 degree, or 3 mm.
+    `correction` and `deviation` are in m if `prismatic` is set, else in rad. `known` is set if
+    `deviation` is below 1 degree (revolute joint) or 3 mm (prismatic joint).
     """
 
     joint: str
@@ -80,7 +82,7 @@ def calibrate_zeros(
     points : shape (N, 3), m
         Touched points in the frame of the sheet, which may lie anywhere.
     approach, noise, fix, progress
-        As `calibrate` takes them.
+        Arguments that are passed to `calibrate`, with the same meaning there.
     check
         Whether to try mistakes that would explain a refusal.
 
@@ -125,8 +127,9 @@ def zeros_of(found: Calibration) -> tuple[JointZero, ...]:
     """
     Return the zeros of the joints that follow from the corrections of a table's offsets.
 
-    Several joints may move one table row. The zeros are the joint motions that move the table rows
-    as the corrections do, computed by the pseudoinverse.
+    A table row may be moved by several joints. Its offset acts like a motion of these joints. The
+    zeros are the joint motions that change the rows like the corrections of their offsets,
+    computed by the pseudoinverse.
     """
     arm = parameters_of(found.robot)
     offsets = [one for one in arm.table if one.group == 'offsets']

@@ -51,7 +51,9 @@ class Board(NamedTuple):
 
     @property
     def corners(self) -> Floats:
-        """Return the inner corners in the frame of the board, (K, 3), m, in OpenCV's order."""
+        """
+        Return the inner corners in the frame of the board, (K, 3), m: row by row, as OpenCV does.
+        """
         y, x = np.mgrid[1 : self.rows, 1 : self.columns]
         return self.square * np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3)
 

@@ -75,8 +75,8 @@ class Intrinsics(FrozenArrays):
         edge = np.linspace(0.0, 1.0, 9)
         around = np.array([(x, y) for x in edge for y in edge if {x, y} & {0.0, 1.0}]) * size
         widest = opencv().undistortPoints(around[:, None], self.matrix, self.distortion)
-        # Exclude points beyond the undistorted edge of the image, because the distortion model may
-        # map such points back into the image.
+        # Exclude points whose direction is outside the field of view of an image without
+        # distortion. The distortion model may map such points back into the image.
         limits = np.abs(widest).max(axis=(0, 1)) * points[:, 2:]
         inside = (points[:, 2] > 0.0) & np.all(np.abs(points[:, :2]) <= limits, axis=1)
         seen, _ = self.pixels(np.where(inside[:, None], points, (0.0, 0.0, 1.0)))

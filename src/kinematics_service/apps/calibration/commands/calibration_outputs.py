@@ -28,8 +28,9 @@ from .calibration_options import check_inputs, check_output
 
 class FramesChoice(str, Enum):
     """
-    Values of --frames: whose base and tool the written file has, those of the robot file or of the
-    measured poses.
+    Values of --frames: which base and tool the written file has. `robot`: those of the robot file.
+    `measured`: the base is the frame in which the poses were measured, and the tool is the frame
+    whose poses were measured.
     """
 
     robot = 'robot'

@@ -63,7 +63,8 @@ class CalibrationRun(NamedTuple):
     Attributes
     ----------
     fit, fix, own
-        As `calibrate` takes them.
+        Words that select parameters: which are fitted, which are not, and which ends (`base`,
+        `tool`) are fitted for each set separately. See `calibrate`.
     limit
         Prior standard deviations of the table (m, rad), used instead of those of the robot file;
         None: those of the file.
@@ -90,7 +91,7 @@ class CalibrationRun(NamedTuple):
     def check_names(self) -> None:
         """
         Raise an error for wrong settings. The function is called before poses are measured, so
-        that no measurement is in vain.
+        that the user does not first measure poses and then learn that the settings are wrong.
 
         Raises
         ------

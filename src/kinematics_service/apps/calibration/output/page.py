@@ -22,7 +22,7 @@ from ..result import Calibration
 
 # A plot on the page shows at most this number of measured rows.
 MAX_ROWS = 1000
-# Sizes of a plot, px: width, width of a plot in two columns, height.
+# Sizes of a plot, px: width, width if two plots stand side by side, height.
 WIDTH = 720
 COLUMN_WIDTH = 440
 HEIGHT = 220
@@ -33,8 +33,8 @@ TOP = 10
 BOTTOM = 34
 # Largest number of decades of a logarithmic axis.
 PLOT_DECADES = 4
-# Number of decades on the logarithmic axis of a bar, which shows the standard deviation of one
-# parameter. The axis ends at the prior standard deviation.
+# The page shows the standard deviation of a parameter as a bar with a logarithmic scale of this
+# number of decades. The scale ends at the prior standard deviation.
 DECADES = 3
 
 
