@@ -52,7 +52,7 @@ def _state(state: ToolState) -> list[str]:
 
 def _singularity(result: Singularity) -> list[str]:
     if np.ndim(result.level):
-        return []  # no table for several configurations: the heading by `html_of` suffices
+        return []  # several configurations get no table, only the heading (see `html_of`)
     words = {
         'determinant': None if result.determinant is None else f'{result.determinant:.6g}',
         'manipulability': f'{result.manipulability:.6g}',

@@ -28,21 +28,22 @@ STEPS = 25
 # Damping of the Newton steps toward points at which the tool cannot move in some direction. It is
 # added to the diagonal of J^T J; J has the derivatives of the solved equations.
 DAMPING = 1e-9
-# Step of each joint in the central differences that differentiate the matrix A of `_gradients`.
-# The unit is rad for a revolute joint, and the characteristic length for a prismatic joint.
+# Step of each joint in the central differences that give the derivatives of A, a scaled Jacobian
+# (see `_gradients`). The unit is rad for a revolute joint, and the characteristic length for a
+# prismatic joint.
 DIFFERENCE_STEP = 1e-5
 # After the last Newton step, a configuration is a solution if the norm of its residuals is below
 # this (no unit).
 RESIDUAL_TOLERANCE = 1e-8
-# A point is named after a singular factor if the estimated distance (rad) from its configuration
-# to a zero of the factor is below this value.
+# A point in the plane is named after a singular factor if the estimated distance (rad) from the
+# configuration found for the point to a zero of the factor is below this value.
 FACTOR_TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
 class CriticalPoints:
     """
-    Points of a plane at which the tool's position is singular.
+    Points of a plane at which the tool cannot move in some direction of the plane.
 
     Attributes
     ----------
@@ -61,10 +62,10 @@ def critical_points(robot: Robot, plane: Plane, starts: int | None = None) -> Cr
     """
     Return points of the plane at which the tool cannot move in some direction of the plane.
 
-    At such a point a combination c of the gradients of the plane's coordinates is orthogonal to
-    all columns of the position Jacobian. The search solves A(q)^T c = 0 and |c| = 1, with the tool
-    in the plane; `_gradients` computes A. The result omits points at which only a joint limit
-    stops the tool, although such points bound the workspace.
+    Let A(q) be the Jacobian of the plane's coordinates by the joints, scaled (see `_gradients`).
+    At such a point A(q)^T c = 0 for a vector c with |c| = 1: the coordinates cannot change in the
+    direction c. The search solves these equations, with the tool in the plane. The result omits
+    points at which only a joint limit stops the tool, although such points bound the workspace.
     """
     ranges = finite_ranges(robot)
     random = np.random.default_rng(SEED)
@@ -88,16 +89,17 @@ def critical_points(robot: Robot, plane: Plane, starts: int | None = None) -> Cr
         q = np.where(robot.prismatic, q, np.remainder(q + np.pi, 2.0 * np.pi) - np.pi)
     F, _ = _system(robot, plane, q, c)
     inside = np.all((q >= ranges[:, 0]) & (q <= ranges[:, 1]), axis=1)
-    # Drop poses at which c is normal to the plane, because there the tool can move in every
-    # direction of the plane.
+    # Drop poses at which c, the direction without motion, is normal to the plane, because there
+    # the tool can move in every direction of the plane.
     within = np.linalg.norm(c[:, :2], axis=1) > 1e-3
     q = q[(np.linalg.norm(F, axis=1) < RESIDUAL_TOLERANCE) & inside & within]
     return CriticalPoints(plane.coordinates(evaluate(robot, q).position), _names(robot, q))
 
 
 def _gradients(robot: Robot, plane: Plane, q: Floats) -> Floats:
-    # Return A, shape (..., k, n): the product of the k gradients of the plane's coordinates and
-    # the scaled Jacobian of the position, divided by the reach. A is nan if a loop does not close.
+    # Return A, shape (..., k, n): the Jacobian of the plane's k coordinates, that is, the product
+    # of their gradients by position and the position's Jacobian. Columns are scaled, and A is
+    # divided by the reach. A is nan if a loop does not close.
     position, J = _position_and_jacobian(robot, q)
     task = robot.singularity.task
     return plane.gradients(position) @ (J * task.column_scales) / task.reach
@@ -113,8 +115,9 @@ def _position_and_jacobian(robot: Robot, q: Floats) -> tuple[Floats, Floats]:
 
 
 def _number_of_vectors(robot: Robot, plane: Plane, q: Floats) -> int:
-    # Return the number k of gradients that the search combines, which is the length of c. k is 3
-    # if the arm can move the tool along the plane's normal, else 2.
+    # Return k, the number of plane coordinates (rows of A) that the search uses; c has k entries.
+    # k is 3, with the coordinate along the plane's normal, if the arm can move the tool along the
+    # normal, else 2.
     A = _gradients(robot, plane, q[:50])
     moved = np.max(np.abs(A), axis=(0, 2)) > 1e-9
     return 2 if len(moved) == 2 or not moved[2] else 3

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Draw the solutions of a redundant arm: the position of each joint along the arcs of the nearest
-solution curve.
+Draw the solutions of a redundant arm. They form curves; the picture shows the position of each
+joint along the arcs of one curve, the first with an arc inside the joint limits.
 """
 
 import numpy as np

@@ -14,8 +14,8 @@ import numpy as np
 from ....kernel import Floats
 from .artists import Axes3D
 
-# Directions from a labelled point to its label, and distances from the point to the label, points
-# (1/72 inch).
+# Directions in which a label may stand from the labelled place, and distances from the place to
+# the label in typographic points (1/72 inch).
 DIRECTIONS = [(np.cos(a), np.sin(a)) for a in np.arange(12) * np.pi / 6.0]
 RADII = (9.0, 15.0, 23.0, 33.0)
 # Width of a letter and height of a line, divided by the font size.

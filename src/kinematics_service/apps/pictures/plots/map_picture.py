@@ -81,8 +81,8 @@ def _draw_sets(axes: Axes, numbers: DistanceMap) -> list[Artist]:
 
 def with_border_crossed(values: Floats) -> Floats:
     """
-    Return the values of a singular factor on the map (rows, columns), changed at the border: each
-    zero there gets the opposite sign of its neighbour inside.
+    Return the values of a singular factor on the map (rows, columns), changed at the border: a
+    zero at the border is replaced by a tiny number with the opposite sign of the neighbour inside.
 
     matplotlib draws a curve only between values of different signs. A factor that is zero along
     the border, for example sin(q) at pi, has only round-off of any sign on the border.

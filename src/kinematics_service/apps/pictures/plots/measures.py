@@ -20,10 +20,11 @@ from .picture import GREY, VERMILION, Draw, with_unit, words
 
 # Width of one letter in the name of a singular factor, divided by the width of the panel.
 LETTER_WIDTH = 0.014
-# At a minimum of the distance to singularity, the picture names the singular factor that is
-# nearest to zero, if the minimum is below this ratio times the largest distance of the motion.
+# At a minimum of the distance to singularity along the motion, the picture names the singular
+# factor that is nearest to zero. It does so only if the minimum is below this ratio times the
+# largest distance to singularity in the motion.
 NAMED_RATIO = 0.3
-# The vertical axis of a condition number ends at 1.1 times this value or below. Larger values are
+# The vertical axis shows condition numbers up to this value (and a tenth more). Larger values are
 # not shown, because the condition number of a singular pose is only round-off.
 MAX_CONDITION = 1e4
 # Maximum number of letters in a line of an axis label.

@@ -17,9 +17,9 @@ from .picture import DASHES, SERIES, VERMILION, YELLOW
 WIDTH = 8.5
 # Height of the title and the legend of a picture, inches.
 HEAD_HEIGHT = 1.3
-# Colour and opacity of the intervals that are shaded for the level WARN or ERROR.
+# A curve is drawn as pixels, also in a vector picture, if its number of points exceeds this.
 MAX_POINTS = 20_000
-# Colour and opacity of the shaded intervals.
+# Colour and opacity of the intervals that are shaded because their level is WARN or ERROR.
 SHADES = {Level.WARN: (YELLOW, 0.45), Level.ERROR: (VERMILION, 0.30)}
 
 

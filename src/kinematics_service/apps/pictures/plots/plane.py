@@ -46,9 +46,9 @@ class Plane(FrozenArrays):
         A point of the plane. The half plane's edge is the axis of joint 1, and `origin` is on the
         edge.
     across, up : shape (3,)
-        Unit vectors along the two coordinates. For the half plane `up` is along the edge. The
-        first coordinate of the half plane is the distance from the edge, computed without
-        `across`.
+        Unit vectors along the two coordinates. For the half plane `up` is along the edge; the
+        first coordinate is the distance from the edge, and `across` gives only the normal of the
+        plane.
     labels
         Labels of the coordinates, with units.
     title

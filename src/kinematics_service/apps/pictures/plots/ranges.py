@@ -42,8 +42,8 @@ def finite_ranges(robot: Robot, whole: bool = False) -> Floats:
     Return a finite range of each joint, shape (n, 2), rad or m.
 
     The range lies between the limits; for a revolute joint it is at most a full turn unless
-    `whole` is True. If a limit is infinite, the range is a full turn around 0 (revolute), or 1 m
-    from 0 (prismatic), moved inside the limits.
+    `whole` is True. If a limit is infinite, the range is -pi to pi (revolute), or 0 to 1 m
+    (prismatic), shifted if a limit would cut it.
     """
     low, high = robot.limits.T
     length = np.where(robot.prismatic, SLIDING_RANGE, 2.0 * math.pi)

@@ -22,8 +22,8 @@ POINT_TOLERANCE = 1e-9
 @dataclass(frozen=True, eq=False)
 class JointAxis:
     """
-    The axis of a joint, in the base frame: the line about which a row of the DH table turns, or
-    along which it slides.
+    The axis of a joint, in the base frame: the line about which the frame after a row of the DH
+    table turns, or along which it slides.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class JointAxis:
         The joint variables in the row. In the chain of a closed loop only joints with a motor have
         a variable, so `variables` may be empty.
     slides
-        Whether the row slides without turning.
+        Whether the joint slides without turning.
     """
 
     point: Floats
@@ -85,9 +85,10 @@ def skeleton_of(robot: Robot, q: Floats) -> Skeleton:
     """
     Return the skeleton of an arm at joint positions (n,), rad or m.
 
-    Each row of the DH table is a motion T = before screw_z after. It adds three corners to the
-    skeleton: the origins of the frames after `before`, after the screw, and after `after`. For a
-    row of standard DH the skeleton goes d along z, then a along x, as the real arm does.
+    Each row of the DH table is a product of three motions: `before` (fixed), the screw of the
+    joint along z, and `after` (fixed). A row adds three corners to the skeleton: the origins of
+    the frames behind the first, the second and the third motion. For a row of standard DH the
+    skeleton goes d along z, then a along x, as the real arm does.
 
     Raises
     ------

@@ -52,8 +52,9 @@ class SolutionPose:
 
 def poses_of(result: IkResult) -> tuple[SolutionPose, ...]:
     """
-    Return the configurations that the picture shows: solutions, and points of solution curves. If
-    the target has no solution, return the configuration nearest to it.
+    Return the configurations that the picture shows: each solution, and one configuration of each
+    solution curve. If the target has no solution, return the configuration whose tool pose is
+    nearest to the target.
     """
     poses = []
     for k, solution in enumerate(result.solutions):

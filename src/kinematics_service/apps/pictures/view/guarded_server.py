@@ -5,9 +5,9 @@ Start viser's server with stricter checks of connections and of messages from cl
 
 The checks depend on three details of viser. It starts its server by one call of
 `websockets.asyncio.server.serve` with keywords, reads messages by `recv`, and keeps the elements
-of the panel in `gui._gui_input_handle_from_uuid`. At each start two tests must be refused: a
-connection of a foreign page, and a false message. If viser has changed and accepts one of them,
-the server is stopped.
+of the panel in `gui._gui_input_handle_from_uuid`. At each start the module tests the checks: it
+opens a connection as the page of another site, and sends a message that no panel would send. If
+viser has changed and accepts one of the two, the server is stopped.
 """
 
 import io
@@ -37,8 +37,8 @@ MAX_MESSAGE_SIZE = 16_384
 CONNECT_TIMEOUT = 20.0
 PROTOCOL = f'viser-v{viser.__version__}'
 HEADERS = {
-    # Other sites must not show the page in a frame to get clicks; the page connects only to its
-    # server.
+    # Other sites must not embed the page in a frame of their own, where they could trick the user
+    # into clicking. The page may connect only to its own server.
     'Content-Security-Policy': "frame-ancestors 'none'; connect-src 'self' data: blob:",
     'X-Frame-Options': 'DENY',
     'X-Content-Type-Options': 'nosniff',

@@ -89,8 +89,8 @@ class OriginCheck(NamedTuple):
         if origins and _netloc(origins[0]) != hosts[0]:
             return HttpRefusal(FORBIDDEN, 'Pages of other sites may not connect to this one.')
         if any(name != TOKEN for name, _ in _query(path)):
-            # Refuse all other parameters. A parameter could name another server, and viser's page
-            # would connect to that server and obey it.
+            # Refuse an address with any parameter other than the token. A parameter could name
+            # another server, and viser's page would connect to that server and obey it.
             return HttpRefusal(
                 FORBIDDEN, f'The address of this page takes no parameter except {TOKEN}.'
             )

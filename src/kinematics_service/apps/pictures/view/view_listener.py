@@ -30,8 +30,8 @@ from ....robot.robot import Robot
 from .node_facts import NodeFacts, ask_node
 from .view_outputs import MAX_AGE, ViewOutputs
 
-# Longest delay of the page behind the messages, s, if messages arrive faster than the view reads
-# them.
+# If messages arrive faster than the view reads them, it skips older messages once it is this much
+# late, s.
 MAX_DELAY = 0.2
 # Period of the requests for a node's description, s.
 REQUEST_PERIOD = 1.0
