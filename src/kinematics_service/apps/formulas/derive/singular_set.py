@@ -292,8 +292,8 @@ class FamilySearch:
             return None
         names = self.arithmetic.names
         place = ', '.join(f'{names.variables[k]} = {poses[lowest, k]:.4f}' for k in joints)
-        rank = f'rank {ranks[lowest]} (to {singular_geometry.ZERO:g})'
-        return f'with {numbers_in_words(names)} of this file: {rank} at {place}'
+        lost = f'rank {ranks[lowest]} (to {singular_geometry.ZERO:g})'
+        return f'with {numbers_in_words(names)} of this file: {lost} at {place}'
 
     def is_one_family(self, factor: RealFactor) -> bool:
         """
