@@ -16,8 +16,8 @@ def set_parameter(
         list[str],
         typer.Argument(
             metavar='[NODE] PARAMETER VALUE',
-            help=f'The full name of the node, {NODE} if it is left out; a parameter; its value in '
-            'YAML, as after -p.',
+            help=f'The full name of the node (default: {NODE}), the name of a parameter, and its '
+            'value in YAML.',
         ),
     ],
 ) -> None:

@@ -46,7 +46,8 @@ def calibrate_propose(
     Propose the poses to measure next (D-optimal), after those of FILE or before any.
 
     The poses keep away from joint limits and singular poses. Obstacles around the arm are unknown:
-    look at the motion first. With --line-of-sight the point X,Y,Z is in a cone of DEG at the tool.
+    look at the motion first. With --line-of-sight, the direction from the tool to the point X,Y,Z
+    is at most DEG from the tool's z axis in each pose.
 
     \b
     Examples:

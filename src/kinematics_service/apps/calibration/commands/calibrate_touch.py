@@ -38,9 +38,9 @@ def calibrate_touch(
     Calibrate an arm without an instrument: a spike on the tool touches the same points again.
 
     FILE is a table (.csv): each row has joint positions and the name of the touched point. Touch
-    each point from many poses. Points and tip are fitted. Touches make the ratios of lengths
-    identifiable, and the lengths if --distance gives the distance of two points. Exit code 1: the
-    result is refused.
+    each point from many poses. The positions of points and tip are fitted, too. Touches alone
+    identify the arm up to its size; with --distance, the distance of two points, also the size.
+    Exit code 1: the result is refused.
 
     \b
     Examples:

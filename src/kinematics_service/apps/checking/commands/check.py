@@ -62,8 +62,8 @@ def check(
     json: JsonOption = False,
 ) -> None:
     """
-    Check robot files, and print what they say: the table as in a textbook, the joints, and what is
-    true of the arm at every pose.
+    Check robot files, and print what they say: the table as in a textbook, the joints, and
+    properties that the arm has at every pose.
 
     \b
     Examples:
@@ -85,8 +85,8 @@ def check(
                               of a robot
       reach, length           m
       task_rows, generic_rank
-                              rows of J that count; how many of them
-                              are independent
+                              rows of the Jacobian in which the arm can move; its
+                              rank at poses that are not singular
       known_poses             objects: index, agrees
     """
     out, found = Output(), []

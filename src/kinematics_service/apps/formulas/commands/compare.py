@@ -22,12 +22,12 @@ def compare(
     ),
 ) -> None:
     """
-    Compare formulas you derived by hand, or with other software, with the right ones: which
-    entries differ, and why.
+    Compare formulas that you derived by hand, or with other software, with the right ones. Print
+    the entries that differ, and why.
 
-    Each named cause was tested: it makes the difference vanish at random poses, with random
-    lengths where the robot file has named constants. Exit code 0: all agree; 1: something differs;
-    2: wrong usage, or a file that cannot be read.
+    Each named cause was tested: your formula, with this mistake repaired, equals the right one at
+    random poses, and with random lengths if the robot file has named constants. Exit code 0: all
+    agree; 1: something differs; 2: wrong usage, or a file that cannot be read.
 
     \b
     Example:
@@ -55,14 +55,14 @@ def compare(
     Formulas:
       T, R, p                   tool in the base: pose, rotation, position
       T_03, A_12, H^1_2, R_36   frame 0 to 3, 1 to 2; frame i stands after row i of the table
-      A_2 or T_2, A_i           the matrix of row 2, of any row (a_i, alpha_i, d_i, theta_i)
+      A_2 or T_2, A_i           matrix of row 2, of every row (a_i, alpha_i, d_i, theta_i)
       R_2, o_2, z_2, p_14       rotation, origin, z axis of frame 2; from o_1 to o_4
       z^1_2, o^1_2, {}^1J       the same, and J, in the axes of frame 1
       J, J_v, J_w, J_2, J_v2    Jacobian: linear rows first, base axes, point: the tool's origin;
-                                fewer rows: the task's, or the nonzero ones (in a plane x, y, phi)
+                                fewer rows: the arm's task, or the nonzero (in a plane x, y, phi)
       J_s, J_b, J_A             space, body (Lynch and Park: angular rows first), analytic
-      det or det(J)             of the task's rows of J
-      s_o1, D_1                 o_0 - o_n; dT/dq1 R^-1: column 1 of J as a 4 x 4 matrix
+      det or det(J)             of the rows of J in the arm's task
+      s_o1, D_1                 o_0 - o_n; D_1 = dT/dq1 R^-1: column 1 of J as 4 x 4 matrix
       q2 = ...                  inverse kinematics; all such lines must give one solution
       lhs = rhs                 an equation, such as tan(q1) = y/x; of matrices, each entry
       singular: q3 = k*pi       a family of singular poses, or L2*c2 + L3*c23 = 0; all such lines

@@ -108,9 +108,9 @@ def plot(
       ik          every pose that reaches a target              --xyz --rpy --near
       family      a redundant arm's postures, joint by joint    --xyz --rpy --near
       velocity    the tool's velocity along a path              --path
-      measures    how near to singular along a path             --path
-      map         the same over two joints, singular sets       --joints --q
-      workspace   where the tool gets, in a plane               --plane --at
+      measures    measures of singularity along a path          --path
+      map         distance to singularity over two joints       --joints --q
+      workspace   the points of a plane that the tool reaches   --plane --at
 
     \b
     Examples:
