@@ -465,6 +465,15 @@ def test_fk_says_how_near_the_pose_is_in_words(capsys):
     assert 'leads away fastest (or its opposite)' in text
 
 
+def test_jacobian_says_when_a_motion_comes_to_a_warning(capsys):
+    # planar_2r warns at q2 = 0.1 rad: 0.4 rad away, at 0.5 rad/s.
+    arguments = ('jacobian', '--robot', 'planar_2r', '--q', '0,0.5', '--qdot')
+    words = r'along qdot +distance changes by -0\.5 per second: WARN in 0\.8 s\n'
+    assert re.search(words, answer(capsys, *arguments, '0,-0.5'))
+    words = r'along qdot +distance changes by 0\.5 per second: not approaching'
+    assert re.search(words, answer(capsys, *arguments, '0,0.5'))
+
+
 @pytest.mark.parametrize(
     ('elbow', 'words', 'none'),
     [
