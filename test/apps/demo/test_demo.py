@@ -328,6 +328,12 @@ def shown_on(columns, lines, level='ERROR', robot='panda', measure=0.0123):
     return capture.get().splitlines()
 
 
+def test_what_just_fits_a_terminal_is_shown_whole():
+    whole = shown_on(80, 100)
+    assert shown_on(80, len(whole)) == whole
+    assert len(shown_on(80, len(whole) - 1)) < len(whole)
+
+
 def test_the_scale_has_its_bar_and_its_cause():
     (line,) = (line for line in shown_on(80, 24) if line.startswith('scale'))
     bar = '█' * 7 + '░' * 13
