@@ -25,6 +25,7 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from refusal import refused
+from rich.console import Console
 from ros_harness import LATCHED, Peer, joint_state
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
@@ -407,6 +408,19 @@ def test_a_topic_is_silent_unless_it_is_rare_and_has_a_message(is_rare, count, a
         _echoed=SimpleNamespace(is_rare=is_rare), _latest=SimpleNamespace(count=count, age=age)
     )
     assert tool._Echo._silent.fget(one) == is_silent
+
+
+def test_the_level_of_a_warning_is_coloured_on_a_terminal():
+    one = SimpleNamespace(
+        _echoed=SimpleNamespace(lines=lambda message, width: ['WARN near elbow', 'distance 0.1']),
+        _latest=SimpleNamespace(topic='/warning', message=object(), rate=lambda: 0.5, age=2.0),
+        _silent=False,
+    )
+    title, warned, detail = tool._Echo._screen(one, Console(width=80)).renderables
+    assert title.plain == '/warning   0.5 Hz   2.0 s ago   Ctrl-C ends it'
+    assert (warned.plain, detail.plain) == ('WARN near elbow', 'distance 0.1')
+    assert [(span.start, span.end) for span in warned.spans] == [(0, len('WARN'))]
+    assert not detail.spans
 
 
 @pytest.mark.parametrize('seconds', ['0', '-1', 'nan', '1e9'])
