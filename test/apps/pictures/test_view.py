@@ -252,6 +252,13 @@ def test_the_time_gauge_counts_down_towards_a_singular_pose():
     assert there['measure'].level == Level.ERROR
 
 
+def test_the_gauge_of_a_command_that_is_stopped_is_empty():
+    seen = observe(ks.load_robot('planar_2r'), [0.0, 0.6])
+    seen = replace(seen, scale=(0.0, 'singularity', Level.ERROR))
+    gauge = gauges_of(seen)[-1]
+    assert (gauge.name, gauge.text, gauge.fraction) == ('scale', '0.00: singularity', 0.0)
+
+
 def test_a_gauge_of_what_was_not_found_says_that_it_is_farther():
     robot = ks.load_robot('planar_2r')
     seen = observe(robot, [0.0, 1.4])
