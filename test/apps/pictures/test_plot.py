@@ -289,6 +289,16 @@ def test_an_arm_has_equal_scales_units_and_says_where_it_is():
     assert 'lost translation' in said or ks.singularity(robot, q).lost_direction[:3].max() < 0.1
 
 
+def test_a_drawn_arm_is_inside_of_its_axes():
+    axes = drawn(arm_picture(robot_of('ur5e'), np.array([0, -1.57, 1.2, 0, 0.0, 0]))).axes[0]
+    limits = np.array([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()])
+    # The ends of joint axes may be outside.
+    lines = [line for line in axes.lines if line.get_label() != 'joint axis']
+    points = np.concatenate([np.array(line.get_data_3d()) for line in lines], axis=1)
+    outside = np.maximum(limits[:, 0] - points.T, points.T - limits[:, 1])
+    assert np.max(outside) <= ROUND_OFF
+
+
 def test_names_are_shown_letter_by_letter():
     robot = ks.robot_from_text(ODD.replace('q1', 'a_1'), 'odd')
     figure = drawn(arm_picture(robot, np.zeros(1)))
