@@ -24,7 +24,13 @@ from refused_files import refuse
 import kinematics_service as ks
 from kinematics_service.apps.checking.pose_format import PoseFormat
 from kinematics_service.apps.recordings.audit.curves import curve_of
-from kinematics_service.apps.recordings.audit.report.charts import Chart
+from kinematics_service.apps.recordings.audit.findings import seconds
+from kinematics_service.apps.recordings.audit.report.charts import (
+    AIR,
+    Chart,
+    LevelLine,
+    ValueScale,
+)
 from kinematics_service.apps.recordings.audit.report.page_header import origin_of
 from kinematics_service.apps.recordings.audit.report.tables import NOTHING, TableColumn, table_of
 from kinematics_service.apps.recordings.readers.between_points import PlannedTrajectory, sampled
@@ -732,6 +738,22 @@ def test_one_singular_sample_does_not_squeeze_the_condition_number():
     curve = curve_of('condition number', 'c0', 4.0, [(t, values, np.zeros(4, dtype=bool))])
     assert 'data-low="6.35' in Chart('k', '', [curve], log=True, most=3e3, end=4.0).html()
     assert 'data-low="7.9' in Chart('k', '', [curve], log=True, end=4.0).html()
+
+
+@pytest.mark.parametrize(('limit', 'high'), [(13.9, 13.9), (14.1, 12.0)])
+def test_a_limit_is_on_the_axis_if_it_is_within_half_a_range_of_the_curve(limit, high):
+    curve = curve_of(
+        'speed', 'c0', 2.0, [(np.arange(2.0), np.array([8.0, 12.0]), np.zeros(2) > 0)]
+    )
+    scale = ValueScale.of(Chart('speed', '', [curve], levels=[LevelLine(limit, 'limit')]))
+    assert scale.high - AIR * (high - 8.0) == pytest.approx(high)
+
+
+@pytest.mark.parametrize(
+    ('time', 'text'), [(59.94, '59.9 s'), (60.0, '1 min 0 s'), (3780.0, '1 h 3 min')]
+)
+def test_a_duration_is_written_in_its_largest_units(time, text):
+    assert seconds(time) == text
 
 
 def test_a_table_of_a_page_has_no_empty_columns():
