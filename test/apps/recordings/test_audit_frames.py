@@ -19,6 +19,7 @@ from kinematics_service.apps.recordings.audit import neighbourhoods
 from kinematics_service.apps.recordings.audit.auditing import audit
 from kinematics_service.apps.recordings.audit.frames import FrameReport, NotCompared
 from kinematics_service.apps.recordings.audit.neighbourhoods import WINDOW_AROUND_POSES, joined
+from kinematics_service.apps.recordings.audit.report.page_frames import frame_section
 from kinematics_service.apps.recordings.audit.reported_velocities import (
     MotionColumns,
     smooth_products,
@@ -229,6 +230,17 @@ def test_poses_between_joint_states_far_apart_cost_the_frames_not_the_audit():
     assert result.frames.code == 'too-few'
     assert verdict_of(result)[0].level >= 0
     assert isinstance(bare(robot, t, q, stamps, poses, gap=3.0).frames, FrameReport)
+
+
+def test_the_page_draws_what_remains_between_the_sources():
+    robot = robot_of('ur5e')
+    t, q, poses = moving(robot, 25.0, seconds=1.6)
+    poses[:, 0, 3] += np.where(np.arange(len(t)) == 20, 0.05, 0.0)
+    section = frame_section(bare(robot, t, q, BEGIN + np.rint(1e9 * t).astype(np.int64), poses))
+    assert '<h2>Frames: poses of /tcp</h2>' in section
+    assert section.count('<figure') == 2
+    for title in ('position remaining', 'orientation remaining'):
+        assert f'aria-label="{title}"' in section
 
 
 @pytest.mark.parametrize(('beside', 'level'), [(15, 'WARN'), (30, 'OK')])
