@@ -151,6 +151,14 @@ def test_the_ellipsoid_drawn_is_that_of_the_jacobian(name):
     assert matrix == pytest.approx(np.diag(np.diag(matrix)), abs=1e-9)
 
 
+def test_the_level_is_written_below_the_tool():
+    robot, q = robot_of('puma560'), pose_of(robot_of('puma560'))
+    (marker,) = read(robot, q).of('status')
+    x, y, z = transform(marker)[1] - ks.forward_kinematics(robot, q)[:3, 3]
+    assert (x, y) == pytest.approx((0.0, 0.0), abs=CLOSE)
+    assert z < -marker.scale.z  # the text is centred, and does not cover the tool
+
+
 def test_every_marker_can_be_drawn_by_rviz():
     # RViz refuses zero scales, colours that cannot be seen, and quaternions of zero length.
     for name in DRAWN:
