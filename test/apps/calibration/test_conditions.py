@@ -168,6 +168,9 @@ def test_drifts_are_found_within_their_deviations():
         names = [f'{k}.{joint}' for k in (1, 2) for joint in rows.robot.joint_names]
         assert [one.name for one in own_of(found, 'zeros')] == names
         errors += deviations_off(found, 'zeros', (drifts[1:] - drifts[0]).ravel())
+        beyond = [one.name for one in own_of(found, 'zeros') if not one.may_be_zero]
+        words = f'two deviations from zero for {len(beyond)} of {len(names)} numbers ({beyond[0]}'
+        assert any(words in sentence for sentence in sentences_of(found))
     assert_normal(errors, 20)
 
 

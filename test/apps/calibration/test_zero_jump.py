@@ -183,6 +183,7 @@ def test_a_jump_of_another_part_is_named(part):
         poses.poses[80:] = poses.poses[80:] @ change
     jump = watched(arm, poses)[-1].jump
     assert jump.key == part
+    assert jump.count == 80
     if part == 'time_lag':
         assert jump.sizes[0] == pytest.approx(-0.02, rel=0.2)
         assert 'ms later since' in jump.sentence
