@@ -65,14 +65,14 @@ def _sincos_reduced(x: float) -> tuple[float, float]:
     half = 0.5 * z
     w = 1.0 - half
     cosine = w + (((1.0 - w) - half) + (z * p - y * tail))
-    # The next conditions are written so that the compiler makes selections instead of branches,
-    # which the processor would often predict wrongly.
+    # Use conditional expressions, so that the compiler makes selections instead of branches. The
+    # processor would predict branches wrongly.
     quarter: Int32 = int(turns)
-    if quarter & 1:
-        sine, cosine = cosine, sine
+    sine_of_x = cosine if quarter & 1 else sine
+    cosine_of_x = sine if quarter & 1 else cosine
     sign = 1.0 - (quarter & 2)
     other = 1.0 - ((quarter + 1) & 2)
-    return sign * sine, other * cosine
+    return sign * sine_of_x, other * cosine_of_x
 
 
 def sincos(x: float) -> tuple[float, float]:

@@ -13,7 +13,7 @@ interleaved matrices a rotation by zero changes -0.0 to 0.0.
 import math
 
 from ..layout import arrays, places
-from ..layout.arrays import Flat, Floats, Numbers
+from ..layout.arrays import Flat, Floats, Int32, Numbers
 
 # Largest number of sweeps; a sweep rotates all pairs of rows. In experiments, matrices of six rows
 # with 6 to 96 numbers needed at most 8 sweeps.
@@ -175,7 +175,7 @@ def _sort_by_norm(W: Flat, sigma: Flat, count: int, length: int, width: int, lan
                 best[lane] = j if larger else best[lane]
                 largest[lane] = norms[lane] if larger else largest[lane]
         for lane in range(lanes):
-            other: int = int(best[lane])
+            other: Int32 = int(best[lane])
             if other != i:
                 _swap(sigma, i * lanes + lane, other * lanes + lane, 1, lanes)
                 first, second = i * width * lanes + lane, other * width * lanes + lane
@@ -268,7 +268,7 @@ def _write_determinant(A: Flat, size: int, determinants: Numbers, lanes: int) ->
                 pivots[lane] = j if larger else pivots[lane]
                 largest[lane] = abs(below[lane]) if larger else largest[lane]
         for lane in range(lanes):
-            pivot: int = int(pivots[lane])
+            pivot: Int32 = int(pivots[lane])
             _swap(A, at + lane, (pivot * size + i) * lanes + lane, size - i, lanes)
         for lane in range(lanes):
             zeros[lane] = 1.0 if largest[lane] == 0.0 else zeros[lane]
