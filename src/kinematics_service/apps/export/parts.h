@@ -17,13 +17,14 @@
 // frames: the poses of the table's frame 0 and of the frame after each row.
 // The arrays of a call must not overlap.
 //
-// @precision@
-// If a joint position is not finite@or_loop@, all results of a function are NaN.
-@time@// Self-test: @before@self_test() returns the number of wrong numbers at @poses@ poses.
+@notes@
+// If a joint position is not finite, all results of a function are NaN.
+// Self-test: @before@self_test() returns the number of wrong numbers at @poses@ poses.
 #ifndef @guard@
 #define @guard@
 
-@includes@
+#include <float.h>
+#include <math.h>
 
 #if defined(__FAST_MATH__) || FLT_EVAL_METHOD == 2 || FLT_EVAL_METHOD < 0
 #error "compile without -ffast-math, and for a processor that does not widen numbers"
@@ -33,27 +34,23 @@
 #elif defined(__GNUC__)
 #pragma GCC push_options
 #pragma GCC optimize("fp-contract=off")
+#if defined(__FMA__)
+// GCC 12 fuses alternating sums and differences of vectors against the option above.
+#pragma GCC optimize("no-tree-slp-vectorize")
 #endif
-@space@
-//// end
-@end@#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC pop_options
 #endif
 
-#endif
-//// double
-Results have the bits of kinematics_service; in_axes_of agrees with it to round-off. g++ and
-// clang++ fuse no operations here; give other compilers an option like -ffp-contract=off. Beyond
-// @largest@ rad, sine and cosine are those of the C library, which differ between systems.
-//// float
-Numbers are float. They differ from those of kinematics_service by at most @pose_error@ in T and
-// @jacobian_error@ in J inside the joint limits. This is twice the largest difference at 1000
-// poses. It is measured and not proved.
-//// basics
+@begin@
+@counts@
+@constant@ const @real@ @before@lower_limits[] = @lower_limits@;
+@constant@ const @real@ @before@upper_limits[] = @upper_limits@;
+@constant@ const @real@ @before@velocity_limits[] = @velocity_limits@;
+@constant@ const char *const @before@joint_names[] = {@joint_names@};
+
 typedef struct { double at[2]; } @prefix@pair;
 typedef struct { double at[3]; } @prefix@triple;
 
-@head@int @prefix@all_finite(const @real@ *numbers, int count)
+static inline int @prefix@all_finite(const @real@ *numbers, int count)
 {
     @real@ nothing = 0;
     for (int k = 0; k < count; ++k) {
@@ -62,86 +59,140 @@ typedef struct { double at[3]; } @prefix@triple;
     return nothing == 0;
 }
 
-@head@void @prefix@no_result(@real@ *results, int count)
+static inline void @prefix@no_result(@real@ *results, int count)
 {
     for (int k = 0; k < count; ++k) {
         results[k] = NAN;
     }
 }
 
-@head@void @prefix@copy(double *to, int count, const double *numbers)
+static inline void @prefix@copy(double *to, int count, const double *numbers)
 {
     for (int k = 0; k < count; ++k) {
         to[k] = numbers[k];
     }
 }
 
-@head@void @prefix@fill(double *to, int count, double number)
+static inline void @prefix@fill(double *to, int count, double number)
 {
     for (int k = 0; k < count; ++k) {
         to[k] = number;
     }
 }
+
+//// double
+// Results have the bits of kinematics_service; in_axes_of agrees with it to round-off. g++ and
+// clang++ fuse no operations here; give other compilers an option like -ffp-contract=off. Beyond
+// @largest@ rad, sine and cosine are those of the C library, which differ between systems.
+//// float
+// Numbers are float. They differ from those of kinematics_service by at most @T_error@ in T and
+// @J_error@ in J inside the joint limits. This is twice the largest difference at 1000
+// poses. It is measured and not proved.
+//// loops
+// If a loop does not close, all results are NaN, too. Closed loops are solved in steps from
+// positions at which they close. The time of a call grows with the distance from these positions,
+// and is longest where a loop does not close.
 //// sines of double
-@head@void @prefix@sines_and_cosines(const double *angle, int count, double *s, double *c)
+static inline void @prefix@sines_and_cosines(const double *angle, int count, double *s, double *c)
 {
     int beyond = 0;
     for (int k = 0; k < count; ++k) {
-        beyond |= !(@std@fabs(angle[k]) <= @largest@);
+        beyond |= !(fabs(angle[k]) <= @largest@);
     }
     if (beyond) {
         for (int k = 0; k < count; ++k) {
-            const @prefix@pair both = @prefix@sincos(angle[k]);
+            const @prefix@pair both = @sincos@;
             s[k] = both.at[0];
             c[k] = both.at[1];
         }
         return;
     }
     for (int k = 0; k < count; ++k) {
-        const @prefix@pair both = @prefix@sincos_reduced(angle[k]);
+        const @prefix@pair both = @sincos_reduced@;
         s[k] = both.at[0];
         c[k] = both.at[1];
     }
 }
+
 //// sines of float
-@head@void @prefix@sines_and_cosines(const float *angle, int count, float *s, float *c)
+static inline void @prefix@sines_and_cosines(const float *angle, int count, float *s, float *c)
 {
     for (int k = 0; k < count; ++k) {
-        s[k] = @std@sin@f@(angle[k]);
-        c[k] = @std@cos@f@(angle[k]);
+        s[k] = sinf(angle[k]);
+        c[k] = cosf(angle[k]);
     }
 }
-//// evaluate
-@head@int @prefix@evaluate_arm(const double *q, const double *qdot, int depth, double *row)
+
+//// function
+static inline void @before@@name@(@parameters@)
 {
-    return @prefix@all_finite(q, @dof@) && @prefix@all_finite(qdot, @dof@) &&
-        @std@isfinite(@total@);
+@body@
 }
-//// measure
-// @words@ of the rows @task@ of the Jacobian J of the tool.
-@head@double @before@@name@(const @real@ *J)
+
+//// factors
+@constant@ const char *const @before@factor_names[] = {@factor_names@};
+
+@function@
+//// measures
+// J_axes: J in the axes of the frame with the pose T, instead of base axes.
+static inline void @before@in_axes_of(const @real@ *T, const @real@ *J, @real@ *J_axes)
 {
-    double copy[@columns@], W[@W@], spare[@spare@], sigma[6], measures[@count@];
+    for (int row = 0; row < 6; ++row) {
+        const @real@ *axis = T + row % 3, *v = J + row / 3 * 3 * @dof@;
+        for (int k = 0; k < @dof@; ++k, ++v) {
+            *J_axes++ = axis[0] * v[0] + axis[4] * v[@dof@] + axis[8] * v[2 * @dof@];
+        }
+    }
+}
+
+static inline void @prefix@measure(const @real@ *J, double *measures)
+{
+    double copy[@columns@], W[@W@], spare[@columns@], sigma[6];
     for (int k = 0; k < @columns@; ++k) {
         copy[k] = J[k];
     }
-    @prefix@write_scalars(@dof@, &@task_rows@, copy, W, spare, sigma, measures);
-    return measures[@at@];
+    @write_scalars@;
 }
-//// self-test
-@head@int @before@self_test(@void@)
+
+// The product of the singular values of the rows @task@ of the Jacobian J of the tool.
+static inline double @before@manipulability(const @real@ *J)
 {
-@tables@
+    double measures[@measures@];
+    @prefix@measure(J, measures);
+    return measures[@manipulability@];
+}
+
+// The smallest singular value of these rows, with angular rows@and_columns@ times @length@ m.
+static inline double @before@smallest_singular_value(const @real@ *J)
+{
+    double measures[@measures@];
+    @prefix@measure(J, measures);
+    return measures[@smallest@];
+}
+
+//// end
+static inline int @before@self_test(void)
+{
+    static const @real@ q[] = @q_tested@;
+    static const double expected_T[] = @T_tested@;
+    static const double expected_J[] = @J_tested@;
     int wrong = 0;
     for (int k = 0; k < @poses@; ++k) {
         @real@ T[12], J[@columns@];
-        @before@jacobian(q[k], T, J);
+        @before@jacobian(q + @dof@ * k, T, J);
         for (int i = 0; i < 12; ++i) {
-            wrong += !(@std@fabs(T[i] - expected_T[k][i]) <= @pose_error@);
+            wrong += !(fabs(T[i] - expected_T[12 * k + i]) <= @T_error@);
         }
         for (int i = 0; i < @columns@; ++i) {
-            wrong += !(@std@fabs(J[i] - expected_J[k][i]) <= @jacobian_error@);
+            wrong += !(fabs(J[i] - expected_J[@columns@ * k + i]) <= @J_error@);
         }
     }
     return wrong;
 }
+
+@end@
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#endif
+
+#endif

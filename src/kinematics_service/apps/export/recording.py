@@ -1,37 +1,63 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Record the operations of a function by calling it with numbers that store how they were computed.
+Record the operations of a function by calling it with numbers that write down each operation in C.
 
 The result is a list of steps without loops and branches. Equal steps are one step, and steps that
 no result needs are left out. All other changes keep the bits of finite numbers, too: operations on
 constants are computed, x * 1 and x - 0 are x, x * -1 is -x, and x + 0 * y is x if x is not -0.0.
 """
 
-from collections.abc import Mapping
+import math
+import re
+from collections import Counter
+from collections.abc import Callable, Mapping
 from typing import Any
 
+import numpy as np
 
-class Recorded:
+from .kernel_source import source
+from .translation import Text, Translation, literal
+
+STEP = re.compile(r'\bt\d+\b')  # the name of a step
+# A step that only one other step needs is written inside of that step, up to this length.
+INNER_LENGTH = 60
+
+
+class Number:
     """
-    A number that an operation computes from other numbers.
+    A number that a recorded function computes from other numbers, or a constant.
 
     Attributes
     ----------
-    operation
-        An operator, the name of a function, or the name of the number, such as q[0].
-    operands
-        The numbers that the operation takes.
+    recording
+        The recording that writes down its operations.
+    text
+        The number in C: a constant, the name of a step, or another name, such as q[0].
+    value
+        The value of a constant; None for other numbers.
+    is_zero
+        Whether it is 0.0, -0.0, or the product of one of these and a finite number.
     no_negative_zero
-        Whether the number is never -0.0. A sum is -0.0 only if both operands are.
+        Whether it is never -0.0. A sum is -0.0 only if both operands are.
+    after_sines
+        Whether it follows from a sine.
     """
 
     __array_ufunc__ = None  # numpy's numbers then leave operations to this class
-    __slots__ = ('no_negative_zero', 'operands', 'operation')
 
-    def __init__(self, operation: str, *operands: Any, no_negative_zero: bool = False) -> None:
-        self.operation, self.operands = operation, operands
-        self.no_negative_zero = no_negative_zero
+    def __init__(
+        self,
+        recording: 'Recording',
+        text: str,
+        value: float | None = None,
+        is_zero: bool = False,
+        no_negative_zero: bool = False,
+        after_sines: bool = False,
+    ) -> None:
+        self.recording, self.text, self.value = recording, text, value
+        self.is_zero, self.no_negative_zero = is_zero, no_negative_zero
+        self.after_sines = after_sines
 
     def __bool__(self) -> bool:
         raise TypeError('the function branches on a recorded number; translate it instead')
@@ -39,109 +65,137 @@ class Recorded:
     def __eq__(self, other: object) -> bool:
         raise TypeError('the function compares a recorded number; translate it instead')
 
-    __hash__ = object.__hash__
+    def __neg__(self) -> 'Number':
+        return self.recording.step('-{}', self)
+
+    def __abs__(self) -> 'Number':
+        return self.recording.step('fabs({})', self)
 
 
-def never_negative_zero(value: Any) -> bool:
-    """Return whether a recorded number or a constant is never -0.0."""
-    if isinstance(value, Recorded):
-        return value.no_negative_zero
-    return float(value).hex() != '-0x0.0p+0'
-
-
-def _is_zero(value: Any) -> bool:
-    # Returns whether a value is 0.0, -0.0, or the product of one of these and a finite number.
-    if isinstance(value, Recorded):
-        return value.operation == '*' and any(map(_is_zero, value.operands))
-    return bool(value == 0.0)
-
-
-def _sum(a: Any, b: Any) -> Any:
+def _sum(a: Number, b: Number) -> Number:
     for one, other in ((a, b), (b, a)):
-        if _is_zero(other) and never_negative_zero(one):
+        if other.is_zero and one.no_negative_zero:
             return one
-    safe = never_negative_zero(a) or never_negative_zero(b)
-    return Recorded('+', a, b, no_negative_zero=safe)
+    safe = a.no_negative_zero or b.no_negative_zero
+    return a.recording.step('{} + {}', a, b, no_negative_zero=safe)
 
 
-def _difference(a: Any, b: Any) -> Any:
-    if _is_zero(b) and (never_negative_zero(a) or _is_positive_zero(b)):
+def _difference(a: Number, b: Number) -> Number:
+    if b.is_zero and (a.no_negative_zero or b.value is not None and b.no_negative_zero):
         return a
-    return Recorded('-', a, b, no_negative_zero=never_negative_zero(a))
+    return a.recording.step('{} - {}', a, b, no_negative_zero=a.no_negative_zero)
 
 
-def _is_positive_zero(value: Any) -> bool:
-    return not isinstance(value, Recorded) and value == 0.0 and never_negative_zero(value)
-
-
-def _product(a: Any, b: Any) -> Any:
+def _product(a: Number, b: Number) -> Number:
     for one, other in ((a, b), (b, a)):
-        if not isinstance(one, Recorded) and abs(one) == 1.0:
-            return other if one > 0.0 else Recorded('-', other)
-    return Recorded('*', a, b)
+        if one.value == 1.0:
+            return other
+        if one.value == -1.0:
+            return -other
+    return a.recording.step('{} * {}', a, b, is_zero=a.is_zero or b.is_zero)
 
 
-_OPERATIONS = {
-    'add': _sum,
-    'sub': _difference,
-    'mul': _product,
-    'truediv': lambda a, b: Recorded('/', a, b),
-    'neg': lambda a: Recorded('-', a),
-    'abs': lambda a: Recorded('fabs', a),
-}
-for _name, _operation in _OPERATIONS.items():
-    setattr(Recorded, f'__{_name}__', _operation)
-    setattr(Recorded, f'__r{_name}__', lambda a, b, by=_operation: by(b, a))
+def _computed(operation: Callable[[Number, Number], Number], a: Any, b: Any) -> Any:
+    # Returns the result of an operation on a recorded number and another number or a constant. A
+    # constant result is a plain number, so that Python computes the next operation with it.
+    recording = a.recording if isinstance(a, Number) else b.recording
+    result = operation(recording.number(a), recording.number(b))
+    return result if result.value is None else result.value
 
 
-class Steps:
+for _name, _operation in (('add', _sum), ('sub', _difference), ('mul', _product)):
+    setattr(Number, f'__{_name}__', lambda a, b, by=_operation: _computed(by, a, b))
+    setattr(Number, f'__r{_name}__', lambda b, a, by=_operation: _computed(by, a, b))
+
+
+class Recording:
     """
-    The steps that compute the results of a recording, each step once, in an order that works.
+    The steps of a function, in the order in which they were recorded.
+
+    Parameters
+    ----------
+    translation
+        The functions that the steps call.
+    real
+        The C type of the numbers, `double` or `float`.
 
     Attributes
     ----------
     steps
-        Operation and operands of each step. An operand is the index of an earlier step. The
-        operation of a constant is its text by float.hex.
-    results
-        For each result, the index of its step.
-    uses
-        How many steps and results need each step.
+        The number that each step computes, by the text of the step.
+    angles
+        The texts of angles whose sines and cosines are computed together.
     """
 
-    def __init__(self, results: Mapping[str, Any]) -> None:
-        self.steps: list[tuple[str, tuple[int, ...]]] = []
-        self._found: dict[tuple[str, tuple[int, ...]], int] = {}
-        self._index: dict[Recorded, int] = {}
-        self.results = {name: self._add(value) for name, value in results.items()}
-        self.uses = [0] * len(self.steps)
-        needed = [one for _, operands in self.steps for one in operands]
-        for k in [*needed, *self.results.values()]:
-            self.uses[k] += 1
+    def __init__(self, translation: Translation, real: str) -> None:
+        self.translation, self.real = translation, real
+        self.steps: dict[str, Number] = {}
+        self.angles: list[str] = []
+        # A program replaces these functions in their modules while it records.
+        self.functions = source('forward.chain_pass').sincos, source('measures.factors')._partial
 
-    def _add(self, value: Any) -> int:
-        # Use a stack instead of a recursion, because recordings are deep.
-        waiting = [value]
-        while waiting:
-            one = waiting[-1]
-            known = not isinstance(one, Recorded) or one in self._index
-            missing = [] if known else [k for k in one.operands if self._place(k) is None]
-            waiting += reversed(missing)
-            if not missing:
-                waiting.pop()
-            if not known and not missing:
-                operands = tuple(self._place(k) for k in one.operands)
-                self._index[one] = self._once(one.operation, operands)
-        return int(self._place(value))
+    def array(self, name: str, count: int) -> Any:
+        """Return an array of numbers, which a program gives to the recorded function."""
+        return np.array([Number(self, f'{name}[{k}]') for k in range(count)], object)
 
-    def _place(self, value: Any) -> Any:
-        # Returns the index of the step of a value, or None if it has none yet.
-        if isinstance(value, Recorded):
-            return self._index.get(value)
-        return self._once(float(value).hex(), ())
+    def number(self, value: Any) -> Number:
+        """Return a recorded number or a constant as a recorded number."""
+        if isinstance(value, Number):
+            return value
+        value = float(value)
+        positive = math.copysign(1.0, value) > 0.0
+        text = literal(value, self.real)
+        return Number(self, text, value, value == 0.0, value != 0.0 or positive)
 
-    def _once(self, *step: Any) -> int:
-        if step not in self._found:
-            self._found[step] = len(self.steps)
-            self.steps.append(step)
-        return self._found[step]
+    def step(self, text: str, *operands: Number, **facts: bool) -> Number:
+        """Return the result of an operation on numbers, whose places are in its text."""
+        text = text.format(*(one.text for one in operands))
+        late = any(one.after_sines for one in operands)
+        new = Number(self, f't{len(self.steps)}', after_sines=late, **facts)
+        return self.steps.setdefault(text, new)
+
+    def sincos(self, x: Any) -> tuple[Number, Number]:
+        """Return the sine and the cosine of x; the cosine is never 0."""
+        x = self.number(x)
+        if x.after_sines:
+            call = self.translation.call(self.functions[0], [Text('{}')])
+            sine, cosine = (self.step(f'({self.real}){call.text}.at[{k}]', x) for k in range(2))
+            return sine, cosine
+        if x.text not in self.angles:
+            self.angles.append(x.text)
+        k = self.angles.index(x.text)
+        sine = Number(self, f's[{k}]', no_negative_zero=x.no_negative_zero, after_sines=True)
+        return sine, Number(self, f'c[{k}]', no_negative_zero=True, after_sines=True)
+
+    def partial(self, kind: int, number: float, a: Any, b: Any) -> tuple[Number, ...]:
+        """Return a quotient, root or arc tangent and its derivatives."""
+        known = self.translation.call(self.functions[1], [kind, number, Text('{}'), Text('{}')])
+        operands = self.number(a), self.number(b)
+        return tuple(self.step(f'({self.real}){known.text}.at[{k}]', *operands) for k in range(3))
+
+    def lines(self, results: Mapping[str, Any]) -> list[str]:
+        """Return the lines in C that store results, given by their places."""
+        texts = {place: self.number(value).text for place, value in results.items()}
+        uses = Counter(STEP.findall(' '.join([*texts.values(), *self.angles])))
+        for text, number in reversed(self.steps.items()):
+            if uses[number.text]:
+                uses.update(STEP.findall(text))
+        inner: dict[str, str] = {}
+        lines: dict[bool, list[str]] = {False: [], True: []}  # before and after the sines
+        for text, number in self.steps.items():
+            text = STEP.sub(lambda found: inner.get(found[0], found[0]), text)
+            if uses[number.text] == 1 and len(text) < INNER_LENGTH:
+                inner[number.text] = f'({text})'
+            elif uses[number.text]:
+                step = f'const {self.real} {number.text} = {text};'
+                lines[number.after_sines].append(step)
+        count = len(self.angles)
+        if count:
+            angles = ', '.join(inner.get(one, one) for one in self.angles)
+            lines[False] += [
+                f'const {self.real} angle[{count}] = {{{angles}}};',
+                f'{self.real} s[{count}], c[{count}];',
+                f'{self.translation.prefix}sines_and_cosines(angle, {count}, s, c);',
+            ]
+        stores = [f'{place} = {inner.get(text, text)};' for place, text in texts.items()]
+        return [*lines[False], *lines[True], *stores]

@@ -4,41 +4,36 @@
 Translate functions of the kernel's source to C, statement by statement.
 
 The kernel's dialect of Python has types by annotations. Only the part of the dialect that the
-exported functions use is translated; anything else raises TypeError. The kernel can compute
-several poses side by side, in lanes; the translation has one lane.
+exported functions use is translated; anything else raises TypeError.
+
+A function is translated for given arguments. Objects and numbers that are known, such as a loop or
+the number of lanes, are not parameters in C: their fields become constants, and branches that
+depend on them alone are decided. A function is translated again for other known arguments.
 """
 
 import ast
 import inspect
-import re
-import textwrap
 from collections.abc import Sequence
-from types import FunctionType, ModuleType
+from types import FunctionType
 from typing import Any, NamedTuple
 
-WIDTH = 99  # columns of a line in C
-# The C type of each annotation. Tuples of numbers are structures.
+import numpy as np
+
+# The C types of annotations. The type of an array is that of the argument, because it may be
+# constant.
 TYPES = {
-    'float': 'double', 'int': 'int', 'bool': 'int', 'Int32': 'int', 'None': 'void',
-    'Flat': 'double *', 'Numbers': 'double *', 'FlatIntegers': 'int *', 'WholeNumbers': 'int *',
+    'float': 'double', 'int': 'int', 'bool': 'int', 'None': 'void',
     'tuple[float, float]': 'pair', 'tuple[float, float, float]': 'triple',
 }  # fmt: skip
-TUPLES = ('pair', 'triple')
-ARITHMETIC = {'Add': '+', 'Sub': '-', 'Mult': '*', 'Div': '/'}
-COMPARISONS = {
-    'Eq': '==', 'NotEq': '!=', 'Lt': '<', 'LtE': '<=', 'Gt': '>', 'GtE': '>=', 'Is': '==',
-    'IsNot': '!=',
-}  # fmt: skip
+# The C types of integers that are computed from numbers. The kernel's `int` has 64 bits.
+WHOLE_TYPES = {'int': 'long long', 'Int32': 'int'}
 OPERATORS = {
-    **ARITHMETIC, **COMPARISONS, 'FloorDiv': '/', 'Mod': '%', 'LShift': '<<', 'RShift': '>>',
-    'BitAnd': '&', 'BitOr': '|', 'And': '&&', 'Or': '||', 'Not': '!', 'USub': '-',
+    'Add': '+', 'Sub': '-', 'Mult': '*', 'Div': '/', 'FloorDiv': '/', 'Mod': '%', 'LShift': '<<',
+    'RShift': '>>', 'BitAnd': '&', 'BitOr': '|', 'Eq': '==', 'NotEq': '!=', 'Lt': '<',
+    'LtE': '<=', 'Gt': '>', 'GtE': '>=', 'And': '&&', 'Or': '||', 'Not': '!', 'USub': '-',
 }  # fmt: skip
-# How tightly the outer operator of an expression binds. An operand that binds less than its
-# operator needs parentheses.
-ATOM = 3
-PRODUCT = 2
-SUM = 1
-OTHER = 0
+BUILT_IN = ('min', 'max', 'float', 'abs')
+UNKNOWN = object()  # stands for a value that is known only when the function runs
 
 
 class Text(NamedTuple):
@@ -49,32 +44,21 @@ class Text(NamedTuple):
     ----------
     text, type
         The expression and its C type.
-    level
-        How tightly its operator binds: ATOM, PRODUCT, SUM or OTHER.
-    array
-        The name of the local array that it is a part of.
+    atom
+        Whether it needs no parentheses as an operand.
     """
 
     text: str
     type: str = 'double'
-    level: int = ATOM
-    array: str = ''
+    atom: bool = True
 
-    def at(self, level: int) -> str:
-        """Return the text as an operand, in parentheses if it binds less than `level`."""
-        return self.text if self.level >= level else f'({self.text})'
-
-
-def operation(a: Text, sign: str, b: Text) -> Text:
-    """Return the sum, difference, product or quotient of two expressions."""
-    if (sign, b.text) == ('*', '1'):
-        return a
-    level = SUM if sign in '+-' else PRODUCT
-    kind = next((one for one in ('double', 'long long') if one in (a.type, b.type)), 'int')
-    return Text(f'{a.at(level)} {sign} {b.at(level + 1)}', kind, level)
+    @property
+    def operand(self) -> str:
+        """The text as an operand of an operation."""
+        return self.text if self.atom else f'({self.text})'
 
 
-def literal(number: float) -> str:
+def literal(number: float, real: str = 'double') -> str:
     """Return a number in C, exactly; a number with few binary digits in decimals."""
     if isinstance(number, int):
         return str(int(number))
@@ -83,174 +67,113 @@ def literal(number: float) -> str:
     if number in (float('inf'), float('-inf')):
         return 'INFINITY' if number > 0.0 else '-INFINITY'
     short = abs(number) < 1e6 and number % 0.125 == 0.0
-    return repr(float(number)) if short else float(number).hex()
+    return (repr(number) if short else number.hex()) + 'F' * (real == 'float')
 
 
-def wrapped(line: str) -> list[str]:
-    """Return a line of C as lines of at most WIDTH columns."""
-    own = line[: len(line) - len(line.lstrip())]
-    own += '// ' if line.startswith('// ') else '    '
-    return textwrap.wrap(
-        line, WIDTH, subsequent_indent=own, break_long_words=False, break_on_hyphens=False
-    )
-
-
-class OneLane(ast.NodeTransformer):
-    """Replace the number of lanes by 1, and remove branches for more lanes."""
-
-    def visit_arguments(self, node: ast.arguments) -> ast.arguments:
-        """Remove the parameter `lanes`."""
-        node.args = [one for one in node.args if one.arg != 'lanes']
-        return node
-
-    def visit_Name(self, node: ast.Name) -> ast.expr:
-        """Replace `lanes` by 1."""
-        return ast.Constant(1) if node.id == 'lanes' else node
-
-    def visit_Compare(self, node: ast.Compare) -> ast.expr:
-        """Compute a comparison of constants."""
-        self.generic_visit(node)
-        match node:
-            case ast.Compare(ast.Constant(a), [ast.Eq()], [ast.Constant(b)]):
-                return ast.Constant(a == b)
-        return node
-
-    def visit_BoolOp(self, node: ast.BoolOp) -> ast.expr:
-        """Remove conditions that are true."""
-        self.generic_visit(node)
-        node.values = [one for one in node.values if not isinstance(one, ast.Constant)]
-        return node if len(node.values) > 1 else node.values[0]
-
-    def visit_If(self, node: ast.If | ast.IfExp) -> Any:
-        """Keep one branch if the condition is constant."""
-        self.generic_visit(node)
-        if isinstance(node.test, ast.Constant):
-            return node.body if node.test.value else node.orelse
-        return node
-
-    visit_IfExp = visit_If
+def listed(numbers: Any, real: str = 'double') -> str:
+    """Return an array of numbers as its initial value in C."""
+    return f'{{{", ".join(literal(one, real) for one in numbers.ravel().tolist()) or 0}}}'
 
 
 class Translation:
     """
-    Functions of the kernel in C, each after those that it calls.
+    Functions of the kernel in C, each after those that it calls, and the tables that they read.
 
     Parameters
     ----------
-    prefix, std
-        Text before the names of functions: of the translated ones, and of those of the C library.
-    head
-        Text before each definition, such as `static inline`.
-    fields
-        The C types of the fields of the kernel's classes, by the name of the class.
+    prefix
+        Text before the names of functions, structures and tables.
 
     Attributes
     ----------
-    used
-        The names of the fields that the functions use, by the name of the class.
+    functions
+        Name, result type and text of each function, by function and arguments.
+    tables
+        The name of each table, by its C type and its initial value.
+    """
+
+    def __init__(self, prefix: str) -> None:
+        self.prefix = prefix
+        self.functions: dict[tuple[Any, ...], tuple[str, str, str]] = {}
+        self.tables: dict[tuple[str, str], str] = {}
+
+    def call(self, function: FunctionType, arguments: Sequence[Any]) -> Text:
+        """
+        Return a call of a function in C; translate the function if it is new.
+
+        An argument is a `Text`, or a known value.
+        """
+        key = function, *(one.type if isinstance(one, Text) else repr(one) for one in arguments)
+        if key not in self.functions:
+            translated = _Function(self, function, arguments)
+            self.functions[key] = translated.name, translated.result, translated.text
+        name, result, _ = self.functions[key]
+        texts = (one.text for one in arguments if isinstance(one, Text))
+        return Text(f'{name}({", ".join(texts)})', result)
+
+    def table(self, numbers: Any) -> Text:
+        """Return an array of constants in C."""
+        table = 'double' if numbers.dtype == float else 'int', listed(numbers)
+        name = self.tables.setdefault(table, f'{self.prefix}table_{len(self.tables)}')
+        return Text(name, f'const {table[0]} *')
+
+
+class _Function:
+    """
+    A function of the kernel, translated for given arguments.
+
+    Attributes
+    ----------
+    name, result, text
+        Its name, result type and definition in C.
+    known
+        What the names stand for that the function does not assign.
+    types
+        The C types of parameters and variables.
+    variables
+        The declarations of variables.
     """
 
     def __init__(
-        self, prefix: str, std: str, head: str, fields: dict[str, dict[str, str]]
+        self, whole: Translation, function: FunctionType, arguments: Sequence[Any]
     ) -> None:
-        self.prefix, self.std, self.head, self.fields = prefix, std, head, fields
-        self.functions: dict[FunctionType, FunctionText] = {}
-        self.used: dict[str, set[str]] = {name: set() for name in fields}
+        (node,) = ast.parse(inspect.getsource(function)).body
+        assert isinstance(node, ast.FunctionDef)
+        self.whole = whole
+        self.result = self._type_of(node.returns)
+        self.known: dict[str, Any] = {**function.__globals__}
+        self.types: dict[str, str] = {}
+        self.variables: list[str] = []
+        for parameter, argument in zip(node.args.args, arguments):
+            if isinstance(argument, Text):
+                self.types[parameter.arg] = self._type_of(parameter.annotation, argument.type)
+            else:
+                self.known[parameter.arg] = argument
+        parameters = ', '.join(f'{kind} {name}' for name, kind in self.types.items())
+        body = self._block(node.body)
+        self.name = f'{whole.prefix}{node.name.lstrip("_")}_{len(whole.functions)}'
+        head = f'static inline {self.result} {self.name}({parameters or "void"})'
+        self.text = '\n'.join([head, '{', *self.variables, *body, '}', ''])
 
-    def function(self, function: FunctionType) -> 'FunctionText':
-        """Return a function in C; translate it if it is new."""
-        if function not in self.functions:
-            name = self.prefix + function.__name__.lstrip('_')
-            while name in [one.name for one in self.functions.values()]:
-                name += '_'
-            text = self.functions[function] = FunctionText(self, name, function)
-            text.translate()
-            self.functions[function] = self.functions.pop(function)  # after those that it calls
-        return self.functions[function]
+    def _type_of(self, annotation: ast.expr | None, of_argument: str = '') -> str:
+        kind = TYPES.get(ast.unparse(annotation) if annotation else '', of_argument)
+        return self.whole.prefix + kind if kind in ('pair', 'triple') else kind
 
-    def text(self) -> str:
-        """Return the definitions of all functions."""
-        return '\n'.join(one.text for one in self.functions.values())
-
-
-class FunctionText:
-    """
-    A function of the kernel in C.
-
-    Attributes
-    ----------
-    name, text
-        Its name and definition in C.
-    parameters
-        The names of its parameters.
-    types
-        The C types of its parameters and variables.
-    written
-        The names of parameters and variables whose arrays the function writes.
-    """
-
-    def __init__(self, whole: Translation, name: str, function: FunctionType) -> None:
-        self.whole, self.name, self.text = whole, name, ''
-        self.names = function.__globals__
-        tree = OneLane().visit(ast.parse(inspect.getsource(function)))
-        self.node: ast.FunctionDef = ast.fix_missing_locations(tree).body[0]
-        self.parameters = [one.arg for one in self.node.args.args]
-        self.types = {one.arg: self._type_of(one.annotation) for one in self.node.args.args}
-        self.result = self._type_of(self.node.returns)
-        self.written: set[str] = set()
-        self.parts: dict[str, set[str]] = {}  # addresses, and the arrays that they are parts of
-        self.lengths: dict[str, int] = {}  # of local arrays
-        self.temporaries = 0
-
-    def translate(self) -> None:
-        """Translate the function, twice: at first it is not known which arrays it writes."""
-        for _ in range(2):
-            self.temporaries = 0
-            body = self._block(self.node.body)
-        kinds = ', '.join(self._declared(name) for name in self.parameters)
-        head = f'{self.whole.head}{self.result} {self.name}({kinds or "void"})'
-        needed = set(re.findall(r'\w+', ' '.join(body))).difference(self.parameters)
-        own = [self._declared(name) for name in self.types if name in needed]
-        lines = [*(f'    {line};' for line in own), *body]
-        self.text = '\n'.join(
-            one for line in [head, '{', *lines, '}', ''] for one in wrapped(line)
-        )
-
-    def _declared(self, name: str) -> str:
-        kind = self.types[name]
-        if name in self.lengths:
-            return f'{kind} {name}[{self.lengths[name]}] = {{0}}'
-        if not kind.endswith('*'):
-            return f'{kind} {name}'
-        return f'{"const " * (name not in self.written)}{kind}{name}'
-
-    def _type_of(self, annotation: ast.expr | None) -> str:
-        text = ast.unparse(annotation) if annotation else ''
-        kind = TYPES.get(text, f'{text} *')
-        if text not in TYPES and text not in self.whole.fields:
-            raise TypeError(f'{self.name}: {text} has no type in C')
-        return self.whole.prefix + kind if text not in TYPES or kind in TUPLES else kind
-
-    def _write(self, array: str) -> None:
-        # Notes that the function writes to an array, which may be a part of another array.
-        if array and array not in self.written:
-            self.written.add(array)
-            for one in self.parts.get(array, ()):
-                self._write(one)
-
-    def _new(self, word: str, kind: str) -> Text:
-        # Returns a new variable.
-        self.temporaries += 1
-        name = f'{word}_{self.temporaries}'
-        self.types[name] = kind
-        return Text(name, kind)
+    def _declare(self, name: str, kind: str, size: str = '') -> None:
+        self.types[name] = f'{kind} *' if size else kind
+        self.variables.append(f'    {kind} {name}{size};')
 
     def _block(self, body: list[ast.stmt]) -> list[str]:
-        return [f'    {line}' for one in body for line in self._statement(one)]
+        lines: list[str] = []
+        for one in body:
+            lines += self._statement(one)
+            if lines and lines[-1].startswith('return'):
+                break
+        return [f'    {line}' for line in lines]
 
     def _statement(self, node: ast.stmt) -> list[str]:
         match node:
-            case ast.Expr(ast.Constant()) | ast.Pass():
+            case ast.Expr(ast.Constant()):  # a docstring
                 return []
             case ast.Expr(value):
                 return [f'{self._expression(value).text};']
@@ -261,184 +184,146 @@ class FunctionText:
                 return [f'const {self.result} result = {{{{{numbers}}}}};', 'return result;']
             case ast.Return(ast.expr() as value):
                 return [f'return {self._expression(value).text};']
-            case ast.If(
-                test,
-                [ast.Assign([ast.Tuple([ast.Name(), ast.Name()] as old)], ast.Tuple(new))],
-                [],
-            ):
-                # Select numbers instead of branching: a branch would be mispredicted.
-                chosen = ast.Tuple([ast.IfExp(test, *pair) for pair in zip(new, old)])
-                return self._assign_several(old, chosen)
+            case ast.If(test, body, other) if (known := self._value(test)) is not UNKNOWN:
+                return [line[4:] for line in self._block(body if known else other)]
             case ast.If(test, body, other):
                 lines = [f'if ({self._expression(test).text}) {{', *self._block(body)]
                 return [*lines, '} else {', *self._block(other), '}'] if other else [*lines, '}']
             case ast.While(test, body):
                 return [f'while ({self._expression(test).text}) {{', *self._block(body), '}']
             case ast.For(ast.Name(name), ast.Call(ast.Name('range'), bounds), body):
-                return self._loop(name, bounds, body)
-            case ast.Assign([ast.Tuple(targets)], value):
-                return self._assign_several(targets, value)
+                return self._loop(name, [self._expression(one).operand for one in bounds], body)
+            case ast.Assign([ast.Tuple(targets)], ast.Tuple(values)):
+                return self._assign_several(targets, values)
             case ast.Assign(targets, value):
                 return [line for one in targets for line in self._assign(one, value)]
-            case ast.AnnAssign(ast.Name(name) as target, annotation, ast.expr() as value):
-                return self._assign_annotated(target, ast.unparse(annotation), value)
+            case ast.AnnAssign(
+                ast.Name(name), ast.Name(kind), ast.Call(ast.Name('int'), [number])
+            ):
+                self._declare(name, WHOLE_TYPES[kind])
+                return [f'{name} = ({WHOLE_TYPES[kind]}){self._expression(number).operand};']
+            case ast.AnnAssign(target, _, ast.expr() as value):
+                return self._assign(target, value)
             case ast.AugAssign(target, by, value):
                 sign, text = OPERATORS[type(by).__name__], self._expression(value).text
-                return [f'{self._place(target)} {sign}= {text};']
-        raise TypeError(f'{self.name}: cannot be translated: {ast.unparse(node)}')
+                return [f'{self._expression(target).text} {sign}= {text};']
+        raise TypeError(f'cannot be translated: {ast.unparse(node)}')
 
-    def _loop(self, name: str, bounds: list[ast.expr], body: list[ast.stmt]) -> list[str]:
-        name = self._new('turn', 'int').text if name == '_' else name
-        self.types[name] = 'int'
-        texts = [self._expression(one).at(SUM) for one in bounds]
-        start, end = texts[:2] if len(texts) > 1 else ('0', texts[0])
-        step = texts[2] if len(texts) > 2 else '1'
-        sign = '>' if step[0] == '-' else '<'
-        head = f'for ({name} = {start}; {name} {sign} {end}; {name} += {step}) {{'
-        return [head, *self._block(body), '}']
+    def _loop(self, name: str, bounds: list[str], body: list[ast.stmt]) -> list[str]:
+        start, end = bounds[:2] if len(bounds) > 1 else ('0', bounds[0])
+        step = bounds[2] if len(bounds) > 2 else '1'
+        sign = '>' if step.startswith('(-') else '<'
+        head = f'for (int {name} = {start}; {name} {sign} {end}; {name} += {step}) {{'
+        is_variable, self.types[name] = name in self.types, 'int'
+        lines = [head, *self._block(body), '}']
+        if not is_variable:
+            del self.types[name]
+        return lines
 
-    def _assign_several(self, targets: list[ast.expr], value: ast.expr) -> list[str]:
-        if not isinstance(value, ast.Tuple):
-            call = self._expression(value)
-            both = self._new('both', call.type)
-            parts = [Text(f'{both.text}.at[{k}]') for k in range(len(targets))]
-            lines = [f'{both.text} = {call.text};']
-            return lines + [self._store(one, part) for one, part in zip(targets, parts)]
+    def _assign_several(self, targets: list[ast.expr], values: list[ast.expr]) -> list[str]:
+        # A swap needs the old values after the first assignment.
         names = {ast.unparse(one) for one in targets}
-        read = {ast.unparse(one) for later in value.elts[1:] for one in ast.walk(later)}
+        read = {ast.unparse(one) for later in values[1:] for one in ast.walk(later)}
         if not names & read:
-            pairs = zip(targets, value.elts)
-            return [line for one, part in pairs for line in self._assign(one, part)]
-        texts = [self._expression(part) for part in value.elts]
-        held = [self._new('old', text.type) for text in texts]
-        lines = [f'{one.text} = {text.text};' for one, text in zip(held, texts)]
-        return lines + [self._store(one, part) for one, part in zip(targets, held)]
+            return [line for one in zip(targets, values) for line in self._assign(*one)]
+        old = [ast.Name(f'old_{len(self.variables)}_{k}') for k in range(len(values))]
+        pairs = [*zip(old, values), *zip(targets, old)]
+        return [line for one in pairs for line in self._assign(*one)]
 
     def _assign(self, target: ast.expr, value: ast.expr) -> list[str]:
-        match value:
-            case ast.List([ast.Constant()]):
-                value = ast.BinOp(value, ast.Mult(), ast.Constant(1))
-        match value:
-            case ast.BinOp(ast.List([ast.Constant(zero)]), _, ast.Constant(int() as length)):
-                name = ast.unparse(target)
-                self.types[name] = 'double' if isinstance(zero, float) else 'int'
-                self.lengths[name] = length
-                return []
-        return [self._store(target, self._expression(value))]
-
-    def _assign_annotated(self, target: ast.Name, kind: str, value: ast.expr) -> list[str]:
-        # The kernel's `int` has 64 bits, which an integer that is computed from a number may need.
+        zeros = self._value(value)
+        if isinstance(zeros, list):
+            kind = 'double' if isinstance(zeros[0], float) else 'int'
+            self._declare(ast.unparse(target), kind, f'[{len(zeros)}] = {{0}}')
+            return []
         found = self._expression(value)
-        self.types[target.id] = TYPES[kind]
-        if kind == 'int' and found.text.startswith('(int)'):
-            self.types[target.id] = 'long long'
-            found = found._replace(text=found.text.replace('(int)', '(long long)', 1))
-        return [self._store(target, found)]
+        if isinstance(target, ast.Name) and target.id not in self.types:
+            self._declare(target.id, found.type)
+        return [f'{self._expression(target).text} = {found.text};']
 
-    def _store(self, target: ast.expr, value: Text) -> str:
-        if isinstance(target, ast.Name):
-            self.types.setdefault(target.id, value.type)
-            if value.array:
-                self.parts.setdefault(target.id, set()).add(value.array)
-                if target.id in self.written:
-                    self._write(value.array)
-        return f'{self._place(target)} = {value.text};'
-
-    def _place(self, target: ast.expr) -> str:
-        if isinstance(target, ast.Subscript):
-            self._write(ast.unparse(target.value))
-        return self._expression(target).text
+    def _value(self, node: ast.expr) -> Any:
+        # Returns the value of an expression, UNKNOWN if it has a variable or a call.
+        parts = list(ast.walk(node))
+        names = {one.id for one in parts if isinstance(one, ast.Name)}
+        if names & self.types.keys() or any(isinstance(one, ast.Call) for one in parts):
+            return UNKNOWN
+        return eval(ast.unparse(node), self.known)
 
     def _expression(self, node: ast.expr) -> Text:
+        if (known := self._value(node)) is not UNKNOWN:
+            return self._constant(known)
         match node:
-            case ast.Constant(value):
-                return self._constant(value)
-            case ast.Name(name) if name in self.types:
-                kind = self.types[name] + (' *' if name in self.lengths else '')
-                return Text(name, kind, array=name if kind.endswith('*') else '')
-            case ast.Name() | ast.Attribute(ast.Name()) if self._known(node) is not None:
-                return self._constant(self._known(node))
-            case ast.Attribute(value, field):
-                of = self._expression(value)
-                name = of.type.removeprefix(self.whole.prefix).removesuffix(' *')
-                self.whole.used[name].add(field)
-                return Text(f'{of.text}->{field}', self.whole.fields[name][field])
+            case ast.Name(name):
+                return Text(name, self.types[name])
             case ast.Subscript(value, index):
                 of, at = self._expression(value), self._expression(index).text
-                if of.type.removeprefix(self.whole.prefix) in TUPLES:
-                    return Text(f'{of.text}.at[{at}]')
-                return Text(f'{of.text}[{at}]', of.type.removesuffix(' *'))
+                if of.type.endswith('*'):
+                    kind = of.type.removeprefix('const ').removesuffix(' *')
+                    return Text(f'{of.operand}[{at}]', kind)
+                return Text(f'{of.text}.at[{at}]')
             case ast.UnaryOp(by, value):
-                one, sign = self._expression(value), OPERATORS[type(by).__name__]
-                return Text(f'{sign}{one.at(ATOM)}', one.type, PRODUCT)
+                one = self._expression(value)
+                return Text(f'{OPERATORS[type(by).__name__]}{one.operand}', one.type, False)
             case ast.BinOp(left, by, right):
-                return self._operation(left, type(by).__name__, right)
+                return self._operation(left, by, right)
             case ast.Compare(left, operators, others):
                 pairs = zip([left, *others], operators, others)
-                parts = [self._operation(a, type(by).__name__, b) for a, by, b in pairs]
+                parts = [self._operation(*one)._replace(type='int') for one in pairs]
                 if len(parts) == 1:
                     return parts[0]
-                return Text(' && '.join(f'({one.text})' for one in parts), 'int', OTHER)
+                return Text(' && '.join(one.operand for one in parts), 'int', False)
             case ast.BoolOp(by, values):
-                sign = OPERATORS[type(by).__name__]
-                text = f' {sign} '.join(self._expression(one).at(SUM) for one in values)
-                return Text(text, 'int', OTHER)
+                sign = f' {OPERATORS[type(by).__name__]} '
+                return Text(
+                    sign.join(self._expression(one).operand for one in values), 'int', False
+                )
             case ast.IfExp(test, body, other):
                 a, b = self._expression(body), self._expression(other)
-                text = f'{self._expression(test).at(SUM)} ? {a.at(SUM)} : {b.at(SUM)}'
-                return Text(text, 'double' if 'double' in (a.type, b.type) else a.type, OTHER)
+                text = f'{self._expression(test).operand} ? {a.operand} : {b.operand}'
+                return Text(text, _wider(a, b), False)
             case ast.Call(function, arguments):
                 return self._call(function, arguments)
-        raise TypeError(f'{self.name}: cannot be translated: {ast.unparse(node)}')
+        raise TypeError(f'cannot be translated: {ast.unparse(node)}')
 
     def _constant(self, value: Any) -> Text:
-        if value is None:
-            return Text('0', 'int')
-        kind = 'double' if isinstance(value, float) else 'int'
-        return Text(literal(value), kind, PRODUCT if value < 0 else ATOM)
+        if isinstance(value, np.ndarray):
+            return self.whole.table(value)
+        value = value.item() if isinstance(value, np.generic) else value
+        text = literal(value)
+        return Text(text, 'double' if isinstance(value, float) else 'int', text[0] != '-')
 
-    def _known(self, node: ast.expr) -> Any:
-        # Returns the value of a name outside of the function: a number or a function.
-        if isinstance(node, ast.Name):
-            return self.names.get(node.id)
-        assert isinstance(node, ast.Attribute)
-        module = self.names.get(ast.unparse(node.value))
-        return getattr(module, node.attr) if isinstance(module, ModuleType) else None
-
-    def _operation(self, left: ast.expr, name: str, right: ast.expr) -> Text:
-        a, b = self._expression(left), self._expression(right)
-        if name in ARITHMETIC:
-            return operation(a, ARITHMETIC[name], b)
-        least = SUM if name in COMPARISONS else ATOM
-        return Text(f'{a.at(least)} {OPERATORS[name]} {b.at(least)}', 'int', OTHER)
+    def _operation(self, left: ast.expr, by: ast.AST, right: ast.expr) -> Text:
+        a, b, sign = self._expression(left), self._expression(right), OPERATORS[type(by).__name__]
+        if (sign, b.text) == ('*', '1'):
+            return a
+        return Text(f'{a.operand} {sign} {b.operand}', _wider(a, b), False)
 
     def _call(self, function: ast.expr, arguments: list[ast.expr]) -> Text:
         name = ast.unparse(function)
+        if name not in BUILT_IN and not name.startswith(('math.', 'arrays.')):
+            given = [self._argument(one) for one in arguments]
+            return self.whole.call(self._value(function), given)
         parts = [self._expression(one) for one in arguments]
-        texts = [one.text for one in parts]
+        texts = ', '.join(one.text for one in parts)
         if name in ('min', 'max'):
-            a, b, sign = *(one.at(SUM) for one in parts), '<' if name == 'min' else '>'
-            kind = 'double' if 'double' in (parts[0].type, parts[1].type) else 'int'
-            return Text(f'{b} {sign} {a} ? {b} : {a}', kind, OTHER)
-        if name in ('int', 'float'):
-            return Text(f'({TYPES[name]}){parts[0].at(ATOM)}', TYPES[name], PRODUCT)
-        if name == 'abs' or name.startswith('math.'):
-            called = 'fabs' if name == 'abs' else name.removeprefix('math.')
-            return Text(f'{self.whole.std}{called}({", ".join(texts)})')
+            a, b, sign = parts[0].operand, parts[1].operand, '<' if name == 'min' else '>'
+            return Text(f'{b} {sign} {a} ? {b} : {a}', _wider(*parts), False)
+        if name == 'float':
+            return Text(f'(double){parts[0].operand}', atom=False)
         if name == 'arrays.after':
             begin, place = parts
-            return operation(begin, '+', place)._replace(type=begin.type, array=begin.array)
+            return Text(f'{begin.operand} + {place.operand}', begin.type, False)
         if name in ('arrays.copy', 'arrays.fill'):
-            self._write(parts[0].array)
-            return Text(f'{self.whole.prefix}{name[7:]}({", ".join(texts)})', 'void')
-        return self._translated_call(self._known(function), parts)
+            return Text(f'{self.whole.prefix}{name[7:]}({texts})', 'void')
+        return Text(f'{"fabs" if name == "abs" else name.removeprefix("math.")}({texts})')
 
-    def _translated_call(self, function: Any, parts: Sequence[Text]) -> Text:
-        called = self.whole.function(function)
-        texts = []
-        for parameter, part in zip(called.parameters, parts):  # without the number of lanes
-            if parameter in called.written:
-                self._write(part.array)
-            wide = part.type == 'long long' and called.types[parameter] == 'int'
-            texts.append(f'(int)({part.text})' if wide else part.text)
-        return Text(f'{called.name}({", ".join(texts)})', called.result)
+    def _argument(self, node: ast.expr) -> Any:
+        # Returns an argument of a call: its value, or a `Text` if it is unknown or an array.
+        value = self._value(node)
+        is_text = value is UNKNOWN or isinstance(value, np.ndarray)
+        return self._expression(node) if is_text else value
+
+
+def _wider(a: Text, b: Text) -> str:
+    # Returns the C type of an operation.
+    return next((one for one in ('double', 'long long') if one in (a.type, b.type)), a.type)
