@@ -105,7 +105,7 @@ setup(
         f'{NAME}.kernel': ['*.pyi', 'layout/*.pxd'],
         f'{NAME}.apps.recordings.audit.report': ['page.js'],
         f'{NAME}.apps.calibration.output': ['page.css'],
-        f'{NAME}.apps.export': ['parts.h', 'plugin.cpp'],
+        f'{NAME}.apps.export': ['parts.h', 'ros2_package/*.in', 'ros2_package/src/*.in'],
         f'{NAME}.apps.formulas.derive.output': ['formulas.css'],
         f'{NAME}.node.process': ['fastdds_*.xml'],
         f'{NAME}.config': [*CONFIG, *(f'ros/{ending}' for ending in CONFIG_ROS)],

@@ -131,8 +131,7 @@ class Header:
 
     def _part(self, part: str, **words: Any) -> str:
         # Returns a part of `parts.h` with words for the names in it.
-        given = self.words | words
-        return re.sub(r'@(\w+)@', lambda found: str(given[found[1]]), parts()[part])
+        return filled(parts()[part], self.words | words)
 
     def _functions(self) -> list[str]:
         robot, chain, at_J = self.robot, self.robot.chain, kernel.JACOBIAN_AT
@@ -279,6 +278,11 @@ def _wrapped(line: str) -> list[str]:
 def _plain(text: str) -> str:
     # Returns a text for a comment of C: without a backslash or a trigraph at the end of a line.
     return re.sub(r'[^ -~]|[\\?]', '_', text)
+
+
+def filled(template: str, words: Mapping[str, Any]) -> str:
+    """Return a template with words in the place of the names between two @."""
+    return re.sub(r'@(\w+)@', lambda found: str(words[found[1]]), template)
 
 
 def quoted(text: str) -> str:
