@@ -10,6 +10,7 @@ import re
 import shutil
 import subprocess
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -30,41 +31,43 @@ COMPILERS = {
     'gcc': ('--c', '-std=c99'),
     'clang': ('--c', '-std=c99'),
 }
-# Calls each function of a header at many positions.
+# Calls each function of an arm's header at many positions.
 BATCH = """
-#include "arm.h"
-{using}
-#if FACTORS == 0
-#define ARM_factors(q, values) (void)(values)
-#else
-#define ARM_factors(q, values) ARM(factors)(q, values)
-#endif
-{head}void batch(const REAL *q, const REAL *qdot, int count, REAL *T, REAL *J, REAL *V,
-    REAL *F, REAL *values, REAL *J_tool, REAL *measures)
+#include "{name}.h"
+{head}void batch_{name}(const {real} *q, const {real} *qdot, int count, {real} *T, {real} *J,
+    {real} *V, {real} *F, {real} *values, {real} *J_tool, {real} *measures)
 {{
     for (int k = 0; k < count; ++k) {{
-        REAL P[12], unequal = 0;
-        ARM(jacobian)(q, T, J);
-        ARM(pose)(q, P);
+        {real} P[12], unequal = 0;
+        {arm}jacobian{of}(q, T, J);
+        {arm}pose{of}(q, P);
         for (int i = 0; i < 12; ++i) {{
             unequal += P[i] != T[i] && P[i] == P[i];
         }}
-        ARM(twist)(q, qdot, P, V);
+        {arm}twist(q, qdot, P, V);
         for (int i = 0; i < 12; ++i) {{
-            unequal += P[i] != T[i] && P[i] == P[i];
+            unequal += P[i] != T[i] && P[i] == P[i] && !{at_point};
         }}
-        ARM(frames)(q, F);
-        ARM_factors(q, values);
-        ARM(in_axes_of)(T, J, J_tool);
-        measures[0] = (REAL)ARM(manipulability)(J);
-        measures[1] = (REAL)ARM(smallest_singular_value)(J);
-        measures[2] = unequal + (REAL)ARM(self_test)();
-        q += ARM(dof), qdot += ARM(dof), T += 12, J += 6 * ARM(dof), V += 6;
-        F += 12 * ARM(frame_count), values += ARM(factor_count), J_tool += 6 * ARM(dof);
+        {arm}frames(q, F);
+        {factors};
+        {arm}in_axes_of(T, J, J_tool);
+        measures[0] = ({real}){arm}manipulability(J);
+        measures[1] = ({real}){arm}smallest_singular_value(J);
+        measures[2] = unequal + ({real}){arm}self_test();
+        q += {arm}dof, qdot += {arm}dof, T += 12, J += 6 * {arm}dof, V += 6;
+        F += 12 * {arm}frame_count, values += {arm}factor_count, J_tool += 6 * {arm}dof;
         measures += 3;
     }}
 }}
 """
+
+
+class Arm(NamedTuple):
+    """An arm, its header, and the compiled function that calls the functions of the header."""
+
+    robot: ks.Robot
+    header: str
+    batch: object
 
 
 def bits(numbers):
@@ -79,45 +82,46 @@ def header(file, *options):
     return written.getvalue()
 
 
-def program(folder, file, option, *others):
-    """Write the header of a robot and a program with it, and return robot and program."""
-    (folder / 'arm.h').write_text(header(file, option, *others))
-    robot, cpp = ks.load_robot(file), option == '--cpp'
-    space = f'kinematics_{robot.name}'
-    text = BATCH.format(
-        using=f'using namespace {space};' if cpp else '', head='extern "C" ' if cpp else ''
-    )
-    source = folder / f'batch.{"cpp" if cpp else "c"}'
-    count = len(robot.singularity.factors.ends)
-    name = 'name' if cpp else f'{space}_##name'
-    real = 'float' if others else 'double'
-    given = {'ARM(name)': name, 'FACTORS': count, 'REAL': real}
-    defined = ''.join(f'#define {key} {value}\n' for key, value in given.items())
-    source.write_text(defined + text)
-    return robot, source
+@pytest.fixture(scope='module')
+def arms(tmp_path_factory):
+    """Return a function that compiles the headers of several arms as one library."""
+
+    @functools.cache
+    def compiled(files, compiler, level='-O2', *others, of=''):
+        if not shutil.which(compiler):
+            pytest.skip(f'{compiler} is not installed')
+        folder, (option, standard) = tmp_path_factory.mktemp('header'), COMPILERS[compiler]
+        cpp = option == '--cpp'
+        source, found = folder / f'batch.{"cpp" if cpp else "c"}', {}
+        for file in files:
+            robot, text = ks.load_robot(file), header(file, option, *others)
+            (folder / f'{robot.name}.h').write_text(text)
+            arm = f'kinematics_{robot.name}{"::" if cpp else "_"}'
+            given = {'name': robot.name, 'arm': arm, 'of': of, 'at_point': int(bool(of))}
+            given['head'] = 'extern "C" ' if cpp else ''
+            given['real'] = 'float' if others else 'double'
+            has_factors = len(robot.singularity.factors.ends) > 0
+            given['factors'] = f'{arm}factors(q, values)' if has_factors else '(void)values'
+            with source.open('a') as program:
+                program.write(BATCH.format(**given))
+            found[file] = robot, text
+        library = source.with_suffix('.so')
+        flags = [standard, level, '-march=native', '-shared', '-fPIC', *WARNINGS]
+        command = [compiler, *flags, str(source), '-o', str(library), '-lm']
+        done = subprocess.run(command, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        loaded = ctypes.CDLL(str(library))
+        return {
+            file: Arm(robot, text, getattr(loaded, f'batch_{robot.name}'))
+            for file, (robot, text) in found.items()
+        }
+
+    return compiled
 
 
-def linked(source, compiler, level='-O2'):
-    """Return the library of a program, compiled without a warning."""
-    if not shutil.which(compiler):
-        pytest.skip(f'{compiler} is not installed')
-    library = source.with_suffix('.so')
-    flags = [COMPILERS[compiler][1], level, '-march=native', '-shared', '-fPIC', *WARNINGS]
-    command = [compiler, *flags, str(source), '-o', str(library), '-lm']
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    return ctypes.CDLL(str(library))
-
-
-def compiled(folder, file, compiler, level='-O2'):
-    """Return robot and library of a header."""
-    robot, source = program(folder, file, COMPILERS[compiler][0])
-    return robot, linked(source, compiler, level)
-
-
-def results(robot, library, q, qdot, kind=np.float64):
+def results(arm, q, qdot, kind=np.float64):
     """Return all results of a header at some positions."""
-    count, n = q.shape
+    robot, (count, n) = arm.robot, q.shape
     shapes = {
         'pose': (3, 4),
         'jacobian': (6, n),
@@ -129,7 +133,7 @@ def results(robot, library, q, qdot, kind=np.float64):
     }
     found = {name: np.zeros((count, *shape), kind) for name, shape in shapes.items()}
     arrays = [one.ctypes.data_as(ctypes.c_void_p) for one in (q, qdot, *found.values())]
-    library.batch(*arrays[:2], count, *arrays[2:])
+    arm.batch(*arrays[:2], count, *arrays[2:])
     return found
 
 
@@ -153,6 +157,7 @@ def positions(robot, count):
 
 # Six joints, seven, a prismatic joint, coupled joints, and closed loops.
 OPTIMIZED = ('ur5e', 'panda', 'rrp_elementary', 'parallelogram_left', 'five_bar')
+OTHERS = tuple(name for name in ks.bundled_robots() if name not in OPTIMIZED)
 IN_C = ('ur5e', 'five_bar')
 CASES = [
     *((name, compiler) for name in ks.bundled_robots() for compiler in ('g++', 'clang++')),
@@ -161,14 +166,19 @@ CASES = [
 
 
 @pytest.mark.parametrize(('name', 'compiler'), CASES)
-def test_the_results_have_the_bits_of_the_kernel(tmp_path, name, compiler):
+def test_the_results_have_the_bits_of_the_kernel(arms, name, compiler):
     # Without optimization a header compiles in half the time. That is enough for the arms that
     # repeat the operations of others.
-    level = '-O2' if name in OPTIMIZED else '-O0'
-    robot, library = compiled(tmp_path, name, compiler, level)
+    if compiler in ('gcc', 'clang'):
+        arm = arms(IN_C, compiler)[name]
+    elif name in OPTIMIZED:
+        arm = arms(OPTIMIZED, compiler)[name]
+    else:
+        arm = arms(OTHERS, compiler, '-O0')[name]
+    robot = arm.robot
     q = positions(robot, 1000)
     qdot = np.random.default_rng(8).uniform(-2, 2, q.shape)
-    found = results(robot, library, q, qdot)
+    found = results(arm, q, qdot)
     measures = [ks.singularity(robot, one) for one in q[:40]]
     J = ks.jacobian(robot, q)
     wanted = {
@@ -191,17 +201,22 @@ def test_the_results_have_the_bits_of_the_kernel(tmp_path, name, compiler):
     assert np.abs(found['tool_jacobian'][near] - in_tool_axes).max() < ROUND_OFF
 
 
-@pytest.mark.parametrize('name', [one for one in DISTINCT if '-' in one])
-def test_arms_of_every_convention_have_the_bits(tmp_path, name):
-    file = tmp_path / 'random.yaml'
-    file.write_text(arm_of(name).text())
-    robot, library = compiled(tmp_path, file, 'g++', '-O0')
-    q = positions(robot, 300)
-    found = results(robot, library, q, q)
-    assert np.array_equal(bits(found['pose']), bits(ks.forward_kinematics(robot, q)[:, :3]))
-    assert np.array_equal(bits(found['jacobian']), bits(ks.jacobian(robot, q)))
-    assert np.array_equal(bits(found['frames']), bits(ks.link_frames(robot, q)[:, :, :3]))
-    assert not np.any(found['measures'][:, 2])
+def test_arms_of_every_convention_have_the_bits(arms, tmp_path):
+    files = []
+    for name in (one for one in DISTINCT if '-' in one):
+        files.append(tmp_path / f'{name}.yaml')
+        text = re.sub(
+            '(?m)^robot: .*', f'robot: arm_{name.replace("-", "_")}', arm_of(name).text()
+        )
+        files[-1].write_text(text)
+    for arm in arms(tuple(files), 'g++', '-O0').values():
+        robot = arm.robot
+        q = positions(robot, 300)
+        found = results(arm, q, q)
+        assert np.array_equal(bits(found['pose']), bits(ks.forward_kinematics(robot, q)[:, :3]))
+        assert np.array_equal(bits(found['jacobian']), bits(ks.jacobian(robot, q)))
+        assert np.array_equal(bits(found['frames']), bits(ks.link_frames(robot, q)[:, :, :3]))
+        assert not np.any(found['measures'][:, 2])
 
 
 POINTS = """\
@@ -224,24 +239,27 @@ points:
 """
 
 
-def test_points_have_functions_of_their_own(tmp_path):
-    file = tmp_path / 'points.yaml'
+def test_points_have_functions_of_their_own(arms, tmp_path):
+    file, closed = tmp_path / 'points.yaml', tmp_path / 'closed.yaml'
     file.write_text(POINTS)
-    robot, source = program(tmp_path, file, '--cpp')
-    source.write_text(
-        source.read_text().replace('ARM(jacobian)(q, T, J);', 'ARM(jacobian_of_while)(q, T, J);')
-    )
-    library = linked(source, 'g++')
-    q = positions(robot, 200)
-    found = results(robot, library, q, q)
-    T, J = ks.forward_kinematics(robot, q, of='while')[:, :3], ks.jacobian(robot, q, of='while')
-    assert np.array_equal(bits(found['pose']), bits(T))
-    assert np.array_equal(bits(found['jacobian']), bits(J))
-    assert 'void jacobian_of_elbow(' in (tmp_path / 'arm.h').read_text()
+    text = ks.bundled_robots()['five_bar'].read_text()
+    closed.write_text(f'{text}\npoints: {{while: {{row: 1, xyz: [0.1, 0.2, 0]}}}}\n')
+    for arm in arms((file, closed), 'g++', of='_of_while').values():
+        robot = arm.robot
+        q = positions(robot, 200)
+        found = results(arm, q, q)
+        T, J = (
+            ks.forward_kinematics(robot, q, of='while')[:, :3],
+            ks.jacobian(robot, q, of='while'),
+        )
+        assert np.array_equal(bits(found['pose']), bits(T))
+        assert np.array_equal(bits(found['jacobian']), bits(J))
+        assert not np.any(found['measures'][:, 2])
+        assert ('void jacobian_of_elbow(' in arm.header) == (robot.name == '2_points')
 
 
 FACTORS = """\
-robot: two_joints
+robot: two_joints_{k}
 convention: standard
 joints: [{name: q1, type: revolute}, {name: q2, type: revolute}]
 links: [{a: 1, alpha: 0, d: 0, theta: q1}, {a: 1, alpha: 0, d: 0, theta: q2}]
@@ -252,31 +270,30 @@ singularity:
 """
 
 
-@pytest.mark.parametrize(
-    'text',
-    [
+def test_factors_may_have_every_operation(arms, tmp_path):
+    texts = (
         'sin(sin(q2))*(2 + cos(cos(q1)))',
         'sin(q2)/(2 + cos(q1))',
         'sin(q2)*sqrt(2 + cos(q1))',
         'atan2(sin(q2), 3 + cos(q1))',
-    ],
-)
-def test_factors_may_have_every_operation(tmp_path, text):
-    file = tmp_path / 'factors.yaml'
-    file.write_text(FACTORS.replace('{text}', text))
-    robot, library = compiled(tmp_path, file, 'g++')
-    q = positions(robot, 200)
-    found = results(robot, library, q, q)['factors']
-    assert np.array_equal(bits(found), bits(robot.singularity.factors.evaluate(q)[..., 0]))
+    )
+    files = [tmp_path / f'{k}.yaml' for k in range(len(texts))]
+    for k, (file, text) in enumerate(zip(files, texts)):
+        file.write_text(FACTORS.replace('{text}', text).replace('{k}', str(k)))
+    for arm in arms(tuple(files), 'g++').values():
+        q = positions(arm.robot, 200)
+        found = results(arm, q, q)['factors']
+        assert np.array_equal(bits(found), bits(arm.robot.singularity.factors.evaluate(q)[..., 0]))
 
 
 @pytest.mark.parametrize('name', ['rrp_elementary', 'parallelogram_left', 'five_bar'])
-def test_results_are_nan_if_a_position_is_not_finite(tmp_path, name):
-    robot, library = compiled(tmp_path, name, 'g++')
+def test_results_are_nan_if_a_position_is_not_finite(arms, name):
+    arm = arms(OPTIMIZED, 'g++')[name]
+    robot = arm.robot
     q = np.zeros((3 * robot.dof, robot.dof))
     for k, row in enumerate(q):
         row[k % robot.dof] = (np.nan, np.inf, -np.inf)[k // robot.dof]
-    found = results(robot, library, q, np.zeros_like(q))
+    found = results(arm, q, np.zeros_like(q))
     assert all(np.all(np.isnan(found[what])) for what in ('pose', 'jacobian', 'frames', 'twist'))
 
 
@@ -284,14 +301,13 @@ def test_results_are_nan_if_a_position_is_not_finite(tmp_path, name):
     ('name', 'compiler'),
     [*((name, 'g++') for name in DISTINCT_BUNDLED), ('puma560', 'gcc')],
 )
-def test_float_has_the_error_that_it_states(tmp_path, name, compiler):
-    robot, source = program(tmp_path, name, COMPILERS[compiler][0], '--float')
-    library = linked(source, compiler)
+def test_float_has_the_error_that_it_states(arms, name, compiler):
+    names = DISTINCT_BUNDLED if compiler == 'g++' else (name,)
+    arm = arms(names, compiler, '-O2', '--float')[name]
+    robot = arm.robot
     q = inside(robot, 1000).astype(np.float32)
-    found = results(robot, library, q, q, np.float32)
-    stated = re.search(
-        r'by at most (\S+) in T and\n// (\S+) in J', (tmp_path / 'arm.h').read_text()
-    )
+    found = results(arm, q, q, np.float32)
+    stated = re.search(r'by at most (\S+) in T and\n// (\S+) in J', arm.header)
     T, J = ks.forward_kinematics(robot, q)[:, :3], ks.jacobian(robot, q)
     for what, exact, bound in (('pose', T, stated[1]), ('jacobian', J, stated[2])):
         error = np.abs(found[what] - exact).max()
@@ -329,16 +345,17 @@ def test_points_whose_functions_would_have_one_name_are_refused():
 ARM64 = ('aarch64-linux-gnu-g++', 'qemu-aarch64-static')
 
 
-@pytest.mark.parametrize('name', ['ur5e', 'rrp_elementary', 'parallelogram_left', 'five_bar'])
-def test_another_processor_gives_the_same_numbers(tmp_path, name):
+def test_another_processor_gives_the_same_numbers(tmp_path):
     for tool in ARM64:
         if not shutil.which(tool):
             pytest.skip(f'{tool} is not installed')
-    robot, _ = program(tmp_path, name, '--cpp')
     source, built = tmp_path / 'main.cpp', tmp_path / 'main'
-    source.write_text(
-        f'#include "arm.h"\nint main() {{ return kinematics_{robot.name}::self_test(); }}\n'
-    )
+    names = ('ur5e', 'rrp_elementary', 'parallelogram_left', 'five_bar')
+    for name in names:
+        (tmp_path / f'{name}.h').write_text(header(name, '--cpp'))
+    included = '\n'.join(f'#include "{name}.h"' for name in names)
+    wrong = ' + '.join(f'kinematics_{name}::self_test()' for name in names)
+    source.write_text(f'{included}\nint main() {{ return {wrong}; }}\n')
     command = [ARM64[0], '-std=c++17', '-O3', '-static', str(source), '-o', str(built)]
     subprocess.run(command, check=True)
     assert subprocess.run([ARM64[1], str(built)]).returncode == 0
