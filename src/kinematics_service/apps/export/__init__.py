@@ -6,5 +6,6 @@ Write an arm as a C++ or C header, whose results have the bits of the kernel.
 The kernel's Python source is the only description of the operations. `kernel_source.py` loads it
 as plain Python. `recording.py` runs it on numbers that record each operation, which gives the
 operations of one arm without loops and branches. `translation.py` translates functions whose
-branches depend on the joint positions. `header.py` writes both as one file.
+branches depend on the joint positions: the singular values, and the closing of loops. `header.py`
+writes both and `parts.h` as one file, and `ros2_control.py` the files of `ros2_package` around it.
 """

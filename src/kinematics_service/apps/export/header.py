@@ -7,7 +7,7 @@ are recorded and written as straight code, and functions with branches are trans
 
 import re
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -22,7 +22,7 @@ from ...robot.robot import Robot
 from ...robot.task import generic_poses
 from ...version import __version__
 from .kernel_source import copied, replaced, source
-from .recording import Recording
+from .recording import Recorder
 from .translation import Text, Translation, listed, literal
 
 SELF_TEST_POSES = 3
@@ -123,7 +123,7 @@ class Header:
             f'{self.words["constant"]} const {kind} {name}[] = {numbers};'
             for (kind, numbers), name in self.translation.tables.items()
         ]
-        translated = [text for _, _, text in self.translation.functions.values()]
+        translated = [one.text for one in self.translation.functions.values()]
         begin = [self._part('head'), *tables, '', *translated]
         sines = self._part(f'sines of {self.real}')
         whole = '\n'.join([*begin, sines, *functions, self._part('end'), ''])
@@ -138,19 +138,20 @@ class Header:
         T, J = range(12), range(at_J, at_J + 6 * robot.dof)
         twist = range(J.stop, J.stop + 6)
         frames = [chain.frames_at + 16 * frame + k for frame in range(chain.frames) for k in T]
-        functions = [self._evaluation('frames', chain, kernel.ALL_FRAMES, T=frames)]
+        functions = [
+            self._evaluation('frames', chain, kernel.ALL_FRAMES, T=frames),
+            self._evaluation('twist', chain, kernel.JACOBIAN, T=T, twist=twist),
+            self._factors(),
+        ]
         for point, end in {'tool': '', **function_ends(robot)}.items():
             chain = robot.point(point).chain
-            functions += [
-                self._evaluation(f'pose{end}', chain, kernel.POSE, T=T),
-                self._evaluation(f'jacobian{end}', chain, kernel.JACOBIAN, T=T, J=J),
-            ]
-        functions.append(self._evaluation('twist', robot.chain, kernel.JACOBIAN, T=T, twist=twist))
-        return [*functions, self._factors()]
+            functions.append(self._evaluation(f'pose{end}', chain, kernel.POSE, T=T))
+            functions.append(self._evaluation(f'jacobian{end}', chain, kernel.JACOBIAN, T=T, J=J))
+        return functions
 
     def _evaluation(self, name: str, chain: Chain, depth: int, **outputs: Sequence[int]) -> str:
         # Returns a function that writes numbers of a row of results, given by their indices.
-        prefix, recording = self.words['prefix'], Recording(self.translation, self.real)
+        prefix, recording = self.words['prefix'], Recorder(self.translation, self.real)
         inputs = ['q', 'qdot'] if 'twist' in outputs else ['q']
         fails = [f'!{prefix}all_finite({one}, {chain.dof})' for one in inputs]
         section, lines = (), []
@@ -165,49 +166,38 @@ class Header:
         lines += [f'if ({" || ".join(fails)}) {{']
         lines += [f'    {prefix}no_result({to}, {len(at)});' for to, at in outputs.items()]
         lines += ['    return;', '}']
-        numbers = {to: row[list(at)] for to, at in outputs.items()}
-        return self._function(name, inputs, lines, recording, numbers)
+        lines += recording.lines({to: row[list(at)] for to, at in outputs.items()})
+        return self._function(name, inputs, outputs, lines)
 
     def _function(
-        self,
-        name: str,
-        inputs: Sequence[str],
-        lines: Sequence[str],
-        recording: Recording,
-        outputs: Mapping[str, Any],
+        self, name: str, inputs: Iterable[str], outputs: Iterable[str], lines: Iterable[str]
     ) -> str:
-        # Returns a function that writes recorded numbers to its outputs, after other lines.
         parameters = [f'const {self.real} *{one}' for one in inputs]
         parameters += [f'{self.real} *{one}' for one in outputs]
-        results = {f'{to}[{k}]': one for to, of in outputs.items() for k, one in enumerate(of)}
-        body = '\n'.join(f'    {line}' for line in [*lines, *recording.lines(results)])
+        body = '\n'.join(f'    {line}' for line in lines)
         return self._part('function', name=name, parameters=', '.join(parameters), body=body)
 
     def _factors(self) -> str:
         factors, n = self.robot.singularity.factors, self.robot.dof
         if not len(factors.ends):
             return ''
-        module, recording = source('measures.factors'), Recording(self.translation, self.real)
+        module, recording = source('measures.factors'), Recorder(self.translation, self.real)
         tape = module.Tape(factors.operations, factors.constants, factors.ends)
         steps = np.empty((tape.steps, n + 1), object)
         recorded = replaced(module, _partial=recording.partial)
         with recorded, replaced(source('forward.chain_pass'), sincos=recording.sincos):
             module._run_tape(tape, n, recording.array('q', n), steps.ravel(), 1)
         names = ', '.join(map(quoted, factors.names[: len(factors.ends)]))
-        values = {'values': steps[factors.ends, n]}
-        function = self._function('factors', ['q'], [], recording, values)
+        lines = recording.lines({'values': steps[factors.ends, n]})
+        function = self._function('factors', ['q'], ['values'], lines)
         return self._part('factors', factor_names=names, function=function)
 
     def _measures(self) -> str:
         robot, n = self.robot, self.robot.dof
         task, m = robot.singularity.task, len(robot.singularity.task.rows)
+        zero = kernel.RANK_TOLERANCE * task.length
         rows = source('measures.task_rows').TaskRows(
-            task.generic_rank,
-            task.axes,
-            task.rotation,
-            task.row_scales,
-            task.column_scales,
-            kernel.RANK_TOLERANCE * task.length,
+            task.generic_rank, task.axes, task.rotation, task.row_scales, task.column_scales, zero
         )
         arrays = (Text(one, 'double *') for one in ('copy', 'W', 'spare', 'sigma', 'measures'))
         write_scalars = source('measures.singularity')._write_scalars

@@ -31,7 +31,7 @@ class Number:
     Attributes
     ----------
     recording
-        The recording that writes down its operations.
+        The recorder that writes down its operations.
     text
         The number in C: a constant, the name of a step, or another name, such as q[0].
     value
@@ -48,7 +48,7 @@ class Number:
 
     def __init__(
         self,
-        recording: 'Recording',
+        recording: 'Recorder',
         text: str,
         value: float | None = None,
         is_zero: bool = False,
@@ -108,9 +108,9 @@ for _name, _operation in (('add', _sum), ('sub', _difference), ('mul', _product)
     setattr(Number, f'__r{_name}__', lambda b, a, by=_operation: _computed(by, a, b))
 
 
-class Recording:
+class Recorder:
     """
-    The steps of a function, in the order in which they were recorded.
+    A list of the steps of a function, in the order in which they were recorded.
 
     Parameters
     ----------
@@ -143,9 +143,8 @@ class Recording:
         if isinstance(value, Number):
             return value
         value = float(value)
-        positive = math.copysign(1.0, value) > 0.0
-        text = literal(value, self.real)
-        return Number(self, text, value, value == 0.0, value != 0.0 or positive)
+        never = value != 0.0 or math.copysign(1.0, value) > 0.0
+        return Number(self, literal(value, self.real), value, value == 0.0, never)
 
     def step(self, text: str, *operands: Number, **facts: bool) -> Number:
         """Return the result of an operation on numbers, whose places are in its text."""
@@ -154,13 +153,12 @@ class Recording:
         new = Number(self, f't{len(self.steps)}', after_sines=late, **facts)
         return self.steps.setdefault(text, new)
 
-    def sincos(self, x: Any) -> tuple[Number, Number]:
+    def sincos(self, x: Any) -> tuple[Number, ...]:
         """Return the sine and the cosine of x; the cosine is never 0."""
         x = self.number(x)
         if x.after_sines:
             call = self.translation.call(self.functions[0], [Text('{}')])
-            sine, cosine = (self.step(f'({self.real}){call.text}.at[{k}]', x) for k in range(2))
-            return sine, cosine
+            return tuple(self.step(f'({self.real}){call.text}.at[{k}]', x) for k in range(2))
         if x.text not in self.angles:
             self.angles.append(x.text)
         k = self.angles.index(x.text)
@@ -173,9 +171,13 @@ class Recording:
         operands = self.number(a), self.number(b)
         return tuple(self.step(f'({self.real}){known.text}.at[{k}]', *operands) for k in range(3))
 
-    def lines(self, results: Mapping[str, Any]) -> list[str]:
-        """Return the lines in C that store results, given by their places."""
-        texts = {place: self.number(value).text for place, value in results.items()}
+    def lines(self, outputs: Mapping[str, Any]) -> list[str]:
+        """Return the lines in C that store numbers in arrays, given by the arrays' names."""
+        texts = {
+            f'{name}[{k}]': self.number(one).text
+            for name, numbers in outputs.items()
+            for k, one in enumerate(numbers)
+        }
         uses = Counter(STEP.findall(' '.join([*texts.values(), *self.angles])))
         for text, number in reversed(self.steps.items()):
             if uses[number.text]:

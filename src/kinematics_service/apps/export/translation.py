@@ -14,6 +14,7 @@ depend on them alone are decided. A function is translated again for other known
 import ast
 import inspect
 from collections.abc import Sequence
+from operator import add, eq, gt, is_not, mul, sub
 from types import FunctionType
 from typing import Any, NamedTuple
 
@@ -32,6 +33,8 @@ OPERATORS = {
     'RShift': '>>', 'BitAnd': '&', 'BitOr': '|', 'Eq': '==', 'NotEq': '!=', 'Lt': '<',
     'LtE': '<=', 'Gt': '>', 'GtE': '>=', 'And': '&&', 'Or': '||', 'Not': '!', 'USub': '-',
 }  # fmt: skip
+# The operations that are computed if both operands are known.
+COMPUTED = {ast.Add: add, ast.Sub: sub, ast.Mult: mul, ast.Eq: eq, ast.Gt: gt, ast.IsNot: is_not}
 BUILT_IN = ('min', 'max', 'float', 'abs')
 UNKNOWN = object()  # stands for a value that is known only when the function runs
 
@@ -87,14 +90,14 @@ class Translation:
     Attributes
     ----------
     functions
-        Name, result type and text of each function, by function and arguments.
+        The translated functions, by function and arguments.
     tables
         The name of each table, by its C type and its initial value.
     """
 
     def __init__(self, prefix: str) -> None:
         self.prefix = prefix
-        self.functions: dict[tuple[Any, ...], tuple[str, str, str]] = {}
+        self.functions: dict[tuple[Any, ...], _Function] = {}
         self.tables: dict[tuple[str, str], str] = {}
 
     def call(self, function: FunctionType, arguments: Sequence[Any]) -> Text:
@@ -105,11 +108,10 @@ class Translation:
         """
         key = function, *(one.type if isinstance(one, Text) else repr(one) for one in arguments)
         if key not in self.functions:
-            translated = _Function(self, function, arguments)
-            self.functions[key] = translated.name, translated.result, translated.text
-        name, result, _ = self.functions[key]
+            self.functions[key] = _Function(self, function, arguments)
+        called = self.functions[key]
         texts = (one.text for one in arguments if isinstance(one, Text))
-        return Text(f'{name}({", ".join(texts)})', result)
+        return Text(f'{called.name}({", ".join(texts)})', called.result)
 
     def table(self, numbers: Any) -> Text:
         """Return an array of constants in C."""
@@ -137,8 +139,7 @@ class _Function:
     def __init__(
         self, whole: Translation, function: FunctionType, arguments: Sequence[Any]
     ) -> None:
-        (node,) = ast.parse(inspect.getsource(function)).body
-        assert isinstance(node, ast.FunctionDef)
+        node: Any = ast.parse(inspect.getsource(function)).body[0]
         self.whole = whole
         self.result = self._type_of(node.returns)
         self.known: dict[str, Any] = {**function.__globals__}
@@ -242,12 +243,22 @@ class _Function:
         return [f'{self._expression(target).text} = {found.text};']
 
     def _value(self, node: ast.expr) -> Any:
-        # Returns the value of an expression, UNKNOWN if it has a variable or a call.
-        parts = list(ast.walk(node))
-        names = {one.id for one in parts if isinstance(one, ast.Name)}
-        if names & self.types.keys() or any(isinstance(one, ast.Call) for one in parts):
-            return UNKNOWN
-        return eval(ast.unparse(node), self.known)
+        # Returns the value of an expression, UNKNOWN if it needs a variable or a call.
+        match node:
+            case ast.Constant(value):
+                return value
+            case ast.Name(name) if name not in self.types:
+                return self.known[name]
+            case ast.List([zero]):
+                return [self._value(zero)]
+            case ast.Attribute(value, field):
+                of = self._value(value)
+                return UNKNOWN if of is UNKNOWN else getattr(of, field)
+            case ast.BinOp(left, by, right) | ast.Compare(left, [by], [right]):
+                values, compute = [self._value(left), self._value(right)], COMPUTED.get(type(by))
+                if compute and not any(one is UNKNOWN for one in values):
+                    return compute(*values)
+        return UNKNOWN
 
     def _expression(self, node: ast.expr) -> Text:
         if (known := self._value(node)) is not UNKNOWN:
