@@ -77,11 +77,8 @@ class Header:
         name = f'kinematics_{robot.name}'
         before = '' if cpp else f'{name}_'
         self.translation = Translation(f'{before}detail_')
-        counts = {
-            'dof': robot.dof,
-            'frame_count': robot.chain.frames,
-            'factor_count': len(robot.singularity.factors.ends),
-        }
+        factors = len(robot.singularity.factors.ends)
+        counts = {'dof': robot.dof, 'frame_count': robot.chain.frames, 'factor_count': factors}
         form = 'constexpr int {} = {};' if cpp else f'enum {{{{ {before}{{}} = {{}} }}}};'
         self.words: dict[str, Any] = {
             'robot': robot.name,

@@ -12,6 +12,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ STEP = re.compile(r'\bt\d+\b')  # the name of a step
 INNER_LENGTH = 60
 
 
+@dataclass(eq=False)
 class Number:
     """
     A number that a recorded function computes from other numbers, or a constant.
@@ -41,23 +43,16 @@ class Number:
     no_negative_zero
         Whether it is never -0.0. A sum is -0.0 only if both operands are.
     after_sines
-        Whether it follows from a sine.
+        Whether it is computed from a sine or cosine.
     """
 
+    recording: 'Recorder'
+    text: str
+    value: float | None = None
+    is_zero: bool = False
+    no_negative_zero: bool = False
+    after_sines: bool = False
     __array_ufunc__ = None  # numpy's numbers then leave operations to this class
-
-    def __init__(
-        self,
-        recording: 'Recorder',
-        text: str,
-        value: float | None = None,
-        is_zero: bool = False,
-        no_negative_zero: bool = False,
-        after_sines: bool = False,
-    ) -> None:
-        self.recording, self.text, self.value = recording, text, value
-        self.is_zero, self.no_negative_zero = is_zero, no_negative_zero
-        self.after_sines = after_sines
 
     def __bool__(self) -> bool:
         raise TypeError('the function branches on a recorded number; translate it instead')
@@ -149,8 +144,8 @@ class Recorder:
     def step(self, text: str, *operands: Number, **facts: bool) -> Number:
         """Return the result of an operation on numbers, whose places are in its text."""
         text = text.format(*(one.text for one in operands))
-        late = any(one.after_sines for one in operands)
-        new = Number(self, f't{len(self.steps)}', after_sines=late, **facts)
+        after_sines = any(one.after_sines for one in operands)
+        new = Number(self, f't{len(self.steps)}', after_sines=after_sines, **facts)
         return self.steps.setdefault(text, new)
 
     def sincos(self, x: Any) -> tuple[Number, ...]:

@@ -285,9 +285,8 @@ class _Function:
                 return Text(' && '.join(one.operand for one in parts), 'int', False)
             case ast.BoolOp(by, values):
                 sign = f' {OPERATORS[type(by).__name__]} '
-                return Text(
-                    sign.join(self._expression(one).operand for one in values), 'int', False
-                )
+                text = sign.join(self._expression(one).operand for one in values)
+                return Text(text, 'int', False)
             case ast.IfExp(test, body, other):
                 a, b = self._expression(body), self._expression(other)
                 text = f'{self._expression(test).operand} ? {a.operand} : {b.operand}'

@@ -7,14 +7,7 @@ import sys
 from pathlib import Path
 from typing import Optional
 
-from ....cli.options import (
-    RobotArgument,
-    WrongUsage,
-    flag,
-    given_robot,
-    option,
-    refuse_robot_file,
-)
+from ....cli import options
 from ....output_file import say_written, write_document
 from ....robot.robot import Robot
 from ....robot.urdf.writer import export_urdf, without_loops
@@ -24,14 +17,16 @@ from ..ros2_control import write_package
 
 
 def export(
-    robot: RobotArgument,
-    urdf: Optional[str] = option("Write URDF; '-': to the screen.", 'FILE'),
-    cpp: Optional[str] = option("Write a C++17 header; '-': to the screen.", 'FILE'),
-    c: Optional[str] = option("Write a C99 header; '-': to the screen.", 'FILE', name='--c'),
-    ros2_control: Optional[Path] = option(
+    robot: options.RobotArgument,
+    urdf: Optional[str] = options.option("Write URDF; '-': to the screen.", 'FILE'),
+    cpp: Optional[str] = options.option("Write a C++17 header; '-': to the screen.", 'FILE'),
+    c: Optional[str] = options.option(
+        "Write a C99 header; '-': to the screen.", 'FILE', name='--c'
+    ),
+    ros2_control: Optional[Path] = options.option(
         'Write a ROS 2 package with a kinematics_interface plugin (C++).', 'FOLDER'
     ),
-    float: bool = flag('--float', 'Use float instead of double in the header.'),
+    float: bool = options.flag('--float', 'Use float instead of double in the header.'),
 ) -> None:
     """
     Write a robot for other programs: as URDF, a C++ or C header, or a plugin for ros2_control.
@@ -59,15 +54,17 @@ def export(
     given = {'--urdf': urdf, '--cpp': cpp, '--c': c, '--ros2-control': ros2_control}
     files = {name: str(file) for name, file in given.items() if file is not None}
     if len(files) != 1:
-        raise WrongUsage('give one of --urdf FILE, --cpp FILE, --c FILE and --ros2-control FOLDER')
+        raise options.WrongUsage(
+            'give one of --urdf FILE, --cpp FILE, --c FILE and --ros2-control FOLDER'
+        )
     ((name, file),) = files.items()
     if float and not (cpp or c):
-        raise WrongUsage('--float is for --cpp and --c; leave it out')
-    arm = given_robot(robot)
+        raise options.WrongUsage('--float is for --cpp and --c; leave it out')
+    arm = options.given_robot(robot)
     if ros2_control is not None:
         print(f'wrote {ros2_control}: package {write_package(arm, ros2_control)}')
         return
-    refuse_robot_file(name, Path(file), robot)
+    options.refuse_robot_file(name, Path(file), robot)
     if urdf is not None:
         _write_urdf(arm, urdf)
         return

@@ -12,16 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from ....errors import ExpressionError
+from . import expression_syntax
 from .entries import did_you_mean, meant_by
-from .expression_syntax import (
-    ARGUMENTS_OF,
-    NameRefusal,
-    evaluated,
-    names_in,
-    number_of,
-    short,
-    syntax_tree,
-)
 
 # Patterns that find suggestions for unknown names: usual names of joint variables, the number at
 # the end of a name, and names such as `pi2`, which may mean pi/2.
@@ -87,7 +79,7 @@ class Scope:
     angle_unit: str = 'rad'
     constants: Mapping[str, float] = field(default_factory=dict)
     variables: tuple[str, ...] = ()
-    refused: Mapping[str, NameRefusal] = field(default_factory=dict)
+    refused: Mapping[str, expression_syntax.NameRefusal] = field(default_factory=dict)
     wanted: int | None = None
 
     @property
@@ -96,7 +88,7 @@ class Scope:
         pi = ('pi',) if self.angle_unit == 'rad' else ()
         return (*pi, *self.constants, *self.variables)
 
-    def why_not(self, name: str) -> NameRefusal | None:
+    def why_not(self, name: str) -> expression_syntax.NameRefusal | None:
         """Return the reason why an expression may not use a name; None if the name is allowed."""
         if name in self.known or name == 'pi':
             return None  # here `pi` is allowed; in a file with degrees, `_value` refuses it
@@ -107,15 +99,17 @@ class Scope:
             hint = (
                 f': name it under constants, as in {{{name}: 0.3}}, or {{{name}: }} for a letter'
             )
-        message = f'unknown name {short(name)!r}{hint} (known: {_listed(self.known)})'
-        return self.refused.get(name) or NameRefusal(message, 'unknown-name')
+        message = (
+            f'unknown name {expression_syntax.short(name)!r}{hint} (known: {_listed(self.known)})'
+        )
+        return self.refused.get(name) or expression_syntax.NameRefusal(message, 'unknown-name')
 
     def _meant(self, name: str) -> str | None:
         # Return a suggestion for an unknown name: pi/2 for `pi2`, sin(q1) for `sinq1`, the joint
         # variable with the same number, or a known name with other letter case.
         if (part := PART_OF_PI.fullmatch(name)) and self.angle_unit == 'rad':
             return f'pi/{part[1]}'
-        for function in ARGUMENTS_OF:
+        for function in expression_syntax.ARGUMENTS_OF:
             if name.removeprefix(function) in self.known and name.startswith(function):
                 return f'{function}({name.removeprefix(function)})'
         if joint := JOINT.fullmatch(name):
@@ -128,7 +122,7 @@ class Scope:
 
 def _listed(names: Sequence[str]) -> str:
     more = [f'and {len(names) - MAX_LISTED} more'] if len(names) > MAX_LISTED else []
-    return ', '.join([*map(short, names[:MAX_LISTED]), *more]) or 'none'
+    return ', '.join([*map(expression_syntax.short, names[:MAX_LISTED]), *more]) or 'none'
 
 
 class _NotLinearError(ExpressionError):
@@ -166,11 +160,11 @@ def check_function(text: str, scope: Scope) -> None:
 def _value(text: str, scope: Scope, must_be_linear: bool) -> Affine | None:
     # Most texts are one number. With a tree for each of these, reading a robot file takes 1.3 to
     # 1.8 times as long (ur5e, panda).
-    number = number_of(text)
+    number = expression_syntax.number_of(text)
     if number is not None:
         return _finite(Affine(number, ()), scope)
-    tree = syntax_tree(text, scope.why_not)
-    if scope.angle_unit == 'deg' and 'pi' in names_in(text):
+    tree = expression_syntax.syntax_tree(text, scope.why_not)
+    if scope.angle_unit == 'deg' and 'pi' in expression_syntax.names_in(text):
         raise ExpressionError(_advice_on_pi(text, scope), code='pi-in-degrees')
 
     def worth(said: float | str, taken: list[Affine | None]) -> Affine | None:
@@ -186,7 +180,7 @@ def _value(text: str, scope: Scope, must_be_linear: bool) -> Affine | None:
                 raise
             return None
 
-    return evaluated(tree, worth)
+    return expression_syntax.evaluated(tree, worth)
 
 
 def _advice_on_pi(text: str, scope: Scope) -> str:
@@ -216,7 +210,7 @@ def _advice_on_pi(text: str, scope: Scope) -> str:
 def _combined(said: float | str, operands: list[Affine], scope: Scope) -> Affine:
     if isinstance(said, float):
         return Affine(said, ())
-    if said in ARGUMENTS_OF:
+    if said in expression_syntax.ARGUMENTS_OF:
         return _called(said, operands, scope.angle_unit == 'deg')
     if operands:
         return OPERATIONS[said](*operands)
