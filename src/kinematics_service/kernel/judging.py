@@ -154,11 +154,11 @@ def judge_row(
     arm: Arm, row: Flat, q: Flat, measures: Flat, work: Flat, search: NearestSearch
 ) -> None:
     """
-    Fill the singularity measures of one pose: also the factors, the level (without hysteresis),
-    and the nearest singular pose, which is searched.
+    Fill `measures` with the singularity measures of the pose at q, the factors of the determinant,
+    the level (without hysteresis), and the nearest singular pose, for which a search runs.
 
-    `row` has the results of `evaluate` at q. `work` has `room` numbers. `search` is the search of
-    the previous pose, or a new one.
+    `row` has the results of `evaluate` at q. `work` is scratch memory; the function `room` returns
+    its size. `search` is the search of the previous pose, or a new one.
     """
     _judge_one(arm, row, q, measures, work)
     search.follow(q, row)

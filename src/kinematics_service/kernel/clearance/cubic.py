@@ -13,9 +13,9 @@ from .norms import Norms
 # joint motion d is in the ball, |d| <= r. The lower bound of the polynomial is valid after any
 # number of bisections; more bisections increase it.
 MULTIPLIER_HALVINGS = 20
-# Number of polynomial divisions in `take_away`. A division cancels the derivatives of this
-# polynomial along the gradient of the divisor, but the terms of the divisor beyond first order
-# make new derivatives along this gradient. The next division cancels the new derivatives.
+# Number of divisions with which `Cubic.take_away` divides one polynomial by another, the divisor.
+# A division cancels the derivatives of the dividend along the gradient of the divisor, but the
+# terms of the divisor beyond first order make new ones. The next division cancels the new ones.
 DIVISIONS = 4
 # Smallest denominator in the formula of the lower bound, so that no number is divided by 0. It is
 # relative to the length of the interval in which the Lagrange multiplier is searched.
@@ -38,10 +38,11 @@ class Cubic:
         Coefficients: a number, (count,), symmetric (count, count), and symmetric (count, count,
         count).
     weight, l, M
-        Coefficients of the quadratic polynomial weight + l.d + d^T M d by which `take_away`
-        multiplied its argument `other`.
+        Coefficients of a quadratic polynomial weight + l.d + d^T M d. `take_away` multiplies
+        another `Cubic` by it, and adds the product to this `Cubic`. All are 0 before that.
     size_of_l, size_of_M, size_of_Q, size_of_T
-        Bounds of l.d, d^T M d, d^T Q d and T(d, d, d) for motions d of length 1.
+        Bounds of the absolute values of l.d, d^T M d, d^T Q d and T(d, d, d) for motions d of
+        length 1.
     """
 
     def __init__(self, count: int) -> None:

@@ -31,11 +31,15 @@ class Directions:
         Joint positions, rad or m, and zero velocities.
     row
         The row of results of `evaluate` at q: pose, Jacobian, twist and screws.
-    W, sigma
-        Singular vectors, and singular values in descending order. Row i of W has line i (`length`
-        numbers), then turn i (min(m, n) numbers).
-    length, width
-        Number of lines, which is also the length of each line; and length of a row of W.
+    sigma
+        The singular values of J_t in descending order.
+    W
+        The singular vectors of J_t. Row i has line i (`length` numbers), then turn i (min(m, n)
+        numbers).
+    length
+        max(m, n): the number of lines, and the length of the vector of a line.
+    width
+        Length of a row of W.
     count
         Number of lines that belong to the smallest singular value or to the null space.
     """

@@ -51,9 +51,9 @@ class Expansion:
         square roots of `share`.
     G : shape (rank, lines, terms)
         The terms of J_t in the bases of its singular vectors, which are called turns and lines
-        (see `Directions`). An entry is divided by the square root of its turn's singular value,
-        and by that of its line. Turns and lines of the smallest singular value or without a
-        singular value do not divide.
+        (see `Directions`). The terms of a turn and a line are divided by the square root of the
+        singular value of the turn, and by the square root of the singular value of the line. The
+        smallest singular value is not used as a divisor; some lines have no singular value.
     """
 
     def __init__(self, chain: Chain, task: TaskRows, moving: Integers, orders: int) -> None:

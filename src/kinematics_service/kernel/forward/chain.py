@@ -357,12 +357,13 @@ class Closure:
     """
     All closed loops of an arm with n joints and P passive variables; immutable.
 
-    A section is an array of the numbers of the loops at one pose. It has the variables (n + P),
-    their rates (n + P), the derivatives of the passive variables by the joints (P, n), three
-    numbers for each group of loops, and the screws of the entries of each loop. The three numbers
-    are: the determinant of the derivatives of the group's residual by the passive variables of the
-    group; the largest component of the residual (divided by `size`, or rad); the number of Newton
-    steps. Each row of results has the section of its pose.
+    A section is an array that describes the loops at one pose. `evaluate` writes it into the row
+    of results of the pose. It has, in this order: the values of the n joints and P passive
+    variables; their rates; the derivatives of the passive variables by the joints (P, n); the
+    status of each group of loops; the screw of each joint of the two chains of each loop. The
+    status of a group has three numbers: the determinant of the derivatives of the group's residual
+    by the passive variables of the group; the largest component of the residual (divided by
+    `size`, or rad); the number of Newton steps.
 
     Parameters
     ----------
@@ -383,8 +384,8 @@ class Closure:
     loops, groups
         Numbers of loops and of groups.
     coupling_at, status_at, screws_at
-        First indices, in a section, of the derivatives of the passive variables, of the three
-        numbers of each group, and of the screws.
+        First indices, in a section, of the derivatives of the passive variables, of the status of
+        the groups, and of the screws.
     """
 
     def __init__(self, dof: int, first: LoopGroup, turns: Integers, start: Floats) -> None:

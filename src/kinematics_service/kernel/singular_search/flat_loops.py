@@ -147,9 +147,9 @@ def _descend(
 def _move_before(
     equations: RankEquations, origin: Flat, length: float, goal: Flat, d: Flat
 ) -> None:
-    # Moves d to a point shortly before `goal`, on the line from the origin to `goal`, at which the
-    # loops close. `length` is the length of the motion `goal`, rad. If the loops do not close
-    # within FLAT_TOLERANCE of `goal`, d does not change.
+    # `goal` and d are joint motions from the joint positions `origin`; `length` is the length of
+    # `goal`, rad. Makes `goal` shorter until the loops close after this motion, and copies it to
+    # d. If `goal` would become shorter by more than FLAT_TOLERANCE, d does not change.
     n, before = equations.n, END_BEFORE
     while before < length and before <= FLAT_TOLERANCE:
         for j in range(n):

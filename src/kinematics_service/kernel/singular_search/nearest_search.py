@@ -39,7 +39,8 @@ DOUBTFUL_DISTANCE = 0.1
 # Number of starts whose lost direction is a combination of the singular vectors of the two least
 # singular values. The weights are cosine and sine of angles 22.5 degrees apart.
 MIXTURES = 8
-# Largest number of steps of a projection along the set of singular poses.
+# The search projects joint positions onto the set of singular poses (projection.py). Largest
+# number of steps that a projection does along this set.
 STEPS = 14
 # The distance from the present joint positions to the singular pose of a start is estimated first.
 # The start is dropped if the estimate exceeds the smallest distance found so far times this

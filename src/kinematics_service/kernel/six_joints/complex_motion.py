@@ -27,12 +27,12 @@ MAX_ITERATIONS = 12
 # Largest change of a joint in one Newton step, rad; for prismatic joints in the loop's unit of
 # length (`SixScrews.length`). Longer steps are shortened.
 MAX_STEP = 0.5
-# If a Newton step is at least this, rad or the loop's unit of length, J is taken as singular and
-# the iteration ends. A step as long as this would be shortened to MAX_STEP, and the method would
-# not converge in MAX_ITERATIONS. The test saves 5 % of the time in which the inverse kinematics of
-# a UR5e is solved, if the numbers of its DH table have errors of 1e-5.
+# J is taken as singular, and the iteration ends, if a Newton step is at least this (in rad, or in
+# the loop's unit of length). A step as long as this would be shortened to MAX_STEP, and the method
+# would not converge in MAX_ITERATIONS. The test saves 5 % of the time in which the inverse
+# kinematics of a UR5e is solved, if the numbers of its DH table have errors of 1e-5.
 SINGULAR_STEP = 1e6
-# Newton's method ends after a step below this length, rad or the loop's unit of length.
+# Newton's method ends after a step below this length (in rad, or in the loop's unit of length).
 # Convergence is quadratic, so the next step would be about 1e-14, which is round-off.
 STEP_TOLERANCE = 1e-7
 # Largest element of the residual at a solution, without unit for rotations and in the loop's unit
@@ -91,9 +91,9 @@ class Motion:
     weights : shape (6,)
         Factors of the joints in the norm in which `radius` is measured.
     radius
-        Distance from the joint positions t that were given to `certify`. Within this distance the
-        solution that `certify` proved is the only one. The distance from t to this solution is at
-        most an eighth of `radius`.
+        Result of `certify`, which proves that there is a solution near given joint positions t. No
+        other solution is within `radius` of t. The distance from t to the solution is at most an
+        eighth of `radius`.
     """
 
     def __init__(self) -> None:

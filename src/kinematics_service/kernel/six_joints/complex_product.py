@@ -44,7 +44,7 @@ class Product:
     axes, points : shape (6, 3), pairs
         Each screw's axis and a point on it, moved by the screws before it.
     frames : shape (6, 3, 3), pairs
-        The rotation by the screws before each screw.
+        For each screw, the product of the rotations by the screws before it.
     """
 
     def __init__(self) -> None:

@@ -53,9 +53,10 @@ class Elimination:
     Attributes
     ----------
     left : shape (27, 15)
-        Coefficients of the line of axis 6 after the motions by joints 5, 4 and 3. Row 9 h + 3 a +
-        b is multiplied by the parts h of joint 3, a of joint 4 and b of joint 5, for example cos
-        t3 (h = 1), 1 (a = 0) and sin t5 (b = 2).
+        Coefficients of the line of axis 6 after the motions by joints 5, 4 and 3. The line is a
+        sum of 27 products. Row 9 h + 3 a + b has the coefficients of the product of part h of
+        joint 3, part a of joint 4 and part b of joint 5; the parts are numbered from 0. For
+        example, h = 1, a = 0, b = 2 is cos t3 times 1 times sin t5.
     goal : shape (15,)
         The line of axis 6 moved by the goal.
     equations : shape (count, 27)
@@ -63,7 +64,8 @@ class Elimination:
     count
         Number of equations.
     rank
-        Rank of the eight columns of the right sides; less than 8 if axes are special.
+        Rank of the eight columns of products of joints 1 and 2, which are eliminated; less than 8
+        for example if axes are parallel or meet.
     error
         Relative error of the equations from round-off and from pivots taken as zero.
     """

@@ -85,8 +85,8 @@ def _last_joint(x: Numbers, slides: bool) -> Complex:
 
 
 def _write_parts_of(t: Complex, slides: bool, three: Flat) -> None:
-    # Writes three pairs: 1, cos t, sin t for an angle t, or 1, t, t^2 for the position t of a
-    # prismatic joint.
+    # Writes the three parts of a joint, complex numbers: 1, cos t, sin t for an angle t, or 1, t,
+    # t^2 for the position t of a prismatic joint.
     three[0], three[1] = 1.0, 0.0
     if slides:
         pairs.put(three, 1, t)

@@ -60,7 +60,7 @@ def subtract(to: Numbers, row: Numbers, start: int, stop: int, factor: Complex) 
 
 
 def write_cross(a: Numbers, b: Numbers, to: Numbers) -> None:
-    """Write to `to` the vector product a x b of two vectors of three pairs."""
+    """Write to `to` the vector product a x b of two vectors of three complex numbers."""
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
         forward, backward = times(pair(a, j), pair(b, k)), times(pair(a, k), pair(b, j))

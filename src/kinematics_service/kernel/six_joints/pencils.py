@@ -55,7 +55,8 @@ class Pencil:
         Bound of the round-off of the determinant, divided by the largest sample. If the
         determinant vanishes at every angle, `noise` is near 1.
     gap
-        The second-last pivot of `write_null_vector`, divided by the first pivot.
+        Second-last pivot of M(t), divided by the first pivot; the last pivot is taken as zero. If
+        `gap` is near 0, the null vector of M(t) is inaccurate. `write_null_vector` sets it.
     count
         Number of equations before they were combined into twelve.
     error

@@ -18,14 +18,14 @@ from ..layout.arrays import Flat, Numbers
 from . import complex_numbers, pairs
 from .pairs import Complex
 
-# Largest number of sweeps; a sweep improves each root once. Simple roots take 10 to 20 sweeps;
-# clusters of roots converge linearly.
+# Largest number of sweeps of Aberth's method, which improves all roots together; a sweep improves
+# each root once. Simple roots take 10 to 20 sweeps; clusters of roots converge linearly.
 MAX_ITERATIONS = 60
 # Angle of the first starting point, rad. The angle is not 0, because if the coefficients are real,
 # the iteration cannot leave the real axis from a start on it.
 START_ANGLE = 0.4
-# `is_alone` ignores roots farther from 0 than this, because each of these roots is the mirror
-# image of a root inside the unit circle.
+# When a root is compared with the other roots (`is_alone`), roots at a larger distance from 0 are
+# ignored. Each of the ignored roots is the mirror image of a root inside the unit circle.
 MAX_RADIUS = 1.5
 
 

@@ -51,8 +51,9 @@ class SixScrews:
     Attributes
     ----------
     screws : shape (6, 7)
-        For each screw: its axis, a point, and 1 if it is prismatic. The point is the foot of the
-        perpendicular from the origin, and the origin is on axis 3.
+        For each screw: the direction of its axis, a point on the axis, and 1 if the screw is
+        prismatic. The point is the foot of the perpendicular from the origin; the origin is on
+        axis 3.
     goal : shape (3, 4)
         The product of the six screws.
     order : shape (6,)
