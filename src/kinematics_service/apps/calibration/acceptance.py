@@ -156,11 +156,11 @@ def joint_remarks(robot: Robot, problem: FitProblem, found: Identified) -> Itera
 
 
 def _nearly_still(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
-    # If a joint axis has an error e, the error of the tool's position is e times the motion of the
-    # joint. For a turning axis e is a distance (m), for a sliding axis an angle (rad). The
-    # standard deviation of e is the position noise divided by the norm of the joint's motions from
-    # its mean position. Warn unless this standard deviation is MIN_DEVIATION_RATIO times smaller
-    # than the usual size of e.
+    # Yield a sentence that names the joints which move too little. An error e of a joint axis is a
+    # distance (m) for a revolute joint, an angle (rad) for a prismatic joint. It causes an error
+    # of the tool's position of e times the motion of the joint. So the standard deviation of the
+    # estimate of e is the position noise divided by the norm of the joint's motions from its mean
+    # position. Name the joint if this exceeds the usual size of e / MIN_DEVIATION_RATIO.
     q = problem.given.q[found.used]
     seen = np.linalg.norm(q - np.mean(q, axis=0), axis=0)
     usual = np.where(robot.prismatic, float(ANGLE), LENGTH)

@@ -102,9 +102,9 @@ def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) 
     if size > 0.0 and abs(size - 1.0) > REFUSED_SHARE:
         scaled = B.copy()
         scaled[:, :3, 3] *= size
-        # If the positions are multiplied by a size below 1, their residuals become smaller for
-        # this reason alone. Divide them by the size, so that they are comparable with the
-        # residuals `left` of the positions as given.
+        # If `size`, the scale of the board, is below 1, the scaled positions have smaller
+        # residuals for this reason alone. Divide the residuals by `size`, so that they are
+        # comparable with `left`, the residuals of the positions as given.
         after = offsets_of(A, scaled, False, Free()).remainder / min(size, 1.0)
         sentence = f'the squares of the board are {size:.3g} times as large as given'
         refuse_mistake(sentence, 'board-size', float(np.median(after)), float(np.median(left)))

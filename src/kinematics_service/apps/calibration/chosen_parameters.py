@@ -42,7 +42,7 @@ from .identified_table import ParameterCombination, combinations_of, motion_of, 
 from .placing import Offsets
 
 # Prior standard deviation (m and rad) of the poses of base and tool, and of touched points. It is
-# wide, since they may be anywhere.
+# wide, because base, tool and points may be anywhere.
 PLACE_PRIOR = 1.0
 # Prior standard deviation of the delay between joint states and poses, s, and of the backlash of
 # the joints, rad.
@@ -98,8 +98,8 @@ class ChosenParameters:
     Attributes
     ----------
     every
-        All parameters. The index of a parameter in this list is the index of the correction in the
-        kinematic chains.
+        All parameters. The kinematic chains take an array with one correction for each parameter,
+        in the order of this list.
     placed_groups
         Groups of parameters, such as base and tool, that are fitted alone to compute the errors
         before a calibration.

@@ -104,7 +104,10 @@ def links_section(links: Sequence[description.Link]) -> list[str]:
 
 
 def placement_section(key: str, placement: description.Placement, note: str = '') -> list[str]:
-    """Return the line of the section `base` or `tool`, with `note` as its comment."""
+    """
+    Return the section `base` or `tool` of a robot file, a list with one line. The comment at the
+    end of the line is `note`.
+    """
     pose = _motion(placement.motion).removeprefix('{')
     comment = f'  # {note}' if note else ''
     return [f'{key}: {{frame: {scalar(placement.frame)}, {pose}{comment}']

@@ -91,14 +91,15 @@ class FitProblem:
     parameters, prior : P
         The fitted parameters, and their prior standard deviations, rad or m.
     columns : shape (P,)
-        Index of each fitted parameter in the list of all corrections of the chains. The list has
-        `count` entries.
+        Index of each fitted parameter in the list of all corrections of the chains.
+    count
+        Number of all corrections of the chains.
     chains
         Chains from the frame of the poses to the tool, one for each set.
     given
         The measured rows. `sets` has the index of each row's chain. `rates` has the derivatives of
-        the joint positions by the parameters that move joints; these are the last of all
-        corrections.
+        the joint positions by the parameters that move joints; these parameters are the last in
+        the list of all corrections.
     known_distances
         Known distances between touched points.
     """

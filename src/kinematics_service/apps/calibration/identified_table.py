@@ -95,8 +95,8 @@ class CalibratedParameter(ArmParameter):
         Return whether the poses identify the parameter. If not, the parameter mostly keeps its
         nominal value.
         """
-        # Compare the standard deviation with that of the prior. For base and tool, compare with
-        # the usual error, because their priors are wide.
+        # Compare the standard deviation of the correction after the fit with the prior one. The
+        # priors of base and tool are wide, so for them take the usual error if it is smaller.
         before = self.prior if self.group in TABLE_GROUPS else min(self.prior, self.scale)
         return MIN_DEVIATION_RATIO * self.deviation < before
 
@@ -227,8 +227,8 @@ def calibrated_errors(robot: Robot, found: IdentifiedTable, ends: bool = False) 
     rows = [k for k, column in enumerate(own.columns) if column not in of_gear]
     columns = [own.columns[k] for k in rows]
     parts = [TableErrors(frames[columns], screws[columns], np.full(len(rows), -1), factor[rows])]
-    # In the factor, the row of a gear ratio is the relative change of the nominal ratio. Convert
-    # it to the relative change of the calibrated ratio.
+    # `factor` is a factor of the covariance. Its row of a gear ratio belongs to a change relative
+    # to the nominal ratio. Convert the row to a change relative to the calibrated ratio.
     moving = joint_screws(robot)
     for k, column in enumerate(own.columns):
         if column in of_gear:

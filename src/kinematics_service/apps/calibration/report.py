@@ -26,8 +26,7 @@ OF_CONDITION = {
     ZEROS: 'Drifts of the zeros of the joints, from the first session',
     COMPLIANCE: 'Compliances of the joints, by the torque of the load alone',
 }
-# Fields that the JSON document has for each parameter, each combination of parameters, and each
-# pose of the camera or the board.
+# Attributes of each fitted parameter that the JSON document contains.
 OF_PARAMETER = ('name', 'group', 'unit', 'correction', 'deviation', 'prior', 'identifiable')
 
 

@@ -35,8 +35,10 @@ class FitErrors(NamedTuple):
     ----------
     as_given
         Errors with the unchanged robot file.
-    before, after
-        Errors with only base and tool fitted, and with all corrections.
+    before
+        Errors with only base and tool fitted.
+    after
+        Errors with all corrections.
     held_out_before, held_out
         Like `before` and `after`, but by cross-validation: the rows are divided into blocks, and
         the errors of each block are those of a fit to the other blocks.
@@ -76,11 +78,12 @@ class Calibration(IdentifiedTable):
     distances : shape (N,)
         The error of each row, in standard deviations of the noise.
     left : shape (5, N, 2, 3), m and rad
-        Residuals of each row for the five kinds of `FitErrors`, in their order: the residual of
-        the position, and that of the rotation as a rotation vector, in the frame of the poses.
+        Residuals of each row with the unchanged robot file and after the four fits that
+        `FitErrors` names, in the same order. A row has the residual of the position, and that of
+        the rotation as a rotation vector, in the frame of the poses.
     spare
-        Count of the measured numbers that are fitted if the largest block is held out, minus the
-        number of parameters of base and tool. Equal joint positions count once.
+        How many more numbers were measured than base and tool have parameters, in the rows that
+        remain if the largest block is held out. Rows with equal joint positions count as one.
     possible
         Largest number of combinations of parameters that poses can determine, however many are
         measured.

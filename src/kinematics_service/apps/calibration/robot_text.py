@@ -339,8 +339,8 @@ def named_factor(
             own = np.flatnonzero(there)
             made_of[own, column] = np.linalg.lstsq(known.screws[own].T, screw, rcond=None)[0]
     factor = made_of @ errors.factor
-    # In `known`, a gear ratio has one row for each table row that its joint moves. These rows are
-    # equal, so keep only the first.
+    # A gear ratio acts in each row of the table that its joint moves, and has an entry in `known`
+    # for each of these rows. The rows of `factor` for the entries are equal; keep the first.
     _, first = np.unique(known.of, return_index=True)
     rows = first[np.any(made_of[first], axis=1)]
     triangle = np.linalg.qr(factor[rows].T, mode='r')

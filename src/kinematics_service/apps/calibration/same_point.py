@@ -127,9 +127,12 @@ class SamePointParameters(ChosenParameters):
 
     Parameters
     ----------
-    q, same_point, apart
-        Joint positions (N, n), rad or m; the name of the touched point in each row; and known
-        distances (m) between two points, by their names.
+    q : shape (N, n), rad or m
+        Joint positions.
+    same_point : N
+        The name of the touched point in each row.
+    apart
+        Known distances (m) between two points, by the names of both points.
     gears
         Whether gear ratios are among the parameters.
 
@@ -226,8 +229,8 @@ class SamePointParameters(ChosenParameters):
 
     def misfits(self, used: Flags, changes: Sequence[Hypothesis]) -> Floats:
         """
-        Return the misfit (H,) after each of H mistakes of the input is corrected: the mean of the
-        squared distances from tip to touched point, in units of 20 mm, each at most 1.
+        Return the misfit (H,) after each of H mistakes of the input is corrected: the mean over
+        the touches of min((distance / 20 mm)^2, 1), with the distance from tip to touched point.
         """
         distances = self._distances(np.stack([one.joints(self.given.q) for one in changes]))
         return truncated((distances / ERROR_LIMIT.position) ** 2)

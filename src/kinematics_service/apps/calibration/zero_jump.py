@@ -39,9 +39,8 @@ from .collecting import CollectedPoses
 # (joint zero, lag) and 6 (base, tool), exceeded with probability 1e-10. With some 1000 tests for
 # each pose, a healthy arm raises one false alarm in 1e7 poses.
 THRESHOLDS = {1: 41.8, 6: 58.4}
-# Poses enter the baseline only while no jump is suspected: the likelihood ratio of each possible
-# jump must be below its threshold, and the difference must exceed FREEZE_RATIO times the threshold
-# for 1 degree of freedom.
+# The baseline takes poses only while no jump is suspected. The likelihood ratio of each possible
+# jump must be below the threshold of the jump by more than FREEZE_RATIO times THRESHOLDS[1].
 FREEZE_RATIO = 0.5
 # The window, which is tested for a jump, holds at least this number of the newest poses, and less
 # than BATCH more. It has more than 100 poses, because a slip of a joint must be detected from 100
@@ -80,8 +79,9 @@ ROUNDS = 8
 # A joint that moved less than this (rad) is never named as the joint that jumped. For a prismatic
 # joint, the value is multiplied by the characteristic length.
 MIN_RANGE = 0.02
-# The information (inverse variance) on the size of a jump is taken as round-off if it is below
-# this share of the information that a known x (base, tool, lag, table) would give.
+# The size of a jump is estimated together with base, tool, lag and table. If these were known, the
+# poses would give more information (inverse variance) on the size. Information below MIN_RATIO
+# times this larger information is taken as round-off.
 MIN_RATIO = 1e-9
 # Two joints are rivals if their jumps explain the poses nearly equally well: twice the log
 # likelihoods differ by at most this number, so the likelihood ratio is at most 100.
@@ -490,8 +490,8 @@ class JumpDetector:
             worst = float(np.max(gains))
             if worst <= scale * THRESHOLDS[6]:
                 break
-            # Leave out only poses whose outlier gain is more than half of the largest one. Other
-            # poses may fit once the worst poses are left out.
+            # The larger the gain of a pose, the likelier it is an outlier. Leave out only poses
+            # with at least half of the largest gain: other poses may fit without the worst ones.
             self._used &= gains < 0.5 * worst
         self._ratios = ratios
         if self._jump and (returned := self._returned(ratios, best)):
