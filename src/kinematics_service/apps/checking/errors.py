@@ -68,8 +68,8 @@ NOMINAL = PoseLimit(4e-3, math.radians(0.5))
 # mistake. If each number of a table is off by 1 mm and 0.2 deg, residuals are 4 to 10 mm and 0.5
 # to 1 deg.
 EXPLAINED = PoseLimit(12e-3, math.radians(1.25))
-# RMS residuals between two sources of poses above these limits get the level ERROR, because those
-# of a right table are always below 20 mm and 2 deg.
+# If the RMS residuals between two sources of poses exceed these limits, the level is ERROR. With a
+# right table the residuals are always below 20 mm and 2 deg.
 ERROR_LIMIT = PoseLimit(20e-3, math.radians(2.0))
 
 

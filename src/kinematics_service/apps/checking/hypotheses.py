@@ -291,8 +291,8 @@ def exchanges_of(robot: Robot) -> Iterator[Hypothesis]:
 def _with_numbers(
     robot: Robot, rows: Sequence[DhRow], table: Floats, sentence: str, tried: set[bytes]
 ) -> Iterator[Hypothesis]:
-    # Yield the hypothesis that the table should have the constants `table` (rows, quantities),
-    # unless the same constants were already tried.
+    # Yield the hypothesis that `table` (rows, quantities) has the right constants of the DH rows
+    # `rows`, unless the same constants were already tried.
     if table.tobytes() in tried:
         return
     tried.add(table.tobytes())
@@ -419,8 +419,9 @@ def moved_joints(
     robot: Robot, q: Floats, joints: Sequence[int], ways: Floats, values: Floats
 ) -> PoseChange:
     """
-    Solve H problems at once; in each, move one joint of the arm. Return the poses (H, N, 4, 4)
-    after the motion, and their derivatives (H, N, 6, c) by the c parameters of the motion.
+    Move one joint of the arm in each of H problems. A motion has c parameters, rad or m, such as a
+    change of the joint's zero. Return the poses (H, N, 4, 4) after the motion, and the derivatives
+    (H, N, 6, c) of these poses by the parameters.
 
     Parameters
     ----------
@@ -431,7 +432,7 @@ def moved_joints(
     ways : shape (H, N, c)
         Derivatives of the moved joint's N positions by the c parameters.
     values : shape (H, c)
-        The c parameters of the motion, rad or m, for example a change of the joint's zero.
+        Values of the c parameters.
     """
     every = np.arange(len(joints))
     moved = np.tile(q, (len(joints), 1, 1))

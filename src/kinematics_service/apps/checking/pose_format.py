@@ -90,8 +90,8 @@ class PoseFormat(NamedTuple):
 
 # Pose formats by the maker of a robot controller or of a laser tracker. The makers call the
 # orientation A B C (KUKA), W P R (FANUC), O A T (Kawasaki), quaternion q1 q2 q3 q4 (ABB),
-# rotation vector (Universal Robots), and Rx Ry Rz (Staubli, and Leica's trackers). FARO's probes
-# have angles.
+# rotation vector (Universal Robots), and Rx Ry Rz (Staubli, and Leica's trackers). For FARO the
+# orientation of the probe is read as three Euler angles about z, x and z.
 MAKERS = {
     'kuka': PoseFormat('ZYX', 'mm', 'deg'),
     'fanuc': PoseFormat('rpy', 'mm', 'deg'),
