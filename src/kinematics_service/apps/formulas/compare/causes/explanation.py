@@ -31,8 +31,8 @@ MAX_ALTERNATIVES = 3
 # Terms that the user dropped are searched only if the right entry has at most this number of
 # terms.
 MAX_MISSING_TERMS = 12
-# A mistake in the whole matrix may leave at most this ratio of the wrong entries unexplained. A
-# second mistake is then searched in the unexplained entries.
+# A mistake that changes the whole matrix is accepted as explanation if it leaves at most this
+# ratio of the wrong entries unexplained. A second mistake is then searched, to explain the rest.
 MAX_LEFT_RATIO = 0.34
 
 DROPPED = 'dropped term or factor'

@@ -106,8 +106,8 @@ class Check(ABC):
 
     def agrees(self, one: Floats, other: Floats) -> Mask:
         """
-        Return for each entry whether two arrays of values (N, ...) are equal at all
-        configurations.
+        Compare two arrays of values, whose first axis counts the N configurations. Return a mask
+        with the other axes: True where the values are equal at all configurations.
         """
         return np.asarray(np.all(self.gap(one, other) <= self.tolerance, axis=0))
 
@@ -177,15 +177,15 @@ class QuantityCheck(Check):
 
     def right_of(self, world: World, reading: Settings | None = None) -> Floats:
         """
-        Return the values of the quantity for the frames and the Jacobian in `world`. They have
-        only the rows and columns that the user's formula has.
+        Return the right values of the user's formula, computed from the frames and the Jacobian in
+        `world`. Rows and columns that the formula lacks are left out.
         """
         return self.cut(self.whole_of(world, reading or self.reading), self.quantity)
 
     def whole_of(self, world: World, reading: Settings) -> Floats:
         """
-        Return the values of the quantity for the frames and the Jacobian in `world`, with all
-        rows, shape (N, rows, columns).
+        Return the right values of the user's formula as in `right_of`, but with all rows and
+        columns, shape (N, rows, columns).
         """
         if self.quantity.kind == 'det':
             return task_determinant(self.robot, world)[:, None, None]

@@ -4,9 +4,10 @@
 Check the `singular:` lines of a file of formulas: whether each claimed pose is singular, and
 whether the claims are complete.
 
-To check completeness, Newton's method with least-norm steps projects random configurations onto
-the zeros of each factor of the exact determinant. If the arm is singular at a zero that the method
-finds, the zero must lie in a claimed family.
+A line such as `singular: q3 = k*pi` claims that a family of configurations is singular: here all
+with q3 = 0, pi, -pi, and so on. To check completeness, Newton's method with least-norm steps
+projects random configurations onto the zeros of each factor of the exact determinant. If the arm
+is singular at a zero that the method finds, the zero must lie in one of the claimed families.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -38,8 +39,9 @@ DRAWS = 200
 # the same configuration is below this. Newton's method finds a zero with an error of 1e-9 (rad or
 # m), which changes the ratio by about 1e-9, so the threshold is above 1e-9.
 SINGULAR_VALUE_RATIO = 1e-7
-# A configuration belongs to a claimed family if its distance (rad or m) from the family is at most
-# this. The tolerance exceeds 1e-6, the error of Newton's method at a double zero.
+# A configuration belongs to the family that a claim such as `q3 = k*pi` names if its distance (rad
+# or m) from the family is at most this. The tolerance exceeds 1e-6, the error of Newton's method
+# at a double zero.
 CLAIM_TOLERANCE = 1e-5
 # Step of central differences (rad or m). With this step, a difference has an error below 1e-9 from
 # round-off, and below 1e-9 from the third derivative of the function, which it neglects.
@@ -126,8 +128,8 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
         worst = next((one for one in verdicts if not one.holds), verdicts[-1])
         if worst.holds or not verdicts[-1].holds:
             # The last verdict belongs to the constants of the robot file. Return it if the claim
-            # is right with all constants. Return it also if the claim is wrong with the constants
-            # of the file, because its remark then names a configuration of the arm in the file.
+            # is right with all constants. Return it also if it says that the claim is wrong: its
+            # remark names a configuration of the arm in the file.
             return verdicts[-1]
         numbers = numbers_in_words(exact.arithmetic.names)
         special = f'with {numbers} of this file it agrees, with other values not'
@@ -198,7 +200,7 @@ def _unit(names: FormulaNames, claim: Statement, joint: int) -> float:
 
 
 def _belongs(names: FormulaNames, claim: Statement, q: Floats) -> npt.NDArray[np.bool_]:
-    # Return which of N configurations belong to a claimed family, shape (N,).
+    # Return which of N configurations belong to the family that the claim names, shape (N,).
     holds = np.ones(len(q), dtype=bool)
     for joint, value in claim.conditions:
         # Compute the distance (rad or m) from each configuration to one that satisfies this

@@ -65,8 +65,10 @@ class PoseSearch:
 
     Parameters
     ----------
-    table, poses
-        The arm, and the configurations that give the tool's target poses.
+    table
+        The table of the arm.
+    poses
+        Configurations; the tool's poses at them are the targets of the search.
     whole
         Whether the tool must reach rotation and position; else position only.
     joints

@@ -211,7 +211,8 @@ def _unit(one: tuple[int, int], opposite: tuple[int, int]) -> tuple[int, int]:
 def _upright_half(terms: Terms, arithmetic: Arithmetic) -> Laurent:
     """
     Return a half-angle factor, multiplied by a monomial and a number that make it real. If the
-    ring lacks the half angles of the factor, return the factor unchanged.
+    factor contains half angles, and the polynomials of `arithmetic` only whole angles, return the
+    factor unchanged.
     """
     if _is_whole(terms, _angle_indices(arithmetic)):
         return _upright(terms, arithmetic)
