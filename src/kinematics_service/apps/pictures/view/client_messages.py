@@ -26,7 +26,9 @@ class Strict(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 
 
 class Camera(Strict, frozen=True, tag='ViewerCameraMessage', tag_field='type'):
-    """The camera of a page, as viser's `ViewerCameraMessage`."""
+    """
+    The message `ViewerCameraMessage`, with which a page in the browser tells viser its camera.
+    """
 
     wxyz: Four
     position: Three
@@ -46,7 +48,10 @@ class PanelValue(Strict, frozen=True):
 
 
 class PanelChange(Strict, frozen=True, tag='GuiUpdateMessage', tag_field='type'):
-    """A new value of an element of the panel, as viser's `GuiUpdateMessage`."""
+    """
+    The message `GuiUpdateMessage`, with which a page in the browser tells viser the new value of
+    an element of the panel.
+    """
 
     uuid: str
     updates: PanelValue

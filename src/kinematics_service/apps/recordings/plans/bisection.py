@@ -43,9 +43,10 @@ class Bounded(NamedTuple):
 
     Attributes
     ----------
-    value, most : shape (N,)
-        The value of the quantity at the middle of each piece, and an upper bound of its values in
-        the piece.
+    value : shape (N,)
+        The value of the quantity at the middle of each piece.
+    most : shape (N,)
+        An upper bound of the values of the quantity in each piece.
     short : shape (N,)
         Whether a piece is too short to be halved.
     """

@@ -200,8 +200,8 @@ class _Speeds:
         table = self._chain.table
         turns, slides = taylor @ self._by_theta, taylor @ self._by_d
         s, a, j = (np.cumsum(_most(turns, order, half, T), axis=1) for order in (1, 2, 3))
-        # Bound the length of each element's vector in each piece. Only the element's translation
-        # along its axis changes the length.
+        # Bound the lengths of the vectors in each piece of the motion. The length of a vector
+        # changes only if the element slides along its axis.
         moves, axes = table.before[1:, :, 3], table.before[1:-1, :, 2]
         stroke = table.d_0[1:] + slides[:, 0, 1:]
         lengths = np.linalg.norm(moves[:-1] + axes * stroke[:, :, None], axis=2)

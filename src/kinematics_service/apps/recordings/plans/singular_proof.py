@@ -26,24 +26,25 @@ from .verdicts import PlanSingularity
 # A piece of the plan is not halved if the joint motion in it is less than this ratio of the
 # threshold of the distance to singular poses.
 MIN_SPAN_RATIO = 0.05
-# Bound of the round-off of joint positions along the plan, rad: this constant, plus
-# RELATIVE_ROUND_OFF times the largest sum of the absolute coefficients of a joint's polynomial.
+# The round-off of joint positions along the plan is at most ROUND_OFF + RELATIVE_ROUND_OFF s, rad.
+# Here s is the largest sum of the absolute coefficients of a joint's polynomial.
 ROUND_OFF = 1e-9
-# In the bound of round-off above, the factor of the sum of coefficients: 45 machine epsilons.
+# 45 machine epsilons, see ROUND_OFF.
 RELATIVE_ROUND_OFF = 1e-14
-# The number of clearances that are evaluated for a plan is at most this constant plus
+# Largest number of clearances that are evaluated for a plan: this constant, plus
+# MAX_CLEARANCES_OF_SEGMENT for each segment of the plan.
 MAX_CLEARANCES = 5_000
-# MAX_CLEARANCES_OF_SEGMENT times the number of segments of the plan.
+# Additional number of clearances for each segment of the plan, see MAX_CLEARANCES.
 MAX_CLEARANCES_OF_SEGMENT = 20
-# The lower bound of the distance cannot exceed the least clearance that was computed in any piece.
-# Bisection stops when the lower bound is at least the threshold and at least this ratio of the
-# least clearance.
+# Bisection raises the proved lower bound of the distance to singular poses. The lower bound cannot
+# exceed the least clearance that was computed in any piece of the plan. Bisection stops when the
+# lower bound reaches the threshold and this ratio of the least clearance.
 BOUND_RATIO = 0.95
 # After the bisection, searches sample the plan for the moment of least distance to singular poses.
 # Number of sampled moments in each search.
 REFINEMENT_SAMPLES = 17
-# Number of these searches. Each covers a shorter time, around the best moment of the search
-# before.
+# Number of searches for the moment of least distance. Each covers a shorter time, around the best
+# moment of the search before.
 REFINEMENTS = 4
 
 
