@@ -70,7 +70,9 @@ def analytic_jacobian(
     at: npt.ArrayLike | None = None,
 ) -> AnalyticJacobian:
     """
-    Return the Jacobian of position and orientation coordinates, and whether these are singular.
+    Return a Jacobian whose rows are the rates of the position and of orientation coordinates.
+
+    The result also has the orientation coordinates, and whether they are singular at `q`.
 
     Parameters
     ----------
@@ -79,16 +81,19 @@ def analytic_jacobian(
     q : shape (..., n), rad or m
         Joint positions.
     rates
-        `rpy`, `quaternion` or `rotation_vector`.
-    of, at
-        As in `jacobian`.
+        The orientation coordinates: `rpy`, `quaternion` or `rotation_vector`.
+    of
+        The frame that moves: `tool`, the name of a point in the robot file, or the number of a
+        row, as in `jacobian`.
+    at
+        The point of the frame whose velocity is meant, as in `jacobian`.
 
     Raises
     ------
     JointVectorError
         The last dimension of `q` is not n, or a number is not finite.
     PointError
-        The arm has no such point or row, `at` is not three finite numbers, or `rates` is unknown.
+        The arm has no point or row `of`, `at` is not three finite numbers, or `rates` is unknown.
 
     Examples
     --------

@@ -46,9 +46,9 @@ def singular_poses(robot: Robot, inside: Floats) -> Floats:
     scale = np.where(robot.prismatic, robot.singularity.task.length, 1.0)
     for _ in range(STEPS):
         near = singularity(robot, q)
-        # Step to the nearest singular pose that was found. If none was found, take the first-order
-        # step to w = 0, where w is the manipulability. Its direction is opposite to `way_out`, the
-        # gradient of ln w, and its length is `distance`.
+        # The motion -step leads from q to the nearest singular pose that was found. If none was
+        # found, it leads against `way_out`, the direction of the gradient of ln w, where w is the
+        # manipulability. Its length is then `distance`, at which w is 0 to first order.
         found = np.isfinite(near.nearest_singular)
         step = np.where(found, q - near.nearest_singular, near.distance[:, None] * near.way_out)
         fastest = np.max(np.abs(step) / scale, axis=1, keepdims=True)

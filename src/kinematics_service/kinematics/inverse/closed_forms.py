@@ -12,8 +12,8 @@ from .problem.problem import IkProblem
 from .result import IkSolution, Posture
 from .search import refinement
 
-# The kernel returns a posture as three signs: of shoulder, elbow and wrist, each -1, 0 (not
-# defined) or 1. These are the words for the 27 triples, in the order -1 -1 -1 to 1 1 1.
+# The kernel returns a posture as three signs, of shoulder, elbow and wrist. Each sign is -1, 0
+# (not defined) or 1. POSTURES has the words for the 27 triples of signs, from -1 -1 -1 to 1 1 1.
 POSTURES = tuple(
     Posture(shoulder, elbow, wrist)
     for shoulder in ('left', '', 'right')

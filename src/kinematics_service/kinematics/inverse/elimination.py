@@ -24,8 +24,8 @@ from .problem.target import residual_of
 from .search import BATCH, DistinctSolutions, distinct, refined, refinement, starts
 
 # At a degenerate target solutions coincide, or all determinants of the elimination vanish. Targets
-# displaced from it by these two amounts are solved instead: translations relative to the
-# characteristic length, rotations in rad.
+# beside it are solved instead. Each number of BESIDE is a displacement from the degenerate target:
+# a translation, relative to the characteristic length, and a rotation by the same number of rad.
 BESIDE = (1e-6, 1e-4)
 
 
@@ -40,10 +40,10 @@ class Eliminated(NamedTuple):
     roots
         Number of complex solutions found, and the largest possible number.
     real
-        Number of real roots. It equals the number of solutions unless some roots are double.
+        Number of real roots. A root is a position of one joint at which the determinant of the
+        elimination is 0. The number equals the number of solutions unless some roots are double.
     proved
-        Whether it is proved that every real root was found. A root is a position of one joint at
-        which the determinant of the elimination is 0. The proof is complete if the largest
+        Whether it is proved that every real root was found. The proof is complete if the largest
         possible number of roots was found, or if every root that may be real has led to a
         solution.
     """

@@ -39,8 +39,8 @@ MAX_ORDER = 6
 # Bound of the round-off of the function g(s) of the reduced equation, and of the derivatives of g,
 # relative to the characteristic length: about 5 machine epsilons.
 REDUCED_ROUND_OFF = 1e-15
-# Largest number of Newton steps in `_way`. The steps solve the equations of the target, but not in
-# the direction in which the tool cannot move (the left null vector of J).
+# Largest number of Newton steps for a sample g(s). The steps solve the equations of the target in
+# all directions but one: the direction in which the tool cannot move (the left null vector of J).
 MAX_NEWTON_STEPS = 12
 # Two solutions are taken as one if the distance of their joint positions is below this, rad
 # (prismatic joints divided by the characteristic length).

@@ -28,10 +28,11 @@ from ..arguments import check_positive, finite_vector, rows_in_order
 from ..task_jacobian import task_of
 from ..tool_state import ToolState, evaluate
 
-# A wanted twist is lost if the fraction of it in the resulting twist is below this.
+# A wanted twist is lost if the component of the resulting twist along it is smaller than
+# LOST_FRACTION times the wanted twist.
 LOST_FRACTION = 0.05
-# A wanted twist is followed if at most this fraction of it is missing in the resulting twist. The
-# fraction is the round-off of the least squares.
+# A wanted twist is followed if the component of the resulting twist along it is at least 1 -
+# FOLLOWED_ROUND_OFF times the wanted twist. The number is the round-off of the least squares.
 FOLLOWED_ROUND_OFF = 1e-9
 
 
