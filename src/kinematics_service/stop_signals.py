@@ -61,7 +61,10 @@ class StopSignal:
         self.last_words = b''
 
     def handle(self, number: int, frame: FrameType | None) -> None:
-        """Take a signal as a handler of Python; end the process at the second signal."""
+        """
+        Handle a stop signal; Python's `signal` module calls this method. The second signal ends
+        the process.
+        """
         if self.came:
             os._exit(0)
         self.came = True

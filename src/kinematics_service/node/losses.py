@@ -35,8 +35,8 @@ class _Publisher:
 
     def look_back(self) -> None:
         """
-        Compute the rate from a more recent message to the last one, if enough messages lie between
-        them.
+        The rate is computed from the last message and an earlier one. Take a newer message as the
+        earlier one, if at least 4 MIN_RATE_MESSAGES messages were sent after the newer message.
         """
         if self.number - self._between[0] >= 4 * MIN_RATE_MESSAGES:
             self._from, self._between = self._between, (self.number, self.stamp)

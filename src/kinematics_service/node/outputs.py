@@ -37,15 +37,20 @@ class Channel(NamedTuple):
         A function that returns the number of subscribers.
     publish_bytes
         A function that publishes a serialized message.
-    publisher, topic
-        The publisher, and the row of the topic in the table of topics.
+    publisher
+        The publisher of the topic.
+    topic
+        The row of the topic in the table of topics.
     grid
-        The grid of stamps that limits the topic's rate, used if `content` has a period.
-    content, layout
-        The content of the topic's messages, and the layout: the offsets of the numbers in a
-        message. Content that is a whole message has no layout.
+        Divides time into intervals of equal length. If `content` has a period, the length is this
+        period, and at most one message is published in each interval.
+    content
+        The content of the topic's messages.
+    layout
+        The positions of the stamp and the numbers in a message. None if `content` is a whole
+        message.
     as_bytes
-        Whether messages are published as bytes that this package fills.
+        Whether this package writes the bytes of a message itself, instead of ROS.
     """
 
     listeners: Callable[[], int]

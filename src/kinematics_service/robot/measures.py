@@ -41,7 +41,8 @@ class Thresholds:
 
     def bounds_after(self, previous: Level = Level.OK) -> tuple[float, float]:
         """
-        Return the values of the measure at which WARN and ERROR begin after the level `previous`.
+        Return the thresholds of WARN and ERROR for a pose if the pose before it had the level
+        `previous`.
 
         If the previous level is WARN or ERROR, the threshold of WARN is farther from singular by
         the factor HYSTERESIS. After ERROR the threshold of ERROR is farther by this factor, too.

@@ -29,7 +29,8 @@ Colour = tuple[int, int, int]
 ELLIPSOID_OPACITY = 0.35
 # Diameters of shaft and head of an arrow, and length of the head, divided by the arm's size.
 ARROW_SIZES = (0.018, 0.044, 0.06)
-# Width of the line along the null direction of the tool, divided by the arm's size.
+# Width of the line along the direction in which the tool cannot move at a singular pose, divided
+# by the arm's size.
 LOST_LINE_WIDTH = 0.02
 # Height of texts, divided by the arm's size.
 TEXT_HEIGHT = 0.05

@@ -78,7 +78,7 @@ class Parameter(NamedTuple):
     range: tuple[float, float] | None = None
     least: float = 0.0  # smallest allowed value other than 0, if the value 0 has a special meaning
     numbers: int = 0  # required length of a list of numbers; the list may also be empty
-    # kind of the number: lengths and angles are checked for values in mm and degrees
+    # kind of the number; a warning asks whether a too large length is in mm, an angle in degrees
     kind: Kind = 'number'
     read_only: bool = False
 

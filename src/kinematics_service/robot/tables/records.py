@@ -36,7 +36,10 @@ class _Pair(NamedTuple):
 
 
 def rows_of_records(text: str, report: TableReport) -> list[PastedRow]:
-    """Return the heads and rows of a table whose numbers have names; [] for any other text."""
+    """
+    Return the column heads and the rows of a table in which the name of its quantity stands before
+    each number, such as `alpha: 0`; [] for any other text.
+    """
     text = _with_lists(text)
     pairs = _pairs(text)
     keys = [head_of(pair.key).meaning for pair in pairs]
@@ -54,8 +57,8 @@ def rows_of_records(text: str, report: TableReport) -> list[PastedRow]:
 
 def rows_of_substitutions(text: str, report: TableReport) -> list[PastedRow]:
     """
-    Return the heads and rows of a table whose numbers have indexed names, such as `alpha0: 0, a0:
-    0, d1: 0.75`; [] for any other text.
+    Return the column heads and the rows of a table in which an indexed name stands before each
+    number, such as `alpha0: 0, a0: 0, d1: 0.75`; [] for any other text.
     """
     text = without_comments(text)
     pairs = [pair for pair in _pairs(text) if NUMBERED.fullmatch(pair.key)]
