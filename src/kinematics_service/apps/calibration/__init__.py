@@ -3,14 +3,12 @@
 """
 Calibrate a robot: correct the numbers of its nominal table so that its poses fit measured ones.
 
-A calibration passes through these modules; each line starts from the result of the line above.
+Each line of modules starts from the result of the line above:
 reading, boards, collecting      rows: joint positions with measured poses, touches or images
 checking, camera, conditions     `Measured`: the rows after a check for mistakes
 chosen_parameters, same_point    the parameters, their priors and start values (`placing`)
 fitting, calibration             `FitProblem`, its solution `Identified`, and `Calibration`
 acceptance, explanations         reasons of a refusal, mistakes that would explain it, remarks
 report, robot_text, output       sentences, the robot file, the page; `proposal`: the next poses
-
-`second_source_watch.py` compares the poses of a second source with those of a running node.
-`pose_covariance.py` computes the covariance of tool poses after a calibration.
+second_source_watch, pose_covariance  a second source beside a node; covariance of tool poses
 """

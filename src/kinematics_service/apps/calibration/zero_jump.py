@@ -80,8 +80,8 @@ ROUNDS = 8
 # joint, the value is multiplied by the characteristic length.
 MIN_RANGE = 0.02
 # The size of a jump is estimated together with base, tool, lag and table. If these were known, the
-# poses would give more information (inverse variance) on the size. Information below MIN_RATIO
-# times this larger information is taken as round-off.
+# poses would give more information (inverse variance) on the size. MIN_RATIO times this larger
+# information is added to the diagonal of the information matrix, so that it can be inverted.
 MIN_RATIO = 1e-9
 # Two joints are rivals if their jumps explain the poses nearly equally well: twice the log
 # likelihoods differ by at most this number, so the likelihood ratio is at most 100.
