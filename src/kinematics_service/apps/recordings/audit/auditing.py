@@ -18,8 +18,8 @@ from ....robot.measures import MEASURES, Level
 from ....robot.robot import Robot
 from ..plans.verdicts import PlanCheck
 from ..readers.block import Block
-from ..readers.columns import spans
 from ..readers.source import RecordingSource, Remark
+from ..readers.stored_columns import spans
 from .computer import Computer
 from .frames import FrameReport, FrameSettings, NotCompared, frames_of
 from .ingest import Ingest, RefusedExample

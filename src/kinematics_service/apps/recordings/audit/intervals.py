@@ -15,7 +15,7 @@ from ....kernel import Floats
 from ....kinematics.singularity import Singularity, flat_loop, singularity
 from ....robot.measures import MEASURES, Level
 from ....robot.robot import Robot
-from ..readers.columns import spans
+from ..readers.stored_columns import spans
 from .timeline import Stretch, Timeline, stretches_of
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from ....estimation.joint_memory import LIMIT_TOLERANCE
 from ....estimation.motion_checks import joint_steps, jumps
 from ....robot.robot import Robot
-from ..readers.columns import median, spans
+from ..readers.stored_columns import median, spans
 from .reported_velocities import INTERVAL_FACTOR, VelocityCheck, velocity_check
 from .stream import steps_of
 from .timeline import Timeline

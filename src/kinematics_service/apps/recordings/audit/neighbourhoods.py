@@ -16,8 +16,8 @@ from ....robot.robot import Robot
 from ...checking.joint_motion import WINDOW
 from ...checking.lag import REACH
 from ..readers.block import LARGEST_BLOCK, Flags, Times
-from ..readers.columns import spans
 from ..readers.source import MAX_POSES, PoseTrack
+from ..readers.stored_columns import spans
 from .reported_velocities import MotionColumns
 
 # States are kept in memory if they are within this time (ns) of a measured pose. The time covers

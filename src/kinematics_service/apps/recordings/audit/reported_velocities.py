@@ -18,7 +18,7 @@ import numpy as np
 from ....estimation.motion_checks import joint_steps, path_errors, scale_in_words
 from ....kernel import Floats
 from ..readers.block import Flags, ForwardClock, Times
-from ..readers.columns import Column, StateTable, median, spans
+from ..readers.stored_columns import Column, StateTable, median, spans
 from .stream import steps_of
 
 # Largest lag of the reported velocities behind the positions that is tried, in median intervals of

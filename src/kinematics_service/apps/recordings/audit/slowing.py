@@ -11,7 +11,7 @@ from ....kernel import Floats
 from ....kinematics.scale import scale
 from ....kinematics.servo_rule import ServoRule
 from ....robot.robot import Robot
-from ..readers.columns import Column, spans
+from ..readers.stored_columns import Column, spans
 from .timeline import Stretch, Timeline, stretches_of
 
 # Number of states for each call of `scale`. The number is limited to bound the memory.

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..readers.block import Block, UnreadableMessage
-from ..readers.columns import Column, Scalar, median, spans
+from ..readers.stored_columns import Column, Scalar, median, spans
 
 # The time between two successive stamps is a gap if it exceeds MIN_GAP, and exceeds the median
 # time between stamps by this factor.

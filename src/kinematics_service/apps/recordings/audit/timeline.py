@@ -15,7 +15,7 @@ from ....kinematics.tool_state import ToolState
 from ....robot.measures import MEASURES
 from ....robot.robot import Robot
 from ..readers.block import Flags
-from ..readers.columns import Column, StateTable
+from ..readers.stored_columns import Column, StateTable
 from .ingest import KnownJoints
 from .judging import Levels
 from .reported_velocities import MotionColumns

@@ -9,9 +9,9 @@ import numpy as np
 from ....robot.measures import Level
 from ..readers.arm_columns import arm_columns
 from ..readers.block import LARGEST_BLOCK, Times
-from ..readers.columns import spans
 from ..readers.source import RecordingSource, Remark
 from ..readers.stamp_format import MAX_EPOCH_TIME, UNITS, StampFormat, unit_of
+from ..readers.stored_columns import spans
 from ..readers.table_rows import TableRows
 from ..readers.table_source import source_of
 from .arms import DatasetArm

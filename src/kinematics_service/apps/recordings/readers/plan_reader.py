@@ -17,8 +17,8 @@ from ....robot.file.text.yaml_reader import YamlError
 from ....robot.measures import Level
 from .between_points import MAX_STEP, PlannedTrajectory, sampled
 from .block import LARGEST_BLOCK, SECOND, Block, Times
-from .columns import spans
 from .source import RecordingSource, Remark, Selection
+from .stored_columns import spans
 from .yaml_values import MAX_VALUES, Values, read_documents
 
 # Pause between the stamps of successive trajectories of one topic, ns. It is longer than any

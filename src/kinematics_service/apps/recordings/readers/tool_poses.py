@@ -12,9 +12,9 @@ from ....rigid_motion import exponential, rotation_of_quaternion
 from ...checking.euler_orders import EULER_ORDERS, rotation_of_euler
 from ...checking.pose_format import EULER, PoseFormat
 from .block import Flags, Times
-from .columns import Column, StateTable, spans
 from .joint_format import LENGTHS
 from .source import PoseTrack
+from .stored_columns import Column, StateTable, spans
 
 # Largest difference of a valid quaternion's norm from 1. It allows for float32 and few printed
 # digits.

@@ -12,7 +12,7 @@ import numpy as np
 from .....kernel import Floats
 from .....robot.measures import MEASURES, Level
 from ...readers.block import Flags
-from ...readers.columns import Column, spans
+from ...readers.stored_columns import Column, spans
 from ..auditing import Audit
 from ..curves import Curve, curve_of
 from ..frames import FrameReport
