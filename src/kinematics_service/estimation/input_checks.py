@@ -271,9 +271,9 @@ def _cause_of_nanosec(group: JointMessages) -> str:
 
 
 def _pace(group: JointMessages) -> float:
-    # Returns the pace (see PACE) from the first message to the last, if the pace is wrong in both
-    # halves of the messages. Returns 1 if the pace of one half is right, because a burst of
-    # messages or a step of a clock changes only one half.
+    # Returns the pace, the ratio of stamp time to arrival time (see PACE), from the first message
+    # to the last, if the pace is wrong in both halves of the messages. Returns 1 if the pace of
+    # one half is right, because a burst of messages or a step of a clock changes only one half.
     begin = _last(np.diff(group.stamps) < 0)
     s, t = group.stamps[begin:], group.arrivals[begin:]
     middle = int(np.searchsorted(t, (t[0] + t[-1]) // 2))

@@ -195,11 +195,11 @@ def take(arm: Arm, memory: JointMemory, reported: ReportedJoints, row: Flat, at:
 
 def check_fit(arm: Arm, memory: JointMemory, ours: OurJoints, at: int) -> None:
     """
-    Raise TypeError if arm, memory and message do not fit each other.
+    Raise TypeError if the arm, the memory and the joints `ours` of a message do not fit.
 
-    The memory must have the joints and the closed loops of the arm, and the message may name no
-    other joints. `at`, the count of numbers before q in the row of results, must be 0 or large
-    enough for a pose.
+    The memory must have the joints and the closed loops of the arm, and `ours` no other joints.
+    `at`, the count of numbers before q in the row of results, must be 0 or large enough for a
+    pose.
     """
     if (
         memory.joints != arm.chain.dof

@@ -76,8 +76,8 @@ class Task(FrozenArrays):
         Scale factors of the rows and columns of J_t: `length` for angular rows and prismatic
         joints, 1 for the others.
     plain_rows
-        `rows` without the rows that joints move only because axes are not exactly parallel. For
-        most arms, `plain_rows` is equal to `rows`.
+        `rows` without those rows of J_t that would be 0 if nearly parallel axes were exactly
+        parallel. For most arms, `plain_rows` is equal to `rows`.
     """
 
     rows: tuple[str, ...]

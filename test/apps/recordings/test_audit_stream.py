@@ -49,7 +49,7 @@ def test_columns_on_disk_change_no_bit(monkeypatch):
     for samples in (faulty(robot)[1450:1650], awkward(robot, 6)[60:160]):
         whole, _ = audited(samples, robot)
         expected = json_text(document_of(whole)), page_of(whole)
-        monkeypatch.setattr(columns, 'MAX_HELD_NUMBERS', 100)
+        monkeypatch.setattr(stored_columns, 'MAX_HELD_NUMBERS', 100)
         monkeypatch.setattr('kinematics_service.apps.recordings.readers.block.LARGEST_BLOCK', 77)
         written, _ = audited(samples, robot)
         assert (json_text(document_of(written)), page_of(written)) == expected
@@ -96,8 +96,8 @@ def test_pieces_of_any_size_give_the_same_verdict(name, size, first, last, monke
     if (name, size) == ('ur5e', 31):
         assert any(check['lag'] for check in checks)
         assert any(check['scale'] != 1.0 for check in checks)
-    monkeypatch.setattr(columns, 'MAX_PIECE_ROWS', size)
-    monkeypatch.setattr(columns, 'MAX_HELD_NUMBERS', 3 * size)
+    monkeypatch.setattr(stored_columns, 'MAX_PIECE_ROWS', size)
+    monkeypatch.setattr(stored_columns, 'MAX_HELD_NUMBERS', 3 * size)
     pieces, _ = audited(samples, robot)
     found = json.loads(json_text(document_of(pieces)))
     assert found['verdict'] == expected['verdict']
@@ -117,7 +117,7 @@ def test_a_median_of_pieces_is_that_of_all(monkeypatch):
     ):
         expected = np.median(numbers)
         for size in (5, 900, 5000):
-            monkeypatch.setattr(columns, 'MAX_HELD_NUMBERS', size)
+            monkeypatch.setattr(stored_columns, 'MAX_HELD_NUMBERS', size)
             pieces = [numbers[k : k + 97] for k in range(0, len(numbers), 97)]
             assert stored_columns.median(pieces) == expected
     assert stored_columns.median([]) == 0.0
@@ -132,7 +132,7 @@ def test_turns_are_neither_jumps_nor_velocities_in_pieces_of_any_size(size, monk
     q[:, 0] = np.mod(1.2 * t + 2.5 + math.pi, math.tau) - math.pi
     q[250:, 0] += 0.2
     qdot[:, 0] = -1.2 - 0.01 * np.sin(t)
-    monkeypatch.setattr(columns, 'MAX_PIECE_ROWS', size)
+    monkeypatch.setattr(stored_columns, 'MAX_PIECE_ROWS', size)
     result, _ = audited(samples_of(robot, t, q, qdot), robot)
     (jump,) = result.jumps
     assert (jump.row, jump.joint) == (250, robot.joint_names[0])
@@ -150,7 +150,7 @@ def test_gaps_are_counted_across_blocks_and_pieces(monkeypatch):
     robot = robot_of('planar_2r')
     samples = samples_of(robot, *motion(robot, 600))
     del samples[100:140], samples[300:420]
-    monkeypatch.setattr(columns, 'MAX_PIECE_ROWS', 50)
+    monkeypatch.setattr(stored_columns, 'MAX_PIECE_ROWS', 50)
     watch = StreamWatch(robot.joint_names)
     for block in blocks_of(samples):
         watch.take(block)

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 # corner residuals is excluded if this sum is larger by 25 (5 squared) variances of the corner
 # noise.
 POSE_DEVIATIONS = 5.0
-# When OpenCV's refinement of a board pose stops. The flag 3 means at the first of two limits: 50
-# steps, or a change of the pose by less than the machine epsilon.
+# OpenCV's refinement of a board pose stops after 50 steps, or if a step changes the pose by less
+# than the machine epsilon. The flag 3 asks for both tests.
 REFINED = (3, 50, float(np.finfo(np.float64).eps))
 # Largest usual noise of a corner's coordinate, px. A larger noise causes a warning.
 USUAL_PIXELS = 0.3

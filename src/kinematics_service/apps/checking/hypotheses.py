@@ -70,7 +70,7 @@ class Hypothesis(NamedTuple):
         return q if self.q is None else self.q
 
     def seen(self, poses: Floats) -> Floats:
-        """Return the corrected poses; `poses` if the mistake is not in the poses."""
+        """Return the poses without the assumed mistake; `poses` if it is not in the poses."""
         return poses if self.poses is None else self.poses
 
 
@@ -380,8 +380,7 @@ def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
 def scale_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
     """
     Yield for each moving joint the hypothesis that its positions were multiplied by a wrong factor
-    (unit or gear ratio). Corrections of the joint's zero and of its range (rad, m) are fitted
-    together.
+    (unit or gear ratio). The zero of the joint (rad, m) and the factor are fitted together.
     """
     yield from _of_joints(given, 'joint_scale', 2)
 

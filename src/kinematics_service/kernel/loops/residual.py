@@ -85,8 +85,8 @@ def write_residual(group: LoopGroup, x: Numbers, residual: Numbers, screws: Flat
     residual : shape (p,), m or rad
         The components of the residual; they are 0 if the loops are closed.
     screws : shape (entries, 6)
-        For each loop, the screws of the entries of `there`, then those of `back`. A screw is the
-        motion of the end of its own chain.
+        For each loop, the screws of the joints of its first chain (`there`), then those of its
+        second chain (`back`). A screw is the motion of the end of its own chain.
     """
     _write_residuals(group.loop, x, residual, screws)
     largest: float = 0.0

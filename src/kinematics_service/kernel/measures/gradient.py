@@ -310,8 +310,8 @@ def _add_inverse(
 ) -> None:
     # Slopes are the derivatives of the group's residual by its passive variables. Adds to `work`
     # the gradient of a weighted sum of the slopes, for this loop and the following loops of the
-    # group. The weights are the entries of the matrix det(slopes) times the inverse of `slopes`,
-    # transposed.
+    # group. The weights are the cofactors of the matrix `slopes`, so that the gradient is that of
+    # its determinant.
     gap = [0.0] * 18
     weights = arrays.after(work, group.variables)
     arrays.fill(weights, 6 * group.variables, 0.0)

@@ -311,8 +311,8 @@ class NearestSearch:
         return self.lengths[k] - self.drifts[k]
 
     def _put(self, k: int, length: float) -> None:
-        # Stores joint positions that the projection found as singular pose k. `length` is the
-        # length of the joint motion from the present positions to them, rad.
+        # Stores the singular pose that the projection found in row k of `poses`. `length` is the
+        # length of the joint motion from the present positions to this pose, rad.
         for j in range(self.n):
             self.poses[k * self.n + j] = self.u[j] + self.projection.d[j]
         self.lengths[k], self.drifts[k] = length, 0.0

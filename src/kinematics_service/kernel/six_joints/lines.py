@@ -22,8 +22,8 @@ POINT = 1
 DIRECTION = 5
 # Index of m = p x l, the moment of the line, in the 15 numbers of a line.
 MOMENT = 9
-# Index of h = (p.p) l - 2 (p.l) p in the 15 numbers of a line: it is p.p times the mirror image of
-# l in the plane perpendicular to p.
+# Index of the vector h = (p.p) l - 2 (p.l) p in the 15 numbers of a line with the direction l and
+# the point p. h is p.p times the mirror image of l in the plane perpendicular to p.
 MIRRORED = 12
 
 

@@ -3,10 +3,10 @@
 """
 Write the equation of six screws and a target as a closed loop that may begin at any screw.
 
-The product of exponentials (R. W. Brockett, "Robotic manipulators and the product of exponentials
-formula", 1984) is e1 ... e6 = goal. The equation e2 ... e6 (goal^-1 e1 goal) = goal is equivalent:
-its first joint is joint 2. Repeated, this step makes any joint the first. The inverse of an
-equation is the loop that runs backwards.
+The product of the exponentials e1 to e6 of the six screws (R. W. Brockett, "Robotic manipulators
+and the product of exponentials formula", 1984) is e1 ... e6 = goal. The equation e2 ... e6
+(goal^-1 e1 goal) = goal is equivalent: its first joint is joint 2. Repeated, this step makes any
+joint the first. If both sides are inverted, the loop runs backwards.
 """
 
 import math

@@ -18,8 +18,8 @@ from ..waiting_messages import take_waiting
 # When messages are skipped, the node still answers this number of newest messages of the
 # subscription that has received the most messages.
 KEPT_OF_FULLEST = 10
-# When messages are skipped, the node still answers this number of newest messages of every other
-# subscription: the messages of 2.5 s at 200 Hz.
+# When the node skips joint states, it still answers this number of newest messages of each of its
+# other subscriptions: the messages of 2.5 s at 200 Hz.
 KEPT_OF_OTHERS = 500
 
 

@@ -131,8 +131,8 @@ class ClosedPlan:
 
     def speed(self, of: str, limit: float | None) -> PlanSpeed:
         """
-        Return the largest speed of a point of the arm at the samples, m/s. The upper bound is
-        infinite.
+        Return the largest speed of the point `of` at the samples, m/s. Between the samples no
+        bound of the speed is known, so the upper bound is infinite.
         """
         chain_to(self._robot, of)  # raises an error for an unknown point
         x = self.x[self.closed]

@@ -26,8 +26,8 @@ from .verdicts import PlanSingularity
 # A piece of the plan is not halved if the joint motion in it is less than this ratio of the
 # threshold of the distance to singular poses.
 MIN_SPAN_RATIO = 0.05
-# The round-off of joint positions along the plan is at most ROUND_OFF + RELATIVE_ROUND_OFF s, rad.
-# Here s is the largest sum of the absolute coefficients of a joint's polynomial.
+# The round-off (rad) of joint positions along the plan is at most ROUND_OFF + RELATIVE_ROUND_OFF *
+# total. Here `total` is the largest sum of the absolute coefficients of a joint's polynomial.
 ROUND_OFF = 1e-9
 # 45 machine epsilons, see ROUND_OFF.
 RELATIVE_ROUND_OFF = 1e-14

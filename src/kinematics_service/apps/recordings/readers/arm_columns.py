@@ -302,8 +302,8 @@ class _Search:
         if len(set(found)) != 1 or len(found) != len(self.joints) or own != sorted(own):
             return []
         # Return no layout if the numbers could mean something else. Columns q1 .. q4 may be a
-        # quaternion. If a column has the name of a joint, numbered columns may count differently:
-        # columns q0 and q1 need not be the joints q1 and q2.
+        # quaternion. If a column has the name of a joint, such as q1, the number may be part of
+        # the name: column q1 is then joint q1, and not the second joint, counted from q0.
         if pose_columns(self.header, [''], PoseFormat('wxyz')) or {*self.joints} & {*self.header}:
             return []
         rates = next((one for one in RATES if self._family(one)), '')

@@ -193,8 +193,8 @@ def one_row(check: QuantityCheck) -> Iterator[Variant]:
 
 def row_left_out(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield mistaken values of the quantity, computed from tables in which the identity replaces one
-    row.
+    Yield mistaken values of the quantity, computed from tables in which the transform of one row
+    is replaced by the identity.
     """
     table = check.names.table
     for i, row in enumerate(table.rows):
