@@ -23,7 +23,7 @@ import kinematics_service as ks
 from kinematics_service.apps.recordings.audit import frames
 from kinematics_service.apps.recordings.audit.auditing import audit
 from kinematics_service.apps.recordings.readers import (
-    columns,
+    stored_columns,
     table_reader,
     table_source,
     unpacking,
@@ -170,7 +170,7 @@ def test_pieces_of_a_table_give_the_same_document(tmp_path, capsys, monkeypatch,
     assert whole['frames']['as_given']['position_max'] < 1e-12
     assert whole['stream']['backwards'] == back
     monkeypatch.setattr(table_reader, 'LARGEST_BLOCK', 77)
-    monkeypatch.setattr(columns, 'MAX_HELD_NUMBERS', 100)
+    monkeypatch.setattr(stored_columns, 'MAX_HELD_NUMBERS', 100)
     assert document(capsys, file, '--robot', 'craig_3r') == whole
 
 
@@ -245,7 +245,7 @@ def test_a_ros_1_bag_says_what_the_same_messages_say_in_mcap(
     assert {k: v for k, v in heard(found).items() if k != 'verdict'} == {
         k: v for k, v in expected.items() if k != 'verdict'
     }
-    monkeypatch.setattr(columns, 'MAX_HELD_NUMBERS', 100)
+    monkeypatch.setattr(stored_columns, 'MAX_HELD_NUMBERS', 100)
     again = document(capsys, bag, '--robot', 'planar_2r')
     assert heard(again)['series'] == expected['series']
 
@@ -309,7 +309,7 @@ def test_messages_of_ros_1_are_read_in_columns_as_one_by_one(stores):
 
 def test_a_folder_without_room_ends_the_audit_of_a_table_in_a_sentence(tmp_path, monkeypatch):
     file = written(tmp_path / 'run.csv', lines(900))
-    monkeypatch.setattr(columns, 'MAX_HELD_NUMBERS', 10)
+    monkeypatch.setattr(stored_columns, 'MAX_HELD_NUMBERS', 10)
     monkeypatch.setattr(table_reader, 'LARGEST_BLOCK', 100)
     monkeypatch.setattr('tempfile.tempdir', str(tmp_path / 'none'))
     arm = robot_of('planar_2r')
