@@ -744,6 +744,18 @@ def test_ctrl_c_ends_with_130_and_no_words(capsys, monkeypatch):
     assert refusal(capsys, 'robots', code=130) == ''
 
 
+@pytest.mark.parametrize(('typer', 'click', 'refused'), [
+    ('0.9.0', '8.2.1', False), ('0.9.0', '8.3.0', True), ('0.12.5', '8.10.1', True),
+    ('0.13.1', '8.3.1', False), ('1.0', '9.0.dev1', False),
+])  # fmt: skip
+def test_an_old_typer_with_a_new_click_is_refused(monkeypatch, capsys, typer, click, refused):
+    monkeypatch.setattr('typer.__version__', typer)
+    monkeypatch.setattr('importlib.metadata.version', lambda name: click)
+    assert main(['robots']) == (1 if refused else 0)
+    output = capsys.readouterr()
+    assert ('typer>=0.13' in output.err) == refused == (not output.out)
+
+
 def test_options_are_typed_as_the_oldest_typer_reads_them():
     package = Path(ks.__file__).parent
     for file in [*package.glob('cli/*.py'), *package.glob('apps/*/commands/*.py')]:

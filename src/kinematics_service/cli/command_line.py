@@ -76,6 +76,8 @@ def _code_of(argv: Sequence[str] | None) -> int:
         # without it. During the import, Ctrl-C has its default action.
         from .commands import command_group
 
+        if fault := _typer_fault():
+            return _failed(f'kinematics_service: {fault}')
         with nullcontext() if argv is not None else interruptible():
             command_group()(join_numbers(ours), obj=ros, prog_name=PROGRAM if completion else None)
         return 0
@@ -100,6 +102,21 @@ def _code_of(argv: Sequence[str] | None) -> int:
     except Exception as error:
         text = ' '.join(f'{type(error).__name__}: {error}'.split())
         return _failed(f'kinematics_service: {text} (set KINEMATICS_TRACEBACK=1 for the details)')
+
+
+def _typer_fault() -> str | None:
+    # Return a sentence if typer is too old for click. Before version 0.13, typer takes each flag
+    # as given if click is 8.3 or newer: any command would only print the version.
+    import typer
+
+    if tuple(map(int, typer.__version__.split('.')[:2])) >= (0, 13):
+        return None
+    from importlib.metadata import version
+
+    if tuple(map(int, version('click').split('.')[:2])) < (8, 3):
+        return None
+    message = f'typer {typer.__version__} cannot read options with click {version("click")}'
+    return f"{message}: pip install 'typer>=0.13', or pip install 'click<8.3'"
 
 
 def _refused(error: errors.KinematicsError, ours: Sequence[str], code: int = 1) -> int:
