@@ -179,8 +179,8 @@ class Calibration(IdentifiedTable):
         Return True if all corrections together do not make the errors of held-out rows
         significantly smaller than base and tool alone do.
 
-        By a paired test, the decrease is significant if the mean decrease of the squared position
-        errors is at least two of its standard deviations.
+        The decrease is significant if the mean decrease of the squared position errors is at least
+        two of its standard deviations (a paired test).
         """
         before, after = np.sum(self.left[3:, self.used, 0] ** 2, axis=2)
         gains = before - after

@@ -129,7 +129,7 @@ class _Function:
     name, result, text
         Its name, result type and definition in C.
     known
-        What the names stand for that the function does not assign.
+        The values of names that the function does not assign.
     types
         The C types of parameters and variables.
     variables

@@ -65,7 +65,8 @@ class Page:
         self._server = server
         self._requested: Floats | None = None
         self._unlocked = True
-        # What was drawn last; None if it must be drawn again.
+        # The observation, title, status and layers that `show` drew last; None if `show` must draw
+        # again.
         self._drawn: tuple[Observation, str, str, set[str]] | None = None
         server.scene.reset()
         gui = server.gui
