@@ -154,41 +154,6 @@ def test_numpy_code_is_the_library(name):
             assert found == pytest.approx(wanted, rel=1e-9, abs=ROUND_OFF)
 
 
-@pytest.mark.skipif(shutil.which('gcc') is None, reason='no gcc here')
-@pytest.mark.parametrize('name', marked(SQUARE))
-def test_c_code_is_the_library(name, tmp_path):
-    derivation = derived(name)
-    robot, n = derivation.robot, len(derivation.variables)
-    q = derivation.exact.sampler.random(4)
-    lengths = ', '.join(repr(v) for v in derivation.names.values.values())
-    calls = []
-    for pose in q:
-        numbers = ', '.join(map(repr, pose.tolist()))
-        calls.append(
-            f'{{ const double q[] = {{{numbers}}}; double T[16], J[{6 * n}]; int i;\n'
-            f'{name}_pose(q, {lengths}, T); {name}_jacobian(q, {lengths}, J);\n'
-            f'for (i = 0; i < 16; i++) printf("%.17g ", T[i]);\n'
-            f'for (i = 0; i < {6 * n}; i++) printf("%.17g ", J[i]);\n'
-            f'printf("%.17g\\n", {name}_determinant(q, {lengths})); }}'
-        )
-    source = '#include <stdio.h>\n' + code_of(derivation, 'c') + 'int main(void)\n{\n'
-    (tmp_path / 'arm.c').write_text(source + '\n'.join(calls) + '\nreturn 0;\n}\n')
-    strict = ['-std=c99', '-Wall', '-Wextra', '-Werror', '-pedantic']
-    program = tmp_path / 'arm'
-    subprocess.run(
-        ['gcc', *strict, '-o', str(program), str(tmp_path / 'arm.c'), '-lm'], check=True
-    )
-    printed = subprocess.run([str(program)], check=True, capture_output=True, text=True).stdout
-    for pose, line in zip(q, printed.splitlines()):
-        values = np.array(line.split(), dtype=float)
-        T, J, det = values[:16].reshape(4, 4), values[16:-1].reshape(6, n), values[-1]
-        expected = ks.forward_kinematics(robot, pose)
-        np.testing.assert_allclose(T, expected, rtol=0, atol=ROUND_OFF)
-        np.testing.assert_allclose(J, ks.jacobian(robot, pose), rtol=0, atol=ROUND_OFF)
-        wanted = ks.singularity(robot, pose).determinant
-        assert det == pytest.approx(wanted, rel=1e-9, abs=ROUND_OFF)
-
-
 @pytest.mark.parametrize('name', marked(['craig_3r', 'rrp_elementary']))
 def test_latex_code_is_balanced(name):
     text = code_of(derived(name), 'latex')

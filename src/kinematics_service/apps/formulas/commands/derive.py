@@ -43,7 +43,6 @@ class Code(str, Enum):
     """The languages that `--code` accepts."""
 
     numpy = 'numpy'
-    c = 'c'
     js = 'js'
     latex = 'latex'
 
@@ -56,7 +55,9 @@ def derive(
     lock: Optional[list[str]] = option(
         'Set a joint to a constant, in the units of the robot file; repeatable.', 'JOINT=VALUE'
     ),
-    code: Optional[Code] = option('Write T, J and the determinant as source code instead.'),
+    code: Optional[Code] = option(
+        'Write T, J and the determinant as source code instead; export writes C.'
+    ),
     path: Optional[str] = option('Also derive the velocity along a path.', 'JOINT=f(t),...'),
     start: float = option('Start of the path, s.', default=0.0, name='--from'),
     end: float = option('End of the path, s.', default=6.3, name='--to'),
@@ -73,7 +74,7 @@ def derive(
       kinematics_service derive craig_3r
       kinematics_service derive puma560 --format html --out puma560.html
       kinematics_service derive panda --lock q3=0
-      kinematics_service derive ur5e --code c --out ur5e.c
+      kinematics_service derive ur5e --code js --out ur5e.js
       kinematics_service derive rrp_elementary --path 'theta1=sin(t), theta2=cos(2*t), d3=sin(3*t)'
       kinematics_service derive arm.yaml --write
 

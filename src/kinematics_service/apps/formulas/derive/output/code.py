@@ -8,7 +8,6 @@ Lengths are parameters of the functions.
 from collections.abc import Callable, Iterator
 
 import sympy
-from sympy.printing.c import C99CodePrinter
 from sympy.printing.jscode import JavascriptCodePrinter
 from sympy.printing.numpy import NumPyPrinter
 
@@ -35,12 +34,6 @@ def _functions(
     for name, expression in found.items():
         replaced, (reduced,) = sympy.cse([expression], symbols=sympy.numbered_symbols('x_'))
         yield name, replaced, reduced
-
-
-def _argument(derivation: Derivation) -> str:
-    # Return the name of the joint positions argument. In C and JavaScript it must differ from the
-    # names of the joint variables.
-    return 'joint_positions' if 'q' in {v.name for v in derivation.variables} else 'q'
 
 
 def _about(derivation: Derivation) -> list[str]:
@@ -81,43 +74,16 @@ def _numpy(derivation: Derivation) -> str:
     return text.replace('abs(', 'numpy.abs(')
 
 
-def _c(derivation: Derivation) -> str:
-    printer = C99CodePrinter()
-    lines = ['/*', *(f' * {line}' for line in _about(derivation)), ' * Matrices are row by row.']
-    lines += [' */', '#include <math.h>', '']
-    lengths = [symbol.name for symbol in derivation.names.lengths]
-    for name, replaced, reduced in _functions(derivation):
-        matrix = isinstance(reduced, sympy.MatrixBase)
-        q = _argument(derivation)
-        arguments = [f'const double {q}[]', *(f'double {n}' for n in lengths)]
-        if matrix:
-            arguments.append(f'double out[{len(reduced)}]')
-        kind = 'void' if matrix else 'double'
-        lines += [f'{kind} {derivation.robot.name}_{name}({", ".join(arguments)})', '{']
-        for k, variable in enumerate(derivation.variables):
-            lines.append(f'    const double {variable.name} = {q}[{k}];')
-        lines += [
-            f'    const double {symbol} = {printer.doprint(value)};' for symbol, value in replaced
-        ]
-        unused = [*(v.name for v in derivation.variables), *lengths]
-        lines += [f'    {" ".join(f"(void){n};" for n in unused)}']
-        if matrix:
-            lines += [f'    out[{k}] = {printer.doprint(e)};' for k, e in enumerate(reduced)]
-        else:
-            lines.append(f'    return {printer.doprint(reduced)};')
-        lines += ['}', '']
-    return '\n'.join(lines)
-
-
 def _javascript(derivation: Derivation) -> str:
     printer = JavascriptCodePrinter()
     lines = [f'// {line}' for line in _about(derivation)]
     lengths = [symbol.name for symbol in derivation.names.lengths]
-    names, q = ', '.join(v.name for v in derivation.variables), _argument(derivation)
+    names = [v.name for v in derivation.variables]
+    q = 'joint_positions' if 'q' in names else 'q'
     factors = sympy.Matrix([f.expression for f in derivation.singular_set.factors])
     for name, replaced, reduced in [*_functions(derivation), ('factors', [], factors)]:
         lines += ['', f'export function {name}({", ".join([q, *lengths])}) {{']
-        lines += [f'  const [{names}] = {q};']
+        lines += [f'  const [{", ".join(names)}] = {q};']
         lines += [f'  const {symbol} = {printer.doprint(value)};' for symbol, value in replaced]
         if isinstance(reduced, sympy.MatrixBase):
             written = [[printer.doprint(e) for e in row] for row in reduced.tolist()]
@@ -142,7 +108,6 @@ def _latex(derivation: Derivation) -> str:
 
 _WRITERS: dict[str, Callable[[Derivation], str]] = {
     'numpy': _numpy,
-    'c': _c,
     'js': _javascript,
     'latex': _latex,
 }
