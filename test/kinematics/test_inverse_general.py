@@ -412,6 +412,15 @@ def test_a_joint_that_turns_two_axes_is_back_when_both_are():
     assert plan_for(robot, ('x', 'y', 'rz')).periods[1] == pytest.approx(12 * math.pi)
 
 
+@pytest.mark.parametrize(('name', 'count'), [('craig_3r', 2), ('six_joint_dh_unit', 4)])
+def test_the_held_joints_determine_coupled_motions_that_turn_nothing(name, count):
+    # Each motion alone moves the same joint most: two motions must not hold one joint.
+    plan = plan_for(ks.load_robot(name), ('rz',))
+    held = plan.held == 0
+    assert len(plan.idle) == np.sum(held) == count
+    assert abs(np.linalg.det(plan.idle[:, held])) > 0.1
+
+
 @pytest.mark.parametrize('name', general_arms.THREE_SLIDE)
 def test_three_joints_that_slide_have_a_closed_form(name):
     robot = general_arms.general_arm(name)
