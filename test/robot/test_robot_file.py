@@ -880,3 +880,26 @@ def test_rows_that_count_by_a_tilt_of_axes_alone_are_named(links, alpha):
 @pytest.mark.parametrize('alpha', [0.0, 0.3, -1.2])
 def test_rows_that_joints_move_are_not_asked_about(alpha):
     assert not planar(2, alpha).description.warnings
+
+
+@pytest.mark.parametrize(
+    ('text', 'line', 'advice'),
+    [
+        ('robot: a\nlinks: [\n  {a: 1}\njoints: 3\n', 4, 'close the [ of line 2'),
+        ('robot: {a: 1\n', 2, 'close the { of line 1'),
+        ('robot: "a\nlinks: 1\n', 3, 'close the quotation mark of line 1'),
+        ('robot: "\\q"\n', 1, 'write \\\\ for a backslash'),
+        ('robot: a\n\tlinks: 3\n', 2, 'indent with spaces'),
+        ('robot: @x\n', 1, 'put the text into quotation marks'),
+        ('robot: a: b\n', 1, 'write one `key: value` a line'),
+        ('robot: a\n- b\n', 2, 'begin the line at the same column'),
+        ('robot: a\nlinks\nconvention: standard\n', 3, 'write line 2 as `key: value`'),
+        ('robot: &x a\n', 1, 'delete it'),
+    ],
+)
+def test_a_syntax_error_says_what_to_write(text, line, advice):
+    with pytest.raises(RobotFileError) as error:
+        read_document(text, 'a.yaml')
+    (fault,) = error.value.faults
+    assert fault.line == line
+    assert f'; {advice}' in fault.message

@@ -31,6 +31,19 @@ Scalar: TypeAlias = yaml.ScalarEvent
 SequenceStart: TypeAlias = yaml.SequenceStartEvent
 MappingStart: TypeAlias = yaml.MappingStartEvent
 Read = TypeVar('Read')  # the type of the values that a subclass of YamlReader builds
+# What to write instead, by a part of the parser's reason. {line} is the line on which the list,
+# the mapping, the quoted text or the key begins.
+ADVICE = {
+    r"'\t'": 'indent with spaces',
+    "',' or ']'": 'close the [ of line {line}',
+    "',' or '}'": 'close the {{ of line {line}',
+    'escape character': r'write \\ for a backslash, or use single quotation marks',
+    'quoted scalar': 'close the quotation mark of line {line}',
+    'cannot start any token': 'put the text into quotation marks',
+    'mapping values': 'write one `key: value` a line, and a text with a colon in quotation marks',
+    '<block end>': 'begin the line at the same column as the lines of its level',
+    "expected ':'": 'write line {line} as `key: value`',
+}
 # For some escapes, such as \UFFFFFFFF, PyYAML raises these errors and not a YAMLError.
 MALFORMED = (ValueError, OverflowError)
 
@@ -106,19 +119,16 @@ class YamlReader(Generic[Read]):
                 self._take(event)
         except yaml.MarkedYAMLError as error:
             line, reason = self._explained(error, text)
-            advice = ' (indent with spaces)' if r"'\t'" in reason else ''
-            if len(reason) > MAX_REASON_LENGTH:
-                reason = f'{reason[: MAX_REASON_LENGTH - 3]}...'
-            raise YamlError(line, f'not valid YAML: {reason}{advice}') from None
+            raise YamlError(line, f'not valid YAML: {reason}') from None
         except MALFORMED:
             raise YamlError(0, 'not valid YAML: malformed escape or indicator') from None
         return self._documents
 
     def _explained(self, error: yaml.MarkedYAMLError, text: str) -> tuple[int, str]:
-        # Return the line and the reason of a syntax error. The message of libyaml names the
-        # element that was expected, but not the element in its place. For an error at the end of
-        # the text, the line may be too large by one. So parse the text again with PyYAML's own
-        # parser, whose messages have neither fault.
+        # Return the line and the reason of a syntax error, with advice. The message of libyaml
+        # names the element that was expected, but not the element in its place. For an error at
+        # the end of the text, the line may be too large by one. So parse the text again with
+        # PyYAML's own parser, whose messages have neither fault.
         depth = 0
         try:
             for event in yaml.parse(
@@ -135,7 +145,11 @@ class YamlReader(Generic[Read]):
         except MALFORMED:
             pass
         reason = ', '.join(str(part) for part in (error.context, error.problem) if part)
-        return _line_of(error), reason
+        advice = next((f'; {text}' for part, text in ADVICE.items() if part in reason), '')
+        if len(reason) > MAX_REASON_LENGTH:
+            reason = f'{reason[: MAX_REASON_LENGTH - 3]}...'
+        mark = error.context_mark or error.problem_mark
+        return _line_of(error), reason + advice.format(line=mark.line + 1 if mark else '')
 
     def _take(self, event: yaml.Event) -> None:
         kind = type(event)
@@ -159,14 +173,18 @@ class YamlReader(Generic[Read]):
             self._open[-1][1].append(self.mapping(start, entries))
         elif kind is yaml.AliasEvent:
             alias = quoted('*' + event.anchor)
-            raise _refusal(event, f'aliases are not accepted: {alias}', 'unsupported')
+            raise _refusal(
+                event, f'aliases are not accepted: {alias}; write the value', 'unsupported'
+            )
         elif kind is yaml.DocumentStartEvent:
             # The line of `---`, which comes after the directives (%YAML, %TAG) of the document.
             line = event.end_mark.line + 1
             if self._second and self._documents:
                 raise YamlError(line, self._second, 'too-many')
             if event.version or event.tags:
-                raise YamlError(line, 'directives (%YAML, %TAG) are not accepted', 'unsupported')
+                raise YamlError(
+                    line, 'directives (%YAML, %TAG) are not accepted; delete them', 'unsupported'
+                )
 
     def _too_deep(self, event: yaml.Event) -> YamlError:
         return _refusal(event, f'nested more than {self._deepest} deep', 'too-deep')
@@ -182,10 +200,10 @@ class YamlReader(Generic[Read]):
             raise _refusal(event, message, 'too-many')
         if event.anchor is not None:
             anchor = quoted('&' + event.anchor)
-            raise _refusal(event, f'anchors are not accepted: {anchor}', 'unsupported')
+            raise _refusal(event, f'anchors are not accepted: {anchor}; delete it', 'unsupported')
         if event.tag is not None:
             tag = quoted(str(event.tag))
-            raise _refusal(event, f'tags are not accepted: {tag}', 'unsupported')
+            raise _refusal(event, f'tags are not accepted: {tag}; delete it', 'unsupported')
 
 
 def node_of(event: Scalar) -> ScalarNode:
