@@ -19,6 +19,7 @@ from kinematics_service.apps.calibration.output import calibration_run
 from kinematics_service.apps.calibration.robot_text import CalibrationOrigin, calibrated_text
 from kinematics_service.apps.checking.hypotheses import quaternions_of
 from kinematics_service.apps.checking.known_poses import pose_errors
+from kinematics_service.apps.recordings.readers import table_source
 from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.kinematics.uncertainty.parameters import parameters_of
 from kinematics_service.robot.file.writing.new_robot import Units, new_robot_text
@@ -378,6 +379,15 @@ def test_rows_that_lack_a_number_are_left_out_and_it_is_said(tmp_path, capsys):
     assert '1 of 30 poses are' in out
     assert '1 in rows without joint' in out
     assert 'evenly spread' not in out
+
+
+def test_a_long_table_is_thinned_and_it_is_said(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(table_source, 'MAX_POSES', 25)
+    arm = measured_arm('puma560', 30, NOISE)
+    file = table(tmp_path / 'tracker.csv', arm.robot, arm.q, arm.poses)
+    code, out, _ = run(capsys, 'calibrate', file, '--robot', 'puma560', '--anyway')
+    assert code == 0
+    assert '25 of 30 poses are used, evenly spread' in ' '.join(out.split())
 
 
 @pytest.mark.slow
