@@ -31,12 +31,13 @@ STEP_TOLERANCE = 0.4
 # A step is examined only if the steps before and after it are at least this many times the noise
 # of the joint positions.
 MOTION_TO_NOISE = 6.0
-# Least ratio of an outlier's size to the noise of the joint positions. The size is the distance of
-# a frame from the mean of the frames before and after it.
+# Least ratio of an outlier's size to the noise of the joint positions. An outlier is a row q[k] of
+# joint positions; its size is |q[k] - (q[k - 1] + q[k + 1]) / 2|.
 OUTLIER_TO_NOISE = 25.0
-# Least size (rad or m) of an outlier.
+# Least size (rad or m) of an outlier, see OUTLIER_TO_NOISE.
 MIN_OUTLIER = 0.02
-# Least ratio of an outlier's size to the distance between the frames before and after it.
+# Least ratio of an outlier's size (see OUTLIER_TO_NOISE) to the joint motion from the row before
+# the outlier to the row after the outlier.
 OUTLIER_TO_STEP = 3.0
 # Least number of steps of an examined motion. With fewer, the noise of the joint positions cannot
 # be estimated.
@@ -81,8 +82,9 @@ def breaks_of(q: Floats) -> Breaks:
     changes = np.linalg.norm(np.diff(steps, axis=0), axis=1)
     near = STEP_TOLERANCE * around + 2.0 * noise
     alike = np.linalg.norm(after - before, axis=1) < near
-    # The two steps before a gap must be nearly equal, and the two after it. The first and the last
-    # examined step have only one neighbour on one side, so exclude them.
+    # Frames are missing in step k only if steps k - 2 and k - 1 are nearly equal, and steps k + 1
+    # and k + 2 are nearly equal. Exclude the first examined step, because step k - 2 is unknown,
+    # and the last one, because step k + 2 is unknown.
     alike[:1] = alike[-1:] = False
     alike[1:-1] &= np.maximum(changes[:-3], changes[3:]) < near[1:-1]
     whole = (

@@ -68,8 +68,8 @@ class DatasetReport(NamedTuple):
     @property
     def taken(self) -> list[str]:
         """
-        Return the sentences on which columns were taken as joint positions. Such an assumption is
-        made for a dataset if no option names the columns.
+        Return the assumptions about which columns hold joint positions, each as a sentence. An
+        assumption is made if no option names the columns.
         """
         texts = dict.fromkeys(text for row in self.rows for _, text, _ in row.findings)
         return [text for text in texts if TAKEN in text]

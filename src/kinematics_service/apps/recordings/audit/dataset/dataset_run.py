@@ -21,8 +21,7 @@ MAX_BATCH_EPISODES = 64
 SEARCHED_EPISODES = 200
 # A dataset is large if its number of episodes exceeds this. A large difference between measured
 # and computed tool poses usually has the same cause in all episodes. So in a large dataset the
-# cause is searched only in the first SEARCHED_OF_BATCH episodes of a batch that have a large
-# difference.
+# cause is searched only in a few episodes of each batch, see SEARCHED_OF_BATCH.
 LARGE_DATASET = 2000
 # In a large dataset, the cause of a large difference between measured and computed tool poses is
 # searched in at most this number of episodes of each batch.

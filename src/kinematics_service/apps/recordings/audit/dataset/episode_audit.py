@@ -251,8 +251,8 @@ def _base(report: FrameReport) -> Iterator[Finding]:
 def _others(
     finished: Audit, report: FrameReport, track: PoseTrack, crossed: Crossed
 ) -> Iterator[Finding]:
-    # Yields a finding if the measured poses fit the joint positions of another arm of the dataset,
-    # or another robot model.
+    # Yields a finding in two cases. The measured poses fit the joint positions of another arm of
+    # the dataset. Or they fit the joint positions of this arm with another robot model.
     if track.q is None:
         return
     robot, own, limit = finished.robot, report.diagnosis.errors, report.limits.warn

@@ -55,14 +55,15 @@ def _branch(found: Singularities) -> npt.NDArray[np.int32]:
 def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> 'dict[str, pa.Array]':
     """
     Return labels of joint positions (N, n), rad or m, as Arrow arrays with N entries.
-    `lost_direction` has lists of 6 numbers (a twist), the other labels numbers.
+    `lost_direction` has a list of 6 numbers (a twist) for each row. Every other label has one
+    number for each row.
 
     Labels are null in rows without valid joint positions.
 
     Parameters
     ----------
     clearance
-        Whether to compute the label `clearance` too, which takes several times as long.
+        Whether to compute the label `clearance` too. The call then takes several times as long.
     """
     import pyarrow as pa
 
@@ -136,15 +137,15 @@ def judge_table(
         `--columns`, `--joint-format` and `--joint-prefix` of `audit`.
     clearance
         Whether to add `clearance`: a radius (rad) around the joint positions within which it is
-        proved that no pose is singular. It takes several times as long.
+        proved that no pose is singular. With `clearance`, the call takes several times as long.
 
     Returns
     -------
     RecordBatch or Table
-        With `distance` (rad), `manipulability`, `lost_direction` (6 numbers), `branch`
-        (the signs of the factors of the robot file, as bits), and `clearance` (rad) if asked for.
-        Labels are null in invalid rows. For several arms each label begins with the name of the
-        arm.
+        With `distance` (rad), `manipulability`, `lost_direction` (6 numbers), `branch`, and
+        `clearance` (rad) if requested. `branch` holds the signs of the robot file's singular
+        factors as bits; a singular factor is a function that is zero at singular poses. Labels are
+        null in invalid rows. For several arms each label begins with the name of the arm.
 
     Raises
     ------
