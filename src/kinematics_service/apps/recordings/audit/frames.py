@@ -27,12 +27,14 @@ from .timeline import Timeline
 # and after it. By default, the time between these two states may be at most this many median
 # intervals of the joint states, so that one or two lost messages do no harm.
 GAP_INTERVALS = 3.0
-# The default is at least this, s.
+# Lower limit (s) of the default of `FrameSettings.gap`, the largest time between the joint states
+# before and after a pose.
 MIN_GAP = 0.05
-# The default is at most this, s.
+# Upper limit (s) of the default of `FrameSettings.gap`, the largest time between the joint states
+# before and after a pose.
 MAX_GAP = 0.5
-# A comparison needs at least this number of measured poses for whose times joint positions are
-# known.
+# Least number of poses for a comparison. A measured pose counts only if the joint positions at its
+# time are known.
 MIN_POSES = 3
 
 
@@ -66,8 +68,9 @@ class FrameReport(NamedTuple):
     name, frame
         Name of the second source (topic or columns), and the frame in which it gives its poses.
     poses, considered, matched
-        Number of measured poses; number of poses among them, evenly spread in time order, that
-        were considered; and number of considered poses for whose times joint positions are known.
+        Numbers of poses. `poses`: all measured poses. `considered`: measured poses that were
+        considered, evenly spread in time order. `matched`: considered poses with known joint
+        positions.
     unmatched
         Why some considered poses have no joint positions, as text; empty if all have joint
         positions.
@@ -198,8 +201,10 @@ class ChosenPoses(NamedTuple):
 
 def chosen_poses(track: PoseTrack, found: Track, use: Flags) -> ChosenPoses:
     """
-    Choose at most `MAX_POSES` of the M poses in `found`, at equal distances in the list of the
-    poses that `use` (M,) marks. It marks the poses for whose times joint positions are known.
+    Choose at most `MAX_POSES` poses, evenly spread over the list of usable poses.
+
+    One of the M poses in `found` is usable if its joint positions are known. `use` (M,) is true
+    for usable poses.
     """
     rows = np.flatnonzero(use)
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, MAX_POSES).astype(int))]

@@ -22,10 +22,11 @@ from ....kernel import LARGEST, Floats
 from ....robot.robot import Robot
 from ..readers.block import Block, Flags, Times, UnreadableMessage
 
-# Least number of messages in a run of rising stamps that is computed as arrays. In shorter runs,
-# each message goes through the estimator.
+# Least number of successive messages with rising stamps that are computed together as arrays.
+# Fewer messages go through the estimator one by one.
 MIN_RUN = 8
-# Code for JSON of each reason for which the estimator refuses a message.
+# Error code of each reason for which the estimator refuses a message. Reports in JSON have the
+# error code.
 CODES = {
     outcomes.UNREADABLE: 'unreadable',
     outcomes.NOT_OURS: 'unknown-name',
@@ -222,8 +223,8 @@ class Ingest:
             self._rows.timeout = JointTimeout(min(moment, arrival), missing)
 
     def _columns(self, block: Block, first: int, end: int) -> None:
-        # Adds the states of messages first + 1 to end - 1, computed as arrays. The estimator has
-        # accepted message `first`.
+        # Adds the joint states of the block's messages with indices from `first` + 1 to `end` - 1,
+        # computed as arrays. The estimator has accepted message `first`.
         settings = self._estimator.settings
         columns = self._joint_columns(block)
         assert columns is not None

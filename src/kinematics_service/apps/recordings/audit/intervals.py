@@ -54,8 +54,9 @@ class Interval(NamedTuple):
         Name of the singular factor that is nearest to zero in the worst state; empty if the robot
         file lists none.
     factors
-        Each singular factor that is nearest to zero at some time, with the state in which it is
-        nearest, in the order of time.
+        Singular factors that the arm comes near. Each comes with the state in which the factor is
+        nearest to zero, in the order of the states. A factor is listed only if it is nearer to
+        zero than all other factors in at least one state.
     lost, fighting
         At the worst moment, as text: the direction in which the tool cannot move, and the joints
         whose motions cancel.

@@ -35,7 +35,6 @@ class Judge:
     """
     Judges states in the order of time. Between calls, the attribute `alarm` keeps the level and
     the time of the last published warning.
-    warning.
     """
 
     thresholds: Thresholds

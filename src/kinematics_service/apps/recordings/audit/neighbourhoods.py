@@ -20,8 +20,8 @@ from ..readers.source import MAX_POSES, PoseTrack
 from ..readers.stored_columns import spans
 from .reported_velocities import MotionColumns
 
-# States are kept in memory if they are within this time (ns) of a measured pose. The time covers
-# the largest delay between joint states and poses that the frame check tries.
+# Joint states are kept in memory if they are within this time (ns) of a measured pose. The frame
+# check tries delays between joint states and poses; the largest tried delay is within this time.
 WINDOW_AROUND_POSES = round((REACH + 2.0 * WINDOW) * 1e9)
 
 
@@ -64,8 +64,8 @@ def joined(robot: Robot, track: PoseTrack, states: MotionColumns) -> Track:
     Return tool poses that a second source measured, with the joint positions at their times.
 
     In a table whose rows have both joint positions and a pose, at most `MAX_POSES` evenly spread
-    poses are returned. Otherwise every second pose is dropped, again and again, until at most 2
-    `MAX_POSES` poses lie between the first and the last joint state.
+    poses are returned. Otherwise every second pose is dropped, again and again, until at most
+    `2 * MAX_POSES` poses lie between the first and the last joint state.
     """
     order = np.argsort(track.stamps, kind='stable')
     if track.q is not None and len(order):
@@ -125,9 +125,9 @@ def _around(states: MotionColumns, at: Times) -> Iterator[tuple[Times, Floats, F
 
 
 def _between(robot: Robot, stamps: Times, q: Floats, at: Times) -> tuple[Floats, Floats]:
-    # Returns joint positions (M, n) at the times `at`, interpolated linearly between the states
-    # before and after. Returns also the time (s) between these two states; it is 0 if the stamp of
-    # a state equals the time.
+    # Returns joint positions (M, n) at the times `at` (M,), interpolated linearly between the
+    # states before and after each time. Returns also the interval between the two states, (M,), s.
+    # The interval is 0 if a state has exactly the requested stamp: no interpolation is needed.
     right = np.clip(np.searchsorted(stamps, at), 0, len(stamps) - 1)
     left = np.where(stamps[right] == at, right, np.maximum(right - 1, 0))
     gaps = np.asarray((stamps[right] - stamps[left]) * 1e-9, dtype=np.float64)

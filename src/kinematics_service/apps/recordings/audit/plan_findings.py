@@ -18,8 +18,8 @@ from ..plans.verdicts import PlanMoment, PlanSingularity, PlanSpeed
 from .auditing import Audit
 from .findings import Finding, seconds
 
-# For at most this number of trajectories, a finding each says that the distance to singular poses
-# is refuted or not decided. Further trajectories without a proof are only counted.
+# If it is not proved that a trajectory keeps away from singular poses, a finding describes this
+# trajectory. At most this number of trajectories are described; further ones are only counted.
 MAX_SENTENCES = 3
 # A singular factor of the robot file is named as the cause of a singular pose if the joint motion
 # (rad) from this pose to a zero of the factor is below this.

@@ -19,9 +19,9 @@ from ..plans.verdicts import PlanCheck
 from ..readers.between_points import PlannedTrajectory
 from ..readers.source import RecordingSource, Remark
 
-# Half of the last printed digit of an angle, degrees. A remark reports a joint that makes an
-# unnecessary full turn. It says that the joint ends where the turn began if the motion differs
-# from whole turns by at most this angle.
+# Half of the last printed digit of an angle, degrees. If a joint makes unnecessary full turns, a
+# remark gives the angle that remains without the full turns. An angle below this limit would be
+# printed as 0.0, so the remark says that the joint ends where it was.
 TURN_RESOLUTION = 0.05
 
 

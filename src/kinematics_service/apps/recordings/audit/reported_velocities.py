@@ -6,8 +6,9 @@ positions.
 
 A regression of the reported velocities on the velocities from differences finds a wrong scale
 (unit or sign). A search over time shifts finds a lag of the reported velocities behind the
-positions. The mean product of two nearby differences that share no position is free of position
-noise; `smooth_products` uses this to estimate the noise.
+positions. The noise of two nearby differences is independent if the differences have no position
+in common. Then the mean product of the two differences is free of noise. `smooth_products` returns
+such products, from which the noise is estimated.
 """
 
 import math
@@ -28,20 +29,23 @@ LAG_INTERVALS = 12
 # spread over the recording.
 LAG_MESSAGES = 50_000
 LAG_PIECE = 5_000
-# A lag or scale is reported only if its correction reduces the RMS difference between reported
-# velocities and velocities from positions to at most this ratio of the uncorrected difference.
+# A lag or scale is accepted only if `corrected < EXPLAINED_SHARE * uncorrected`. Here `corrected`
+# and `uncorrected` are the RMS differences between reported velocities and velocities computed
+# from positions, with and without a correction of the lag or scale.
 EXPLAINED_SHARE = 0.6
-# No lag or scale is searched if the reported velocities differ (RMS) from the velocities computed
-# from positions by at most this ratio of the RMS speed.
+# No lag or scale is searched if `difference <= DIFFERENCE_SHARE * speed`. Here `difference` is the
+# RMS difference between reported velocities and velocities computed from positions; `speed` is the
+# RMS of the velocities computed from positions.
 DIFFERENCE_SHARE = 0.002
-# The scale is the reported velocity divided by the velocity computed from positions. It is
-# reported only if its difference from 1 exceeds this.
+# A scale is accepted only if `|scale - 1| > SCALE_TOLERANCE`. The scale is the reported velocity
+# divided by the velocity computed from positions.
 SCALE_TOLERANCE = 0.05
 # The velocities of a joint are compared only if its RMS speed is at least this (rad/s, m/s).
 SPEED_MINIMUM = 1e-3
-# The velocities of a joint are compared only if the mean square speed is at least six times the
-# standard error of the mean square noise. The constant is applied to RMS values, so it is the
-# square root of six.
+# The velocities of a joint are compared only if `speed**2 >= 6 * noise**2 / sqrt(N)`. Here `speed`
+# is the joint's RMS speed, and `noise` is the RMS noise of N velocities computed from positions.
+# `noise**2 / sqrt(N)` is about the standard error of `noise**2`. The code applies the constant to
+# RMS values, so it is the square root of six.
 NOISE_FACTOR = math.sqrt(6.0)
 # The velocities of a joint are compared only if the range of its positions is at least this many
 # standard deviations of the position noise.
@@ -53,8 +57,8 @@ RANGE_MINIMUM = 1e-3
 # is at most this many median intervals.
 INTERVAL_FACTOR = 5.0
 # If no lag or scale explains the difference between reported velocities and velocities from
-# positions, the difference is reported only if its median exceeds the noise plus this ratio of the
-# joint's RMS speed.
+# positions, a finding gives the difference only if `median > noise + VELOCITY_SHARE * speed`. Here
+# `noise` and `speed` are RMS values of the velocities from positions.
 VELOCITY_SHARE = 0.2
 
 
@@ -67,8 +71,8 @@ class MotionColumns:
     stamps : shape (N,), ns
         Stamp of each state.
     t : shape (N,), s
-        Time since the first state, from the stamps. If a stamp is earlier than the one before, the
-        time does not change, and later times count on from there.
+        Time since the first state: the sum of the differences of successive stamps. A negative
+        difference counts as 0.
     q, qdot : shape (N, n), rad or m, rad/s or m/s
         Rows of `qdot` are NaN if unknown.
     differenced : shape (N,)
@@ -140,12 +144,12 @@ class VelocityCheck(NamedTuple):
 
 def smooth_products(velocities: Floats, use: Flags) -> Floats:
     """
-    Return products of two velocities each. The mean of the products estimates the mean square
-    velocity without the contribution of noise.
+    Return the products of velocity k and velocity k + 2. The mean of the products estimates the
+    mean square velocity without the contribution of noise.
 
     The velocities are differences of positions, so the noise of a position enters two adjacent
-    velocities. Each product is that of velocity k and velocity k + 2. The noise of these two is
-    independent, and the speed hardly changes between them.
+    velocities. The noise of velocity k and velocity k + 2 is independent, and the speed hardly
+    changes between them.
     """
     products: Floats = velocities[2:] * velocities[:-2]
     return products[use[2:] & use[1:-1] & use[:-2]]

@@ -90,8 +90,8 @@ class Stream(NamedTuple):
 
 def steps_of(stamps: Column[Scalar]) -> Iterator[tuple[int, npt.NDArray[Scalar]]]:
     """
-    Yield the differences of successive stamps in pieces. With each piece comes the row of the
-    earlier stamp of its first difference.
+    Yield the differences of successive stamps in pieces, as pairs (begin, steps):
+    `steps[i] = stamps[begin + i + 1] - stamps[begin + i]`.
     """
     for rows in spans(len(stamps)):
         begin = max(rows.start - 1, 0)

@@ -16,12 +16,13 @@ from .intervals import watched_at
 from .joints import look_like_degrees
 from .plan_findings import joints_refuted, plan_findings
 
-# The verdict is at least WARN if the number of messages that yield no state of the arm exceeds
-# this number and the number that follows from MAX_UNJUDGED_RATIO. One or two are usual while
-# several drivers start.
+# The verdict is at least WARN if `unjudged > max(MAX_UNJUDGED, MAX_UNJUDGED_RATIO * messages)`.
+# Here `unjudged` is the number of messages that yield no state of the arm. One or two such
+# messages are usual while several drivers start.
 MAX_UNJUDGED = 2
-# Largest ratio of the messages that may yield no state of the arm before the verdict becomes WARN.
-# At 1 kHz the ratio is one message in a second: in 1 ms no arm passes a singularity.
+# Largest accepted ratio of messages that yield no state of the arm to all messages, see
+# MAX_UNJUDGED. At 1 kHz the ratio allows one such message in each second. No arm passes a
+# singularity in the 1 ms of one message.
 MAX_UNJUDGED_RATIO = 1e-3
 
 
@@ -49,8 +50,8 @@ def verdict_of(audit: Audit) -> tuple[Finding, ...]:
 
 
 def _unjudged(audit: Audit) -> int:
-    # In a recording, do not count messages whose stamp is not newer: they repeat states that were
-    # judged before.
+    # In a recording, do not count messages whose stamp is not newer than the latest stamp of the
+    # same joints. Such messages repeat states that were judged before.
     repeated = 0 if audit.planned else audit.refused.get(outcomes.DROPPED, 0)
     return sum(audit.refused.values()) - repeated
 

@@ -146,9 +146,11 @@ class ValueScale(NamedTuple):
     @classmethod
     def of(cls, chart: Chart) -> 'ValueScale':
         """
-        Return the vertical axis of a chart. It covers the curves with a margin above and below,
-        and the horizontal lines in `levels`. A linear axis leaves out lines that are far from all
-        curves compared with the range of the curves.
+        Return the vertical axis of a chart. The axis covers the curves, and leaves a margin above
+        and below them.
+
+        A logarithmic axis covers also the horizontal lines in `levels`. A linear axis covers only
+        the lines near the curves.
         """
         values = [curve.values for curve in chart.curves]
         lows = [float(np.min(column)) for column in values if len(column)] or [0.0]

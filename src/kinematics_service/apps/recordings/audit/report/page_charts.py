@@ -70,8 +70,11 @@ def _bands(audit: Audit) -> list[Band]:
 
 def measure_charts(audit: Audit) -> str:
     """
-    Return charts of the measure to which the robot file's thresholds apply, of its singular
-    factors, and of further singularity measures.
+    Return charts of singularity measures over time.
+
+    The first chart shows the measure to which the robot file's thresholds apply. If the robot file
+    has several singular factors, the second chart shows the factors. Further charts show other
+    singularity measures.
     """
     robot, timeline = audit.robot, audit.timeline
     thresholds = robot.singularity.thresholds
