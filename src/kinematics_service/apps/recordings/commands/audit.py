@@ -133,8 +133,8 @@ def audit(
     --fail-on is met. 2: wrong usage. --fail-on is a list of
       warn, stop     the arm comes nearer to a singularity than the threshold of WARN,
                      or of ERROR
-      undecided      no proof that a plan keeps away from singular poses, or below
-                     --speed-limit, and no pose of the plan that refutes it
+      undecided      it is neither proved nor refuted that a plan keeps away from
+                     singular poses, or that its speed keeps below --speed-limit
       limits         a joint is beyond its position limits
       speed          a joint is above its velocity limit, or a plan above --speed-limit
       frames         no second source of tool poses is given, it cannot be compared,

@@ -17,9 +17,10 @@ def given_plans(
     robot: Robot, failures: Sequence[str] | None, limit: float | None, points: str | None
 ) -> PlanSettings:
     """
-    Return the settings for checking plans. The least allowed distance to singular poses is a
-    threshold of the robot file: `warn` if `failures` (the words of --fail-on) contains `warn`,
-    else `stop`.
+    Return the settings for checking plans. `failures` has the words of --fail-on.
+
+    If `failures` contains `warn`, the least allowed distance to singular poses is the robot file's
+    threshold `warn`. Otherwise it is the threshold `stop`.
     """
     if limit is not None and not 0.0 < limit < math.inf:
         raise WrongUsage(f'--speed-limit: {limit:g} m/s is not accepted; give a speed above 0')
