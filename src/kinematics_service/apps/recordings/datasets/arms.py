@@ -11,10 +11,11 @@ from ....typography import listed
 from ..readers.arm_columns import MAX_LISTED, ColumnNames
 from ..readers.source import Selection
 
-# Names of vectors that occur together in datasets of one kind; the pose may be two vectors,
-# position and orientation. The value is the kind of the orientations (as in `--pose-format`) if
-# the elements of the pose vector have no names. Empty: take the kind of `--pose-format`, or its
-# default.
+# Each key has the names of the vectors that occur together in datasets of one origin: joint
+# positions, joint velocities, and tool pose. A pose may be two vectors: position+orientation. Each
+# value is the kind of the orientations, as in `--pose-format`. The kind applies if the elements of
+# the pose vector have no names and `--pose-format` gives no kind. If the value is empty, the
+# default of `--pose-format` applies.
 KNOWN = {
     # Names in LeRobot datasets, and in datasets converted to LeRobot.
     ColumnNames('', 'observation.state', 'observation.velocity', 'observation.ee_pose'): '',
@@ -39,8 +40,8 @@ KNOWN = {
     ColumnNames('', 'q', 'qd', 'pose'): '',
 }
 STAMPS = ('timestamp', 'stamp', 'time')
-# Phrase of a message, such as 'state[0:6] is taken for the joints shoulder, elbow': no option says
-# which vector holds the joint positions, so it is assumed.
+# Part of a message such as 'state[0:6] is taken for the joints shoulder, elbow'. If no option says
+# which vector holds the joint positions, a vector is assumed and this message is given.
 TAKEN = 'is taken for the joints'
 # Matches a name of a vector element that consists of a word and a number, such as `joint_3.pos`.
 NUMBERED = re.compile(r'[a-z]*[._ ]?\d+([._ ](pos|position|angle|q))?', re.IGNORECASE)
@@ -54,9 +55,11 @@ class DatasetArm(NamedTuple):
     ----------
     label
         Name of the arm in the dataset, empty for a single arm.
-    reading, position
-        How to read the arm's columns, and which of them are joint positions: the value of
-        `position=` in `--columns`. `position` is empty if the user gave `--columns`.
+    reading
+        How to read the arm's columns.
+    position
+        Columns of the joint positions, as the value of `position=` in `--columns`. Empty if the
+        user gave `--columns`.
     guessed
         The assumption about which vector has the joint positions, as a sentence; empty if an
         option names the vector.

@@ -232,8 +232,9 @@ def _runs(whole: Episode, numbers: npt.NDArray[np.float64]) -> Iterator[Episode]
 
 
 def _of_parquet(whole: Episode) -> Iterator[Episode]:
-    # Yields the episodes of a parquet file. If the file has a column of steps, each row is an
-    # episode. Otherwise each run of consecutive rows with equal episode numbers is an episode.
+    # Yields the episodes of a parquet file. If the file has a column `steps`, each row holds a
+    # whole episode: the column has a list of the episode's steps. Otherwise consecutive rows with
+    # equal episode numbers are an episode.
     import pyarrow.parquet as parquet
     import pyarrow.types as types
 
@@ -257,7 +258,7 @@ def _of_parquet(whole: Episode) -> Iterator[Episode]:
         numbers = opened.read([column])[column].combine_chunks()
     if types.is_dictionary(numbers.type):
         numbers = numbers.indices
-    elif numbers.type.num_fields:  # each row has its number in a vector of length 1
+    elif numbers.type.num_fields:  # each episode number is in a vector of length 1
         numbers = numbers.flatten()
     yield from _runs(whole, np.asarray(numbers.to_numpy(zero_copy_only=False), dtype=np.float64))
 
@@ -320,8 +321,7 @@ def _of_arrays(whole: Episode) -> Iterator[Episode]:
 
 
 def _of_hdf5(whole: Episode) -> Iterator[Episode]:
-    # Yields an episode for each group of an HDF5 file whose name ends in a number: demo_0, demo_1,
-    # ...
+    # Yields an episode for each numbered group (demo_0, demo_1, ...) of an HDF5 file.
     import h5py
 
     with h5py.File(whole.file, 'r') as opened:

@@ -123,8 +123,8 @@ def _numbers(column: Any) -> Floats | None:
     while _is_list(array.type):
         if len(compute.list_value_length(array).drop_null().unique()) > 1:
             return None
-        # Take the size of the vectors from their type, because in every row the vector may be
-        # missing.
+        # Take the size of the vectors from their type, because no row shows the size if all rows
+        # lack the vector.
         size *= array.type.list_size if types.is_fixed_size_list(array.type) else 0
         array = array.flatten()
     if not (types.is_floating(array.type) or types.is_integer(array.type)):
