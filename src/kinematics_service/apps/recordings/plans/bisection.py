@@ -28,8 +28,10 @@ MAX_ROWS = 16_384
 
 class Extreme(NamedTuple):
     """
-    The largest value of a quantity, and where in a motion it occurs: the number of the segment,
-    and the share s of the segment's duration, from 0 to 1.
+    The largest value of a quantity over a motion, and where in the motion it occurs.
+
+    `segment` is the number of the segment. `s` is the fraction of the segment's duration: 0 at the
+    begin of the segment, 1 at the end.
     """
 
     value: float
@@ -69,7 +71,8 @@ class Bracket(NamedTuple):
         The largest value of the quantity at the middles of pieces and the ends of segments: a
         lower bound.
     bound
-        The largest upper bound of the quantity in any piece, and the middle of this piece.
+        An upper bound of the quantity over the motion: the largest number in `most`. Its place is
+        the middle of the piece that has the largest number.
     pieces, most
         Pieces that cover the whole motion, and the upper bound of the quantity in each piece.
     """
@@ -102,9 +105,9 @@ def bracketed(
         A function that evaluates the quantity in pieces of the motion. For a piece of length 0 at
         an end of a segment, it evaluates the quantity at this end.
     enough
-        A function that returns a limit of the upper bound, computed from the largest value of the
-        quantity that was found in any piece so far. Pieces in which the upper bound exceeds the
-        limit are halved.
+        A function of the largest value of the quantity that was found so far. The function returns
+        a limit. If the upper bound of the quantity in a piece exceeds the limit, the piece is
+        halved; otherwise the upper bound is accepted.
     budget
         Largest number of pieces that halving may make. The bisection starts with one piece for
         each segment, and these are not counted.

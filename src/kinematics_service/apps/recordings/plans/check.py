@@ -50,10 +50,11 @@ def check_plan(
     """
     Check a plan: return which claims about the plan are proved, refuted, or not decided.
 
-    Between two points the motion is that of joint_trajectory_controller: straight with positions
-    alone, cubic with velocities, quintic with accelerations. The check is not a safety function,
-    because it sees the plan and not the robot. If the arm has closed loops, only limits and speeds
-    of the joints are proved or refuted. Other claims are sampled: they are refuted or not decided.
+    Between two points the motion is that of joint_trajectory_controller, a polynomial of time: it
+    is linear if the points have only positions, cubic if they also have velocities, and quintic if
+    they also have accelerations. The check is not a safety function, because it sees the plan and
+    not the robot. If the arm has closed loops, only limits and speeds of the joints are proved or
+    refuted. Other claims are sampled: they are refuted or not decided.
 
     Parameters
     ----------
@@ -73,8 +74,8 @@ def check_plan(
         The largest allowed speed of the tool and of each point of `speed_of`, m/s.
     speed_of
         Further points whose speed is bounded, besides the tool: frames by their number in
-        `link_frames`, or joints. The name of a joint means the point on the joint's axis where the
-        transform of the joint's row in the DH table begins.
+        `link_frames`, or joints. The name of a joint means a point on the joint's axis: the point
+        from which the DH parameter d of the joint is measured.
 
     Raises
     ------

@@ -43,8 +43,8 @@ def speed_over_plan(
     robot, motion
         The arm and its motion.
     of
-        The point: `tool`, the number of a frame, or a joint. The name of a joint means the point
-        on the joint's axis where the transform of the joint's row in the DH table begins.
+        The point: `tool`, the number of a frame, or a joint. The name of a joint means a point on
+        the joint's axis: the point from which the DH parameter d of the joint is measured.
     limit
         Largest allowed speed, m/s; None without a limit.
 
@@ -62,9 +62,9 @@ def speed_over_plan(
         good = seen * (1.0 + RELATIVE_TOLERANCE) + ABSOLUTE_TOLERANCE
         if seen > allowed:
             return good
-        # No speed above the limit was found so far. Halve pieces until the bounds are tight, and
-        # also until the upper bound falls to the limit, which proves that the speed keeps within
-        # the limit.
+        # No speed above the limit was found so far. Halve pieces until two conditions hold: lower
+        # and upper bound are nearly equal, and the upper bound is at most the limit. The second
+        # condition proves that the speed keeps within the limit.
         return min(good, max(allowed, seen + ABSOLUTE_TOLERANCE))
 
     seen, bound, *_ = bracketed(motion, _Speeds(chain, motion).bounded, enough, MAX_PIECES)
@@ -200,8 +200,8 @@ class _Speeds:
         table = self._chain.table
         turns, slides = taylor @ self._by_theta, taylor @ self._by_d
         s, a, j = (np.cumsum(_most(turns, order, half, T), axis=1) for order in (1, 2, 3))
-        # Bound the lengths of the vectors in each piece of the motion. The length of a vector
-        # changes only if the element slides along its axis.
+        # Bound the length of each element's vector in each piece of the motion. The length changes
+        # only if the element slides along the element's axis.
         moves, axes = table.before[1:, :, 3], table.before[1:-1, :, 2]
         stroke = table.d_0[1:] + slides[:, 0, 1:]
         lengths = np.linalg.norm(moves[:-1] + axes * stroke[:, :, None], axis=2)

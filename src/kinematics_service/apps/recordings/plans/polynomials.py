@@ -59,9 +59,11 @@ class PolynomialMotion(NamedTuple):
 
     Attributes
     ----------
-    begins, durations : shape (S,), s
+    begins, durations : shape (S,), seconds
+        Begin and duration of each segment.
     coefficients : shape (S, degree + 1, n), rad or m
-        Coefficients of the powers of s, which goes from 0 to 1 in each segment.
+        Coefficients of the powers of `s`, the fraction of the segment's duration: 0 at the begin
+        of the segment, 1 at the end.
     """
 
     begins: Floats
@@ -70,18 +72,18 @@ class PolynomialMotion(NamedTuple):
 
     def place(self, x: npt.ArrayLike) -> tuple[Integers, Floats]:
         """
-        Split places along the motion into segment numbers and s from 0 to 1: 1.25 is s = 0.25 in
-        segment 1.
+        Split places along the motion into segment numbers and fractions `s` (0 to 1) of a segment:
+        1.25 is s = 0.25 in segment 1.
         """
         segment = np.minimum(np.asarray(x, dtype=np.int64), len(self.begins) - 1)
         return segment, np.asarray(x - segment)
 
     def times(self, segment: Integers, s: Floats) -> Floats:
-        """Return the times (s), as in the plan, at values s (0 to 1) in segments."""
+        """Return the times in seconds, as in the plan, at fractions `s` (0 to 1) of segments."""
         return np.asarray(self.begins[segment] + s * self.durations[segment])
 
     def positions(self, segment: Integers, s: Floats) -> Floats:
-        """Return the joint positions at values s (0 to 1) in segments, (N, n), rad or m."""
+        """Return the joint positions at fractions `s` (0 to 1) of segments, (N, n), rad or m."""
         value: Floats = self.coefficients[segment, -1].copy()
         for i in range(self.coefficients.shape[1] - 2, -1, -1):
             value = value * s[:, None] + self.coefficients[segment, i]
@@ -93,7 +95,9 @@ class PolynomialMotion(NamedTuple):
         return np.where(durations > 0.0, durations, 1.0)
 
     def velocities(self, segment: Integers, s: Floats) -> Floats:
-        """Return the joint velocities at values s (0 to 1) in segments, (N, n), rad/s or m/s."""
+        """
+        Return the joint velocities at fractions `s` (0 to 1) of segments, (N, n), rad/s or m/s.
+        """
         taylor = self.taylor(Pieces(segment, s, np.zeros(len(s))))
         return derivative(taylor, 1, self.seconds(segment))
 
@@ -120,9 +124,11 @@ class PolynomialMotion(NamedTuple):
 
 def derivative(taylor: Floats, order: int, seconds: Floats) -> Floats:
     """
-    Return the derivative of the joint positions by time, `order` times, at the middles of pieces,
-    shape (N, n). Inputs are Taylor coefficients (N, degree + 1, n), and the durations (s) of the
-    segments that contain the pieces.
+    Return the time derivative of order `order` of the joint positions, at the middle of each
+    piece, shape (N, n).
+
+    `taylor` (N, degree + 1, n) holds Taylor coefficients of the joint positions at the middle of
+    each piece. `seconds` (N,) holds the duration of the whole segment in which each piece lies.
     """
     if order >= taylor.shape[1]:
         return np.zeros_like(taylor[:, 0])
@@ -136,8 +142,9 @@ def polynomial_motion(
     """
     Return the motion that joint_trajectory_controller makes through the points of a plan.
 
-    The motion is straight if points have only positions, cubic with velocities, and quintic with
-    velocities and accelerations. A plan of one point does not move.
+    The polynomials of the motion are linear if the points have only positions, cubic if they also
+    have velocities, and quintic if they also have accelerations. A plan of one point does not
+    move.
 
     Parameters
     ----------
@@ -173,8 +180,8 @@ def polynomial_motion(
 
 def moment_at(motion: PolynomialMotion, segment: int | Integers, s: float | Floats) -> PlanMoment:
     """
-    Return the moment at a value s (0 to 1) in a segment: time, index of the last plan point not
-    after it, and joint positions.
+    Return the moment at the fraction `s` (0 to 1) of a segment: time, index of the last plan point
+    at or before this time, and joint positions.
     """
     at, share = np.array([segment]), np.array([s])
     time = float(motion.times(at, share)[0])

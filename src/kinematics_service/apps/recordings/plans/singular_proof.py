@@ -4,10 +4,12 @@
 Decide whether a plan comes within a threshold of a singular pose. The verdict is proved, refuted
 or not decided.
 
-The clearance is the proved radius without singular poses around a configuration. The distance to
-singular poses changes by at most the joint motion. So in a piece of the plan, the distance is at
-least the clearance at the middle minus the joint motion from the middle. A singular pose within
-the threshold of a pose of the plan refutes the plan.
+The clearance of a configuration q is the radius of a ball around q, in joint space. It is proved
+that no configuration in the ball is singular. If the joints move by d, the distance to singular
+poses changes by at most d. So at any moment of a piece of the plan, `distance >= clearance - d`.
+Here `clearance` is the clearance at the middle of the piece, and d is the joint motion from the
+middle to the moment. The plan is refuted if, for a pose of the plan, a singular pose is found
+within the threshold.
 """
 
 import math
@@ -37,11 +39,11 @@ MAX_CLEARANCES = 5_000
 # Additional number of clearances for each segment of the plan, see MAX_CLEARANCES.
 MAX_CLEARANCES_OF_SEGMENT = 20
 # Bisection raises the proved lower bound of the distance to singular poses. The lower bound cannot
-# exceed the least clearance that was computed in any piece of the plan. Bisection stops when the
-# lower bound reaches the threshold and this ratio of the least clearance.
+# exceed the least clearance that was computed in any piece of the plan. Bisection stops when
+# `lower_bound >= max(threshold, BOUND_RATIO * least_clearance)`.
 BOUND_RATIO = 0.95
-# After the bisection, searches sample the plan for the moment of least distance to singular poses.
-# Number of sampled moments in each search.
+# Number of sampled moments in each search for the moment of least distance to singular poses. The
+# searches follow after the bisection.
 REFINEMENT_SAMPLES = 17
 # Number of searches for the moment of least distance. Each covers a shorter time, around the best
 # moment of the search before.
@@ -96,8 +98,8 @@ class _Distance:
 
     def negative(self, pieces: Pieces) -> Bounded:
         """
-        Return the negative distance to singular poses at the middles of pieces, and an upper bound
-        of this negative distance in each piece.
+        Return -distance at the middle of each piece, and an upper bound of -distance in each
+        piece. Here `distance` is the distance to singular poses.
 
         The search for the nearest singular pose is slow, so it is done only at points of the plan
         and at middles where the clearance is at most the threshold. At other middles the value is
@@ -119,9 +121,10 @@ class _Distance:
 
     def enough(self, seen: float) -> float:
         """
-        Return the limit up to which the upper bound of the negative distance is accepted. Pieces
-        with a larger upper bound are halved. If the plan is refuted, the limit is infinite, which
-        stops the bisection.
+        Return the largest accepted upper bound of -distance, where `distance` is the distance to
+        singular poses. Pieces with a larger upper bound are halved.
+
+        If the plan is refuted, the result is infinite, which stops the bisection.
         """
         if -seen < self._threshold:
             return math.inf

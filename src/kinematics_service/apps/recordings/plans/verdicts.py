@@ -60,7 +60,7 @@ class PlanSingularity:
     undecided
         Intervals of time (begin, end), s, in which nothing is decided.
     evaluations
-        Number of poses at which the clearance was computed: a radius around the pose within which
+        Number of clearances that were computed. A clearance is a radius around a pose within which
         it is proved that no pose is singular.
     """
 
@@ -149,8 +149,9 @@ class PlanClosure:
     ----------
     verdict
         `refuted`: at `moment` a loop does not close. `not decided`: all loops close at all
-        samples, in the way (of several possible ones) that the robot file's key `assembled` gives;
-        nothing is proved between the samples.
+        samples; nothing is proved between the samples. A loop may close in several shapes, such as
+        elbow up and elbow down. Only the shape that the robot file's key `assembled` gives is
+        checked.
     loop, sentence
         The loop that does not close, and the reason; empty if all loops close.
     samples
