@@ -376,8 +376,8 @@ class _Search:
             for ends in (self.joints, self.wanted.robot.joint_names, range(n), range(1, n + 1)):
                 columns = [f'{start}{end}' for end in ends]
                 if all(column in self.header for column in columns):
-                    # Numbers from 0 are tried first: if a table has columns 0 to n, those from 0
-                    # to n - 1 are the joints.
+                    # Numbers from 0 are tried before numbers from 1. So if both fit the n joints,
+                    # because the table has columns 0 to n, the joints are columns 0 to n - 1.
                     return columns
         return []
 

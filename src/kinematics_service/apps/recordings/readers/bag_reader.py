@@ -70,7 +70,8 @@ def _one_sentence(path: Path) -> Iterator[None]:
     except KinematicsError:
         raise
     except Exception as error:
-        # Raise an error of this package again: rosbags and its dependencies did not raise it.
+        # If this package raised the error, and not rosbags or its dependencies, raise the error
+        # unchanged: the cause is a fault of this package, not a damaged file.
         *_, (frame, _) = walk_tb(error.__traceback__)
         if frame.f_globals.get('__name__', '').startswith(__package__.partition('.')[0]):
             raise

@@ -27,8 +27,9 @@ PAUSE = 3_600 * SECOND
 # Stamp of the first sample of a plan, ns. It is not 0, because a stamp of 0 means unstamped.
 FIRST_STAMP = SECOND
 MAX_FILE_BYTES = 64 * 1024 * 1024
-# Largest number of samples of the trajectories in a file. The evaluation then takes a minute. The
-# number is exceeded only if 4 samples in each segment of the trajectories exceed it.
+# Largest total number of samples of the trajectories in a file. With this number, the evaluation
+# takes a minute. But each segment between two points has at least 4 samples, even if the total is
+# then larger.
 MAX_FILE_SAMPLES = 500_000
 # If the motion of a joint between two samples exceeds this (rad or m), a remark gives the motion.
 COARSE_STEP = 10 * MAX_STEP
@@ -219,8 +220,8 @@ def _table(rows: Sequence[Any], names: tuple[str, ...], key: str, where: str) ->
     for k, row in enumerate(rows):
         count = len(row) if isinstance(row, (list, np.ndarray)) else 0
         if count != len(names):
-            # Refuse a plan in which only some points have velocities (or accelerations). If they
-            # were ignored, the check would prove a statement about another motion.
+            # Refuse a plan in which only some points have velocities (or accelerations). If the
+            # check ignored the velocities, it would prove a statement about another motion.
             raise RecordingError(
                 f'{where}: points[{k}]: {key} has {count} numbers; give {len(names)}, one for '
                 f'each joint{"" if key == "positions" else ", or leave it out at all points"}',
@@ -257,10 +258,10 @@ def blocks_of_trajectories(
     Yield blocks of joint states sampled from the motions that joint_trajectory_controller makes
     from planned trajectories.
 
-    Between two points, the motion is straight if the points have only positions, cubic with
-    velocities, quintic with accelerations. A trajectory of one point does not move. If a
-    trajectory is so long that a joint moves more than 0.1 rad or m between two samples, a remark
-    says how much.
+    Between two points, the motion is a polynomial of time: linear if the points have only
+    positions, cubic if they also have velocities, quintic if they also have accelerations. A
+    trajectory of one point does not move. The number of samples is limited. If a joint therefore
+    moves more than 0.1 rad or m between two samples, a remark gives the largest such motion.
 
     Raises
     ------

@@ -13,7 +13,7 @@ import numpy as np
 from ....errors import RecordingError
 from .block import Times
 
-# Number n of decimal places of each unit of time: the unit is 10^n nanoseconds.
+# Exponent n of each unit of time: the unit is 10^n nanoseconds.
 UNITS = {'s': 9, 'ms': 6, 'us': 3, 'ns': 0}
 RATE = re.compile(r'(\d+\.?\d*|\.\d+)\s*[Hh][Zz]')
 # Smallest and largest accepted rate of the rows of a table without stamps. The stamp of a row is

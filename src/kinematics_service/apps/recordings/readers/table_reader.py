@@ -118,8 +118,8 @@ class TableReader:
         return TableRows(times, np.array(numbers))
 
     def _lines(self) -> Iterator[tuple[int, list[str]]]:
-        # Yields line number and cells of each row. Skips an incomplete last row with a remark,
-        # unless rows must be whole.
+        # Yields line number and cells of each row. An incomplete row is an error. But if rows need
+        # not be whole, and the last row is incomplete, skips this row and adds a remark.
         with self._table.opened() as stream:
             filled = self._table.cells(stream)
             count = 0
@@ -139,8 +139,9 @@ class TableReader:
                 )
 
     def _digits_of(self, stamp: str) -> int:
-        # Returns the decimal places of the stamps' unit, which follows from the size of the first
-        # stamp. A stamp that is not a number counts as seconds here; `_nanoseconds` refuses it.
+        # Returns the exponent n of the stamps' unit, 10^n ns: 9 for seconds. The unit follows from
+        # the size of the first stamp. If `stamp` is not a number, the unit is taken as seconds
+        # here, and `_nanoseconds` refuses the stamp.
         unit = unit_of(number_of(stamp)) if NUMBER.fullmatch(stamp.strip()) else 's'
         if unit != 's':
             name = self.columns.stamp

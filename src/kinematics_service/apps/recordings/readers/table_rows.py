@@ -182,7 +182,8 @@ def lines_of(stream: TextIO) -> Iterator[str]:
 def number_of(text: str) -> float:
     """Return the number in a cell. Raise ValueError if the cell holds no number."""
     plain = text.strip()
-    # check other characters: float() accepts 1_0, and a typographic minus must be replaced
+    # Text with `_` needs a check, because float() accepts 1_0. Text with characters outside ASCII
+    # may have a typographic minus, which must be replaced.
     if not plain.isascii() or '_' in plain:
         plain = plain_signs(plain)
         if not NUMBER.fullmatch(plain):
@@ -199,7 +200,7 @@ def nanoseconds_of(text: str, digits: int = 9) -> int:
     Parameters
     ----------
     digits
-        Decimal places from the unit of the time to nanoseconds: 9 for seconds, 0 for ns.
+        Exponent n of the unit of the time, 10^n ns: 9 for seconds, 0 for ns.
     """
     text, latest = text.strip(), MAX_STAMP.scaleb(9 - digits)
     if found := DATE.fullmatch(text):

@@ -16,8 +16,8 @@ from .source import MAX_POSES, PoseTrack, RecordingSource, Remark, Selection
 from .table_rows import TableRows
 from .tool_poses import PoseRows
 
-# A remark warns of coarse stamps if the ratio of rows with the same stamp as the row before
-# exceeds this.
+# A remark warns of coarse stamps if `repeated / rows` exceeds this. Here `repeated` is the number
+# of rows that have the same stamp as the row before.
 REPEATED_STAMP_RATIO = 0.2
 
 

@@ -25,7 +25,8 @@ MAX_REJECTED_RATIO = 0.05
 # Largest plausible distance (m) of the tool from the origin of the poses' frame, for an arm on a
 # fixed base.
 MAX_DISTANCE = 20.0
-# Largest valid rotation vector or angle, rad: one turn, plus 0.1 % for few printed digits.
+# Largest valid rotation vector or angle, rad: one turn plus 0.1 %. An angle that was printed with
+# few digits may be rounded to slightly more than one turn.
 MAX_ANGLE = 1.001 * math.tau
 ANGLE_WORDS = {'rotvec': 'a rotation vector has the length', **dict.fromkeys(EULER, 'an angle is')}
 # Norm of a valid quaternion, for the kinds of orientation that are quaternions.
@@ -61,9 +62,9 @@ class PoseRows:
         self._numbers = Column(np.int64)
         self._finite = self._rising = True
         self._latest = -1
-        # The most implausible orientation so far, as a number: the norm of a quaternion that is
-        # farthest from 1, or the largest norm of a rotation vector, or the largest Euler angle
-        # (rad).
+        # The most implausible orientation so far, as a number. For quaternions it is the norm that
+        # differs most from 1. For rotation vectors it is the largest norm (rad), and for Euler
+        # angles the largest angle (rad).
         self._worst = QUATERNION_LENGTH.get(form.kind, 0.0)
         # Rows of sixteen numbers are 4 x 4 matrices. `_upright` is true if all rows so far can be
         # matrices written row by row, `_turned` if all can be matrices written column by column.
@@ -73,8 +74,10 @@ class PoseRows:
         self, stamps: Times, rows: Floats, q: Floats | None = None, numbers: Times | None = None
     ) -> None:
         """
-        Add the next N poses as rows of k numbers, with their stamps (N,), the joint positions (N,
-        n) in the same rows, and the rows' numbers (N,) in the table.
+        Add the next N poses: their stamps (N,), ns, and their numbers `rows` (N, k).
+
+        If the poses come from a table, `q` (N, n) has the joint positions in the table row of each
+        pose, and `numbers` (N,) has the index of this table row.
         """
         finite = np.all(np.isfinite(rows), axis=1)
         self.count += len(rows)

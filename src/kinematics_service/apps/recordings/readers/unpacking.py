@@ -29,12 +29,13 @@ zstd: ModuleType = getattr(rosbag2, 'zstd', None) or rosbag2.zstandard
 
 # Largest ratio of unpacked to packed size of a file. The ratio of joint states is about 10.
 MAX_EXPANSION_RATIO = 200
-# Files that unpack to at most this size, 64 MiB, are accepted at any ratio.
+# Files that unpack to at most this size, 64 MiB, are accepted at any ratio of unpacked to packed
+# size.
 MIN_EXPANSION_BYTES = 2**26
 # Largest size of an unpacked chunk or message, 256 MiB. Chunks usually have about 1 MB.
 MAX_PART_BYTES = 2**28
-# Largest total size of the chunks of a bag that overlap in time, 1 GiB. The size is limited
-# because rosbags holds such chunks in memory together.
+# Chunks of a bag that overlap in time may have at most this size together, 1 GiB. The size is
+# limited because rosbags holds overlapping chunks in memory together.
 MAX_OVERLAP_BYTES = 2**30
 # Number of bytes that are unpacked in one step.
 READ_SIZE = 2**20
@@ -87,8 +88,8 @@ def bounded_chunks(path: Path) -> Iterator[None]:
 
 def leave_messages_packed(reader: rosbag1.Reader | rosbag2.Reader) -> bool:
     """
-    Make a reader of rosbags yield the messages of a bag still compressed. Return False if the
-    bag's messages are not compressed one by one.
+    Make a reader of rosbags yield messages without decompressing them. Return False if the bag's
+    messages are not compressed one by one.
     """
     storage = getattr(reader, 'storage', None)  # only readers of ROS 2 bags have this attribute
     if storage is None or storage.metadata.compression_mode != 'message':
@@ -99,17 +100,17 @@ def leave_messages_packed(reader: rosbag1.Reader | rosbag2.Reader) -> bool:
 
 def refuse_to_hold(path: Path, reader: rosbag1.Reader | rosbag2.Reader, topic: str) -> None:
     """
-    Raise an error if chunks of a bag that overlap in time are too large together.
+    Raise an error if several chunks of a bag overlap in time and are too large together.
 
-    While rosbags reads a bag in the order of time, a chunk is in memory from the time of its first
-    message to the time of its last message, as its header gives them. rosbags skips messages
-    outside these times. The sizes in the headers are reliable, because `bounded_chunks` refuses
-    chunks that are larger than their headers claim.
+    rosbags reads a bag in the order of time. The header of a chunk gives the times of the chunk's
+    first and last message. rosbags holds the chunk in memory between the two times, and skips
+    messages of the chunk outside the two times. The sizes in the headers are reliable, because
+    `bounded_chunks` refuses chunks that are larger than their headers claim.
 
     Raises
     ------
     RecordingError
-        The chunks that overlap in time are too large together.
+        Several chunks overlap in time and are too large together.
     """
     storage = getattr(reader, 'storage', None)
     for file in getattr(storage, 'storages', [storage]):
@@ -145,7 +146,7 @@ def unpacked(
     Raises
     ------
     RecordingError
-        It has more than `size` bytes, or is too large.
+        The unpacked data have more than `size` bytes, or more than `MAX_PART_BYTES`.
     """
     most = min(size, MAX_PART_BYTES)
     refusal = f'{path}: a part of it unpacks to more than {most:,} bytes; record it anew'
