@@ -1,13 +1,15 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Detect orientations whose three numbers were read as a wrong kind, for example Euler angles of
-another order.
+Detect orientations that were read by a wrong convention: Euler angles XYZ read as ZYX, say.
 
 Let A_i be the rotation of pose i by the robot file, and B_i the measured rotation. If
 B_i = X A_i Y with constant offsets X and Y, then trace(B_i^T B_j) = trace(A_i^T A_j) for all poses
-i and j. So all orders are compared without a fit. Two triples of angles give the same rotation
-matrix. The search takes the triple that agrees with the other poses.
+i and j. So the search compares conventions by these traces, without a fit of X and Y.
+
+Two triples of Euler angles give the same rotation matrix B_i. Read by another convention, the two
+triples give different rotations. So the search tries both triples for each pose. It takes the
+triple whose traces with the other poses agree best with the traces of the robot file.
 """
 
 from collections.abc import Iterator
@@ -24,38 +26,39 @@ from .pose_format import MAKERS
 ROTVEC = 'rotvec'
 # Largest number of poses from which the orders of angles are compared.
 SAMPLES = 40
-# Number of the likeliest orders of angles for which base and tool offsets are fitted. The fit is
-# needed because orders such as XYX and XZX have equal traces; only the positions of the poses
-# distinguish them.
+# Number of the likeliest orders of angles for which base and tool offsets are fitted. Orders such
+# as XYX and XZX give equal traces trace(B_i^T B_j), so the traces cannot distinguish them. A fit
+# can, because it also compares the positions of the poses.
 MAX_ORDERS = 150
-# The angles of a rotation are given by two triples of numbers, such as (a, b, c) and (a + pi, -b,
-# c + pi). After a first choice between the two, pose by pose, the choice is repeated in this
-# number of rounds.
+# Two triples of angles, such as (a, b, c) and (a + pi, -b, c + pi), give the same rotation. The
+# search first chooses one triple for each pose, pose after pose. Then it repeats the choice for
+# all poses this number of times.
 ROUNDS = 2
 # Two rotation matrices are taken as equal if their entries differ by at most this value.
 TOLERANCE = 1e-6
 
 
 class _Taken(NamedTuple):
-    # `written` is the kind of the numbers (an order of angles, or `rotvec`). `read` is the kind as
-    # which the numbers were read.
+    # `written` is the convention of the numbers in the file: an order of Euler angles, or
+    # `rotvec`. `read` is the convention by which the numbers were read.
     written: str
     read: str
 
 
 class LikelyOrder(NamedTuple):
     """
-    One of the likeliest conventions of three angles, such as XYZ or ZYX, for an orientation.
+    A likely mistake: orientations were written in one convention and read by another.
 
     Attributes
     ----------
     sentence
         The mistake, as a statement.
     written, read
-        The kind as which the numbers were written, and the kind as which they were read.
+        The convention in which the orientations were written, and the convention by which they
+        were read: an order of Euler angles, such as XYZ, or `rotvec`.
     chosen, of_file : shape (F, 9)
-        Rotation matrices, row by row, of F poses: measured ones with the mistake corrected, and
-        those of the robot file.
+        Rotation matrices of F poses, row by row. `chosen`: measured, with the mistake corrected.
+        `of_file`: computed from the robot file.
     """
 
     sentence: str
@@ -66,13 +69,14 @@ class LikelyOrder(NamedTuple):
 
     def undone(self, poses: Floats, A: Floats) -> Hypothesis:
         """
-        Return the hypothesis that the three numbers of each orientation were read as the wrong
-        kind. It has the measured poses with this mistake corrected. `poses` (N, 4, 4) are
-        measured; A (N, 4, 4) are the poses of the robot file.
+        Return this mistake as a hypothesis with corrected poses.
+
+        `poses` (N, 4, 4) are the measured poses, and A (N, 4, 4) the poses of the robot file.
         """
-        # Two triples of numbers give each measured rotation. For each pose, test the rotations R
-        # of both triples. Compare trace(R^T C) for the F corrected rotations C in `chosen` with
-        # the traces of the robot file's rotations, and take the triple whose traces agree best.
+        # Two triples of numbers give the same measured rotation. Read by the right convention, the
+        # triples give two different rotations. For each pose, take the rotation R whose traces
+        # trace(R^T C_f) are nearest to trace(A^T A_f). C_f are the F corrected rotations `chosen`,
+        # A_f are the rotations `of_file`, and A is the rotation of the pose by the robot file.
         rotations = _rotations(self.written, _numbers(self.read, poses[:, :3, :3]))
         found = rotations.reshape(2, -1, 9) @ self.chosen.T
         wrong = np.sum((found - A[:, :3, :3].reshape(-1, 9) @ self.of_file.T) ** 2, axis=2)
@@ -83,15 +87,15 @@ class LikelyOrder(NamedTuple):
 
 def likely_orders(poses: Floats, A: Floats, read: str = '') -> list[LikelyOrder]:
     """
-    Return the likeliest orders of the three numbers from which the orientations were computed.
+    Return the likeliest conventions (orders of Euler angles, or rotation vector) of the poses.
 
     Parameters
     ----------
     poses, A : shape (N, 4, 4)
         Poses of the second source, and of the robot file.
     read
-        The kind as which the orientations were read: `rpy`, one of `EULER_ORDERS`, or `rotvec`.
-        Any other text means unknown.
+        The convention by which the orientations were read: `rpy`, one of `EULER_ORDERS`, or
+        `rotvec`. Any other text means unknown.
     """
     R = poses[:, :3, :3]
     few = few_of(len(R))
@@ -103,8 +107,8 @@ def likely_orders(poses: Floats, A: Floats, read: str = '') -> list[LikelyOrder]
         made[own] = _rotations(kind, np.stack([numbers[pairs[k].read] for k in own]))
     of_file = A[few, :3, :3].reshape(-1, 9)
     chosen, off = _chosen(made.reshape(*made.shape[:3], 9), of_file @ of_file.T)
-    # If it is unknown as which kind the numbers were read, several pairs (kind written, kind read)
-    # give the same rotations. Keep the first of these pairs, which has the usual kinds.
+    # If `read` is unknown, several pairs of conventions (written, read) give the same rotations.
+    # Keep the first of them, because pairs with usual conventions come first.
     likely: list[int] = []
     for k in sorted(np.argsort(off, kind='stable')[:MAX_ORDERS].tolist()):
         first = np.max(np.abs(chosen[likely, 0] - chosen[k, 0]), axis=1)
@@ -127,9 +131,10 @@ def order_hypotheses_of(poses: Floats, A: Floats, read: str = '') -> Iterator[Hy
 
 
 def _pairs(read: str) -> list[_Taken]:
-    # Return the pairs (kind written, kind read) to be tried. If `read` is unknown, skip pairs that
-    # another pair repeats: xyz read as zyx gives the same rotations as ZYX read as XYZ. So kinds
-    # with moving axes (capitals) are tried as `read` only for numbers written as rotation vectors.
+    # Return the pairs of conventions (written, read) to try. If `read` is unknown, many pairs give
+    # the same rotations: ZYX read as XYZ gives the same as xyz read as zyx. Such a pair is tried
+    # once, with `read` in small letters. Capitals (moving axes) are tried as `read` only if the
+    # numbers were written as rotation vectors.
     orders = (*EULER_ORDERS, ROTVEC)
     known = 'xyz' if read == 'rpy' else read
     if known in orders:
@@ -158,13 +163,12 @@ def _rotations(kind: str, numbers: Floats) -> Floats:
 
 
 def _chosen(every: Floats, products: Floats) -> tuple[Floats, Floats]:
-    # Try H pairs (kind written, kind read). For each pair, choose for each pose one of its two
-    # triples of angles: the one whose rotation agrees best with the rotations of the other poses.
-    # `every` (H, 2, N, 9) has the rotations R of both triples. `products` (N, N) has the traces
-    # trace(A_i^T A_j) of the robot file's rotations A. Return the chosen rotations (H, N, 9), and
-    # the sums (H,) of the squared differences between trace(R_i^T R_j) and trace(A_i^T A_j). Run
-    # the choice twice, starting with the first and with the second triple of pose 0, and keep the
-    # better result.
+    # Choose one of two candidate rotations for each of N poses, and do so for each of H pairs of
+    # conventions (written, read). `every` (H, 2, N, 9) has the candidates R. `products` (N, N) has
+    # the traces trace(A_i^T A_j) of the robot file's rotations A. Choose candidates whose traces
+    # trace(R_i^T R_j) agree with `products`. Return the chosen rotations (H, N, 9), and the sums
+    # (H,) of the squared differences of the traces. Run the choice twice, starting with the first
+    # and with the second candidate of pose 0, and keep the result with the smaller sum.
     count, _, many, _ = every.shape
     flat = every.reshape(count, 2 * many, 9)
     wrong = (flat @ np.swapaxes(flat, 1, 2)).reshape(count, 2, many, 2, many)
@@ -174,9 +178,9 @@ def _chosen(every: Floats, products: Floats) -> tuple[Floats, Floats]:
     wrong[:, :, pose, :, pose] = 0.0  # do not compare a pose with itself
     best, least = np.zeros((count, many), dtype=np.int64), np.full(count, np.inf)
     for start in (0, 1):
-        # First choose pose by pose: sum the squared differences of the traces between each triple
-        # and the triples chosen for earlier poses. Later rounds sum the squared differences over
-        # the triples chosen for all poses.
+        # `sums` (H, 2, N) rates each candidate: its squared trace differences from the candidates
+        # chosen so far, added up. First choose pose by pose. Then choose again for all poses at
+        # once.
         sums = wrong[:, start, 0]
         for k in range(1, many):
             sums = sums + wrong[pairs, np.argmin(sums[:, :, k], axis=1), k]

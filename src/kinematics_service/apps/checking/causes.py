@@ -66,16 +66,16 @@ RIVAL_RATIO = 2.0
 # Two likely causes are rivals if the ratios by which they reduce the RMS residual are nearly
 # equal: the larger ratio is less than 1.25 times the smaller.
 LIKELY_RIVAL_RATIO = 1.25
-# Number of Levenberg-Marquardt steps of the fits that preselect hypotheses. They use at most 40
-# poses.
+# Number of Levenberg-Marquardt steps in each fit that preselects hypotheses. Such a fit uses at
+# most 40 poses.
 SIFT_STEPS = 4
 # Number of hypotheses in one batch when hypotheses are preselected by fits to at most 40 poses.
 # The likeliest hypotheses are fitted first.
 BATCH_SIZE = 16
 # Number of preselected hypotheses that are fitted to all poses.
 FITTED_IN_FULL = 4
-# The score (RMS residual) of a hypothesis from at most 40 poses may differ from its score with all
-# poses by this factor.
+# The score (RMS residual) of a hypothesis is first computed with at most 40 poses. The score with
+# all poses may differ from the first score by this factor.
 SIFT_MARGIN = 2.0
 # A number of the robot file (a joint zero, a joint scale, a length or an angle of the table) is
 # fitted only if it explains more than this fraction of the sum of squared residuals, to first
@@ -84,14 +84,14 @@ FIRST_ORDER_SHARE = 0.4
 # Largest number of Levenberg-Marquardt steps that fit one number of the robot file together with
 # the offsets of base and tool.
 ROUNDS = 12
-# Start values for the fit of the scale of a revolute joint, given as corrected joint positions
-# (rad): the scale times the measured position that is farthest from 0. The values cover nearly a
-# turn to each side. Steps of 1 rad suffice, because Newton's method converges if the start is at
-# most 0.5 rad off.
+# Start values for the fit of a revolute joint's scale. The fit starts with scale = angle / |q| for
+# each of these angles (rad); q is the joint's measured position that is farthest from 0. The
+# angles cover nearly a turn to each side. Steps of 1 rad suffice, because Newton's method
+# converges if the corrected position scale * q is at most 0.5 rad off at the start.
 TURNING_REACHES = (*np.arange(-5.5, 6.0),)
-# Start value for the fit of the scale of a prismatic joint, given as a corrected joint position
-# (m): the scale times the measured position that is farthest from 0. One value suffices, because
-# Newton's method converges from any start.
+# Start value for the fit of a prismatic joint's scale. The fit starts with scale = length / |q|
+# for this length (m); q is the joint's measured position that is farthest from 0. One start
+# suffices, because Newton's method converges from any start.
 SLIDING_REACHES = (0.0,)
 # Common mistakes that multiply the positions of one joint by a factor. Each entry has the unit of
 # the joint, the factor, and the statement of the mistake.
@@ -103,18 +103,18 @@ FACTORS = (
     ('m', 0.18 / math.pi, 'is in millimetres, turned from degrees into radians'),
     *((unit, -1.0, 'counts the other way round') for unit in ('rad', 'm')),
 )
-# An estimated factor of a joint is taken as one in FACTORS if their relative difference is at most
-# this.
+# An estimated factor of a joint is taken as a factor in FACTORS if |estimated / listed - 1| is
+# below this value.
 FACTOR_TOLERANCE = 5e-3
-# Lower bound of the score (RMS residual, rad) after a correction, because smaller scores are
-# round-off.
+# Smaller scores (RMS residuals, rad) after a correction are replaced by this value, because they
+# are round-off.
 ROUND_OFF = 1e-15
-# Lower bound of the RMS residual (rad) that is taken as measurement noise: the last digit of
-# printed poses.
+# Measurement noise of the poses is taken as at least this value (RMS, rad), because the last digit
+# of a printed pose is rounded.
 POSE_DIGIT = 1e-6
-# A number of the robot file can be the decisive cause only if its model resolution is above this
-# value. In a test with 54 recordings of arms with a nominal table and two moving joints, the value
-# 0.55 blamed a correct angle in one recording.
+# A wrong joint zero, joint scale or table entry is a decisive cause only if its model resolution
+# is above this value. In a test with 54 recordings of arms with a nominal table and two moving
+# joints, the value 0.55 blamed a correct angle in one recording.
 MIN_RESOLUTION = 0.75
 
 
@@ -132,18 +132,19 @@ class TestedCause(NamedTuple):
         The mistake, as a statement.
     value
         The fitted number, in rad, m, s or samples, or the factor of a joint; None if the mistake
-        has no number.
+        has no fitted number.
     ratio
-        RMS residual before the correction divided by that after it.
+        RMS residual before the correction, divided by the RMS residual after the correction.
     errors
         The residuals after the correction.
     base_offset, tool_offset : shape (4, 4)
         The offsets of base and tool fitted after the correction; see `FrameDiagnosis`.
     name
-        The joint, or the number of the table; empty if the mistake has none.
+        Name of the joint whose zero or scale is wrong, or of the wrong table entry, for example
+        `a of links[2]`. Empty for all other mistakes.
     resolution
-        Model resolution of the number: 1 if these poses distinguish it from all other numbers, 0
-        if they do not. It is 1 if the mistake has no number.
+        Model resolution of the fitted number: 1 if these poses distinguish it from all other
+        numbers of the robot, 0 if they do not. It is 1 if the mistake has no fitted number.
     """
 
     key: str
@@ -198,9 +199,8 @@ def causes_of(given: ComparedData, A: Floats, fit: Fit, limit: PoseLimit = EXPLA
     best = max((cause.ratio for cause in tried), default=0.0)
 
     def about(factor: float) -> tuple[TestedCause, ...]:
-        # Return the tried causes that reduce the RMS residual nearly as much as the best cause: by
-        # at least 1/`factor` of the best cause's ratio. Put discrete mistakes first, because they
-        # are likelier than a number that fits by chance.
+        # Return the tried causes whose ratio is at least best / factor. Put discrete mistakes
+        # first, because they are likelier than a number that fits by chance.
         kept = [cause for cause in tried if cause.ratio * factor >= best]
         return tuple(sorted(kept, key=lambda cause: (cause.value is not None, -cause.ratio)))
 
@@ -215,9 +215,9 @@ def causes_of(given: ComparedData, A: Floats, fit: Fit, limit: PoseLimit = EXPLA
 
 def _decisive(cause: TestedCause, before: Fit, limit: PoseLimit) -> bool:
     # Return whether a cause is decisive. If the residuals before any correction are within
-    # NOMINAL, a nominal table explains them, so do not name a gross mistake. After a lag is
-    # corrected, the residuals of a moving arm may be larger, because samples are few and stamps
-    # inexact.
+    # NOMINAL, a nominal table explains them, so do not name a gross mistake. For a lag, allow
+    # residuals up to ERROR_LIMIT after the correction, because a moving arm has few samples and
+    # inexact stamps.
     gross = cause.value is None or cause.key in ('joint_scale', 'time_lag')
     if gross and errors_of(before.position, before.rotation).within(NOMINAL):
         return False
@@ -227,9 +227,9 @@ def _decisive(cause: TestedCause, before: Fit, limit: PoseLimit) -> bool:
 
 
 def _simplest(tried: Sequence[TestedCause]) -> list[TestedCause]:
-    # Leave out a wrong scale of one joint if a mistake without a fitted number explains the
-    # residuals equally well: wrong units of all joints or all poses. Leave it out also if a
-    # mistake without a fitted number has the same sentence.
+    # Leave out the cause "wrong scale of one joint" in two cases: (1) wrong units of all joints or
+    # of all poses reduce the residuals nearly as much; (2) a discrete mistake has the same
+    # sentence.
     said = {one.sentence for one in tried if one.value is None}
     units = [one.ratio for one in tried if one.key in ('degrees', 'millimetres')]
     least = RIVAL_RATIO * max(units, default=0.0)
@@ -241,8 +241,9 @@ def _simplest(tried: Sequence[TestedCause]) -> list[TestedCause]:
 
 
 def _whole(given: ComparedData, fit: Fit) -> list[TestedCause]:
-    # Test all mistakes that have no fitted number. For each one, fit the offsets of base and tool
-    # to at most 40 poses. Then fit the best mistakes to all poses.
+    # Test all discrete mistakes, such as a wrong sign or unit. For each mistake, fit the offsets
+    # of base and tool to at most 40 poses. For the mistakes with the smallest residuals, fit the
+    # offsets again to all poses.
     changes = possible(given)
     sifted = _sifted(*undone(given, changes, few_of(len(given.q))), _most(fit))
     return _undoing(given, [changes[k] for k in sifted], fit, sifted)
@@ -255,9 +256,9 @@ def _orders(
         return []  # the order of small angles hardly changes the rotation
     likely = likely_orders(given.poses, A, given.read)
     few = few_of(len(A))
-    # Repeat the poses of the second source for each likely order of angles, then replace their
-    # orientations by those that follow from the order. The positions are equal for all orders, and
-    # so are the poses A of the robot file.
+    # `others` has the poses of the second source once for each likely order of angles, with the
+    # orientations that this order gives. All orders have the same positions, and the same poses A
+    # of the robot file.
     others = np.tile(given.poses[few], (len(likely), 1, 1, 1))
     others[..., :3, :3] = np.reshape([one.chosen for one in likely], (len(likely), -1, 3, 3))
     sifted = _sifted(np.broadcast_to(A[few], others.shape), others, _most(fit, tried))
@@ -265,9 +266,9 @@ def _orders(
 
 
 def _most(fit: Fit, tried: Sequence[TestedCause] = ()) -> float:
-    # A hypothesis is fitted to all poses only if its score (RMS residual) from at most 40 poses is
-    # at most this return value. With a larger score it explains less than a likely cause must
-    # explain, or clearly less than a cause in `tried`.
+    # Return the largest score (RMS residual with at most 40 poses) at which a hypothesis is fitted
+    # to all poses. A hypothesis with a larger score is not even a likely cause, or is clearly
+    # worse than a cause in `tried`.
     ratio = max([LIKELY_RATIO, *(one.ratio / RIVAL_RATIO for one in tried)])
     return SIFT_MARGIN * float(fit.score) / ratio
 
@@ -303,7 +304,7 @@ def _undoing(
 
 
 def possible(given: ComparedData) -> list[Hypothesis]:
-    """Return all discrete mistakes after whose correction the loops of the arm still close."""
+    """Return the discrete mistakes whose corrected joint positions close all loops of the arm."""
     chain, every = given.robot.chain, hypotheses_of(given)
     return [one for one in every if one.q is None or np.all(closes_at(chain, one.q))]
 
@@ -312,8 +313,10 @@ def undone(
     given: ComparedData, changes: Sequence[Hypothesis], rows: Integers | slice = slice(None)
 ) -> tuple[Floats, Floats]:
     """
-    Correct each of H mistakes. Return, with each one corrected, the poses of the robot file and
-    those of the second source, (H, N, 4, 4) each. `rows` selects the N poses.
+    Return the poses of the robot file and of the second source with one of H mistakes corrected.
+
+    Each mistake is corrected alone, so both results have the shape (H, N, 4, 4). `rows` selects
+    the N poses.
     """
     q = np.stack([change.joints(given.q)[rows] for change in changes])
     A = evaluate(given.robot, q, depth=kernel.POSE).pose
@@ -378,7 +381,7 @@ def _scale_starts(
         for reach in (SLIDING_REACHES if one.unit == 'm' else TURNING_REACHES)
     ]
     if given.robot.chain.loops or not grid:
-        return []  # at scaled joint positions closed loops do not close
+        return []  # scaled joint positions would not satisfy the closed loops
     joints, more = [one.joint for one, _ in grid], np.array([share for _, share in grid])
     ways = joint_ways(given.q)[joints][:, few]
     moved = partial(moved_joints, given.robot, given.q[few], joints, ways)
@@ -414,12 +417,12 @@ def _fitted(
     cause = _cause(number.key, number_in_words(number, value), value, before, fit)
     if cause.ratio < NAMED_RATIO:
         return cause._replace(name=number.name)
-    # Compute the model resolution of this number. Fit all numbers together, scaled by their usual
-    # errors, by least squares, and take the number's diagonal entry of the model resolution matrix
-    # (Menke, Geophysical Data Analysis, chapter 4). The entry is 1 if the poses distinguish this
-    # number from the other numbers, else less. Then subtract the ratio of two corrections of the
-    # number: the further correction in the fit of all numbers, divided by the correction found
-    # above.
+    # Compute the model resolution of this number. Fit all numbers of the robot by least squares,
+    # each scaled by its usual error. Take the diagonal entry of the model resolution matrix that
+    # belongs to this number (Menke, Geophysical Data Analysis, chapter 4). The entry is 1 if the
+    # poses distinguish this number from all other numbers, else less. Then subtract |d / v|: v is
+    # the correction of this number found above, and d is the further correction of this number in
+    # the fit of all numbers. A large d means that the other numbers explain the residuals better.
     there, change = given._replace(q=q), number.at(found.values)
     others = [
         one.usual * one.columns[:, :, -1:]
@@ -459,7 +462,7 @@ def _lag(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     try:
         found = lagged(given.robot, given.later, given.poses, A, fit)
     except LoopError:
-        return []  # a closed loop does not close at the joint positions of a trial lag
+        return []  # a loop does not close at joint positions that are interpolated for a trial lag
     if found is None:
         return []
     size, unit = abs(found.value), given.later.unit

@@ -37,8 +37,9 @@ MIN_POSES = 3
 # Smallest number of poses for which a cause is sought.
 CAUSE_POSES = 8
 
-# Text that is added to the diagnosis of an arm with closed loops, because wrong lengths and
-# conventions of its table are not tried.
+# Text that is added to the diagnosis of an arm with closed loops. Other lengths and conventions of
+# its table are not tried, because with another table the loops would not close at the given joint
+# positions.
 NOT_TRIED = (
     '. Lengths and conventions of the table are no causes that were tried: the closed loops would '
     'close elsewhere'
@@ -59,16 +60,17 @@ class FrameDiagnosis:
     as_given
         The differences of the poses without offsets.
     base_offset, tool_offset : shape (4, 4)
-        X and Y of B = X A Y: the file's base frame in that of the second source, and the second
-        source's tool in that of the file.
+        X and Y of B = X A Y. X is the pose of the robot file's base frame in the base frame of the
+        second source. Y is the pose of the second source's tool frame in the tool frame of the
+        robot file.
     errors
         The residuals with these offsets.
     undetermined
-        Directions of the offsets that these poses do not determine, as text.
+        Directions in which the poses leave the offsets undetermined, as text.
     cause
-        The decisive cause of the residuals: no other cause explains about as much, and the
-        residuals after its correction are as small as those of a nominal table with measurement
-        errors. None if no cause is decisive.
+        The decisive cause of the residuals, or None. A cause is decisive if no second cause
+        explains nearly as much, and the residuals after the correction are as small as those of a
+        nominal table with measurement errors.
     causes
         Causes that explain at least two thirds of the residuals, and about equally much; the
         likeliest first.
@@ -119,7 +121,7 @@ def diagnose_frames(
         Largest residuals (rms) that measurement errors and a nominal table can cause. If larger
         residuals remain after a cause is corrected, this cause is not decisive.
     read
-        The kind as which the orientations were read: `rpy`, `ZYX` or another order of three
+        The convention by which the orientations were read: `rpy`, `ZYX` or another order of three
         angles, or `rotvec`. Any other text means unknown.
     fine
         If residuals (rms) are below this limit, no cause is sought.

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Compute differences of poses, RMS and largest; write lengths, angles and times with units."""
+"""Compute RMS and largest errors of poses; write lengths, angles and times as text with units."""
 
 import math
 from typing import NamedTuple
@@ -64,9 +64,9 @@ class PoseLimit(NamedTuple):
 # Largest RMS residuals between poses that an instrument measures and poses that the nominal table
 # of an uncalibrated arm gives. The errors of the table alone are 1 to 3 mm and up to 0.4 deg.
 NOMINAL = PoseLimit(4e-3, math.radians(0.5))
-# Largest RMS residuals that may remain after a mistake is corrected, if the input has no other
-# mistake. If each number of a table is off by 1 mm and 0.2 deg, residuals are 4 to 10 mm and 0.5
-# to 1 deg.
+# A mistake explains the residuals if the RMS residuals after the correction are below this limit.
+# The limit allows for an inexact table: if each length is off by 1 mm and each angle by 0.2 deg,
+# the RMS residuals are 4 to 10 mm and 0.5 to 1 deg.
 EXPLAINED = PoseLimit(12e-3, math.radians(1.25))
 # If the RMS residuals between two sources of poses exceed these limits, the level is ERROR. With a
 # right table the residuals are always below 20 mm and 2 deg.
@@ -74,7 +74,7 @@ ERROR_LIMIT = PoseLimit(20e-3, math.radians(2.0))
 
 
 class Errors(NamedTuple):
-    """Differences of poses: RMS and largest, position in m, orientation in rad."""
+    """RMS and largest differences of poses: position in m, orientation in rad."""
 
     position_rms: float
     position_max: float

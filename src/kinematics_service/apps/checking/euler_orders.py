@@ -51,9 +51,9 @@ def euler_angles(order: str, R: Floats) -> Floats:
     else:
         a = np.arctan2(R[..., j, i], -sign * R[..., last, i])
         b = np.arctan2(np.hypot(R[..., i, j], R[..., i, last]), R[..., i, i])
-    # Near a singular orientation, angles a and c (the first and the third) turn about one axis,
-    # and a may have any value. Compute c from the rotation that remains after the turns by a are
-    # removed, so that the product is right for any a.
+    # Near a singular orientation, the turns a and c (the first and the third) are about the same
+    # line, so a may have any value. Remove the turn a from R, and compute c from the remaining
+    # rotation. Then the product of the three turns is R for any a.
     M = np.swapaxes(turn_about(np.eye(3)[i], a), -1, -2) @ R
     other = i if i != k else last
     c = np.arctan2((sign if i != k else -sign) * M[..., j, other], M[..., j, j])

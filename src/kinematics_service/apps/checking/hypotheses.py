@@ -24,8 +24,8 @@ from ...robot.file.parts.parameters import ANGLE, LENGTH, RATIO, SIX
 from ...robot.robot import Robot, with_chain
 from .lag import Later
 
-# Statements of mistakes, worded for measured poses. `known_pose_causes` words some of them anew
-# for the known poses of a robot file.
+# Statements of mistakes, in words for measured poses. If the poses are known poses of a robot
+# file, `known_pose_causes` replaces some of these statements.
 DEGREES = 'the joint positions are in degrees, not radians'
 RADIANS_TWICE = 'the joint positions were turned from degrees into radians twice'
 INVERSE = 'the poses are those of the base in the tool frame'
@@ -70,7 +70,7 @@ class Hypothesis(NamedTuple):
         return q if self.q is None else self.q
 
     def seen(self, poses: Floats) -> Floats:
-        """Return the poses without the assumed mistake; `poses` if it is not in the poses."""
+        """Return the corrected poses; `poses` if the mistake is not in the poses."""
         return poses if self.poses is None else self.poses
 
 
@@ -122,7 +122,8 @@ class ComparedData(NamedTuple):
     later
         Lookup of joint positions at shifted times, to find a lag; None if the stamps do not rise.
     read
-        The kind as which the orientations were read, one of `pose_format.KINDS`; empty if unknown.
+        The convention by which the orientations were read, one of `pose_format.KINDS`; empty if
+        unknown.
     """
 
     robot: Robot
@@ -262,8 +263,8 @@ def _with_constants(robot: Robot, row: DhRow, constants: Floats) -> Row:
 
 def exchanges_of(robot: Robot) -> Iterator[Hypothesis]:
     """
-    Yield hypotheses that numbers of the table are exchanged: any two constants, or a whole column
-    that is one row too low or too high.
+    Yield hypotheses that numbers of the table are at wrong places: two constants are exchanged, or
+    a whole column is shifted by one row.
     """
     links = robot.description.links
     rows = [link for link in links if isinstance(link, DhRow)]
@@ -365,7 +366,7 @@ def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
     columns = pose_change(chain, 0.0 * corrections[0], given.q).jacobian
     for k, one in enumerate(arm.table):
         if one.group == 'offsets':
-            continue  # a joint offset is the zero of the joint, which was yielded above
+            continue  # a joint offset is the zero of its joint; `_of_joints` has yielded it
         row = slice(k, k + 1)
 
         def at(values: Floats, row: slice = row) -> PoseChange:
@@ -407,8 +408,11 @@ def joint_range(q: Floats) -> Floats:
 
 def joint_ways(q: Floats) -> Floats:
     """
-    Return the derivatives (n, N, 2) of the positions of each joint, q (N, n), by a correction of
-    its zero and by a correction of its range.
+    Return the derivatives (n, N, 2) of joint positions q (N, n) by two corrections of each joint.
+
+    The first correction shifts all positions of a joint (wrong zero). The second correction
+    stretches the positions about their mean (wrong scale). The size of the second correction is
+    the change of the position that is farthest from the mean, rad or m.
     """
     reach = np.maximum(joint_range(q), MIN_RANGE)
     return np.stack([np.ones_like(q), (q - q.mean(axis=0)) / reach], axis=-1).swapaxes(0, 1)

@@ -26,8 +26,8 @@ MAX_SAMPLE_GAP = 0.5
 
 class JointsAtTimes(NamedTuple):
     """
-    Joint positions q (N, n), rad or m, and their rates (N, n) per s, at N times. The flag in
-    `known` (N,) is true if the samples determine the positions at this time.
+    Joint positions q (N, n), rad or m, and their rates (N, n) per s, at N times. Entry k of
+    `known` (N,) is True if the samples determine the joint positions at time k.
     """
 
     q: Floats

@@ -21,8 +21,8 @@ class FrameLimits(NamedTuple):
     @property
     def explained(self) -> PoseLimit:
         """
-        Return the largest RMS residuals that may remain after the correction of a cause that
-        explains the disagreement.
+        Return the limit of the RMS residuals that remain after a cause is corrected. If the
+        residuals are larger, the cause does not explain the disagreement.
         """
         return PoseLimit(*map(max, zip(EXPLAINED, self.warn)))
 

@@ -3,8 +3,9 @@
 """
 Find the mistake that explains why the table of a robot file misses its known poses.
 
-A mistake is named only if all poses agree after its correction, within their tolerances or written
-digits. No offset is fitted. If a file has two mistakes at once, or noise, no mistake is named.
+A mistake is named only if its correction makes the table agree with all known poses. A pose agrees
+if the error is within the tolerance of the pose, or within the rounding of its digits. No offset
+is fitted. If a file has two mistakes at once, or noise, no mistake is named.
 """
 
 import itertools

@@ -115,8 +115,9 @@ def pose_faults(robot: Robot, errors: Sequence[PoseError]) -> tuple[Fault, ...]:
 
 
 def _tolerance(robot: Robot, error: PoseError) -> str:
-    # Return as text the tolerances within which the pose would agree, in the units of the file and
-    # rounded up to powers of ten. Leave out tolerances within which the pose agrees now.
+    # Return as text the tolerances (position, rotation) that the known pose needs to agree with
+    # the table. They are in the units of the file, rounded up to powers of ten. Leave out a
+    # tolerance that is large enough already.
     lengths = 1000.0 if robot.description.length_unit == 'mm' else 1.0
     angles = 180.0 / math.pi if robot.description.angle_unit == 'deg' else 1.0
     needed = [('xyz', error.distance * lengths, error.known.tolerance_xyz * lengths)]

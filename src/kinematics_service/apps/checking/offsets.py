@@ -31,9 +31,9 @@ POINT_SPREAD_RATIO = 0.05
 # The poses do not determine a direction of the 12 offset coordinates (base and tool) if its
 # singular value, divided by the largest singular value of the Jacobian, is below this ratio.
 WEAK_RATIO = 1e-4
-# The rotations between poses of the tool are taken as rotations about one axis if their components
-# about the second principal axis are small: the RMS of sin(angle) times this axis component is
-# below this value.
+# Each rotation between two poses of the tool has the vector sin(angle) * axis. If the RMS of the
+# components of these vectors along their second principal axis is below this value, the tool is
+# taken to turn about one axis only.
 AXIS_VARIETY = 0.02
 
 
@@ -66,7 +66,7 @@ class Fit(NamedTuple):
     score: Floats
 
     def one(self, k: int) -> 'Fit':
-        """Return the fit of problem k, whose arrays have no dimension H."""
+        """Return the fit of problem k: entry k of each array."""
         return Fit(*(values[k] for values in self))
 
 
@@ -86,9 +86,9 @@ def scale_of(poses: Floats) -> Floats:
     Return the length (...,) by which position residuals are divided: the RMS distance of the tool
     positions from their mean.
 
-    A position residual of this length has the weight of a rotation by one rad. So the fit does not
-    depend on the unit of the positions. If the positions hardly move, the length is 5 % of their
-    distance from the origin.
+    A position residual of this length has the weight of a rotation residual of 1 rad. So the fit
+    does not depend on the unit of the positions. If the positions hardly move, the length is 5 %
+    of their distance from the origin.
     """
     p = poses[..., :3, 3]
     far = np.sqrt(np.mean(np.sum(p**2, axis=-1), axis=-1))
@@ -100,8 +100,10 @@ def least_angles(A: Floats, B: Floats) -> Floats:
     Return a lower bound (H,) of the RMS rotation residuals (rad) between poses A and B (H, N, 4,
     4), for any base and tool offsets X and Y.
     """
-    # Let a and b be the angles of the rotation residuals of poses i and j. |trace(B_i^T B_j) -
-    # trace(A_i^T A_j)| is at most 2 (a + b); its square is at most 8 (a^2 + b^2).
+    # Let a_i be the angle of the rotation residual of pose i. Then
+    # |trace(B_i^T B_j) - trace(A_i^T A_j)| <= 2 (a_i + a_j), and the square is at most
+    # 8 (a_i^2 + a_j^2). So the mean of the squares over all i and j is at most 16 times the mean
+    # of a_i^2.
     off = _traces(B) - _traces(A)
     return np.asarray(np.sqrt(np.mean(off**2, axis=(1, 2)) / 16.0))
 
@@ -135,8 +137,9 @@ def fit_offsets(A: Floats, B: Floats, begin: Fit | None = None, steps: int = MAX
 
 def fit_at(A: Floats, B: Floats, X: Floats, Y: Floats, scale: Floats) -> Fit:
     """
-    Return the fit with given offsets X and Y, that is, the residuals between B_i and X A_i Y.
-    `scale` (H, 1, 1) is the length (m) whose residual has the weight of 1 rad.
+    Return the fit with given offsets X and Y, that is, the residuals between B_i and X A_i Y. A
+    position residual of length `scale` (H, 1, 1), m, has the weight of a rotation residual of
+    1 rad.
     """
     M = X[:, None] @ A @ Y[:, None]
     position = B[..., :3, 3] - M[..., :3, 3]
@@ -189,8 +192,10 @@ def jacobian(A: Floats, fit: Fit, scale: Floats) -> Floats:
 
 def number_columns(A: Floats, fit: Fit, columns: Floats, scale: Floats) -> Floats:
     """
-    Return the derivatives (H, 6 N, c) of the poses X A Y by c numbers of the robot, rows as in
-    `residual`.
+    Return the derivatives (H, 6 N, c) of the poses X A Y by c numbers of the robot file.
+
+    The rows are those of `residual`: for each pose the position divided by `scale`, then the
+    rotation.
 
     Parameters
     ----------
@@ -201,7 +206,7 @@ def number_columns(A: Floats, fit: Fit, columns: Floats, scale: Floats) -> Float
     columns : shape (H, N, 6, c)
         Derivatives of A by the numbers: linear and angular motion of the tool in base axes.
     scale : shape (H, 1, 1), m
-        The length whose residual has the weight of 1 rad.
+        A position residual of this length has the weight of a rotation residual of 1 rad.
     """
     lever = A[..., :3, :3] @ fit.Y[:, None, :3, 3:]
     linear = columns[..., :3, :] + np.cross(columns[..., 3:, :], lever, axis=-2)
@@ -237,16 +242,16 @@ def fit_numbers(
     steps: int,
 ) -> NumberFit:
     """
-    Return the numbers of the robot and the offsets of base and tool that bring X A Y nearest to B,
-    all fitted together.
+    Fit numbers of the robot file together with the offsets X (base) and Y (tool), so that the
+    poses X A Y are nearest to B. The first dimension of each array counts H independent problems.
 
     Parameters
     ----------
     moved
-        Returns the robot's poses A (H, N, 4, 4) for c numbers of the robot (H, c), and the
-        derivatives (H, N, 6, c) of A by these numbers.
+        Function that returns the robot's poses A (H, N, 4, 4) for c numbers of the robot file,
+        shape (H, c). It also returns the derivatives (H, N, 6, c) of A by these numbers.
     values : shape (H, c)
-        Initial numbers of the robot.
+        Initial numbers of the robot file.
     B : shape (H, N, 4, 4)
         Poses of the second source.
     begin
@@ -303,8 +308,10 @@ def span_of(J: Floats) -> Floats:
 
 def free_directions(J: Floats) -> Floats:
     """
-    Return the f directions (f, 12) of the 12 offset coordinates that the poses do not determine,
-    from the Jacobian J (6 N, 12) of one problem.
+    Return an orthonormal basis (f, 12) of the offset changes that the poses leave undetermined.
+
+    The 12 coordinates are motions of base and tool. J (6 N, 12) is the Jacobian of one problem by
+    these coordinates.
     """
     values, vectors = np.linalg.eigh(J.T @ J)
     return np.asarray(vectors[:, ~(values > WEAK_RATIO**2 * values[-1])].T)
@@ -347,10 +354,10 @@ def _translated(A: Floats, B: Floats, scale: Floats, RX: Floats, RY: Floats) -> 
 
 
 def _rotations(A: Floats, B: Floats) -> list[tuple[Floats, Floats]]:
-    # Return candidates of the rotations of X and Y. The relative rotations A_i^-1 A_j and B_i^-1
-    # B_j turn about axes that differ only by the rotation of Y (Park and Martin 1994). The fit
-    # uses skew parts instead of axes. The skew part of a rotation is sin(angle) times its axis,
-    # and is a smooth function of the rotation.
+    # Return candidates for the rotations R_X and R_Y of the base offset X and the tool offset Y.
+    # If B_i = X A_i Y, then B_i^-1 B_j turns about R_Y^T a, where a is the axis of A_i^-1 A_j
+    # (Park and Martin 1994). The fit uses skew parts instead of axes. The skew part of a rotation
+    # is sin(angle) times its axis, and is a smooth function of the rotation.
     RA, RB = A[..., :3, :3], B[..., :3, :3]
     n = A.shape[1]
     a, b = [], []
@@ -375,12 +382,13 @@ def _rotations(A: Floats, B: Floats) -> list[tuple[Floats, Floats]]:
 
 
 def _about_the_axis(A: Floats, B: Floats, RX: Floats, axis: Floats) -> Floats:
-    # If the tool turns about one axis only, orientations do not determine the rotation of X about
-    # this axis. Return this rotation (H, 3, 3), computed from the positions p of A, the positions
-    # p_B and rotations R_B of B, and R_X, the rotation of X so far. Split p into a part `still`
-    # along the axis and a part `across` perpendicular to it, and let side = axis x p. Then p_B = t
-    # + R_B s + R_X (cos across + sin side + still). This is linear in the cosine and sine of the
-    # rotation, and in two unknown vectors t and s, which contain the translations of X and Y.
+    # If the tool turns about one axis only, orientations do not determine the turn of the base
+    # offset X about this axis. Return this turn as a rotation (H, 3, 3). Its angle u follows from
+    # positions. Let p be a position of A, p_B and R_B position and rotation of B, and R_X the
+    # rotation of X so far. Let `still` be the part of p along the axis, `across` the part
+    # perpendicular to it, and `side` = axis x p. Then p_B = t + R_B s + R_X
+    # (cos(u) across + sin(u) side + still). The unknown vectors t and s contain the translations
+    # of X and of the tool offset Y. The equation is linear in t, s, cos(u) and sin(u).
     p = A[..., :3, 3]
     axis = np.einsum('hnij,hj->hi', A[..., :3, :3], axis) / p.shape[1]
     axis = axis / np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-9)

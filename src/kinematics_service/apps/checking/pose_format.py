@@ -150,8 +150,8 @@ def pose_columns(
     Parameters
     ----------
     beginnings
-        The common beginning of all column names; or that of the position and that of the
-        orientation.
+        One text with which all column names begin; or two texts: the beginning of the position's
+        column names, and the beginning of the orientation's column names.
     wanted
         The format that the user asked for.
     """

@@ -72,10 +72,11 @@ def check(
       kinematics_service check --strict my_robot.yaml
       kinematics_service check --json my_robot.yaml
 
-    All faults of a file are reported at once, on standard error, as file:line: where: message.
-    Known poses of the file that the table does not reach are faults too. The exit code is 1 if any
-    file has a fault; the other files are still checked. What is allowed but most likely a mistake,
-    such as a link of 250 m, is a line with WARN there; with --strict it makes the exit code 1 too.
+    All faults of a file are reported at once, on standard error, as file:line: where: message. A
+    known pose is also a fault if the table gives another pose at its joint positions. The exit
+    code is 1 if any file has a fault; the other files are still checked. Values that are allowed
+    but most likely wrong, such as a link of 250 m, are reported on standard error with WARN; with
+    --strict they make the exit code 1, too.
 
     \b
     The keys of --json, of each object of the list `files`:
