@@ -179,7 +179,8 @@ def _points(robot: Robot, kind: str, given: int | None) -> int:
             raise options.WrongUsage(message)
         return given
     # Use fewer points for an arm with closed loops, because closing the loops takes time. The
-    # number does not depend on the measured time, so that the same command gives the same picture.
+    # number depends on the count of passive joints, not on a measured run time, so that the same
+    # command gives the same picture.
     passive = max(1, len(robot.passive_joint_names))
     points = MAP_POINTS // math.isqrt(passive) if kind == 'map' else WORKSPACE_POINTS // passive
     return max(points, low)

@@ -65,8 +65,8 @@ def view(
 
     If several nodes run, the page has a list to choose from. Only this computer sees the page
     unless --host says otherwise. Then the printed address has a token, and nothing is shown
-    without it. With --publish the page has a box to tick: then the sliders publish joint states,
-    for a node without a robot. Without ROS there are only sliders.
+    without it. With --publish the page has a check box. If you tick it, the sliders publish joint
+    states, so that a node can run without a real arm. Without ROS there are only sliders.
     """
     if sliders and publish:
         raise WrongUsage('--sliders works without ROS, and --publish needs it; give one of them')

@@ -97,8 +97,8 @@ def azimuth_of(skeleton: Skeleton) -> float:
     along, middles = ends[:, 1] - ends[:, 0], ends.mean(axis=1)
     lengths = np.linalg.norm(along, axis=1)
     middles -= np.average(middles, axis=0, weights=lengths)
-    # M has the second moments of the links about their common centre, taken as thin rods. M is
-    # scaled to trace 1.
+    # M has the second moments of the links about the common centre of all links. Each link is
+    # taken as a thin rod. M is scaled to trace 1.
     M = (lengths * middles.T) @ middles + (lengths * along.T) @ along / 12.0
     M /= np.trace(M)
     a, e = np.radians(AZIMUTHS), np.radians(ELEVATION)

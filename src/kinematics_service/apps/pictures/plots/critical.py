@@ -35,8 +35,8 @@ DIFFERENCE_STEP = 1e-5
 # After the last Newton step, a configuration is a solution if the norm of its residuals is below
 # this (no unit).
 RESIDUAL_TOLERANCE = 1e-8
-# A point in the plane is named after a singular factor if the estimated distance (rad) from the
-# configuration found for the point to a zero of the factor is below this value.
+# A configuration is taken as a zero of a singular factor if the estimated distance (rad) to the
+# nearest zero of the factor is below this value. The tool's point then gets the factor's name.
 FACTOR_TOLERANCE = 1e-5
 
 
@@ -97,9 +97,9 @@ def critical_points(robot: Robot, plane: Plane, starts: int | None = None) -> Cr
 
 
 def _gradients(robot: Robot, plane: Plane, q: Floats) -> Floats:
-    # Return A, shape (..., k, n): the Jacobian of the plane's k coordinates, that is, the product
-    # of their gradients by position and the position's Jacobian. Columns are scaled, and A is
-    # divided by the reach. A is nan if a loop does not close.
+    # Return A, shape (..., k, n): the scaled Jacobian of the plane's k coordinates. Let G be the
+    # gradients of the k coordinates by position, and J the Jacobian of the tool's position. Then A
+    # is G J with scaled columns, divided by the reach. A is nan if a loop does not close.
     position, J = _position_and_jacobian(robot, q)
     task = robot.singularity.task
     return plane.gradients(position) @ (J * task.column_scales) / task.reach
@@ -115,9 +115,8 @@ def _position_and_jacobian(robot: Robot, q: Floats) -> tuple[Floats, Floats]:
 
 
 def _number_of_vectors(robot: Robot, plane: Plane, q: Floats) -> int:
-    # Return k, the number of plane coordinates (rows of A) that the search uses; c has k entries.
-    # k is 3, with the coordinate along the plane's normal, if the arm can move the tool along the
-    # normal, else 2.
+    # Return k, the number of plane coordinates (rows of A) that the search uses: 3 if the arm can
+    # move the tool along the plane's normal, else 2. The third coordinate is along the normal.
     A = _gradients(robot, plane, q[:50])
     moved = np.max(np.abs(A), axis=(0, 2)) > 1e-9
     return 2 if len(moved) == 2 or not moved[2] else 3

@@ -20,8 +20,8 @@ from .ranges import clear_pose, finite_ranges, random_positions
 # Number of positions of each joint in the search for the two joints with the largest effect on the
 # distance to singularity.
 POSITIONS = 24
-# Number of random configurations at which the search for the two joints of a map moves each joint
-# alone (`_pair_with_most_change`).
+# Number of random configurations for the choice of a map's two joints. At each of these
+# configurations, one joint after the other is moved alone (`_pair_with_most_change`).
 POSES = 16
 # A singular factor is taken as zero on the whole map if its absolute value is below this at all
 # points of the map. `DistanceMap.everywhere` has the names of such factors.
@@ -97,7 +97,7 @@ def distance_map(
     SweepError
         The workers cannot be used.
     PlotError
-        The loops do not all close at any position of the map.
+        At every position of the map, some loop does not close.
     """
     ranges = finite_ranges(robot)
     across, up = joints

@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Draw the solutions of a redundant arm. They form curves; the picture shows the position of each
-joint along the arcs of one curve, the first with an arc inside the joint limits.
+Draw the inverse kinematics solutions of a redundant arm: joint positions along a solution curve.
+
+The picture shows the first curve that has arcs inside the joint limits, and only these arcs.
 """
 
 import numpy as np

@@ -36,7 +36,7 @@ class PlottedMotion:
     differentiated
         Whether qdot was computed from q because the recording has no velocities.
     open_rows : shape (k,)
-        Rows of the recording at which a loop does not close are left out. For each of them, the
+        For each of k recording rows that were left out, because a loop does not close at them: the
         index of the next kept row.
     """
 

@@ -46,9 +46,8 @@ class Plane(FrozenArrays):
         A point of the plane. The half plane's edge is the axis of joint 1, and `origin` is on the
         edge.
     across, up : shape (3,)
-        Unit vectors along the two coordinates. For the half plane `up` is along the edge; the
-        first coordinate is the distance from the edge, and `across` gives only the normal of the
-        plane.
+        Unit vectors along the two coordinates. For the half plane, the first coordinate is the
+        distance from the edge, `up` is along the edge, and `across` is not used.
     labels
         Labels of the coordinates, with units.
     title
@@ -111,8 +110,9 @@ def plane_of(robot: Robot, name: str | None = None, at: float | None = None) -> 
     robot
         The arm.
     name
-        One of `PLANES`. The default is `rz` if joint 1 turns and the tool moves along its axis,
-        else the two base axes along which the tool moves farthest.
+        One of `PLANES`. The default is `rz` if joint 1 turns and the tool moves along the axis of
+        joint 1. Otherwise it is the plane along the two base axes along which the tool moves
+        farthest.
     at
         For a plane along two base axes: its coordinate on the third axis, m. The default is 0 if
         the tool reaches the coordinate 0, else the middle of the tool's positions.

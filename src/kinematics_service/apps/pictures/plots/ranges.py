@@ -84,9 +84,9 @@ def clear_pose(robot: Robot) -> Floats:
     bent = np.sum(np.abs(q - middle) * ~robot.prismatic, axis=1)
     lowest = np.min(evaluate(robot, q, depth=kernel.ALL_FRAMES).link_frames[..., 2, 3], axis=-1)
     hangs = np.maximum(-lowest, 0.0) / robot.singularity.task.reach
-    # First compute upper bounds of the scores, which need no distance to singularity, because
-    # distances take most of the time. Skip a batch if its largest bound is below the best score so
-    # far.
+    # First, `score` has upper bounds of the scores, with MAX_DISTANCE as the distance to
+    # singularity. The true distances take most of the time. So skip a batch if the largest bound
+    # in it is below the best score so far.
     score = MAX_DISTANCE - BEND_WEIGHT * bent - hangs
     order, best = np.argsort(-score, kind='stable'), -math.inf
     for batch in np.split(order, range(BATCH_SIZE, len(q), BATCH_SIZE)):

@@ -76,7 +76,7 @@ class Skeleton:
 
     @property
     def points(self) -> Floats:
-        """Return the ends of all segments, the base's origin and the tool's, shape (k, 3), m."""
+        """Return base origin, ends of all segments and tool origin, shape (k, 3), m."""
         ends = [point for segment in self.segments for point in (segment.start, segment.end)]
         return np.array([np.zeros(3), *ends, self.tool[:3, 3]])
 
@@ -87,8 +87,8 @@ def skeleton_of(robot: Robot, q: Floats) -> Skeleton:
 
     Each row of the DH table is a product of three motions: `before` (fixed), the screw of the
     joint along z, and `after` (fixed). A row adds three corners to the skeleton: the origins of
-    the frames behind the first, the second and the third motion. For a row of standard DH the
-    skeleton goes d along z, then a along x, as the real arm does.
+    the frames that are reached after the first, the second and the third motion. For a row of
+    standard DH the skeleton goes d along z, then a along x, as the real arm does.
 
     Raises
     ------

@@ -1,8 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute the cells of a plane that the tool reaches. For each cell, find the largest distance to
-singularity of all joint positions with the tool in the cell.
+Compute the cells of a plane that the tool reaches, and how far from singular it can be in a cell.
+
+For each cell, the search finds joint positions that put the tool into the cell and have the
+largest distance to singularity.
 
 The search uses random joint positions, then MAP-Elites: J.-B. Mouret, J. Clune, *Illuminating
 search spaces by mapping elites*, 2015.

@@ -79,7 +79,7 @@ def is_taken(data: bytes | str, panel: Mapping[str, Any]) -> bool:
     Raises
     ------
     MessageError
-        The page never sends such a message.
+        The message has a form or a value that the page of viser never sends.
     """
     if not isinstance(data, bytes):
         raise MessageError('messages are binary')

@@ -14,9 +14,9 @@ from ....robot.measures import MEASURES, Level
 
 # Value at which the gauge of a singularity measure is full, divided by the threshold of WARN.
 FULL_RATIO = 5.0
-# If the predicted time to the WARN threshold is this (s) or longer, its gauge is full.
+# The gauge of the predicted time to the WARN threshold is full at this time (s) or longer.
 FULL_TIME = 10.0
-# If the predicted time to the WARN threshold is below this (s), its gauge has the colour of WARN.
+# The gauge of the predicted time to the WARN threshold has the colour of WARN below this time (s).
 WARN_TIME = 2.0
 # A joint is near a limit if its distance from the limit, divided by the joint's range, is below
 # this value. If only one limit is finite, the distance itself, in rad or m, is compared with this

@@ -4,8 +4,8 @@
 Check the origin of a request: the host name, the page that sends it, and the token.
 
 A page of another site must not move the sliders. A browser would let such a page connect to this
-server, also by a name that a foreign name server resolves to this computer. So the server checks
-each request before it reads a message of the client.
+server. The site can also make its own host name resolve to this computer (DNS rebinding). So the
+server checks each request before it reads a message of the client.
 """
 
 import hmac
@@ -49,10 +49,11 @@ class OriginCheck(NamedTuple):
     Attributes
     ----------
     names
-        Host names of the page, in lower case, besides `localhost` and addresses.
+        Host names, in lower case, under which a browser may open the page. `localhost` and IP
+        addresses of this computer are accepted, too.
     token
-        The token that the address or a cookie must contain; empty if every user of this computer
-        may see the page.
+        The token that the URL or a cookie of a request must contain; empty if every user of this
+        computer may see the page.
     """
 
     names: frozenset[str]

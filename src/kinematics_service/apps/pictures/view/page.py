@@ -182,7 +182,8 @@ class Page:
         drawn = seen, title, status, shown
         if drawn == self._drawn:
             return
-        # Before the drawing, because a button may ask for a new one meanwhile.
+        # Set `_drawn` before drawing. If a button sets it to None during the drawing, the next
+        # call of `show` draws again.
         self._drawn = drawn
         scene = scene_of(seen)
         with self._server.atomic():

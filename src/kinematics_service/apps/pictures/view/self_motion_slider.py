@@ -24,8 +24,9 @@ class SelfMotionSlider:
     Parameters
     ----------
     server
-        The server whose panel's current folder gets the slider. The slider appears only if the arm
-        has one joint more than the task needs. The task is the tool's pose, or its position.
+        The web server. The slider is added to the folder of the panel whose `with` block is
+        running, but only if the arm has one joint more than the task needs. The task is the tool's
+        pose, or its position.
     robot
         The arm.
     """

@@ -38,7 +38,8 @@ class Sliders:
     Parameters
     ----------
     server
-        The server whose panel's current folder gets the sliders.
+        The web server. The sliders are added to the folder of the panel whose `with` block is
+        running.
     robot
         The arm.
 

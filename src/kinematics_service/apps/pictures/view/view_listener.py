@@ -30,8 +30,8 @@ from ....robot.robot import Robot
 from .node_facts import NodeFacts, ask_node
 from .view_outputs import MAX_AGE, ViewOutputs
 
-# If messages arrive faster than the view reads them, it skips older messages once it is this much
-# late, s.
+# Messages may arrive faster than the view reads them. The view skips older messages if its delay
+# exceeds this value (s).
 MAX_DELAY = 0.2
 # Period of the requests for a node's description, s.
 REQUEST_PERIOD = 1.0

@@ -1,7 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Receive the outputs of a node for the live view; convert them to base axes, linear rows first.
+Receive the outputs of a node for the live view.
+
+The Jacobian and the twist are converted to base axes, in the order vx vy vz wx wy wz.
 """
 
 from dataclasses import replace

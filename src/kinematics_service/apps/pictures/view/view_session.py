@@ -27,7 +27,9 @@ DEFAULT_NODE = '/kinematics'
 
 class ViewSession(ArmSource):
     """
-    The arms that the view can show: its own arm, or the arms of nodes that start, end and change.
+    The arms that the view can show: a given arm, or the arms of ROS nodes.
+
+    Nodes may start, end or change their arm while the view runs.
 
     Parameters
     ----------
