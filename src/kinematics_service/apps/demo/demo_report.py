@@ -1,6 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Write the demo's texts: introduction, lines during the motion (no terminal), and summary."""
+"""
+Write the texts of the demo: introduction, lines during the motion, and summary.
+
+Lines during the motion are printed if the output is not a terminal.
+"""
 
 import math
 import os
@@ -28,8 +32,7 @@ MUST_MATCH = ('ROS_DOMAIN_ID', 'RMW_IMPLEMENTATION')
 
 def motion_in_words(robot: Robot, trajectory: Trajectory) -> str:
     """
-    Return a sentence about a trajectory: the singular pose through which it leads, and the time
-    between two passages.
+    Return a sentence with the singular pose on a trajectory, and how often the arm passes it.
     """
     distance = float(singularity(robot, trajectory.centre).distance)
     if distance > robot.singularity.thresholds.warn:

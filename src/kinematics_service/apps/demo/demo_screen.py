@@ -26,7 +26,7 @@ SENTENCE_LINES = 2
 LABEL_WIDTH = 18
 MEASURE_WIDTH = 22
 NUMBER_WIDTH = 8
-HISTORY_SCALE_WIDTH = 13  # beside a bar chart: a full bar and its value
+HISTORY_SCALE_WIDTH = 13  # text beside a bar chart, such as `█ 0.5 rad`
 # In the bar chart of past distances to singular poses, a bar of full height means this distance,
 # rad.
 FULL_BAR = 0.5

@@ -52,13 +52,14 @@ class EchoTopic(NamedTuple):
         A function that turns the result of `reading` into lines of text of a given width
         (characters).
     answers
-        The messages, as text, that the node must receive before it publishes on this topic.
+        Text for the user: the input on which the node publishes this topic, such as `joint
+        states`. `echo` writes it after "the node answers" while no message arrives.
     wanted
         If several nodes publish on the topic: a function that returns whether a message comes from
         the node that `echo` shows. Otherwise None.
     awaited
-        A topic that only the node publishes. If it has a publisher, the node runs. Empty: the
-        topic `name` itself.
+        Name of a topic that only the node publishes, so that its publisher shows that the node
+        runs. If the text is empty, the topic is `name`.
     """
 
     name: str

@@ -15,10 +15,12 @@ from ....robot.closed_poses import close_at
 from ....robot.robot import Robot
 from .motion import JointMotion, allowed_speeds, inside_limits
 
-# Largest motion of a joint from the middle of the path to its end.
-TURNING_REACH = 0.7  # rad, for a turning joint
-SLIDING_REACH = 0.2  # m, for a sliding joint
-# Shortest period of the motion, s. A person has time to read OK, WARN and ERROR on the table.
+# Largest motion of a revolute joint from the middle of the path to an end, rad.
+TURNING_REACH = 0.7
+# Largest motion of a prismatic joint from the middle of the path to an end, m.
+SLIDING_REACH = 0.2
+# Shortest period of the motion, s. It gives a person time to read the levels OK, WARN and ERROR in
+# the live table of the demo.
 MIN_PERIOD = 12.0
 # Number of random straight lines in joint space that the search tries through each singular pose,
 # and the seed of their directions.

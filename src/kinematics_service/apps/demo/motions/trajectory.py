@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Define the motions of the demo by name: `smooth`, through a singular pose, and `sine`."""
+"""Define two motions: `smooth` passes through a singular pose; `sine` moves joints by sines."""
 
 import math
 from collections.abc import Callable
