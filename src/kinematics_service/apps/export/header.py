@@ -1,8 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Write an arm as one C++ or C header. The kernel's source gives the operations: for open arms they
-are recorded and written as straight code, and functions with branches are translated.
+Write an arm as one C++ or C header, with the operations of the kernel's source.
+
+Operations without branches are recorded for the arm and written one after the other. Functions
+with branches, such as the closing of loops, are translated to C.
 """
 
 import re
@@ -26,8 +28,8 @@ from .recording import Recorder
 from .translation import Text, Translation, listed, literal
 
 SELF_TEST_POSES = 3
-# A header in float states this multiple of the largest error at 1000 poses, because other poses
-# and other sines in the C library may have a larger one.
+# A header in float states its largest error: the largest error at 1000 poses times this factor.
+# The factor allows for other poses, and for C libraries with less exact sines.
 ERROR_MARGIN = 2.0
 WIDTH = 99  # columns of a line in C
 
@@ -68,8 +70,8 @@ class Header:
     Attributes
     ----------
     words
-        The words for the names in `parts.h`. `before` and `prefix` are the start of names that
-        programs use, and of other names.
+        Text for each name between two @ in `parts.h`. `before` is the beginning of the names that
+        programs use, and `prefix` is the beginning of all other names.
     """
 
     def __init__(self, robot: Robot, cpp: bool, real: str) -> None:
@@ -147,7 +149,9 @@ class Header:
         return functions
 
     def _evaluation(self, name: str, chain: Chain, depth: int, **outputs: Sequence[int]) -> str:
-        # Returns a function that writes numbers of a row of results, given by their indices.
+        # Returns a function in C that evaluates the arm and writes each array in `outputs`, such
+        # as T. For each array, `outputs` has the indices of its numbers in the kernel's row of
+        # results.
         prefix, recording = self.words['prefix'], Recorder(self.translation, self.real)
         inputs = ['q', 'qdot'] if 'twist' in outputs else ['q']
         fails = [f'!{prefix}all_finite({one}, {chain.dof})' for one in inputs]
@@ -230,8 +234,9 @@ class Header:
 
 
 def _evaluated(chain: Any, q: Any, qdot: Any, depth: int, sincos: Any, section: Any = ()) -> Any:
-    # Returns a row of results of the kernel's source, for numbers of any kind. The section has
-    # the numbers about closed loops at q.
+    # Returns the kernel's row of results at q and qdot, computed by plain Python. The entries of q
+    # may be of any type, such as recorded numbers. `section` has the part of the row that
+    # describes the closed loops at q.
     def close(closure: Any, q: Any, into: Any) -> int:
         into[: len(section)] = section
         return 0
@@ -244,7 +249,8 @@ def _evaluated(chain: Any, q: Any, qdot: Any, depth: int, sincos: Any, section: 
 
 
 def _single_row(chain: Chain, q: Floats) -> Any:
-    # Returns a row of results in single precision, each an array (N,), at q (N, n).
+    # Returns the kernel's row of results in single precision, at N joint positions q (N, n). Each
+    # entry of the row is an array (N,).
     single, numbers = copied(chain), np.empty(chain.dof, object)
     for name, field in vars(single).items():
         if isinstance(field, np.ndarray) and field.dtype == float:
@@ -263,7 +269,9 @@ def _wrapped(line: str) -> list[str]:
 
 
 def _plain(text: str) -> str:
-    # Returns a text for a comment of C: without a backslash or a trigraph at the end of a line.
+    # Returns a text for a C comment. Each backslash, each ? and each character that is not
+    # printable ASCII becomes _. A backslash or the trigraph ??/ at the end of a line would
+    # continue the comment.
     return re.sub(r'[^ -~]|[\\?]', '_', text)
 
 
@@ -274,13 +282,14 @@ def filled(template: str, words: Mapping[str, Any]) -> str:
 
 def quoted(text: str) -> str:
     """Return a text as a literal of C or C++."""
-    # Octal escapes have three digits, so that a digit may follow. A space could end a line of C.
+    # Octal escapes have three digits, so that a digit may follow. Spaces are escaped, too, because
+    # `_wrapped` breaks lines of C at spaces.
     plain = (chr(k) if 32 < k < 127 and k not in b'"\\?' else f'\\{k:03o}' for k in text.encode())
     return f'"{"".join(plain)}"'
 
 
 def function_ends(robot: Robot) -> dict[str, str]:
-    """Return for each named point of an arm the end of the names of its functions."""
+    """Return the ending of the C function names of each named point, such as `_of_camera`."""
     ends = {name: '_of_' + re.sub(r'\W', '_', name, flags=re.ASCII) for name in robot.points[1:]}
     if len(set(ends.values())) < len(ends):
         raise KinematicsError(

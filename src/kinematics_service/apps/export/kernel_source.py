@@ -37,7 +37,7 @@ def replaced(module: ModuleType, **functions: Callable[..., Any]) -> Iterator[No
 
 
 def copied(thing: Any) -> Any:
-    """Return a chain of the kernel, or a part of a chain, as an object of the source."""
+    """Return a compiled chain, or a part of it, as an object of the plain Python source."""
     name = type(thing).__name__
     if name not in ('Chain', 'Closure', 'LoopGroup', 'Loop'):
         return thing

@@ -4,8 +4,9 @@
 Record the operations of a function by calling it with numbers that write down each operation in C.
 
 The result is a list of steps without loops and branches. Equal steps are one step, and steps that
-no result needs are left out. All other changes keep the bits of finite numbers, too: operations on
-constants are computed, x * 1 and x - 0 are x, x * -1 is -x, and x + 0 * y is x if x is not -0.0.
+no result needs are left out. Steps are also simplified if no finite result changes by a bit:
+operations on constants are computed, x * 1 and x - 0 are x, x * -1 is -x, and x + 0 * y is x if x
+is not -0.0.
 """
 
 import math
@@ -117,7 +118,8 @@ class Recorder:
     Attributes
     ----------
     steps
-        The number that each step computes, by the text of the step.
+        The recorded steps. The key is the text of a step in C, and the value is the number that
+        the step computes.
     angles
         The texts of angles whose sines and cosines are computed together.
     """
@@ -126,11 +128,12 @@ class Recorder:
         self.translation, self.real = translation, real
         self.steps: dict[str, Number] = {}
         self.angles: list[str] = []
-        # A program replaces these functions in their modules while it records.
+        # These two functions of the kernel are replaced by `sincos` and `partial` during a
+        # recording.
         self.functions = source('forward.chain_pass').sincos, source('measures.factors')._partial
 
     def array(self, name: str, count: int) -> Any:
-        """Return an array of numbers, which a program gives to the recorded function."""
+        """Return an array of recorded numbers, `name[0]` and so on, for the recorded function."""
         return np.array([Number(self, f'{name}[{k}]') for k in range(count)], object)
 
     def number(self, value: Any) -> Number:
@@ -142,7 +145,7 @@ class Recorder:
         return Number(self, literal(value, self.real), value, value == 0.0, never)
 
     def step(self, text: str, *operands: Number, **facts: bool) -> Number:
-        """Return the result of an operation on numbers, whose places are in its text."""
+        """Record an operation, and return its result; `text` is in C, with {} for each operand."""
         text = text.format(*(one.text for one in operands))
         after_sines = any(one.after_sines for one in operands)
         new = Number(self, f't{len(self.steps)}', after_sines=after_sines, **facts)
@@ -167,7 +170,7 @@ class Recorder:
         return tuple(self.step(f'({self.real}){known.text}.at[{k}]', *operands) for k in range(3))
 
     def lines(self, outputs: Mapping[str, Any]) -> list[str]:
-        """Return the lines in C that store numbers in arrays, given by the arrays' names."""
+        """Return C lines that store numbers in arrays; `outputs` has the numbers by array name."""
         texts = {
             f'{name}[{k}]': self.number(one).text
             for name, numbers in outputs.items()
@@ -178,7 +181,7 @@ class Recorder:
             if uses[number.text]:
                 uses.update(STEP.findall(text))
         inner: dict[str, str] = {}
-        lines: dict[bool, list[str]] = {False: [], True: []}  # before and after the sines
+        lines: dict[bool, list[str]] = {False: [], True: []}  # by `after_sines` of their number
         for text, number in self.steps.items():
             text = STEP.sub(lambda found: inner.get(found[0], found[0]), text)
             if uses[number.text] == 1 and len(text) < INNER_LENGTH:

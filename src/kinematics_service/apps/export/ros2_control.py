@@ -97,7 +97,8 @@ def _links(robot: Robot) -> Iterator[tuple[str, str]]:
 
 
 def _entries(robot: Robot) -> Iterator[tuple[int, int]]:
-    # Yield each joint and row of the table in which the joint, or a loop that it moves, occurs.
+    # Yield all pairs (joint, row) of a joint and a row of the table that the joint moves, directly
+    # or by a closed loop.
     links = robot.description.links
     for row in range(1, robot.rows + 1):
         moving = moving_variables(robot.description, links[row - 1 : row])

@@ -20,13 +20,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-# The C types of annotations. The type of an array is that of the argument, because it may be
-# constant.
+# The C types of the kernel's annotations. Arrays are not listed: an array parameter has the C type
+# of the argument in the call, which may be a constant array.
 TYPES = {
     'float': 'double', 'int': 'int', 'bool': 'int', 'None': 'void',
     'tuple[float, float]': 'pair', 'tuple[float, float, float]': 'triple',
 }  # fmt: skip
-# The C types of integers that are computed from numbers. The kernel's `int` has 64 bits.
+# The C types of integers that the kernel converts from floating-point numbers, by annotation. The
+# kernel's `int` has 64 bits.
 WHOLE_TYPES = {'int': 'long long', 'Int32': 'int'}
 OPERATORS = {
     'Add': '+', 'Sub': '-', 'Mult': '*', 'Div': '/', 'FloorDiv': '/', 'Mod': '%', 'LShift': '<<',
@@ -62,7 +63,7 @@ class Text(NamedTuple):
 
 
 def literal(number: float, real: str = 'double') -> str:
-    """Return a number in C, exactly; a number with few binary digits in decimals."""
+    """Return a number in C without rounding: decimal if it is short, else hexadecimal."""
     if isinstance(number, int):
         return str(int(number))
     if number != number:
@@ -74,13 +75,16 @@ def literal(number: float, real: str = 'double') -> str:
 
 
 def listed(numbers: Any, real: str = 'double') -> str:
-    """Return an array of numbers as its initial value in C."""
+    """Return an array of numbers as an initializer in C, such as {1.0, 2.5}."""
     return f'{{{", ".join(literal(one, real) for one in numbers.ravel().tolist()) or 0}}}'
 
 
 class Translation:
     """
-    Functions of the kernel in C, each after those that it calls, and the tables that they read.
+    Functions of the kernel, translated to C, and the tables of constants that these functions
+    read.
+
+    Each function comes after the functions that it calls.
 
     Parameters
     ----------
@@ -90,9 +94,10 @@ class Translation:
     Attributes
     ----------
     functions
-        The translated functions, by function and arguments.
+        The translated functions. The key is a function of the kernel with its arguments: C types,
+        or known values.
     tables
-        The name of each table, by its C type and its initial value.
+        The name of each table. The key is the C type and the initializer of the table.
     """
 
     def __init__(self, prefix: str) -> None:

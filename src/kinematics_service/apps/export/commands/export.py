@@ -45,7 +45,8 @@ def export(
     sentence on standard error says so.
 
     A header is for controllers and firmware. It needs only the standard library, and allocates no
-    memory. In double, its pose and Jacobian have the bits of this package.
+    memory. With double, poses and Jacobians from the header equal those of this package bit for
+    bit.
 
     --ros2-control writes an ament package with such headers and a plugin for kinematics_interface,
     which controllers such as admittance_controller load. Its links are the base, the tool and the
