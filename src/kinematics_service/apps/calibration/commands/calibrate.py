@@ -73,9 +73,9 @@ def calibrate(
     """
     Identify the numbers of an arm from measured poses of its tool, and write its robot file.
 
-    FILE has joint states and poses, as for audit: a bag, or a table (.csv). Numbers of the table
-    have priors; one that is not identifiable keeps its nominal value. Exit code 1: the result is
-    refused.
+    FILE has joint states and poses, as for audit: a bag, or a table (.csv). The numbers in the
+    robot file have priors. A number that the poses do not identify keeps its nominal value. Exit
+    code 1: the result is refused.
 
     \b
     Examples:

@@ -54,8 +54,8 @@ def calibrate_live(
     Calibrate a running robot: collect joint states and measured poses, and then calibrate.
 
     While poses arrive, the command prints which numbers are identified so far, and which pose
-    would identify more. Let the arm stand still at each pose. Arguments from --ros-args on are
-    those of ROS.
+    would identify more. Let the arm stand still at each pose. --ros-args and all arguments after
+    it are passed to ROS.
 
     \b
     Example:
@@ -118,8 +118,8 @@ def collected(
 
 
 def _keep(robot: Robot, poses: CollectedPoses) -> None:
-    # Write the collected poses to a CSV file. If writing fails, too, stay silent: another error is
-    # raised.
+    # Write the collected poses to a CSV file. The caller raises an error after this. So a further
+    # error, from writing the file, is ignored.
     file = Path(f'heard_poses_{datetime.now().astimezone():%Y%m%d_%H%M%S}.csv')
     with suppress(KinematicsError):
         write_file(file, table_of(poses, robot.joint_names))

@@ -43,11 +43,12 @@ def calibrate_propose(
     force: bool = flag('--force', 'Overwrite the plan.'),
 ) -> None:
     """
-    Propose the poses to measure next (D-optimal), after those of FILE or before any.
+    Propose the poses to measure next (D-optimal).
 
-    The poses keep away from joint limits and singular poses. Obstacles around the arm are unknown:
-    look at the motion first. With --line-of-sight, the direction from the tool to the point X,Y,Z
-    is at most DEG from the tool's z axis in each pose.
+    FILE has the poses that are measured already. Without FILE, no pose is measured yet. The
+    proposed poses keep away from joint limits and singular poses. Obstacles around the arm are
+    unknown: look at the motion first. With --line-of-sight, the direction from the tool to the
+    point X,Y,Z is at most DEG from the tool's z axis in each pose.
 
     \b
     Examples:

@@ -60,9 +60,9 @@ def calibrate_zeros(
     Find the zeros of the joints of an arm whose encoders were mounted by hand.
 
     Without FILE, --html writes a sheet to print. FILE is a table (.csv): each row has the name of
-    a cross that the tip touched, and the joint positions. The places of sheet and tip are fitted.
-    Columns velocity.<joint>, whose signs are the directions from which the joints came, identify a
-    backlash.
+    a cross that the tip touched, and the joint positions. The pose of the sheet and the position
+    of the tip are fitted. If FILE has columns velocity.<joint>, a backlash is identified, too. The
+    sign of a velocity is the direction in which the joint moved to the cross.
 
     \b
     Examples:
