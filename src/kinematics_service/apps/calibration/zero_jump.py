@@ -5,15 +5,18 @@ Detect a jump of a joint zero by the generalized likelihood ratio (GLR) test of 
 
 Willsky and Jones 1976; Basseville and Nikiforov 1993, chapter 7. The residual of a pose is e = H x
 + A delta + noise, with the derivatives H and A of the pose by x and delta. The unknown x contains
-base, tool, lag and the errors of the table, with Gaussian priors. The jump delta of one parameter
-(a joint zero, base, tool or lag) acts on one pose of the window of newest poses and on all later
-poses. The test maximizes the likelihood ratio over the parameter that jumps, the first pose after
-the jump, and delta. x is estimated from the window and from the baseline: the poses before the
-window that had no jump. A wrong table is part of x, so a new working region raises no alarm.
+base, tool, lag and the errors of the table, with Gaussian priors. The jump delta is a change of
+one parameter: a joint zero, base, tool or lag. delta acts on one pose of the window (the newest
+poses) and on all later poses. The test maximizes the likelihood ratio over the parameter that
+jumps, the first pose after the jump, and delta.
 
-If successive poses share an error, the threshold is raised by the estimated number of poses that
-share an error. The estimate can be too small, so shared errors may still raise an alarm, mostly
-within the first 70 poses.
+x is estimated from the window and from the baseline. The baseline has the poses without a jump
+that came before the window. Errors of the table are part of x. So they raise no alarm when the arm
+moves to a region where it has not worked before.
+
+If successive poses share an error, the threshold is multiplied by the estimated number of poses
+that share an error. The estimate can be too small, so shared errors may still raise an alarm,
+mostly within the first 70 poses.
 """
 
 import math
@@ -39,15 +42,16 @@ from .collecting import CollectedPoses
 # (joint zero, lag) and 6 (base, tool), exceeded with probability 1e-10. With some 1000 tests for
 # each pose, a healthy arm raises one false alarm in 1e7 poses.
 THRESHOLDS = {1: 41.8, 6: 58.4}
-# The baseline takes poses only while no jump is suspected. The likelihood ratio of each possible
-# jump must be below the threshold of the jump by more than FREEZE_RATIO times THRESHOLDS[1].
+# Poses enter the baseline only while no jump is suspected. So for each possible jump, the
+# likelihood ratio must be below t - FREEZE_RATIO * THRESHOLDS[1], with the threshold t of the
+# jump.
 FREEZE_RATIO = 0.5
-# The window, which is tested for a jump, holds at least this number of the newest poses, and less
-# than BATCH more. It has more than 100 poses, because a slip of a joint must be detected from 100
+# The window has the newest poses and is tested for a jump. It keeps at least WINDOW poses, and at
+# most WINDOW + BATCH - 1. WINDOW is above 100, because a slip of a joint must be detected from 100
 # poses that a camera measures.
 WINDOW = 128
-# A jump is not reported if only this number of poses, or fewer, suggest it, because the second
-# source may measure some poses wrong.
+# A jump is not reported if only this number of poses, or fewer, suggest the jump. The second
+# source, which measures the poses, may measure some of them wrong.
 MAX_FAILED = 5
 # A jump is proven only if at least this number of poses came after the jump and fit better with
 # the jump.
@@ -55,8 +59,8 @@ MIN_POSES = MAX_FAILED + 1
 # Number of new poses that are tested together. When they are the oldest poses of the window, they
 # leave it and enter the baseline together.
 BATCH = 16
-# Lower bounds of the noise, m and rad: standard deviations of one number of a pose that a good
-# tracker measures.
+# Lower bounds of the noise: the standard deviation of each coordinate of a position (m) and of a
+# rotation vector (rad). A good tracker has this noise.
 MIN_NOISE = 1e-4, np.radians(0.02)
 # Prior standard deviation (m and rad) of the offsets of base and tool from their fitted values. It
 # is so wide that it hardly affects the estimate.
@@ -71,7 +75,8 @@ MEMORY = 2 * WINDOW
 # (m, rad). If they moved less, the error of the linearization, the square of the motion, is
 # negligible.
 STEP = 2e-3
-# The median of chi-square with 6 degrees of freedom, the squared residual of a pose.
+# The squared residual of a pose has a chi-square distribution with 6 degrees of freedom. This is
+# the median of the distribution.
 MEDIAN = 5.35
 # Largest number of successive linearizations, each at the newly estimated offsets of base and
 # tool.
@@ -79,20 +84,23 @@ ROUNDS = 8
 # A joint that moved less than this (rad) is never named as the joint that jumped. For a prismatic
 # joint, the value is multiplied by the characteristic length.
 MIN_RANGE = 0.02
-# The size of a jump is estimated together with base, tool, lag and table. If these were known, the
-# poses would give more information (inverse variance) on the size. MIN_RATIO times this larger
-# information is added to the diagonal of the information matrix, so that it can be inverted.
+# MIN_RATIO * (1 + w) is added to the diagonal of the information matrix (inverse covariance) of a
+# jump's size, so that the matrix can be inverted. Base, tool, lag and table are estimated together
+# with the size. w is the information that the poses would give on the size if base, tool, lag and
+# table were known.
 MIN_RATIO = 1e-9
-# Two joints are rivals if their jumps explain the poses nearly equally well: twice the log
-# likelihoods differ by at most this number, so the likelihood ratio is at most 100.
+# Two joints are rivals if their jumps explain the poses nearly equally well: the ratio of the two
+# likelihoods is at most 100. The gain of a jump is twice a log likelihood, so the gains of rivals
+# differ by at most 2 log(100).
 RIVAL_GAIN = 2.0 * math.log(100)
-# The size of a jump, divided by the standard deviation of its estimate, is tested against the
-# square root of the threshold. The test detects nine of ten jumps whose true size exceeds this
-# square root by POWER_Z standard deviations.
+# Let r be the square root of the threshold. A jump is detected if its estimated size is above r
+# standard deviations. If the true size of a jump is r + POWER_Z standard deviations, the
+# probability of the detection is 0.9.
 POWER_Z = NormalDist().inv_cdf(0.9)
 # Number of the newest poses that are given to a diagnosis: half of the window.
 RECENT = WINDOW // 2
-# The second source fails if more than an eighth of the poses of the window are outliers.
+# The second source is the instrument that measures the tool poses. It is reported to fail if more
+# than an eighth of the poses in the window are outliers.
 MAX_OUTLIERS = WINDOW // 8
 # The status names the smallest jump that the test would detect once this number of poses has come
 # after the jump.
@@ -148,12 +156,14 @@ class Watched(NamedTuple):
     tested
         Number of poses tested so far.
     outliers
-        Number of poses of the window that fit neither the baseline nor a jump.
+        Number of poses that fit neither the baseline nor a jump, among the newest poses (the
+        window).
     recent
-        The newest poses, at most 64; after a jump only poses since the jump. Outliers are left
-        out, unless more than an eighth of the poses in the window are outliers.
+        The newest poses, at most 64. After a jump, only poses since the jump. Outliers are left
+        out, except if more than an eighth of the poses in the window are outliers.
     noise
-        Standard deviations of one number of a position (m) and of a rotation vector (rad).
+        Standard deviations of the noise: of each coordinate of a position (m), and of each
+        coordinate of a rotation vector (rad).
     smallest
         For each joint that moved: its name, the smallest jump that the test detects in nine of ten
         cases, and the unit of the jump.
@@ -169,15 +179,17 @@ class Watched(NamedTuple):
     @property
     def fails(self) -> bool:
         """
-        Return whether the second source fails: whether more than an eighth of the poses in the
-        window are outliers.
+        Return whether the second source, which measures the poses, fails: whether more than an
+        eighth of the poses in the window are outliers.
         """
         return self.outliers > MAX_OUTLIERS
 
     def sentence(self) -> str:
         """
-        Return the sentence of the status if no jump is detected. The sentence names the smallest
-        detectable jump, or says that the second source fails.
+        Return a sentence for the status of the second source, if no jump is detected.
+
+        The sentence names the smallest jump that would be detected. If too many poses are
+        outliers, the sentence instead asks the user to look at the second source.
         """
         if self.fails:
             return (
@@ -214,8 +226,8 @@ class Watched(NamedTuple):
 class _Baseline:
     # Estimates the unknown x (base, tool, lag, table) from poses without a jump. `mean` and
     # `information` are the mean and the information matrix of x, in units of the prior of x. The
-    # noise follows from the residuals and from the number of entries of x that the poses determine
-    # (MacKay 1992).
+    # noise is estimated from the residuals. Its degrees of freedom are the count of measured
+    # numbers minus the number of unknowns in x that the poses determine (MacKay 1992).
     def __init__(self, rows: Floats, unknown: Integers, floor: Floats) -> None:
         e, H = rows[:, :, 0], rows[:, :, 1:][:, :, unknown]
         r = np.moveaxis(e.reshape(len(e), 2, 3), 1, 0).reshape(2, -1, 1)
@@ -239,8 +251,9 @@ def poses_of_one_error(residuals: Floats) -> Floats:
     Return how many successive poses weigh together as much as one pose with an independent error,
     shape (2,): for positions and for rotations.
 
-    Successive poses share errors that no parameter contains, for example by an elastic arm or a
-    distorted image. The number is estimated by the ratio of von Neumann (1941).
+    Successive poses may have a common error that no parameter corrects, for example because the
+    arm is elastic or the image is distorted. The number of poses is estimated by the ratio of von
+    Neumann (1941).
 
     Parameters
     ----------
@@ -258,8 +271,8 @@ class _JumpCandidate(NamedTuple):
     # A possible jump of one parameter. `own` selects the derivatives by the parameter. `begin` is
     # the index of the first pose after the jump, `size` the size of the jump. `gain` is twice the
     # increase of the log likelihood by the jump. `excess` is the test statistic minus its
-    # threshold. `scale` is 1, or, if it is larger, the variance of the residuals divided by their
-    # variance in the baseline.
+    # threshold. `scale` is max(1, v / v0). Here v is the variance of the residuals with the jump
+    # removed, and v0 is the variance of the residuals in the baseline.
     own: slice
     begin: int
     size: Floats
@@ -286,18 +299,19 @@ class _LikelihoodRatios:
         B, y = K @ whitening.T, whitening @ (prior + K.T @ r)
         self.A, self.B, self.left = A, B.reshape(H.shape), (r - B @ y).reshape(e.shape)
         products = np.concatenate([A, self.B, self.left[:, :, None]], axis=2)
-        # A has the derivatives of the residuals by the sizes of possible jumps. Row k of `sums`
-        # belongs to a jump at pose k. It has the products of A with A, with B and with the
-        # residuals, summed from pose k to the last pose.
+        # A has the derivatives of the residuals by the sizes of possible jumps, and B those by the
+        # components of the unknown x. Row k of `sums` belongs to a jump at pose k. It has the
+        # products A^T A, A^T B and A^T r with the residuals r, summed from pose k to the last
+        # pose.
         self.sums = np.cumsum((np.swapaxes(A, 1, 2) @ products)[::-1], axis=0)[::-1]
         told = float(np.sum(baseline.freedom))
         self.misfit = told + float(r @ r + baseline.mean @ prior - y @ y)
         self.freedom = told + 6.0 * float(np.sum(used))
 
     def information(self, sums: Floats, own: slice) -> Floats:
-        # Return the information matrix of each of K jumps, shape (K, k, k): of the k numbers that
-        # are the size of a jump. The unknown x (base, tool, lag, table) is estimated together with
-        # them.
+        # Return the information matrix (inverse covariance) of the size of each of K jumps, shape
+        # (K, k, k). The size has k numbers: 1 for a joint zero or the lag, 6 for base or tool. The
+        # unknown x (base, tool, lag, table) is estimated together with the size.
         D, whole = sums[:, own, self.A.shape[2] : -1], sums[:, own, own]
         least = MIN_RATIO * (1.0 + np.max(np.einsum('kii->ki', whole), axis=1))
         unit = least[:, None, None] * np.eye(whole.shape[1])
@@ -312,27 +326,29 @@ class _LikelihoodRatios:
         at = int(np.argmax(gains))
         gain, dof = float(gains[at]), u.shape[1]
         rest, left = self.freedom - dof, self.misfit - gain
-        # The likelihood ratio holds for a noise of unknown size. With Bartlett's factor it is
-        # nearly chi-square distributed.
+        # This is twice the log likelihood ratio for a noise of unknown size. With Bartlett's
+        # factor, the value is nearly chi-square distributed.
         ratio = (rest + 0.5 * dof - 1.0) * math.log1p(gain / max(left, rest))
         scale = max(1.0, left / self.freedom)
         return _JumpCandidate(own, first + at, sizes[at], gain, ratio - THRESHOLDS[dof], scale)
 
     def parts(self, jump: _JumpCandidate) -> tuple[Floats, Floats]:
         # Return two arrays: the residuals (N, 6) of the window with the effect of a jump removed,
-        # and the contributions (N,) of the poses to the gain of the jump.
+        # and the contribution of each pose to the gain of the jump, (N,). The gain is twice the
+        # increase of the log likelihood by the jump.
         jumped = self.A[:, :, jump.own] @ jump.size
         jumped[: jump.begin] = 0.0
         x = jump.size @ self.sums[jump.begin, jump.own, self.A.shape[2] : -1]
         return self.left - jumped + self.B @ x, np.sum(jumped * self.left, axis=1)
 
     def is_proven(self, jump: _JumpCandidate) -> bool:
-        # Return whether a jump is proven. Its gain (twice the increase of the log likelihood) is a
-        # sum of contributions of poses. Each contribution is clipped, so that MAX_FAILED poses
-        # cannot prove a jump. More than half of the poses must fit better with the jump. A jump
-        # that only a few outliers suggest fails this test, because the other poses fit worse with
-        # it. `noise` is the mean squared residual after the jump is removed, times the number of
-        # successive poses that share an error. If it is above 1, it multiplies the threshold.
+        # Return whether a jump is proven. The gain of a jump (twice the increase of the log
+        # likelihood) is a sum of contributions, one for each pose. Each contribution is clipped,
+        # so that MAX_FAILED poses cannot prove a jump. Also, more than half of the poses after the
+        # jump must fit better with the jump. If only a few outliers suggest a jump, the other
+        # poses fit worse with the jump, and the jump is not proven. `noise` is m * s: m is the
+        # number of successive poses that share an error, and s is the mean squared residual after
+        # the jump is removed. The threshold is multiplied by max(jump.scale, noise).
         left, (after, shares) = self.left, self.parts(jump)
         blocks = after.reshape(-1, 2, 3)
         left, after, shares = (part[jump.begin :] for part in (left, after, shares))
@@ -359,8 +375,10 @@ class _LikelihoodRatios:
 
 class JumpDetector:
     """
-    Tests the poses of a second source for a jump of a joint zero, base, tool or lag. The baseline
-    of the test consists of the poses before the tested window that had no jump.
+    Tests the poses of a second source for a jump of a parameter.
+
+    The parameter is a joint zero, the base, the tool or the lag. The newest poses, the window, are
+    tested for a jump. Earlier poses without a jump are the baseline of the test.
 
     Parameters
     ----------
@@ -393,8 +411,9 @@ class JumpDetector:
             self._rows, self._used = self._linearized(first), np.ones(len(first.q), dtype=bool)
             self._learn(first)
             gains = self._ratios_of_window().outlier_gains()
-            # Compare the largest outlier gain with the median one instead of a threshold, because
-            # outliers enlarge the estimate of the noise and so reduce all gains.
+            # The gain of a pose is twice the increase of the log likelihood if the pose is taken
+            # as an outlier. Outliers enlarge the estimated noise, and so reduce all gains. So
+            # compare the largest gain with the median gain, not with a fixed threshold.
             worst = float(np.max(gains))
             if worst <= THRESHOLDS[6] / MEDIAN * float(np.median(gains)):
                 break
@@ -480,9 +499,9 @@ class JumpDetector:
             if is_proven := ratios.is_proven(best):
                 if self._jump:
                     break
-                # A few wrong poses may look like this jump. So test again without the poses that
-                # do not fit the jump. Leave out, too, the poses that contribute far more to the
-                # gain of the jump than other poses do.
+                # A few wrong poses may look like this jump. So test again without two kinds of
+                # poses. Poses of the first kind do not fit the jump. Poses of the second kind
+                # increase the likelihood of the jump far more than usual poses do.
                 (after, shares), begin = ratios.parts(best), best.begin
                 usual = np.median(shares[begin:][self._used[begin:]])
                 gains = np.maximum(np.sum(after**2, axis=1), MEDIAN * shares / max(usual, 1e-9))
@@ -490,8 +509,9 @@ class JumpDetector:
             worst = float(np.max(gains))
             if worst <= scale * THRESHOLDS[6]:
                 break
-            # The larger the gain of a pose, the likelier it is an outlier. Leave out only poses
-            # with at least half of the largest gain: other poses may fit without the worst ones.
+            # A pose with a large gain fits badly and is probably an outlier. Leave out only poses
+            # with at least half of the largest gain. Other poses may fit once these worst poses
+            # are left out.
             self._used &= gains < 0.5 * worst
         self._ratios = ratios
         if self._jump and (returned := self._returned(ratios, best)):
@@ -535,9 +555,10 @@ class JumpDetector:
         joints.sort(key=lambda one: -one.gain)
         if best.own in (BASE, TOOL) and joints:
             # The model is linear in the size of a jump. If a joint jumps by an angle, the model
-            # explains less than the whole jump: about angle^2 of the joint's gain is lost. Name
-            # base or tool only if its gain exceeds the joint's gain plus this loss plus the
-            # difference of the two thresholds.
+            # explains less than the whole jump: the joint's gain is too small by `bent`, about
+            # angle^2 * gain. A jump of base or tool has a higher threshold than a jump of a joint;
+            # `fewer` is the difference. So name base or tool only if its gain exceeds the joint's
+            # gain by bent + fewer or more.
             bent = joints[0].gain * float(joints[0].size[0]) ** 2
             fewer = best.scale * (THRESHOLDS[6] - THRESHOLDS[1])
             best = joints[0] if best.gain - joints[0].gain < bent + fewer else best
@@ -566,8 +587,8 @@ class JumpDetector:
 
 
 def _table_of(robot: Robot) -> TableErrors:
-    # Return the uncertainty of the table that the robot file gives, or else the usual errors of a
-    # nominal table.
+    # Return the uncertainty of the table. The robot file gives it; if not, take the usual errors
+    # of a nominal table.
     said = robot.description.uncertainty
     if said is None or not (said.parameters or said.factor):
         usual = tuple((one.name, one.scale) for one in parameters_of(robot).table)
@@ -576,8 +597,8 @@ def _table_of(robot: Robot) -> TableErrors:
 
 
 def _table_columns(table: TableErrors, frames: Floats, A: Floats, q: Floats) -> Floats:
-    # Return the motion (N, 6, c) of the tool by each of c independent errors of the table, the
-    # columns of the factor of their covariance.
+    # Return the motion (N, 6, c) of the tool by c independent errors of the table. The covariance
+    # of the table is L L^T with L = `table.factor`. Each column of L is one of the c errors.
     F = frames[:, table.frames]
     parts = np.split(table.screws, 2, axis=1)
     linear, angular = (np.einsum('npij,pj->npi', F[..., :3, :3], part) for part in parts)

@@ -96,8 +96,8 @@ def calibrate_zeros(
     # zero is identified.
     before = {one.name: 10.0 * TOLERANCES[not one.angle] for one in offsets}
     fit = ('offsets', *ENDS, *([] if approach is None else [BACKLASH.group]))
-    # Skip the frame check (`check=False`), because it assumes right joint zeros and would report
-    # that another robot was measured.
+    # Skip the frame check (`check=False`). The zeros may be far off, and then the frame check
+    # would report that another robot was measured.
     measured = partial(calibrate, robot, poses=points, approach=approach, progress=progress)
     fitted = partial(measured, fit=fit, tolerances=before, check=False)
     found = fitted(q, fix=fix, noise=noise)
@@ -125,19 +125,19 @@ def _hidden(found: Calibration) -> tuple[str, ...]:
 
 def zeros_of(found: Calibration) -> tuple[JointZero, ...]:
     """
-    Return the zeros of the joints that follow from the corrections of a table's offsets.
+    Return the zero of each joint, computed from the corrections of the table's offsets.
 
-    A table row may be moved by several joints. Its offset acts like a motion of these joints. The
-    zeros are the joint motions that change the rows like the corrections of their offsets,
-    computed by the pseudoinverse.
+    Several joints may move one row of the table. Then a correction of the row's offset has the
+    effect of a motion of these joints. The zeros are the joint motions that have the same effect
+    on the rows as the corrections. They are computed by the pseudoinverse.
     """
     arm = parameters_of(found.robot)
     offsets = [one for one in arm.table if one.group == 'offsets']
     _, _, by_theta, by_d = arm.chain.screws
     moved = np.where(np.array([one.angle for one in offsets])[:, None], by_theta, by_d)
     rows, columns = found.fitted_of([one.name for one in offsets])
-    # If the offset of a table row is not fitted, it adds nothing to the zeros. The zeros of the
-    # joints that move this row are marked as not known.
+    # If the offset of a table row is not fitted, its correction is taken as 0. Then the zeros of
+    # the joints that move this row are not known, and are marked as not known.
     by_rows = np.linalg.pinv(moved)
     stays = np.abs(np.delete(by_rows, rows, axis=1)).max(axis=1, initial=0.0) > ROUND_OFF
     by_rows = by_rows[:, rows]
@@ -152,8 +152,8 @@ def zeros_of(found: Calibration) -> tuple[JointZero, ...]:
 
 def zero_sentences(found: Calibration) -> list[str]:
     """
-    Return sentences for the report: on the zeros of the joints, on an assumed noise of the
-    touches, and on a backlash.
+    Return sentences for the report: on the zero of each joint, on the noise of the touches if it
+    was assumed and not estimated, and on the backlash if it was fitted.
     """
     sentences = [one.sentence for one in zeros_of(found)]
     if found.instrument == (TOUCH_NOISE, 0.0):
