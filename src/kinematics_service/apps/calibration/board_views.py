@@ -35,9 +35,9 @@ POSE_DEVIATIONS = 5.0
 REFINED = (3, 50, float(np.finfo(np.float64).eps))
 # Largest usual noise of a corner's coordinate, px. A larger noise causes a warning.
 USUAL_PIXELS = 0.3
-# Limits the distance between board and camera in proposed poses. It is at most this factor times
-# the largest distance between board and camera in the images, and at least the smallest one
-# divided by this factor.
+# Limits the distance d between board and camera in proposed poses:
+# d_min / DISTANCE_RATIO < d < d_max * DISTANCE_RATIO. Here d_min and d_max are the least and the
+# largest distance between board and camera in the images.
 DISTANCE_RATIO = 1.2
 # Least cosine of the angle between the board's normal and the camera's axis in proposed poses: the
 # angle is at most 60 degrees.
@@ -103,9 +103,11 @@ class BoardViews(FrozenArrays):
     @property
     def typical(self) -> Floats:
         """
-        Return root mean square standard deviations (2,) of a pose of the board, over all images
-        and axes, for a corner noise of 1 px: of one coordinate of the position (m) and of one of
-        the rotation vector (rad).
+        Return the noise of a board pose for a corner noise of 1 px, shape (2,).
+
+        The first number is the standard deviation of one coordinate of the position (m). The
+        second is the standard deviation of one coordinate of the rotation vector (rad). Both are
+        root mean squares over all images and axes.
         """
         variances = np.einsum('nkk->nk', self._covariances(self.poses, self.seen))
         return np.asarray(np.sqrt(variances.reshape(-1, 2, 3).mean(axis=(0, 2))))
@@ -113,8 +115,11 @@ class BoardViews(FrozenArrays):
     @property
     def instrument(self) -> tuple[float, float]:
         """
-        Return the noise of one coordinate of the position (m) and of the rotation vector (rad) of
-        a board pose, propagated from the noise of the corners: root mean square over all images.
+        Return the noise of a board pose, which follows from the noise of the corners.
+
+        The first number is the standard deviation of one coordinate of the position (m). The
+        second is the standard deviation of one coordinate of the rotation vector (rad). Both are
+        root mean squares over all images and axes.
         """
         position, rotation = (self.noise * self.typical).tolist()
         return position, rotation
@@ -139,8 +144,10 @@ class BoardViews(FrozenArrays):
     @property
     def whitening(self) -> Floats:
         """
-        Return a whitening matrix (6, 6) for each of N poses. The matrix times the residual of the
-        pose has equal noise in all poses: the noise of `instrument`, and no correlations.
+        Return a whitening matrix (6, 6) for each of N poses of the board.
+
+        The matrix times the residual of a pose gives six uncorrelated numbers. These six numbers
+        have the standard deviations of `instrument`, equal in all poses.
         """
         return self.whitening_at(self.poses, self.seen)
 

@@ -45,8 +45,8 @@ def wrong_size(problem: FitProblem, fit: Identified) -> WrongSize | None:
 
     If the board is larger than given, all its coordinates in the frame of the camera are
     multiplied by the same factor. If the focal length is longer, only the distance along the
-    camera's axis is multiplied. A larger arm has the same effect as a smaller board. Which of the
-    two is wrong is decided by the priors of the arm's numbers.
+    camera's axis is multiplied. A larger arm has the same effect as a smaller board. The priors of
+    the arm's numbers decide whether the arm or the board is taken as wrong.
     """
     # Use the board poses that the fit predicts instead of the measured ones. If the tool only
     # rotates and hardly moves, the noise of measured positions would be taken for a wrong size of
@@ -75,8 +75,8 @@ def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) 
     Raises
     ------
     CalibrationError
-        A camera on the tool measured positions alone; or `check` is set, and an error of the
-        board's size of more than 1 % explains the residuals.
+        A camera on the tool measured positions alone. Or `check` is set, and the residuals show
+        that the squares of the board are more than 1 % larger or smaller than given.
     """
     if camera == ON_TOOL and given.positions:
         raise CalibrationError(

@@ -218,10 +218,10 @@ def placed_camera(found: Calibration) -> tuple[PlacedThing, ...]:
 
 def _deviation(found: Calibration, end: str, behind: Floats, R: Floats) -> Floats:
     # Return the standard deviations of the pose of a camera or board, shape (2, 3): position and
-    # rotation. They follow from the covariance of the corrections (t, w) of base or tool, which
-    # move a point at p in the corrected frame by t + w x p. Here p is the origin of `behind`, and
-    # R rotates the result into the axes in which the pose is written. Corrections that are not
-    # fitted are taken as exact.
+    # rotation. The corrections of base or tool are a small translation t and a small rotation w.
+    # The camera or board has the pose `behind` in the frame of these corrections. So the position
+    # p of the camera or board moves by t + w x p. R rotates this motion into the axes in which the
+    # pose is written. Corrections that are not fitted are taken as exact.
     own, columns = found.fitted_of([one.name for one in end_parameters(end, 0)])
     moved = np.eye(6)
     moved[:3, 3:] = -np.cross(np.eye(3), behind[:3, 3])

@@ -66,9 +66,11 @@ class Calibration(IdentifiedTable):
     covariance : shape (P, P), rad and m
         The covariance of the corrections of `parameters`.
     noise
-        Standard deviation of one number of a measured position (m), and rotation vector (rad).
+        Standard deviations of each coordinate of a measured position (m), and of each coordinate
+        of a measured rotation vector (rad).
     freedom
-        Degrees of freedom of `noise`; infinite if the noise is that of the instrument.
+        Degrees of freedom of `noise`. Infinite if `noise` is the given noise of the instrument,
+        which is not estimated.
     instrument
         The noise of the instrument, as in `noise`, if it was given; else None.
     positions
@@ -82,16 +84,16 @@ class Calibration(IdentifiedTable):
         `FitErrors` names, in the same order. A row has the residual of the position, and that of
         the rotation as a rotation vector, in the frame of the poses.
     spare
-        How many more numbers were measured than base and tool have parameters, in the rows that
-        remain if the largest block is held out. Rows with equal joint positions count as one.
+        Count of measured numbers minus the number of parameters of base and tool. Only the rows
+        outside the largest block of the cross-validation are counted. Rows with equal joint
+        positions count as one.
     possible
-        Largest number of combinations of parameters that poses can determine, however many are
-        measured.
+        How many combinations of parameters an unlimited number of poses would determine.
     singular_values : shape (P,)
-        Singular values of the scaled Jacobian of the poses, descending. Its rows are divided by
-        the noise, and its columns multiplied by the prior standard deviations of the parameters.
+        Singular values of the scaled Jacobian of the poses, descending. Rows of the Jacobian are
+        divided by the noise, columns are multiplied by the parameters' prior standard deviations.
     combinations
-        Sets of parameters that these poses do not distinguish.
+        Sets of parameters that these poses do not determine separately.
     base_offsets, tool_offsets : shape (sets, 4, 4)
         X and Y of B = X A Y; A are poses of the calibrated robot, B measured poses.
     base_starts, tool_starts : shape (sets, 4, 4)
@@ -150,13 +152,14 @@ class Calibration(IdentifiedTable):
     @property
     def worse(self) -> str:
         """
-        Return a sentence if the errors of held-out rows are larger with all corrections than with
-        base and tool alone; else an empty text.
+        Return a sentence if held-out rows do not support the calibration; else an empty text.
 
-        The errors are larger if the corrections increase the mean squared error of held-out rows
-        by more than the mean squared noise of a position. If the rows outside the largest held-out
-        block are so few that they determine only base and tool, the sentence says that held-out
-        rows do not test the calibration.
+        Held-out rows are predicted by a fit to other rows (cross-validation). One of two sentences
+        is returned. The first says that the errors of held-out rows are larger with all
+        corrections than with base and tool alone. It is returned if the corrections increase the
+        mean squared error of held-out rows by more than the mean squared noise of a position. The
+        second says that held-out rows do not test the calibration. It is returned if the rows
+        outside the largest held-out block are so few that they determine only base and tool.
         """
         kind, more = self.kind, f'measure more {self.kind}, far apart (calibrate-propose)'
         before, after = self.held_out_before.position_rms, self.held_out.position_rms
@@ -206,17 +209,17 @@ class Calibration(IdentifiedTable):
 
     @property
     def rows(self) -> str:
-        """Return the word for the measured rows in sentences: touches or poses."""
+        """Return `touches` or `poses`: the word for the measured rows."""
         return 'touches' if self.points else 'poses'
 
     @property
     def row(self) -> str:
-        """Return the word for one measured row in sentences: touch or pose."""
+        """Return `touch` or `pose`: the word for one measured row."""
         return 'touch' if self.points else 'pose'
 
     @property
     def kind(self) -> str:
-        """Return the word for the measured quantity in sentences: positions, touches or poses."""
+        """Return `positions`, `touches` or `poses`: the word for the measured quantity."""
         return 'positions' if self.positions and not self.points else self.rows
 
     @property

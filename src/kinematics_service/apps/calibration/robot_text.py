@@ -50,8 +50,8 @@ MAX_SOURCE_LENGTH = 2000
 # number of digits. Few digits are not enough, because the standard deviations of poses may be far
 # smaller than those of single numbers of the table.
 DIGITS = 6
-# An entry of the factor L of the covariance L L^T is written as zero if its ratio to the norm of
-# its row of L is smaller.
+# An entry x of the factor L (covariance L L^T) is written as zero if |x| <= NEGLIGIBLE_RATIO * r.
+# Here r is the norm of the row of L that contains x.
 NEGLIGIBLE_RATIO = 1e-7
 OF_JOINTS = ('encoder_noise', 'encoder_resolution', 'backlash', 'velocity_noise')
 
@@ -257,9 +257,8 @@ def _known_poses(
 
 def _tolerances(found: Calibration, poses: Floats, frames: Frames) -> tuple[float, float]:
     # Return the tolerances (m, rad) of the known poses in the written file. A tolerance is the
-    # outlier limit times the estimated noise, so that all used poses are within it. But it is not
-    # larger than ERROR_LIMIT, or than the outlier limit times the instrument's noise if that is
-    # larger than ERROR_LIMIT.
+    # outlier limit times the estimated noise, so that all used poses are within it. But a
+    # tolerance is at most max(ERROR_LIMIT, outlier limit * noise of the instrument).
     known, limit = found.instrument or (0.0, 0.0), outlier_limit(2)
     length, angle = (
         limit * min(noise, max(most / limit, of_instrument))
@@ -286,8 +285,8 @@ def uncertainty_section(found: Calibration, robot: Robot, ends: bool) -> list[st
     robot
         The robot that the file describes.
     ends
-        Whether base and tool are those of the measured poses: then the covariance includes their
-        parameters.
+        Whether base and tool of the robot are those fitted to the measured poses. If so, the
+        covariance includes the parameters of base and tool.
     """
     description = robot.description
     lines = ['uncertainty:']
@@ -323,9 +322,10 @@ def named_factor(
     covariance L L^T.
 
     The covariance of a calibration is for corrections of the nominal table. Most corrections
-    correspond to one parameter of the calibrated table; it may be in another row if rows were
-    added. A rotation between the two halves of a table row, such as Rz Tz and Tx Rx, corresponds
-    to a combination of several parameters.
+    correspond to one parameter of the calibrated table. If rows were added to the table, this
+    parameter may be in another row. A table row has two halves, for example Rz Tz and Tx Rx. A
+    correction that is a rotation between the two halves corresponds to a combination of several
+    parameters.
     """
     errors, known = calibrated_errors(robot, found, ends), named_errors(robot)
     made_of = np.zeros((len(known.frames), len(errors.frames)))
@@ -339,8 +339,9 @@ def named_factor(
             own = np.flatnonzero(there)
             made_of[own, column] = np.linalg.lstsq(known.screws[own].T, screw, rcond=None)[0]
     factor = made_of @ errors.factor
-    # A gear ratio acts in each row of the table that its joint moves, and has an entry in `known`
-    # for each of these rows. The rows of `factor` for the entries are equal; keep the first.
+    # A joint may move several rows of the table. The gear ratio of the joint acts in each of these
+    # rows, and has an entry in `known` for each. The rows of `factor` for these entries are equal;
+    # keep the first.
     _, first = np.unique(known.of, return_index=True)
     rows = first[np.any(made_of[first], axis=1)]
     triangle = np.linalg.qr(factor[rows].T, mode='r')

@@ -20,8 +20,8 @@ CORNERS = 6
 # square. If the spread is smaller, the corners are in one line and determine no pose.
 LINE_WIDTH_RATIO = 0.5
 # HALF_WINDOWS: smallest and largest half width (px) of the window in which a corner is refined.
-# REFINED: when OpenCV's refinement stops. The flag 3 means at the first of two limits: 50 steps,
-# or a change of the corner by less than 1e-3 px.
+# REFINED: OpenCV's refinement of a corner stops after 50 steps, or if a step moves the corner by
+# less than 1e-3 px. The flag 3 asks for both tests.
 HALF_WINDOWS, REFINED = (2, 10), (3, 50, 1e-3)
 
 

@@ -62,8 +62,8 @@ class Intrinsics(FrozenArrays):
         """
         zero = np.zeros(3)
         seen, J = opencv().projectPoints(points, zero, zero, self.matrix, self.distortion)
-        # Columns 3 to 5 of J are derivatives of the pixels by the translation `tvec` of the point
-        # in the frame of the camera. They equal the derivatives by the point.
+        # Columns 3 to 5 of J are the derivatives of the pixels by `tvec`, a translation that
+        # OpenCV adds to each point. So these columns equal the derivatives by the point.
         return seen.reshape(-1, 2), J[:, 3:6].reshape(-1, 2, 3)
 
     def sees(self, points: Floats, rim: float = 0.0) -> Flags:

@@ -135,8 +135,8 @@ class CalibrationRun(NamedTuple):
 
     def calibrated(self, q: Floats, qdot: Floats | None = None, **rows: Any) -> Calibration:
         """
-        Run the calibration with these settings, and return it. `rows` has the measured rows as
-        arguments of the library's `calibrate`.
+        Run the calibration with these settings, and return it. The arguments in `rows` are passed
+        to the library's `calibrate`, for example `poses` and `sets`.
         """
         moves = qdot is not None and np.max(np.abs(qdot)) > MOVING
         # Tolerances that the robot file has for single numbers override the prior standard

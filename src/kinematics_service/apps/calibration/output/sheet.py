@@ -15,8 +15,8 @@ SPACING = 80
 SIZES = {'a4': (210.0, 297.0), 'letter': (215.9, 279.4)}
 # Half length of the lines of a cross, mm.
 CROSS = 5.0
-# Lengths of the two printed rulers, across and up the page, mm: two and three distances between
-# crosses. The user measures the rulers to check the scale of the print.
+# ACROSS: length of the printed ruler across the page, mm. UP: length of the printed ruler up the
+# page, mm. The user measures both rulers to check the scale of the print.
 ACROSS, UP = 2 * SPACING, 3 * SPACING
 STYLE = (
     'body{margin:0}svg{display:block}text{font:4px sans-serif;text-anchor:middle}'
