@@ -54,19 +54,20 @@ NAMED_RATIO = 3.0
 # Two mistakes are rivals if the median residuals after their correction differ by less than a
 # factor of 2. If mistakes are rivals, none of them is reported as certain.
 RIVAL_RATIO = 2.0
-# Largest number of rows that are evaluated at once, counting the measured rows once for each
-# hypothesis. These rows take about 20 MB of memory.
+# Largest number of rows that are evaluated at once. H hypotheses on N measured rows need H * N
+# evaluated rows. 20,000 rows take about 20 MB of memory.
 ROWS_AT_ONCE = 20_000
 # A sentence in a report or an error message lists at most this number of names.
 NAMES_IN_SENTENCE = 8
-# Two poses or screws are taken as equal if this (m, rad) exceeds the differences of their entries.
-# A number is taken as zero if its ratio to the largest number beside it is below this.
+# Two poses, or two screws, are taken as equal if all differences between their entries are below
+# this value (m, rad). A number of an array is taken as zero if its absolute value is below
+# ROUND_OFF times the largest number of the array.
 ROUND_OFF = 1e-9
-# The sentence that is reported if measured positions are 1000 times too small, because a wrong
-# unit divided them by 1000.
+# The sentence of an error: the file has positions in metres, but the positions were read as
+# millimetres and therefore divided by 1000.
 IN_METRES = 'the poses are in metres, not millimetres'
-# Some mistakes are corrected by an option of the command. For the sentence of such a mistake, the
-# words on the option that are added to the error message.
+# Maps the sentence of a mistake to the end of its error message. The end names the option or the
+# command that corrects the mistake.
 OPTIONS = {
     INVERSE: '. Poses of a board take calibrate-camera, with the right --camera',
     DEGREES: '; add --joint-format deg',
@@ -84,10 +85,11 @@ PLACEMENT, ZEROS, COMPLIANCE = 'placement', 'zeros', 'compliance'
 # joints. Each joint stops half the backlash before its measured position.
 LAG = ArmParameter('lag', 'lag', False)
 BACKLASH = ArmParameter('backlash', 'backlash', True)
-# If the frame check finds one of these causes, the calibration does not stop, because the fit can
-# correct the wrong number.
+# If the frame check finds one of these causes, the calibration goes on. Each cause is a wrong
+# number of the robot file, and the fit corrects this number.
 FOUND_HERE = ('joint_offset', 'link_length', 'link_twist')
-# Keys of the causes that are wrong units of the measured rows.
+# Keys of mistakes in which numbers have a wrong unit: angles in degrees instead of radians, or
+# lengths in millimetres instead of metres. Their errors have the code `wrong-unit`.
 UNIT_KEYS = ('degrees', 'millimetres')
 
 
@@ -110,10 +112,11 @@ class Measured(NamedTuple):
     sets : shape (N,)
         The number of each row's set, from 0.
     rates : shape (N, n, K)
-        Derivatives of the joint positions by the K parameters in `moving`; the derivative by a lag
-        is the joint velocity.
+        Derivatives of the joint positions by the K parameters in `moving`. For example, the
+        derivative by a lag is the joint velocity.
     moving
-        Parameters that move the joints, for example the lag.
+        Parameters that correct the joint positions, for example a lag. With the values x (K,) of
+        the parameters, the corrected joint positions are q + rates @ x.
     sessions : shape (N,)
         The number of each row's session, from 0.
     placements
@@ -150,7 +153,7 @@ class Measured(NamedTuple):
     ) -> 'Measured':
         """
         Return measured rows, all of one session. If `qdot` (N, n) is given, the lag is a
-        parameter: a lag of 1 s moves the joints by `qdot`.
+        parameter: a lag of 1 s changes the joint positions by `qdot` times 1 s.
         """
         rates = np.zeros((*q.shape, 0)) if qdot is None else qdot[:, :, None]
         moving = () if qdot is None else (LAG,)
@@ -281,8 +284,10 @@ def check_mark(what: str, name: str) -> None:
 
 def position_numbers(q: Floats) -> Integers:
     """
-    Return for each row of q the number of its joint positions, shape (N,). Equal rows have equal
-    numbers, which begin at 0.
+    Number the different joint positions in q (N, n) from 0; return the number of each row, (N,).
+
+    Rows with equal joint positions have the same number. Joint positions are taken as equal if
+    they differ by less than MIN_CHANGE.
     """
     numbers, different = np.full(len(q), -1), 0
     while np.any(left := numbers < 0):
@@ -388,8 +393,8 @@ def _checked(
         cause = diagnosis.cause
         left = middle if cause is None else cause.errors.position_rms
         if min(left, middle) > MAX_ERROR:
-            # No mistake that the frame check knows for poses with orientations explains the
-            # errors. So test the mistakes of positions, without the orientations.
+            # With orientations, the frame check finds no mistake that explains the errors. So
+            # leave out the orientations, and test the mistakes that positions alone can show.
             alone = offsets_of(forward_kinematics(robot, q), poses, True, free)
             _check_positions(robot, q, poses, float(np.median(alone.remainder)), free)
         if cause is not None and cause.key not in FOUND_HERE:
@@ -454,8 +459,9 @@ def explained_by_joints(
 
 
 def _is_in_metres(robot: Robot) -> bool:
-    # Return whether the lengths of the table are in metres, not millimetres. An arm is about 1 m =
-    # 1000 mm long, so they are in metres if its length is below sqrt(1000) = 32.
+    # Return whether the lengths of the table are in metres, not millimetres. The length of an arm
+    # is about 1 in metres, and about 1000 in millimetres. The limit between metres and millimetres
+    # is the geometric mean of 1 and 1000: sqrt(1000) = 32.
     return robot.singularity.task.length**2 < 1000
 
 
@@ -478,21 +484,21 @@ def _check_positions(robot: Robot, q: Floats, poses: Floats, middle: float, free
 
 def refuse_mistake(sentence: str, code: str, left: float, middle: float) -> None:
     """
-    Raise an error if correcting a mistake of the input makes the median residual more than 3 times
-    smaller.
+    Raise an error if correcting a mistake makes the median residual more than 3 times smaller.
 
     Parameters
     ----------
     sentence, code
-        The mistake as a sentence, and the code of the error.
-    left, middle
-        Median length of the position residuals after the mistake was corrected, and before,
-        m.
+        The mistake of the input as a sentence, and the code of the error.
+    left
+        Median length of the position residuals with the mistake corrected, m.
+    middle
+        Median length of the position residuals with the input as given, m.
 
     Raises
     ------
     CalibrationError
-        The mistake explains the rows.
+        3 * left < middle, so the mistake explains the residuals.
     """
     if left * NAMED_RATIO < middle:
         raise CalibrationError(

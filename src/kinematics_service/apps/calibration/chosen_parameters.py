@@ -47,8 +47,8 @@ PLACE_PRIOR = 1.0
 # Prior standard deviation of the delay between joint states and poses, s, and of the backlash of
 # the joints, rad.
 LAG_PRIOR = 0.1
-# The word in `fit` and `fix` for all groups, including gear ratios. Without this word, or a word
-# for gear ratios, gear ratios are not fitted.
+# The word in `fit` and `fix` for all groups of parameters. Gear ratios are fitted only if `fit`
+# has this word, or a word for gear ratios, such as `gears` or `gear2`.
 EVERYTHING = 'all'
 
 
@@ -75,8 +75,10 @@ class TouchedPoint:
 
 class PlacedEnds(NamedTuple):
     """
-    The fitted offsets of base and tool, and the poses of base and tool from which the fit starts,
-    for each set. Each array has the shape (sets, 4, 4), as in `Calibration`.
+    Base and tool of each set of measured poses: fitted offsets, and the poses before the fit.
+
+    Each array has the shape (sets, 4, 4), as in `Calibration`. The starts are the poses before the
+    fit.
     """
 
     base_offsets: Floats
@@ -121,8 +123,9 @@ class ChosenParameters:
 
     def first(self, end: str, k: int) -> int:
         """
-        Return the index, in `every`, of the first correction of the base or of the tool of set k.
-        `end` is `base` or `tool`.
+        Return the index in `every` at which the six corrections of base or tool begin.
+
+        `end` is `base` or `tool`, and k is the number of the set of measured poses.
         """
         number = k if end in self.own else 0
         before = self.ends['base'] if end == 'tool' else 0
@@ -163,10 +166,12 @@ class ChosenParameters:
 
     def chains(self, arm: CorrectedChain, offsets: Sequence[Offsets]) -> list[CorrectedChain]:
         """
-        Return the kinematic chains that predict the measured poses, one for each set and session,
-        with base and tool moved by the offsets at which the fit starts.
+        Return the kinematic chains that predict the measured poses.
 
-        The order is all sets in the first session, then all sets in each other session.
+        Each set of measured poses has a chain. Base and tool of the chain are moved by the offsets
+        from which the fit starts. If the rows have `placements` (drifts of the instrument between
+        sessions), each set has one chain for each session. Then the order is: all sets in the
+        first session, all sets in the second session, and so on.
         """
         description = self.robot.description
         base, tool = description.base.motion.matrix, description.tool.motion.matrix
@@ -208,12 +213,12 @@ class ChosenParameters:
 
     def possible(self, problem: FitProblem) -> int:
         """
-        Return the number of parameter combinations that poses, however many are measured, can
-        determine at most.
+        Return how many combinations of parameters an unlimited number of poses would determine.
         """
-        # `J` is the Jacobian of the first set; its columns of parameters of further sets are zero.
-        # Add the count of these columns, because the poses of each further set determine its own
-        # base or tool.
+        # J is the Jacobian of the first chain. Columns of J are zero for parameters that act only
+        # on further sets or sessions, and for parameters that correct joint positions, such as a
+        # lag. Such a parameter is determined, too, so add the count of these columns. But subtract
+        # the parameters whose rates are zero in all rows.
         J = scaled_jacobian(self.robot, problem.chains[0], self.every, problem.given.positions)
         J = J[:, problem.columns]
         elsewhere = sum(not np.any(column) for column in J.T)
@@ -223,13 +228,13 @@ class ChosenParameters:
     def combinations(
         self, problem: FitProblem, noise: Noise, used: Flags
     ) -> tuple[ParameterCombination, ...]:
-        """Return the sets of parameters whose effects the used poses do not distinguish."""
+        """Return the sets of parameters that the used poses do not determine separately."""
         return combinations_of(usual_motions(problem, noise, used), problem.parameters)
 
     def ends_of(self, problem: FitProblem, values: Floats) -> PlacedEnds:
         """
-        Return for each set the fitted offsets of base and tool, and the poses of base and tool at
-        which the fit started.
+        Return base and tool of each set of measured poses: fitted offsets, and the poses before
+        the fit.
         """
         description = self.robot.description
         B, T = description.base.motion.matrix, description.tool.motion.matrix
@@ -295,16 +300,17 @@ def usual_motions(problem: FitProblem, noise: Noise, used: Flags) -> Floats:
     Column k of the scaled Jacobian is the motion of the poses that a usual error of parameter k
     causes, in standard deviations of the noise. Priors are not used, since they must not decide
     which parameters are identifiable. The Jacobian is computed with all corrections zero, so axes
-    that are parallel in the nominal arm are exactly parallel. Corrections would turn these axes by
-    angles that are too small to be measured.
+    that are parallel in the nominal arm are exactly parallel. If corrections tilted these axes by
+    tiny angles, some parameters would wrongly seem identifiable.
     """
     scales = np.array([one.scale for one in problem.parameters]) / problem.prior
     return weighted_jacobian(problem, np.zeros(len(scales)), noise, used) * scales
 
 
 def _moved(chain: CorrectedChain, first: int) -> CorrectedChain:
-    # Return the chain with six further corrections, which move the instrument in one session. In
-    # the chain they come directly after the corrections of the base.
+    # Return the chain with six further corrections: the drift of the instrument's pose in one
+    # session. They stand directly after the corrections of the base. `first` is the index of the
+    # first of these six corrections.
     begin = chain.still[0]
     six = [CorrectingMotion(k > 2, k % 3, first + k) for k in range(len(SIX))]
     at = 1 + len(SIX)

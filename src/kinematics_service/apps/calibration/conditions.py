@@ -32,9 +32,9 @@ PLACEMENT_PRIOR = {True: float(ANGLE), False: LENGTH}
 # usual error of a joint zero. Changes of temperature cause the drift.
 DRIFT_SHARE = 0.5
 STANDARD_GRAVITY = 9.80665  # m/s^2
-# Largest load (kg) of an arm whose tool, over random poses, is 1 m from its base (RMS): the
-# characteristic length. For other arms, this load is multiplied by the cube of the characteristic
-# length.
+# Largest load (kg) of an arm with the characteristic length 1 m. The characteristic length L (m)
+# is the RMS distance between base and tool over random poses. For other arms, the largest load is
+# LARGEST_LOAD * L^3.
 LARGEST_LOAD = 300.0
 
 
@@ -82,8 +82,8 @@ def with_conditions(
     """
     q, n = given.q, robot.dof
     number, remarks, placements = np.zeros(len(q), dtype=np.int64), list[str](), []
-    # `moving` has parameters that move joints, with their prior standard deviations. `rates` has
-    # the derivatives of the joint positions by these parameters.
+    # `moving` has the parameters that correct joint positions, with their prior standard
+    # deviations. `rates` has the derivatives of the joint positions by these parameters.
     moving, rates = dict[ArmParameter, float](), [given.rates]
     if sessions is not None:
         names = tuple(dict.fromkeys(map(str, sessions)))

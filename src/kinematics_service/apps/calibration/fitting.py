@@ -5,11 +5,14 @@ Fit the numbers of an arm to measured poses, with normal priors, and estimate th
 
 Gauss-Newton steps find the maximum a posteriori estimate. In the first phase, rows have Huber's
 weights, which follow from the median of the residuals (Huber 1964). In the second phase, rows that
-a chi-square test rejects are left out. The noise is estimated from the residuals and the number of
-parameters that the rows determine (MacKay 1992). The degrees of freedom f of the noise are the
-count of measured numbers minus this number of parameters. If f is small, the test and the standard
-deviations follow Student's distribution. If the noise is that of the instrument, f is infinite,
-and they follow the normal distribution.
+a chi-square test rejects are left out. A row is a measured pose with its joint positions.
+
+The noise is estimated from the residuals. The estimate has f degrees of freedom: the count of
+measured numbers minus the number of parameters that the measured numbers determine (MacKay 1992).
+Because the noise is only estimated, the chi-square test and the standard deviations are adapted to
+Student's distribution with f degrees of freedom. If the given noise of the instrument is larger
+than the estimate, the given noise is used. A given noise is known, so f is infinite, and Student's
+distribution becomes the normal distribution.
 """
 
 from collections.abc import Callable, Iterator
@@ -34,8 +37,8 @@ NOISE_FLOOR = 1e-10
 # USUAL_NOISE. The relative standard deviation of such an estimate, 1 / sqrt(2 f), is above an
 # eighth.
 NOISE_FREEDOM = 30.0
-# Usual noise of encoders and trackers (m and rad), for one number of a position and of a rotation
-# vector.
+# Usual noise of encoders and trackers: the standard deviation of each coordinate of a position (m)
+# and of each coordinate of a rotation vector (rad).
 USUAL_NOISE = 2e-5
 # In Huber's estimate, rows with a residual beyond this quantile of the noise (chi-square
 # distribution) have smaller weights.
@@ -91,15 +94,16 @@ class FitProblem:
     parameters, prior : P
         The fitted parameters, and their prior standard deviations, rad or m.
     columns : shape (P,)
-        Index of each fitted parameter in the list of all corrections of the chains.
+        Index of each fitted parameter in the list of corrections that the chains take. The list
+        has one correction for each parameter, fitted or not.
     count
-        Number of all corrections of the chains.
+        Length of the list of corrections that the chains take.
     chains
-        Chains from the frame of the poses to the tool, one for each set.
+        Chains from the frame of the poses to the tool, one for each set of measured poses.
     given
         The measured rows. `sets` has the index of each row's chain. `rates` has the derivatives of
-        the joint positions by the parameters that move joints; these parameters are the last in
-        the list of all corrections.
+        the joint positions by the parameters that correct joint positions, such as a lag. These
+        parameters come last in the list of corrections.
     known_distances
         Known distances between touched points.
     """
@@ -225,8 +229,9 @@ class FitProblem:
 
     def only(self, groups: tuple[str, ...]) -> 'FitProblem':
         """
-        Return the problem that fits only the parameters in `groups`. None of these parameters may
-        move joints.
+        Return the problem that fits only the parameters in `groups`.
+
+        `groups` must not have parameters that correct joint positions, such as a lag.
         """
         kept = [k for k, one in enumerate(self.parameters) if one.group in groups]
         return replace(
@@ -275,8 +280,8 @@ def remainders_between(measured: Floats, poses: Floats, positions: bool) -> Floa
 
 class Noise(NamedTuple):
     """
-    Standard deviations of the noise of one number of a measured position (m) and of a measured
-    rotation vector (rad).
+    Standard deviations of the noise: of each coordinate of a measured position (m), and of each
+    coordinate of a measured rotation vector (rad).
     """
 
     position: float
@@ -300,11 +305,11 @@ class Identified:
         Length of each row's residual in standard deviations of the noise.
     freedom
         Degrees of freedom of the noise, for positions and for rotations: the count of measured
-        numbers minus the number of parameters that the measured numbers determine. Infinite if the
-        noise is that of the instrument.
+        numbers minus the number of parameters that the measured numbers determine. Infinite if
+        `noise` is the given noise of the instrument, which is not estimated.
     covariance : shape (P, P), rad and m
-        Covariance of `values` after the fit. The priors are taken into account. The noise is
-        enlarged, because it is estimated from few rows (see `widened`).
+        Covariance of `values` after the fit. It includes the priors. It is computed with a larger
+        noise, since the noise is only estimated (see `widened`).
     """
 
     values: Floats
@@ -349,8 +354,9 @@ class _Equations:
         return np.concatenate([rows, distances, -values / problem.prior])
 
     def solved(self, values: Floats) -> _Step:
-        # Stack the derivatives of the measured rows, of the known distances and of the priors by
-        # the parameters. Each parameter is in units of its prior standard deviation.
+        # Stack three blocks of derivatives by the parameters: one for the measured rows, one for
+        # the known distances, and one for the priors. Each parameter is in units of its prior
+        # standard deviation, so the block of the priors is the identity.
         problem, count = self.problem, len(values)
         remainders, J = problem.equations(values)
         moves = J[:, : problem.kinds] * self.scale[:, :, :, None] * problem.prior
@@ -436,8 +442,8 @@ def normal_scores(distances: Floats, freedom: Noise) -> Floats:
     A residual length d is divided by a noise whose estimate has f degrees of freedom, so d has a
     Student distribution. Up to a factor that depends on f, the Student density is a normal density
     with f log(1 + d^2 / f) instead of d^2. See Wallace, Bounds on normal approximations to
-    Student's distribution, 1959. If the noise is that of the instrument, f is infinite, and d is
-    returned unchanged.
+    Student's distribution, 1959. If f is infinite, because the noise is given and not estimated, d
+    is returned unchanged.
     """
     f = min(freedom)
     return np.sqrt(f * np.log1p(distances**2 / f)) if np.isfinite(f) else distances
@@ -450,12 +456,12 @@ def _robust_noise(least: Noise, remainders: Floats) -> Noise:
 
 def widened(noise: Noise, freedom: Noise) -> Noise:
     """
-    Return the noise multiplied by a factor above 1 that allows for the error of its estimate,
-    which has f degrees of freedom.
+    Return the noise multiplied by a factor above 1, because the noise is only estimated.
 
-    The residuals divided by the estimated noise have a Student distribution. The variance of this
-    distribution is f / (f - 2) times the estimate (Gelman et al., Bayesian Data Analysis, section
-    3.2); the factor is 1 if f is infinite.
+    The estimate of the noise has f degrees of freedom (`freedom`). So a residual divided by the
+    noise has a Student distribution with the variance f / (f - 2). The factor is the square root
+    of this variance (Gelman et al., Bayesian Data Analysis, section 3.2). If f is infinite, the
+    factor is 1.
     """
     f = np.maximum(freedom, LEAST_STUDENT_FREEDOM)
     return Noise(*(np.array(noise) * np.sqrt(1.0 + 2.0 / (f - 2.0))).tolist())
@@ -482,13 +488,13 @@ def held_out_remainders(
     problem: FitProblem, values: Floats, found: Identified, blocks: Integers
 ) -> Floats:
     """
-    Return the residuals (N, 2, 3) of each block of rows, with corrections fitted to the other
-    blocks.
+    Return the residuals (N, 2, 3) of a cross-validation.
 
-    The residuals of a block test the corrections only if its rows are independent of all other
-    rows, so all rows with equal joint positions must be in one block. Noise and outliers are taken
-    from the fit of all rows. The fit without a block starts from `values`. It ends when a step is
-    below a thousandth of a standard deviation.
+    The rows are divided into blocks. The rows of each block are predicted with corrections that
+    are fitted to all other blocks. All rows with equal joint positions must be in one block.
+    Otherwise the residuals would not test the corrections, because a fitted row predicts other
+    rows with equal joint positions. Noise and outliers are taken from the fit of all rows. Each
+    fit starts from `values`, and ends when a step is below a thousandth of a standard deviation.
 
     Parameters
     ----------
@@ -542,8 +548,8 @@ def one_more(
     columns[: own[..., 0].size] = own.reshape(-1, moves.shape[3])
     triangle = triangle_of(np.column_stack([solved.rows, columns, solved.right]))
     at = len(found.values)
-    # Take the parts of the K columns of further corrections, and of the residuals, that are
-    # orthogonal to the columns of all fitted parameters.
+    # `left` has the K columns of further corrections, and `right` the residuals. The QR
+    # factorization has removed all components along the columns of the fitted parameters.
     left, right = triangle[at:, at:-1], triangle[at:, -1]
     squares = np.maximum(np.sum(left**2, axis=0), np.finfo(np.float64).tiny)
     return (right @ left / squares).tolist(), (1.0 / np.sqrt(squares)).tolist()

@@ -33,11 +33,12 @@ from ...typography import listed
 from ..checking.errors import angle_in_words, length_in_words, time_in_words
 from .checking import COMPLIANCE, LAG, NAMES_IN_SENTENCE
 
-# A combination of parameters is identified if the fit reduces its standard deviation at least by
-# this factor.
+# A combination of parameters is identified if the fit divides the standard deviation of the
+# combination by this factor or more.
 MIN_DEVIATION_RATIO = 3.0
-# Entries of the projector onto the null space of the Jacobian (parameters without effect on the
-# poses) are taken as round-off if they are below this value.
+# The null space of the Jacobian contains the combinations of parameters without effect on the
+# poses. Entries of the projector onto the null space are taken as round-off if they are below this
+# value.
 PROJECTOR_TOLERANCE = 1e-6
 # A singular value of the Jacobian is taken as round-off if its ratio to the largest singular value
 # is below this.
@@ -96,7 +97,8 @@ class CalibratedParameter(ArmParameter):
         nominal value.
         """
         # Compare the standard deviation of the correction after the fit with the prior one. The
-        # priors of base and tool are wide, so for them take the usual error if it is smaller.
+        # priors of base and tool are wide. So for parameters outside the table, use `scale`
+        # instead of the prior if `scale` is smaller. `scale` is the usual error of the parameter.
         before = self.prior if self.group in TABLE_GROUPS else min(self.prior, self.scale)
         return MIN_DEVIATION_RATIO * self.deviation < before
 
@@ -160,7 +162,8 @@ class TableCorrections(NamedTuple):
     chain, values : P
         The chain from base to tool, and all corrections of the chain, rad and m.
     columns, fitted
-        Indices of the fitted parameters in `values`, and in the `parameters` of the calibration.
+        Two indices of each fitted parameter: `columns` in the array `values`, `fitted` in the list
+        `parameters` of the calibration.
     """
 
     chain: CorrectedChain
@@ -173,9 +176,16 @@ def table_corrections(
     robot: Robot, found: IdentifiedTable, ends: bool = False
 ) -> TableCorrections:
     """
-    Return the corrections of a calibrated arm and its chain. `robot` is the calibrated arm,
-    `found` the calibration. `ends` tells whether base and tool are those fitted for the first set
-    of poses.
+    Return the corrections that a calibration found, with the chain that takes the corrections.
+
+    Parameters
+    ----------
+    robot
+        The calibrated arm.
+    found
+        The calibration.
+    ends
+        Whether base and tool of `robot` are those fitted to the first set of measured poses.
     """
     if robot.dof != found.robot.dof:
         raise CalibrationError(
@@ -208,8 +218,8 @@ def calibrated_errors(robot: Robot, found: IdentifiedTable, ends: bool = False) 
     robot
         The calibrated arm, read from its written file or taken from `Calibration.calibrated`.
     ends
-        Whether base and tool are those of the measured poses of the first set. If so, their
-        uncertainty is included.
+        Whether base and tool of `robot` are those fitted to the first set of measured poses. If
+        so, the uncertainty of base and tool is included.
 
     Raises
     ------
@@ -227,8 +237,8 @@ def calibrated_errors(robot: Robot, found: IdentifiedTable, ends: bool = False) 
     rows = [k for k, column in enumerate(own.columns) if column not in of_gear]
     columns = [own.columns[k] for k in rows]
     parts = [TableErrors(frames[columns], screws[columns], np.full(len(rows), -1), factor[rows])]
-    # `factor` is a factor of the covariance. Its row of a gear ratio belongs to a change relative
-    # to the nominal ratio. Convert the row to a change relative to the calibrated ratio.
+    # Each row of `factor` belongs to one parameter. The row of a gear ratio is for a change
+    # relative to the nominal ratio. Convert this row to a change relative to the calibrated ratio.
     moving = joint_screws(robot)
     for k, column in enumerate(own.columns):
         if column in of_gear:
@@ -294,8 +304,9 @@ def combinations_of(
     # Rows of `null` span the null space of J (combinations of parameters that do not move the
     # poses), up to round-off.
     null = np.linalg.svd(J, full_matrices=len(J) < J.shape[1])[2][structural_rank(J) :]
-    # The projector onto this null space is block diagonal. Each block belongs to a set of
-    # parameters whose effects the poses do not distinguish.
+    # If the parameters are sorted suitably, the projector onto the null space of J is block
+    # diagonal. Each block belongs to a set of parameters that the poses do not determine
+    # separately.
     projector = null.T @ null
     projector[np.abs(projector) < PROJECTOR_TOLERANCE] = 0.0
     sets: list[set[int]] = []

@@ -21,9 +21,9 @@ TRIMMED_SHARE = 0.7
 # Number of steps that fit the base and a point of the tool to measured positions. Each step first
 # fits the point and then the rotation of the base.
 PLACING_STEPS = 40
-# The position of the measured point in the tool frame is fitted to measured positions. A
-# coordinate of the point is left at 0 if a change of the coordinate moves the positions by less
-# than the change times MIN_RATIO (RMS).
+# The position of the measured point in the tool frame is fitted to measured positions. If a
+# coordinate of the point changes by c, the predicted positions change by d (RMS). The coordinate
+# is left at 0 if d < MIN_RATIO * c.
 MIN_RATIO = 1e-6
 
 

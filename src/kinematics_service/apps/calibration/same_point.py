@@ -43,7 +43,8 @@ from .placing import PLACING_STEPS
 
 # The group of the parameters that are positions of touched points.
 POINTS = 'points'
-# The tip touches a point exactly if their distance is below this value (m), which is round-off.
+# A touch is exact if the distance from the tip to the touched point is below this value (m). Then
+# the distance is only round-off.
 TOUCH_TOLERANCE = 1e-13
 # Longest step (rad, m) of a joint in the search for joint positions at which the tip touches a
 # point exactly.
@@ -176,8 +177,10 @@ class SamePointParameters(ChosenParameters):
 
     def first(self, end: str, k: int) -> int:
         """
-        Return the index, in `every`, of the first of the three corrections of touched point k if
-        `end` is `points`, otherwise of the first correction of the tool.
+        Return the index in `every` at which the corrections of a point or of the tool begin.
+
+        If `end` is `points`, they are the three corrections of touched point k. Otherwise they are
+        the corrections of the tool.
         """
         points = k if end == POINTS else len(self.names)
         return len(self.table) + 3 * points
@@ -286,8 +289,7 @@ class SamePointParameters(ChosenParameters):
 
     def possible(self, problem: fitting.FitProblem) -> int:
         """
-        Return the number of parameter combinations that touches, however many, can determine at
-        most.
+        Return how many combinations of parameters an unlimited number of touches would determine.
         """
         q = seeded_poses(self.robot.limits, self.robot.prismatic)
         point = np.arange(len(q)) % len(self.names)
@@ -296,7 +298,11 @@ class SamePointParameters(ChosenParameters):
     def combinations(
         self, problem: fitting.FitProblem, noise: fitting.Noise, used: Flags
     ) -> tuple[ParameterCombination, ...]:
-        """Return the sets of parameters whose effects the used touches do not distinguish."""
+        """
+        Return the sets of parameters that the touches do not determine separately.
+
+        Touches that are outliers are left out.
+        """
         J = self._exact_jacobian(problem, noise, self.given.q[used], self.given.sets[used])
         return combinations_of(J, problem.parameters)
 
@@ -331,8 +337,10 @@ class SamePointParameters(ChosenParameters):
 
     def as_given(self) -> Floats:
         """
-        Return the residuals (N, 2, 3), m, from the tip of the robot file to the touched points,
-        which are fitted to this tip. Residuals of rotations are zero.
+        Return the residuals (N, 2, 3), m, with the unchanged robot file.
+
+        A residual goes from the tip to the touched point. The positions of the touched points are
+        fitted to the tip positions of the robot file. Residuals of rotations are zero.
         """
         left = started(self.robot, self.given.q, self.given.sets, free=False).left
         return np.stack([left, np.zeros_like(left)], axis=1)
