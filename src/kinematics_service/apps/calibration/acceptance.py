@@ -107,11 +107,10 @@ def noise_remarks(fit: JudgedFit) -> Iterator[str]:
 
 def _by_joint(found: Calibration, out: Flags) -> str:
     # Return a sentence if the outliers lie in one part of the range of a joint; else an empty
-    # text. For each joint and each outlier, let x be the joint position of the outlier. Test three
-    # parts of the joint's range: positions above x (and x), positions below x (and x), and
-    # positions whose distance from the joint's median position is at least that of x. For each
-    # part, count the outliers in it. Then compute how probable this count or a larger one is if
-    # outliers are spread at random over the rows.
+    # text. Let q be the positions of a joint in all rows, m the median of q, and x the position of
+    # the joint in one outlier. Test three parts of the range for each joint and each outlier:
+    # q >= x, q <= x, and |q - m| >= |x - m|. Count the outliers in each part. Then compute the
+    # probability of this count or a larger one if outliers are spread at random over the rows.
     left, count, rows = int(np.sum(out)), len(out), found.rows
     if left < MIN_POSES or left == count:
         return ''
@@ -156,11 +155,12 @@ def joint_remarks(robot: Robot, problem: FitProblem, found: Identified) -> Itera
 
 
 def _nearly_still(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
-    # Yield a sentence that names the joints which move too little. An error e of a joint axis is a
-    # distance (m) for a revolute joint, an angle (rad) for a prismatic joint. It causes an error
-    # of the tool's position of e times the motion of the joint. So the standard deviation of the
-    # estimate of e is the position noise divided by the norm of the joint's motions from its mean
-    # position. Name the joint if this exceeds the usual size of e / MIN_DEVIATION_RATIO.
+    # Yield a sentence that names the joints which move too little. Let e be the error of a joint
+    # axis: a distance (m) for a revolute joint, an angle (rad) for a prismatic joint. If the joint
+    # is at a distance d from its mean position, the tool's position has the error e * d. So the
+    # fit estimates e with the standard deviation s = noise / |d|. Here |d| is the norm of d over
+    # the used rows, and the noise is that of a measured position. With the usual size u of e, name
+    # the joint if s > u / MIN_DEVIATION_RATIO.
     q = problem.given.q[found.used]
     seen = np.linalg.norm(q - np.mean(q, axis=0), axis=0)
     usual = np.where(robot.prismatic, float(ANGLE), LENGTH)

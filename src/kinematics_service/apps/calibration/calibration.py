@@ -96,9 +96,9 @@ def calibrate(
         The place of the camera, if the poses are those of a board in the frame of the camera:
         `on-tool` (the board stands still) or `fixed` (the board is on the tool).
     sessions : N
-        The name of the session each row was measured in. The pose of the instrument and the zeros
-        of the joints may drift: the differences from the first session are parameters of the
-        groups `placement` and `zeros`.
+        For each row, the name of the session in which the row was measured. The pose of the
+        instrument and the zeros of the joints may drift between sessions. The differences from the
+        first session are parameters of the groups `placement` and `zeros`.
     loads
         The load on the tool at each row. Each joint yields to the load: the `compliance` of each
         joint is fitted.
@@ -116,11 +116,13 @@ def calibrate(
         Standard deviations of nominal numbers (m, rad, shares of gear ratios) by group or name.
         Default: `tolerance` of the robot file, or else 1 mm, 0.2 degrees and a thousandth.
     noise
-        Standard deviations of the instrument's noise in one number of a position (m) and of a
-        rotation vector (rad): lower bounds of the noise that is estimated with the corrections.
+        Standard deviations of the instrument's noise: of each coordinate of a position (m), and of
+        each coordinate of a rotation vector (rad). They are lower bounds of the noise that the fit
+        estimates.
     check
-        Whether to run a frame check before the fit, which refuses mistakes that a calibration
-        cannot correct, and to try mistakes that would explain a refusal.
+        Whether to check the input for mistakes. If set, a frame check runs before the fit. The
+        frame check raises an error for a mistake that a calibration cannot correct. If set, and if
+        the calibration is refused, mistakes that would explain the refusal are searched.
     read
         How the orientations were read: a kind of `--pose-format`, such as `rpy`; empty if unknown.
     progress
@@ -238,8 +240,8 @@ def _fitted(
     used, blocks = found.used, _blocks(problem)
     ends = problem.only(names.placed_groups)
     begin = fitting.refined(ends, np.zeros(len(ends.parameters)), found.noise, used)
-    # Count the different joint positions outside the cross-validation block that has the most of
-    # them.
+    # Count the different joint positions that remain if the largest cross-validation block is held
+    # out. The largest block is the one with the most different joint positions.
     different = np.unique(checking.position_numbers(given.q), return_index=True)[1]
     beside = len(different) - np.max(np.bincount(blocks[different]))
     fits = (ends, begin), (problem, found.values)

@@ -40,8 +40,8 @@ MIN_POSES = 8
 # poses in the last fit.
 NEXT_FIT_RATIO = 1.25
 
-# A function that fits the poses collected so far and prints the result. It returns True if the
-# poses determine all combinations of parameters that any poses of this arm could determine.
+# A function that fits the poses collected so far and prints the result. It returns True if more
+# poses cannot determine further combinations of parameters.
 Fit = Callable[[CollectedPoses], bool]
 # A function that prints a line for the user.
 Say = Callable[[str], None]

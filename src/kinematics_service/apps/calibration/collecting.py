@@ -116,8 +116,8 @@ class PoseCollector:
 
     def note_state(self, stamp: int, q: Floats) -> None:
         """
-        Store joint positions (n,) with their stamp, ns. Match the poses that waited for joint
-        positions after their stamps.
+        Store joint positions (n,) with their stamp, ns. Then match the waiting poses that have
+        earlier stamps than these joint positions.
 
         If the stamp is not later than the stamp of the joint positions before, the clock was
         reset. Then earlier joint positions and waiting poses are dropped.

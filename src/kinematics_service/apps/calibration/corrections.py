@@ -77,12 +77,14 @@ def corrected_robot(robot: Robot, parameters: Sequence[ArmParameter], values: Fl
 
 def task_of(robot: Robot) -> tuple[str, ...] | None:
     """
-    Return the task rows of the nominal arm, which the corrected arm keeps. They are rows of the
-    Jacobian, such as `x` or `rz`. Return None if the file names no task rows and the task has all
-    six.
+    Return the task rows of the nominal arm, which the corrected arm keeps.
 
-    Small corrections move a planar arm slightly out of its plane. If motion out of the plane
-    became part of the task, no pose would be singular.
+    Task rows are rows of the Jacobian, such as `x` or `rz`. If the task has all six rows and the
+    robot file does not name them, return None.
+
+    Small corrections move a planar arm slightly out of its plane. If the motion out of the plane
+    became part of the task, the Jacobian would have full rank at all poses, and no pose would be
+    singular.
     """
     rows = robot.singularity.task.rows
     return rows if len(rows) < len(ROW_NAMES) else robot.description.singularity.task
@@ -99,11 +101,10 @@ def with_ends(description: RobotDescription, base: Floats, tool: Floats) -> Robo
 
 def built_nearly(description: RobotDescription) -> Robot:
     """
-    Build the robot of a description whose singular factors were computed for a slightly different
-    arm.
+    Build a robot from a description that has the singular factors of a slightly different arm.
 
-    The factors are marked as approximate. If a factor is zero at poses that are far from singular
-    for the new arm, all factors are left out.
+    The factors are marked as approximate. If a factor is zero at a pose that is far from all
+    singular poses of the built robot, all factors are left out.
     """
     singularity = description.singularity
     nearly = tuple(replace(one, approximate=True) for one in singularity.factors)
@@ -193,9 +194,9 @@ class _Corrections:
             else:
                 rows = self._elementary_rows(k, link)
             links += rows
-            # Frame k of the robot ends after row k. If an extra row was added and the next row
-            # must rotate about z to complete the correction, let frame k end before the extra row,
-            # because the frame after the extra row is turned from the nominal frame.
+            # If `turn` is not zero, the last of the corrected rows is an extra row, and the frame
+            # after the extra row is turned by 90 degrees. Then the frame before the extra row is
+            # the one that corresponds to the nominal frame. So do not count the extra row.
             ends_at.append(len(links) - (1 if turn else 0))
         if turn and isinstance(link, DhRow):
             links.append(_row(link, {'theta': self._turned(ZERO, turn)}))

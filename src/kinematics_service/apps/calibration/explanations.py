@@ -77,21 +77,20 @@ def explained(
     positions: bool,
 ) -> RefusalCauses:
     """
-    Try mistakes of the input in calibrations, and return those that would explain a refused
-    calibration.
+    Calibrate with mistakes of the input corrected; return the mistakes that explain a refusal.
 
     Parameters
     ----------
     changes
-        The possible mistakes; each object corrects its mistake in the data.
-    misfits
-        The misfit between the measured rows and the nominal table: with the rows as given, then
-        with each mistake corrected.
+        The possible mistakes of the input. Each object can correct its mistake in the data.
+    misfits : shape (1 + H,)
+        The misfit between measured poses and nominal robot file: first with the data as given,
+        then after each of the H mistakes in `changes` is corrected.
     outcome_of
-        A function that takes a mistake and returns the result of a calibration after its
-        correction.
+        A function that takes a mistake, corrects the mistake in the data, calibrates, and returns
+        the result.
     left
-        Errors of the refused calibration.
+        Errors of the measured poses after the refused calibration.
     positions
         Whether only positions were measured.
     """
@@ -101,7 +100,7 @@ def explained(
         try:
             found.append((changes[k].sentence, outcome_of(changes[k])))
         except CalibrationError:
-            continue  # this correction explains nothing: `calibrate` refuses the rows
+            continue  # calibration fails after this correction, so it explains nothing
     found.sort(key=lambda one: (not one[1].accepted, one[1].left.position_rms))
     good = [one for one in found if one[1].accepted]
     rms = [one.left.position_rms for _, one in good]
@@ -126,8 +125,9 @@ def mistakes_of(robot: Robot, given: Measured, read: str) -> list[Hypothesis]:
         return list(joint_hypotheses_of(robot, given.q))
     A = forward_kinematics(robot, given.q)
     whole = hypotheses_of(ComparedData(robot, given.q, given.poses, read=read))
-    # Leave out hypotheses that the DH table was read by a wrong convention, because another table
-    # has other parameters. Only the frame check tries other conventions.
+    # A hypothesis that contains a robot assumes another convention of the DH table. Leave out such
+    # hypotheses, because the parameters of the table would no longer be those of the refused
+    # calibration. Only the frame check tries other conventions.
     own = [one for one in whole if one.robot is None]
     return own + list(order_hypotheses_of(given.poses, A, read))
 
@@ -139,9 +139,9 @@ def misfits_of_poses(
     Return the misfit (H,) between measured poses and robot file after each of H supposed mistakes
     of the input is corrected.
 
-    Base and tool are fitted to the rows that are not outliers, of the set with the most outliers.
-    The squared error of a row is in units of 20 mm and 2 deg, and limited to 1. The misfit is the
-    mean over the rows.
+    Only the set with the most outliers is used. Base and tool are fitted to the rows of the set
+    that are not outliers. The squared error of a row is in units of 20 mm and 2 deg, and limited
+    to 1. The misfit is the mean of the squared errors over rows of the set, outliers included.
     """
     set_ = given.sets == int(np.argmax(np.bincount(given.sets, weights=~used)))
     both = [np.flatnonzero(set_ & flags) for flags in (used, ~used)]

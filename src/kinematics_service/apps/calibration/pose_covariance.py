@@ -50,7 +50,7 @@ def pose_covariance(
     calibration
         The covariance of the table from this calibration is used instead of the uncertainty of the
         robot file. Numbers that the calibration did not identify have their priors. Base and tool
-        are not included, since they are those of the measuring device.
+        of the calibration are not included, because they belong to the measuring device.
 
     Raises
     ------
@@ -100,8 +100,8 @@ def twist_covariance(
     qdot : shape (..., n), rad/s or m/s
         Joint velocities.
     axes
-        Axes of the twist's numbers: `base` or `tool`. The errors of the pose also turn the tool
-        axes.
+        Axes of the twist's numbers: `base` or `tool`. Errors of the pose turn the tool axes, so
+        with `tool` these errors also change the numbers of the twist.
     velocities : shape (n,) or one number, rad/s or m/s
         Standard deviations of the joint velocities; their errors are independent. Default: those
         of the robot file.

@@ -39,7 +39,8 @@ from .collecting import SECOND
 from .fitting import of_inverses
 from .result import Calibration
 
-# Noise of one number of a measured pose (m, rad) that is assumed if no pose has been measured yet.
+# Noise that is assumed if no pose has been measured yet: the standard deviation of each coordinate
+# of a position (m) and of a rotation vector (rad).
 NOISE = 5e-5
 # Margin that candidates keep from each limit of a joint, as a share of the range of the joint.
 LIMIT_MARGIN = 0.02
@@ -50,8 +51,9 @@ MAX_COUNT = 200
 # Largest number of candidates. They are taken from given joint positions, or drawn near joint
 # positions at which poses or images were measured.
 MAX_GIVEN = 4096
-# Largest difference between a joint position of a drawn candidate and the measured joint position
-# near which it is drawn, rad. For prismatic joints it is multiplied by the characteristic length.
+# Candidates are drawn at random near measured joint positions. Each joint of a candidate is at
+# most this value (rad) from the measured joint position. For prismatic joints, the value is
+# multiplied by the characteristic length.
 SPREAD = 0.5
 # The planned motion uses this share of the speed limit of each joint.
 SPEED_SHARE = 0.25
@@ -85,8 +87,9 @@ class LineOfSight(NamedTuple):
 
     def is_free(self, poses: Floats) -> Flags:
         """
-        Return flags (N,): whether the instrument lies in the cone at each of N tool poses (N, 4,
-        4).
+        Return flags (N,): whether the instrument sees the tool at each of N tool poses (N, 4, 4).
+
+        The instrument sees the tool if it lies in the cone whose apex is the origin of the tool.
         """
         axis = np.asarray(self.axis, dtype=np.float64)
         ways = np.asarray(self.point) - poses[:, :3, 3]

@@ -148,7 +148,7 @@ def _lag_of(robot: Robot, chosen: ChosenPoses, kind: str, on_tool: bool) -> floa
     try:
         cause = diagnose_frames(robot, q, poses, stamps, motion=motion, read=kind).cause
     except KinematicsError:
-        return 0.0  # the calibration runs this check again and reports the error
+        return 0.0  # `calibrate` runs the same frame check again, and reports the error
     return cause.value or 0.0 if cause is not None and cause.key == 'time_lag' else 0.0
 
 
