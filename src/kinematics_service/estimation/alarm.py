@@ -51,8 +51,9 @@ class Alarm(NamedTuple):
 
     def is_settled(self, level: Level, arrival: int) -> bool:
         """
-        Return True if `step` would publish no warning at this level and time, for any lost
-        direction and any nearest factor.
+        Return whether level and time alone decide that `step` publishes no warning now.
+
+        Then the lost direction and the nearest factor need not be computed.
         """
         if self.last is None or level != self.level:
             return False

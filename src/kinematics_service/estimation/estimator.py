@@ -275,8 +275,11 @@ class Estimator:
 
     def anew(self, answer: EstimatorOutput) -> EstimatorOutput | None:
         """
-        Return a copy of an earlier output, with the tool state replaced by the state of the
-        present arm at the last joint positions. Return None if a joint position is unknown.
+        Return a copy of an earlier output with a new tool state.
+
+        The tool state is computed for the present robot, at the joint positions that this
+        estimator has in memory. Returns None if a joint position is unknown, or if the state
+        cannot be computed.
         """
         known = self.joints.joint_vectors()
         if known is None:
@@ -533,8 +536,8 @@ class Estimator:
             # Forget all joint positions, because positions so large that the kernel's results
             # overflowed must not stay in memory.
             kernel.forget(self.joints)
-        # Only the first message with open loops gets a sentence, because making the sentence takes
-        # 100 times as long as reading a message.
+        # If the loops do not close in several messages in a row, explain only the first message.
+        # The explanation takes 100 times as long as reading a message.
         if refusal.reason != outcomes.NOT_CLOSED or self._is_open:
             return refusal
         self._is_open = True

@@ -36,14 +36,17 @@ FORM_LIMIT = 8
 PACE = 3.0
 MICROSECONDS = 'nanosec most likely holds microseconds; write nanoseconds'
 MILLISECONDS = 'nanosec most likely holds milliseconds; write nanoseconds'
-# For each wrong pace, its most likely cause.
+# Most likely cause of a wrong pace. Each key is a pace: time between two stamps divided by the
+# time between the two arrivals.
 PACE_CAUSES = {1e3: 'sec most likely holds milliseconds', 1e-3: MICROSECONDS, 1e-6: MILLISECONDS}
-# The cause of a wrong pace is named if the measured pace agrees with a key of PACE_CAUSES within
-# this relative tolerance. The pace is measured over half a second or more, so jitter of the stamps
-# changes it by less than the tolerance.
+# The pace is the time between two stamps divided by the time between the two arrivals. If the pace
+# agrees with a key of PACE_CAUSES within this relative tolerance, the warning names the cause.
+# Jitter of stamps changes the pace by less than the tolerance, because the pace is measured over
+# half a second or more.
 PACE_TOLERANCE = 0.1
-# For each bound, the most likely fault of a driver whose stamps have nanosec below this bound for
-# more than a second.
+# Most likely fault of a driver that fills the field nanosec with too small numbers. A fault
+# applies if nanosec is below the key in all stamps, although the field sec advances. If several
+# faults apply, the one with the smallest key is named.
 NANOSEC_CAUSES = {
     1: 'their stamps are whole seconds; fill nanosec',
     SECOND // 1_000_000: MILLISECONDS,
@@ -260,8 +263,10 @@ def _came_twice(group: JointMessages) -> Flags:
 
 
 def _cause_of_nanosec(group: JointMessages) -> str:
-    # NANOSEC_CAUSES has causes for upper bounds of the field nanosec. Returns the cause of the
-    # smallest bound that is above the field nanosec of all stamps; '' if no bound is.
+    # Returns the most likely fault of a driver that fills nanosec with too small numbers: the
+    # fault in NANOSEC_CAUSES with the smallest key above nanosec of all stamps; '' if no key is
+    # above nanosec. Also returns '' if the messages cannot show this fault: if all are from one
+    # second, or if most of the time is between messages with different sec.
     gaps = np.diff(group.arrivals)
     within = gaps[np.diff(group.seconds) == 0].sum()
     if 2 * within < gaps.sum() or np.ptp(group.seconds) == 0:
@@ -271,9 +276,10 @@ def _cause_of_nanosec(group: JointMessages) -> str:
 
 
 def _pace(group: JointMessages) -> float:
-    # Returns the pace, the ratio of stamp time to arrival time (see PACE), from the first message
-    # to the last, if the pace is wrong in both halves of the messages. Returns 1 if the pace of
-    # one half is right, because a burst of messages or a step of a clock changes only one half.
+    # Returns the pace of the messages since the stamps last stepped back: time between the first
+    # and the last stamp, divided by the time between the two arrivals (see PACE). Returns 1 if the
+    # pace is right in the first or in the second half of the messages. A pace that is wrong in
+    # only one half comes from a burst of messages or a step of a clock, and is not a fault.
     begin = _last(np.diff(group.stamps) < 0)
     s, t = group.stamps[begin:], group.arrivals[begin:]
     middle = int(np.searchsorted(t, (t[0] + t[-1]) // 2))

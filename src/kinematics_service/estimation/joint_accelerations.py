@@ -26,13 +26,14 @@ class JointAccelerations(StreamQuantity):
 
     Only reported velocities are used, because differences of positions would divide the noise of
     positions by the square of the time step. Velocities older than the window are left out, except
-    the last two. If stamps have a gap longer than the timeout or step back, the joint's earlier
-    velocities are forgotten.
+    the last two. All earlier velocities of a joint are forgotten if a stamp is older than the
+    stamp before, or newer by more than the timeout.
 
     Attributes
     ----------
     delay
-        Mean age of the velocities to which the line is fitted, s; the largest of all joints.
+        For each joint, the velocities to which the line is fitted have a mean age. `delay` is the
+        largest of the mean ages, s.
     """
 
     def __init__(self, robot: Robot, settings: EstimatorSettings) -> None:

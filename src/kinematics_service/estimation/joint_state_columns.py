@@ -24,8 +24,8 @@ class MessageColumns(NamedTuple):
     JointState messages as arrays, one row per message: stamp fields (s, ns), positions and
     velocities.
 
-    `alike` is true for messages with the joint names and lengths of the first message; other rows
-    are invalid.
+    `alike` is true for a message with the same joint names and array lengths as the first message.
+    The rows of all other messages are invalid.
     """
 
     alike: Flags

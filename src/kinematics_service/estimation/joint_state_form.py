@@ -24,7 +24,9 @@ _EMPTY.setflags(write=False)
 @dataclass(frozen=True, eq=False)  # eq=False: comparing arrays with == gives no single truth value
 class JointStateForm:
     """
-    Names and byte ranges that messages in plain CDR share if names, frame and lengths are equal.
+    The byte layout of JointState messages in plain CDR.
+
+    Messages with equal joint names, frame id and array lengths have one layout.
 
     Attributes
     ----------

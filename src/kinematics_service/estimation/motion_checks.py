@@ -22,10 +22,14 @@ from .joint_state_columns import Flags
 # encoders round and joints have backlash.
 POSITION_TOLERANCE = (0.02, 0.005)
 # A step of position is a jump if it exceeds this factor times the motion at the reported speed.
-SPEED_MARGIN = 3.0  # by trial; above 1, because filters of drivers report a rise of speed late
+# The factor was found by trial. It is above 1, because drivers filter the speed: while a joint
+# accelerates, the reported speed is lower than the true speed.
+SPEED_MARGIN = 3.0
 # If no speed is reported, a step of position is a jump if it exceeds this factor times the motion
-# at the velocity limit.
-LIMIT_MARGIN = 2.0  # by trial; above 1, because jitter of stamps can halve an interval
+# at the velocity limit. The factor was found by trial. It is above 1, because jitter of stamps can
+# halve the time between two messages. This time, multiplied by the velocity limit, then gives only
+# half of the possible motion.
+LIMIT_MARGIN = 2.0
 # Velocity limit of a joint without a limit in the robot file, rad/s and m/s. Industrial arms are
 # slower.
 FREE_SPEED = (10.0, 2.0)
@@ -65,9 +69,9 @@ def jumps(robot: Robot, j: int, t: Floats, q: Floats, qdot: Floats) -> Integers:
     Return the indices of the intervals between messages in which joint j moves too far for its
     speed.
 
-    The speed is the largest reported speed within `LAG_LIMIT` of the interval. An interval shorter
-    than the median is replaced by the median. The reason is that two messages may have nearly
-    equal stamps although they were measured at different times.
+    The speed is the largest reported speed within `LAG_LIMIT` of the interval. A time between two
+    stamps that is shorter than the median of these times is replaced by the median. The reason is
+    that two messages may have nearly equal stamps although they were measured at different times.
 
     Parameters
     ----------
@@ -120,8 +124,10 @@ def path_errors(t: Floats, q: Floats, qdot: Floats, lags: Floats) -> Floats:
 
 def scale_in_words(scale: float) -> str:
     """
-    Return a text with `scale`, a joint's motion by integrated velocities divided by its motion by
-    reported positions, and the likely cause of this ratio.
+    Return a text with the ratio `scale` and the likely cause of this ratio.
+
+    `scale` compares two motions of a joint: the integral of its reported velocities, divided by
+    the change of its reported positions.
     """
     degrees, flipped = abs(scale - math.degrees(1.0)) < 2.0, abs(scale + 1.0) < 0.1
     cause = ': degrees?' if degrees else ': wrong sign' if flipped else ''
@@ -161,8 +167,8 @@ def contradiction(t: Floats, q: Floats, qdot: Floats, tolerance: float, unit: st
         return ''
     if moved <= tolerance:
         return f'up to {fastest:.3g} {unit}/s, but its position moves by {moved:.1g} {unit}'
-    # Fit the ratio of integrated velocities to positions over the second half of the time, because
-    # the fault may have begun in the first half.
+    # Fit the ratio (integrated velocities / positions) only over the second half of the time. If
+    # the fault began in the first half, it acts during all of the second half.
     x, y = (half - np.mean(half) for half in (q[len(q) // 2 :], path[len(q) // 2 :]))
     scale = float(np.dot(x, y) / max(np.dot(x, x), np.finfo(float).tiny))
     if np.ptp(y - scale * x) > VELOCITY_SHARE * np.ptp(y):

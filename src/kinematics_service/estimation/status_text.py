@@ -175,8 +175,10 @@ def flat_position(loop: str) -> str:
 
 def lost_hold(loop: str) -> str:
     """
-    Return a text for joint positions at which the equations of a loop are singular: the motors do
-    not hold the part that the loop moves.
+    Return the part of a warning which says that the motors do not hold what a loop moves.
+
+    It applies at joint positions at which the equations of the loop are singular. There, passive
+    joints of the loop can move although all motors are at rest.
     """
     moves = 'move' if closed_together(loop) else 'moves'
     return f'there the motors do not hold what the {group_in_words(loop)} {moves}'
