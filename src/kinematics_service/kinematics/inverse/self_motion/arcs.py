@@ -51,8 +51,8 @@ class IkArc(FrozenArrays):
     q : shape (m, n), rad or m
         Samples along the arc, at most 0.1 rad apart, among them every reversal of a joint.
     s : shape (m,), rad
-        Length of the arc from its beginning to each sample, prismatic joints divided by the
-        characteristic length.
+        Length of the arc from its beginning to each sample. Displacements of prismatic joints are
+        divided by the characteristic length.
     closed
         Whether the arc is a closed curve, so that its last sample equals its first sample up to
         full turns.
@@ -96,8 +96,8 @@ class IkArc(FrozenArrays):
     @property
     def length(self) -> float:
         """
-        Return the length of the arc, rad; prismatic joints are divided by the characteristic
-        length.
+        Return the length of the arc, rad. Displacements of prismatic joints are divided by the
+        characteristic length.
         """
         return float(self.s[-1])
 
@@ -155,10 +155,10 @@ class IkArc(FrozenArrays):
         return np.array(rows[int(squares_of((rows - q) / self.scales).argmin())])
 
     def _with_neighbours(self, values: Floats) -> Floats:
-        # `values` has a number for each sample, such as the length. Returns the values with one
-        # more at each end. On an open arc these two are the first and the last value again. A
-        # closed arc continues: they are the values one sample before the beginning and one sample
-        # after the end.
+        # `values` has a number for each sample of the arc, such as the length. Returns the numbers
+        # with one number added at each end. On an open arc the first and the last number are
+        # repeated. On a closed arc the added numbers belong to the sample before the first one and
+        # the sample after the last one, on the laps before and after.
         before, behind = values[:1], values[-1:]
         if self.closed:
             lap = behind - before
@@ -167,8 +167,9 @@ class IkArc(FrozenArrays):
 
     def with_largest_clearance(self, robot: Robot) -> Floats:
         """
-        Return the joint positions (n,) of that sample of the arc which has the largest clearance
-        (proved radius without singular poses).
+        Return the joint positions (n,) of that sample of the arc which has the largest clearance.
+        The clearance is the radius of a ball in joint space that is proved to contain no singular
+        pose.
         """
         return np.array(self.q[int(np.argmax(clearances(robot, np.array(self.q))))])
 

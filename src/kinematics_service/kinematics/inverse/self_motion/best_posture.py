@@ -1,9 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Find the best posture of an arm with one redundant joint, on the arc of solutions through its
-present posture: the one farthest from the joint limits (margin), or from singular poses
-(clearance).
+Find the best posture of an arm with one redundant joint.
+
+The solutions through the present posture form an arc. The best posture is the point of the arc
+that is farthest from the joint limits (criterion `margin`) or from singular poses (criterion
+`clearance`).
 """
 
 from collections.abc import Callable, Iterator
@@ -24,7 +26,7 @@ from .sliced_arm import sliced_arm_of
 
 Cost = Callable[[Floats], Floats]
 
-# Largest distance between samples of an arc, rad (prismatic joints divided by the characteristic
+# Largest distance between samples of an arc, rad (prismatic motions divided by the characteristic
 # length).
 SAMPLE_DISTANCE = 0.2
 # A posture is on an arc if its distance from the arc is less than this, rad.
@@ -35,8 +37,8 @@ CLEARANCE_SAMPLES = 48
 # Each rad of distance from the present posture reduces the margin or clearance of a posture by
 # this, rad. Without this cost the result would jump between equally good postures.
 COST_OF_DISTANCE = 1e-3
-# Number of corrections of the length of a step along an arc. A step may be 0.1 % too long, and
-# each correction divides the error by 1000.
+# Number of corrections of the length of a step along an arc. Without correction a step may be too
+# long by 0.1 %. Each correction divides the error by 1000, so three corrections leave about 1e-12.
 CORRECTIONS = 3
 
 
@@ -49,8 +51,8 @@ class BestPosture(NamedTuple):
     q : shape (n,), rad or m
         The posture that was reached.
     arc
-        The arc, with those full turns that make it pass through the posture from which the motion
-        starts.
+        The arc. Full turns are added to its joint positions, so that it passes through the posture
+        from which the motion starts.
     left : rad
         Distance along the arc that remains from `q` to the best posture.
     """
@@ -121,8 +123,8 @@ def best_posture(
 
 def has_arcs(robot: Robot, rows: tuple[str, ...], axis: str) -> bool:
     """
-    Return whether an arm has exactly one redundant joint for a target with the given rows and
-    axis.
+    Return whether an arm has exactly one redundant joint for targets that prescribe the pose
+    components `rows` and the direction of the tool axis `axis`.
     """
     return sliced_arm_of(robot, rows, axis) is not None
 

@@ -64,8 +64,8 @@ class SolutionCurve:
 
     def at(self, places: Floats) -> Floats:
         """
-        Return the joint positions (m, n) at places (m,), which are indices of samples with
-        fractions.
+        Return the joint positions (m, n) at `places` (m,). Place 2.5, for example, is between
+        samples 2 and 3 of the curve.
         """
         laps = np.floor(places / self.last) * self.closed
         q = np.empty((len(places), self.point.n))
@@ -108,12 +108,13 @@ def traced(problem: IkProblem, point: kernel.CurvePoint, start: Floats) -> Solut
     if count < 0:
         return SolutionCurve(problem, point, samples[0, :-count].copy(), True)
     behind = kernel.trace(point, -1.0, samples[1])
-    # The curve is traced from `start` in both directions. Reverse the samples of the second
-    # direction, so that they lead in the first direction; change the signs of their tangents.
+    # The curve is traced from `start` in both directions. Reverse the order of the samples of the
+    # second direction and the signs of their tangents, so that all samples follow the first
+    # direction.
     rows = samples[1, : abs(behind)][::-1] * np.repeat([1.0, -1.0], n)
     if behind < 0:
-        # The curve is closed: the tracing in the second direction came back to `start`. Near a
-        # singular pose the tracing in the first direction may have failed.
+        # The tracing in the second direction came back to `start`, so the curve is closed. The
+        # tracing in the first direction stopped earlier, which may happen near a singular pose.
         return SolutionCurve(problem, point, rows, True)
     both = np.vstack([rows[:-1], samples[0, :count]])
     return SolutionCurve(problem, point, both, False) if len(both) > 1 else None

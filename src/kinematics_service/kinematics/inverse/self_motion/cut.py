@@ -3,14 +3,18 @@
 """
 Cut a solution curve into arcs at the joint limits.
 
-Samples and reversals of joints divide the curve into steps. In each step every joint only rises or
-only falls, so it passes a limit at most once. The points at which joints pass limits divide the
-curve into pieces. The posture in the middle of a piece determines which full turns of the joints
-bring the piece inside the limits. A run is a sequence of pieces inside the limits (`turns.py`);
-each run is an arc.
+The curve is divided in three ways.
 
-Steps with a joint far beyond its limits are skipped, because no arc ends in such a step. An arc
-ends where one joint passes a limit while all other joints are inside their limits.
+Steps: a step ends at a sample of the curve, or where a joint reverses its direction. So in each
+step every joint only rises or only falls, and passes a limit at most once. Steps with a joint far
+beyond its limits are skipped, because no arc ends in such a step: an arc ends where one joint
+passes a limit while all other joints are inside their limits.
+
+Pieces: a piece ends where a joint passes a limit. The posture in the middle of a piece determines
+how many full turns must be added to each joint to bring the piece inside the limits.
+
+Arcs: a maximal sequence of pieces inside the limits is called a run (`turns.py`). Each run is an
+arc.
 """
 
 import functools
@@ -28,8 +32,8 @@ from .turns import PieceRun, runs_of
 
 Flags = npt.NDArray[np.bool_]
 # A joint passes a limit if its distance beyond the limit exceeds this, rad or m. A joint that
-# rests at a limit does not pass it, because round-off is smaller. The number is half of
-# kernel.AT_LIMIT.
+# rests at a limit does not pass the limit, because round-off moves it beyond the limit by less.
+# The number is half of kernel.AT_LIMIT.
 EXIT_MARGIN = 5e-10
 # A joint reverses between two samples of a solution curve if the product of its slopes at both
 # samples is below this. The slope is the derivative of the joint position by the length of the
@@ -70,9 +74,9 @@ def arcs_of(curve: SolutionCurve) -> tuple[IkArc, ...]:
 
 
 def _is_near(curve: SolutionCurve) -> Flags:
-    # Returns for each step between two samples of the curve whether no joint is far beyond its
-    # limits. If the distance of a joint beyond its limit exceeds the motion of all joints in the
-    # step, the joint cannot come inside during the step.
+    # Returns for each step between two samples of the curve whether all joints are near their
+    # limits or inside. A joint is not near if it is farther beyond its limit than the sum of the
+    # motions of all joints in the step. Such a joint cannot come inside during the step.
     q, ((low, high), periods, _) = curve.q, _counted(curve.plan)
     turned = q - periods * np.floor((q - low) / periods)
     away = np.minimum(turned - high, low + periods - turned) / curve.plan.scales
@@ -82,10 +86,11 @@ def _is_near(curve: SolutionCurve) -> Flags:
 
 class _CutCurve:
     # A solution curve that is cut into pieces at the joint limits. `table` has one row for each
-    # sample, passage of a limit, and reversal of a joint, sorted by place: place, joint positions
-    # (n), length up to this place (rad), and joint and side of the limit. `lap` is the increment
-    # of a row in one lap of a closed curve. `begins` has the first row of each piece, and the last
-    # row of a curve that is not closed.
+    # sample, each passage of a limit and each reversal of a joint. The columns are: place on the
+    # curve, n joint positions, length of the curve up to the place (rad), joint, side of the
+    # limit. The rows are sorted by place. On a closed curve, `lap` is what one lap adds to a row.
+    # `begins` has the index of the first row of each piece. If the curve is not closed, it also
+    # has the index of the last row.
 
     def __init__(self, curve: SolutionCurve, near: Flags) -> None:
         self.curve, self.near = curve, near
@@ -129,10 +134,10 @@ class _CutCurve:
         self._add(k, (joint, level, before - level, after - level), side)
 
     def _add(self, k: Integers, roots: Sequence[Floats | Integers], side: Integers | int) -> None:
-        # Adds a row to the table after each row k, at the place where a joint has the position
-        # `level` or reverses. This place is the zero of a function: joint position minus level, or
-        # slope of the joint. `roots` are the joint, the level, and the function's values at both
-        # ends of the step.
+        # Adds a row to the table after each row k. The row belongs to the place on the curve at
+        # which a joint passes the position `level` or reverses. There a function f is zero: f is
+        # the joint position minus `level`, or the slope of the joint position. `roots` has, for
+        # each added row, the joint, the level, and f at the rows k and k + 1.
         joint, level, low, high = roots
         rows, places = np.empty((len(k), self.table.shape[1])), self.table[:, 0]
         rows[:, -2], rows[:, -1] = joint, side
@@ -182,9 +187,9 @@ class _CutCurve:
         joint, side = int(row[-2]), int(row[-1])
         if side == NO_SIDE:
             return IkArcEnd('', 'singular')
-        # Find the joint at whose limit the arc ends. The row names a joint that passes a limit
-        # with some number of full turns. With the full turns of this arc it may be inside its
-        # limits; then another joint is at a limit.
+        # Find the joint at whose limit the arc ends. `joint` passes a limit at this row, but
+        # perhaps only with another number of full turns. After the full turns of this arc are
+        # added, `joint` may be inside its limits. Then another joint is at a limit.
         away = np.abs(self.limits - q)
         if away[:, joint].min() > kernel.AT_LIMIT:
             joint = int(away.min(axis=0).argmin())

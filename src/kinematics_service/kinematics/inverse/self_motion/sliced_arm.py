@@ -1,13 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Solve slices of an arm with one redundant joint: hold its first or last joint, and solve the other
-six joints.
+Solve slices of an arm with one redundant joint. In a slice, the first or the last joint is held,
+and the other joints are solved.
 
-The geometry of the six joints does not depend on the position of the held joint; only the target
-of the six joints moves. If the target gives a direction of a tool axis instead of a rotation, the
-arm has only six joints; the solver adds a joint about this tool axis. If the target is a position,
-the arm has only four joints; the solver adds three rotations whose axes meet at the tool's origin.
+A slice always has six joints to solve. If the target is a pose, the arm has seven joints, and one
+is held. If the target is a position and the direction of a tool axis, the arm has six joints; the
+solver adds a joint about the tool axis. If the target is a position, the arm has four joints; the
+solver adds three rotations whose axes meet at the tool's origin. The geometry of the six joints
+does not depend on the position of the held joint; only the target of the six joints moves.
 """
 
 from __future__ import annotations
@@ -41,17 +42,17 @@ class SlicedArm(NamedTuple):
     robot
         The arm.
     screws
-        Screws of the arm. If the target gives a direction instead of a rotation, they include the
-        added joint about the tool axis.
+        Joint screws of the arm. If the target gives a direction instead of a rotation, the last
+        screw is an added joint about the tool axis.
     to_joints : shape (k, joints)
         Matrix from positions of the screws to positions of the joints (row vectors).
     whole
         Whether the target has a rotation or a direction in addition to a position.
     held
-        Index of the screw that is held.
+        Index of the screw that is held, the first or the last.
     six
-        Solver of the screws that are not held, with three added joints for a position target; None
-        if there is no solver.
+        Solver for six screws: all screws except the held one. If the target is a position, three
+        rotations about the tool's origin are added to them. None if no solver was found.
     """
 
     robot: Robot
@@ -63,8 +64,9 @@ class SlicedArm(NamedTuple):
 
     def solutions(self, pose: Floats, position: float) -> Floats:
         """
-        Return the joint positions (m, n) of all solutions for a pose in which the held screw has
-        the position `position`.
+        Return all solutions (m, n) with the tool at `pose` and the held joint at `position`.
+
+        The held joint is screw number `held`; its position is in rad.
         """
         if self.six is None:
             return np.empty((0, self.robot.dof))
@@ -96,10 +98,11 @@ class SlicedArm(NamedTuple):
 @functools.lru_cache(maxsize=128)
 def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm | None:
     """
-    Return an arm with the solver of its slices, for targets with given rows and tool axis. In a
-    slice one joint is held.
+    Return an arm with the solver of its slices: arms in which one joint is held.
 
-    Returns None unless the arm has exactly one redundant joint.
+    The targets prescribe the pose components `rows`, some of x y z rx ry rz, and the direction of
+    the tool axis `axis`. Returns None if the arm does not have exactly one redundant joint for
+    such targets.
     """
     screws = None if robot.chain.loops else screws_of(robot.chain)
     position, whole = rows == ROW_NAMES[:3], bool(axis) or rows == ROW_NAMES

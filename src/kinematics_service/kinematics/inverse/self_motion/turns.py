@@ -4,13 +4,15 @@
 Find maximal runs (sequences) of pieces of a curve inside the joint limits, by intersection of
 boxes.
 
-A piece may be inside all limits with several vectors of full turns, one whole number for each
-joint. These vectors are a box: one interval for each joint. A run of pieces is inside the limits
-with every vector of turns in the intersection of the boxes of its pieces. The run is maximal with
-a vector if neither the piece before nor the piece after is inside with this vector. The number of
-vectors with which a run is maximal follows by inclusion and exclusion from the sizes of four
-boxes: the box of the run, and its intersections with the box of the piece before, of the piece
-after, and of both.
+A vector of full turns has a whole number for each joint. If these turns are added to the joint
+positions of a piece, the piece may come inside the limits. The vectors that bring a piece inside
+the limits form a box, the box of the piece: an interval of whole numbers for each joint.
+
+A run is a sequence of pieces whose boxes have common vectors. Let R be the intersection of the
+boxes, A the box of the piece before the run, and B the box of the piece after the run. The run is
+maximal with a vector of R if this vector is neither in A nor in B. Let size(X) be the number of
+vectors in a box X. Then the number of vectors with which the run is maximal is size(R) - size(R
+and A) - size(R and B) + size(R and A and B), by inclusion and exclusion.
 """
 
 import functools
@@ -27,20 +29,21 @@ Box = list[list[int]]
 
 class PieceRun(NamedTuple):
     """
-    A maximal sequence of pieces of a curve that are inside the limits with one vector of full
-    turns.
+    A maximal sequence of pieces of a curve that are inside the limits after equal full turns are
+    added to the joint positions of all pieces.
 
     Attributes
     ----------
     first, pieces
         Index of the first piece, and the number of pieces; a run may continue over several laps.
     turns
-        A vector of full turns, one number for each joint, with which the run is maximal: neither
-        the piece before nor the piece after is inside the limits.
+        The full turns that are added, one number for each joint. They bring all pieces of the run
+        inside the limits, but neither the piece before nor the piece after.
     closed
         Whether the last piece leads to the first piece with equal turns.
     windings
-        The number of vectors of turns with which the run is maximal.
+        Several vectors of full turns may have this effect; `turns` is one of them. `windings` is
+        the number of these vectors.
     """
 
     first: int
@@ -57,7 +60,8 @@ def runs_of(boxes: Sequence[Box], closed: bool, lap: Sequence[int]) -> Iterator[
     Parameters
     ----------
     boxes
-        For each piece, the box of full turns with which the piece is inside the limits.
+        For each piece, the full turns that bring the piece inside the limits: for each joint, the
+        least and the largest number of turns.
     closed
         Whether the first piece follows the last one.
     lap
@@ -95,8 +99,9 @@ def _size(box: Box) -> int:
 
 
 def _outside(box: Box, *others: Box) -> Turns:
-    # Returns a vector of turns that is in `box` and in none of the boxes `others`. Each number of
-    # the vector is the smallest number of `box`, or the first number beyond another box.
+    # Returns a vector of turns that is in `box` and in none of the boxes `others`. A box has an
+    # interval low to high for each joint. Candidates for each number of the vector are the joint's
+    # low in `box`, and high + 1 for each high in `others`.
     ways = [
         sorted({low, *(end + 1 for _, end in beside if low <= end < high)})
         for (low, high), *beside in zip(box, *others)
