@@ -28,8 +28,8 @@ from .search import DistinctSolutions, refined, starts
 # Number of random starts, inside the limits, of the search for the pose nearest to an unreachable
 # target.
 NEAREST_STARTS = 64
-# A joint is named as moving along a family of solutions if its motion exceeds this (rad) in a
-# joint motion of norm 1 along the family.
+# The tangent of a family of solutions is a joint motion of norm 1. The result names a joint among
+# those that move along the family if the joint's component of the tangent exceeds this, rad.
 MIN_MOTION = 1e-6
 LEFT_FREE = 'the target leaves joints free to move: '
 
@@ -120,7 +120,8 @@ def beyond(target: IkTarget, robot: Robot, reach: Reach) -> str:
 
 def inside_limits(solutions: int, families: int) -> str:
     """
-    Return a sentence with the numbers of solutions and families, the `reason` of a solved result.
+    Return the `reason` of a solved result: a sentence with the number of solutions and the number
+    of families.
     """
     sentence = f'{solutions} {"solution" if solutions == 1 else "solutions"} inside the limits'
     if families:

@@ -33,10 +33,10 @@ def closed_solutions(
     problem: IkProblem, form: kernel.ClosedForm, only_one: bool, only_inside: bool
 ) -> kernel.Solutions:
     """
-    Return all solutions of an arm with a closed form, or only the nearest one inside the limits.
+    Return all solutions of an arm with a closed form, nearest to `problem.near` first.
 
-    If `only_inside`, solutions that are outside the limits by more than the error of the closed
-    form are left out.
+    If `only_one`, return only the nearest solution inside the limits. If `only_inside`, leave out
+    solutions that exceed a limit by more than the error bound of the closed form.
     """
     solutions = room_for(1 if only_one else kernel.MAX_CANDIDATES, problem)
     refining = refinement(problem.target, problem.plan)

@@ -20,20 +20,22 @@ from .search import refined, starts
 from .self_motion.curve import SolutionCurve, point_of, traced
 from .self_motion.sliced_arm import SlicedArm
 
-# Number of slices. Each slice holds one joint of the arm at another position; these positions are
-# evenly spaced over a turn.
+# Number of slices. All slices hold the same joint of the arm, each slice at a different position,
+# and solve the other joints. The positions are evenly spaced over a turn.
 SLICES = 8
-# Angle at which the first slice holds its joint, rad. It is not 0, because arms with right angles
-# are singular at multiples of 90 degrees.
+# A slice holds one joint of the arm at a fixed angle, and solves the other joints. This is the
+# angle in the first slice, rad. It is not 0, because arms with right angles are singular at
+# multiples of 90 degrees.
 FIRST_SLICE = 0.05
-# Number of random joint positions that Levenberg-Marquardt refines to start solutions of the curve
-# search.
+# Number of random joint positions from which the curve search begins. Levenberg-Marquardt moves
+# each of them to a solution, and a curve is traced from the solution.
 STARTS = 96
 # Step of the central differences that differentiate J by the joint positions, rad or m. The step
 # is about the cube root of machine epsilon.
 DIFFERENCE = 1e-5
-# Length of the step from a crossing of two curves to a new start solution on one of the curves,
-# rad. It is half of the first step of a continuation.
+# Solution curves may cross. Length of the step from the crossing to a solution on one of the
+# curves, rad. The solution then is a start for tracing that curve. The length is half of the first
+# step with which a curve is traced.
 STEP_TO_SEED = 0.01
 # Largest number of solution curves that are traced.
 MAX_CURVES = 64
@@ -80,19 +82,20 @@ def _solutions(problem: IkProblem, q: Floats) -> list[Floats]:
 
 
 def _near_crossing(point: kernel.CurvePoint, q: Floats) -> Floats:
-    # Returns joint positions (m, n) near the curves that cross at a singular solution (n,). Branch
-    # switching (Allgower and Georg, sections 8.1 and 8.3): J is the derivative of the equations of
-    # the target by the joint positions, and J' is the derivative of J. At a simple bifurcation
-    # point J has two null vectors, the rows of N, and one left null vector e. The tangents of the
-    # curves are a N. The row a (two numbers) is a root of the quadratic form a N (e . J') N^T a^T.
+    # Returns joint positions (m, n) near the curves that cross at a singular solution (n,), by
+    # branch switching (Allgower and Georg, sections 8.1 and 8.3). J is the derivative of the
+    # target's equations by the joint positions, and J' is the derivative of J. At a simple
+    # bifurcation point J has two null vectors, the rows of the matrix N, and one left null vector
+    # e. Each curve has the tangent t = a N, with a vector a of two numbers that solves the
+    # equation a N (e . J') N^T a^T = 0.
     e_left, _, null = np.linalg.svd(_jacobian(point, q))
     e, N = e_left[:, -1], null[-2:]
     ahead = [_jacobian(point, q + DIFFERENCE * way) for way in N]
     behind = [_jacobian(point, q - DIFFERENCE * way) for way in N]
     form = np.array([e @ (a - b) @ N.T for a, b in zip(ahead, behind)])
-    # Compute the tangents of the curves, the roots of the quadratic form `form`. In the axes of
-    # its eigenvectors the equation is a^2 low + b^2 high = 0. It has two real roots if the
-    # eigenvalues low and high have opposite signs.
+    # Solve the quadratic equation with the matrix `form` for a. In the axes of the eigenvectors of
+    # `form` it is a_1^2 low + a_2^2 high = 0. It has two real solutions if the eigenvalues low and
+    # high have opposite signs.
     (low, high), axes = np.linalg.eigh(0.5 * (form + form.T))
     if not low < 0.0 < high:
         return np.empty((0, len(q)))

@@ -23,9 +23,10 @@ from .problem.screws import Screws, screws_of
 from .problem.target import residual_of
 from .search import BATCH, DistinctSolutions, distinct, refined, refinement, starts
 
-# At a degenerate target solutions coincide, or all determinants of the elimination vanish. Targets
-# beside it are solved instead. Each number of BESIDE is a displacement from the degenerate target:
-# a translation, relative to the characteristic length, and a rotation by the same number of rad.
+# A target is degenerate if several of its solutions coincide, or if all determinants of the
+# elimination vanish. Then targets beside it are solved instead. Each number of BESIDE is the size
+# of the displacement from the degenerate target: a translation, relative to the characteristic
+# length, and a rotation by the same number of rad.
 BESIDE = (1e-6, 1e-4)
 
 
@@ -153,8 +154,10 @@ def _positions(screws: Screws, psi: Floats) -> Floats:
 
 
 def _real_ones(psi: Floats) -> Floats:
-    # Returns the real solutions (k, 6) among the complex solutions (m, 6, 2). A complex solution
-    # is in the list together with its conjugate, so a solution without a conjugate is real.
+    # Returns the real solutions (k, 6) among the complex solutions (m, 6, 2). The list has each
+    # solution that is not real twice: as itself, and with exactly opposite imaginary parts. A real
+    # solution is in the list once. Its imaginary parts are round-off, so it differs from its own
+    # conjugate.
     conjugate = psi * (1.0, -1.0)
     paired = [any(np.array_equal(one, other) for other in conjugate) for one in psi]
     return np.asarray(psi[np.logical_not(paired), :, 0])

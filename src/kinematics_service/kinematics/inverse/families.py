@@ -18,13 +18,13 @@ from .problem.problem import IkProblem
 from .result import off_motions
 from .search import DistinctSolutions, apart, errors_at, refined
 
-# A joint motion that hardly moves the tool (right singular vector of J) may lead along a family of
-# solutions. Trial steps test the motion if its singular value, divided by the largest one, is
-# below this.
+# A joint motion that hardly moves the tool may be a tangent of a family of solutions. Such motions
+# are right singular vectors of J with small singular values. Trial steps test a vector if its
+# singular value, divided by the largest singular value, is below this.
 FREE_SINGULAR_VALUE_RATIO = 1e-5
-# Gaussian elimination of J with complete pivoting is faster than its singular values. If the ratio
-# of the last pivot to the largest pivot is above this, singular values are not computed. No ratio
-# of singular values is then below FREE_SINGULAR_VALUE_RATIO.
+# A cheap test avoids the computation of the singular values of J: Gaussian elimination of J with
+# complete pivoting. If the last pivot, divided by the largest pivot, is above this number, then
+# each singular value, divided by the largest one, is above FREE_SINGULAR_VALUE_RATIO.
 SUSPECT_PIVOT_RATIO = 1e-3
 # Trial step along a joint motion that hardly moves the tool, rad.
 TRIAL_STEP = 0.05
@@ -33,12 +33,12 @@ TRIAL_STEP = 0.05
 # test is necessary, because J is also singular at the border of the workspace. There, the
 # correction leads back to the solution.
 MIN_TRIAL_MOTION = 0.01
-# Largest residual after a trial step on a family, relative to the characteristic length. The bound
+# Largest residual after a trial step on a family, divided by the characteristic length. The bound
 # is round-off. With a larger bound, two solutions beside a singular pose would be taken as a
 # family.
 RESIDUAL_ROUND_OFF = 1e-13
-# Steps along a family of solutions, rad. The family is straight if the tool is at the target after
-# each of these steps.
+# Lengths of steps along the tangent of a family of solutions, rad. If the tool is at the target
+# after each of the steps, the family is taken as straight.
 CHECKED_STEPS = (-2.0, 0.7, 3.0)
 # Largest number of steps along a family of solutions toward the preferred joint positions `near`.
 MAX_STEPS = 6
@@ -55,7 +55,7 @@ class SolutionFamily(NamedTuple):
     error
         Residual of the solution, m.
     motions : shape (k, n)
-        Joint motions that keep the tool at the target, orthonormal; prismatic joints are divided
+        Joint motions that keep the tool at the target, orthonormal; prismatic motions are divided
         by the characteristic length.
     straight
         Whether the tool stays at the target after a joint motion of any length along `motions`.
@@ -93,8 +93,9 @@ def isolated_or_not(problem: IkProblem, found: DistinctSolutions) -> Sorted:
     none = np.zeros(len(found.q), dtype=np.bool_)
     shares = np.empty(len(found.q))
     kernel.pivots(target.residual, plan.scales, found.q, shares)
-    # If J has full rank at all solutions, all are isolated. Exception: if some joint motions
-    # (`plan.idle`) keep every target reached, every solution is in a family.
+    # If J has full rank at all solutions and the arm has no idle motions, all solutions are
+    # isolated. An idle motion (`plan.idle`) never moves the tool away from any target, so with an
+    # idle motion every solution is in a family.
     if not len(plan.idle) and not np.any(shares < SUSPECT_PIVOT_RATIO):
         return Sorted(found, none, ())
     m = len(found.q)
@@ -118,8 +119,10 @@ def isolated_or_not(problem: IkProblem, found: DistinctSolutions) -> Sorted:
 
 
 def _along(problem: IkProblem, q: Floats, null: Floats, error: float) -> Floats:
-    # Returns joint motions (k, n), combinations of the null vectors `null`, along which the tool
-    # stays at the target also after a trial step.
+    # Returns the tangents (k, n) of the family of solutions through q; none if q is isolated. The
+    # tangents are combinations of the null vectors `null` of J. A trial step goes along each null
+    # vector, and a correction then brings the tool back to the target. If q is isolated, the
+    # correction leads back to q, or the tool does not reach the target.
     robot, target, plan, *_ = problem
     trials = np.concatenate([null, -null]) * TRIAL_STEP
     gone = refined(target, plan, q + trials * plan.scales, far=True)
@@ -189,10 +192,11 @@ def nearer(problem: IkProblem, family: SolutionFamily, limits: Floats) -> Soluti
 
 def tangent(problem: IkProblem, q: Floats, dimension: int) -> Floats:
     """
-    Return k joint motions along a family of solutions at q, shape (k, n), orthonormal.
+    Return the tangents of a family of solutions at q: orthonormal joint motions, shape
+    (`dimension`, n).
 
-    k is `dimension`. The motions are the right singular vectors of J with the k least singular
-    values, where prismatic joints are divided by the characteristic length.
+    They are right singular vectors of J, those with the smallest singular values. Motions of
+    prismatic joints are divided by the characteristic length, in J and in the result.
     """
     n, residual = len(q), problem.target.residual
     sigma, motions = np.zeros((1, n)), np.zeros((1, n, n))

@@ -3,12 +3,15 @@
 """
 Compute positions and multiplicities of multiple solutions by the Lyapunov-Schmidt reduction.
 
-At a multiple solution q the Jacobian J has a null vector v, and w is the lost direction of the
-tool. All equations except the one along w are solved for joint positions q + s v + corrections.
-The error along w is then a function g(s), and g(s) = 0 is the reduced equation. The roots of g are
-the solutions near q, and a root of multiplicity m is m solutions. Refinement of q stops at a
-distance of about the m-th root of round-off from the solution. The root of a polynomial fitted to
-g is exact to round-off.
+At a multiple solution q the Jacobian J has a null vector v, a joint motion, and a left null vector
+w, the direction in which the tool cannot move. For each number s, joint positions q + s v +
+corrections are computed that meet the target in all directions except w. The error of the tool
+along w is then a function g(s). The equation g(s) = 0 is called the reduced equation. The roots of
+g are the solutions near q. A root of multiplicity m stands for m solutions that coincide.
+
+Refinement of q (Levenberg-Marquardt) cannot reach a multiple solution exactly. It stops at a
+distance of about the m-th root of the machine epsilon. So a polynomial is fitted to g, and the
+root of this polynomial is exact to round-off.
 """
 
 import itertools
@@ -36,14 +39,15 @@ POLYNOMIAL_DEGREE = 9
 SIMPLE_ROOT_RANGE = 0.05
 # Largest multiplicity that is tried for a solution (a root of the reduced equation g(s) = 0).
 MAX_ORDER = 6
-# Bound of the round-off of the function g(s) of the reduced equation, and of the derivatives of g,
-# relative to the characteristic length: about 5 machine epsilons.
+# g(s) = 0 is the reduced equation that replaces the equations of the target near a singular
+# solution. This is a bound of the round-off in g and in the derivatives of g, relative to the
+# characteristic length or the reach of the arm, the larger one: about 5 machine epsilons.
 REDUCED_ROUND_OFF = 1e-15
 # Largest number of Newton steps for a sample g(s). The steps solve the equations of the target in
 # all directions but one: the direction in which the tool cannot move (the left null vector of J).
 MAX_NEWTON_STEPS = 12
-# Two solutions are taken as one if the distance of their joint positions is below this, rad
-# (prismatic joints divided by the characteristic length).
+# Two solutions are taken as one if the distance between their joint positions is below this, rad
+# (prismatic motions divided by the characteristic length).
 SAME_SOLUTION_DISTANCE = 1e-7
 
 
@@ -127,8 +131,9 @@ def _multiples(problem: IkProblem, q: Floats, error: float) -> list[Multiple]:
 
 
 def _roots(coefficients: Floats, nothing: float) -> list[tuple[int, float]]:
-    # Returns the multiplicities and positions of the roots near 0 of the reduced equation g(s) =
-    # 0: one multiple root, or all simple roots. `coefficients` are those of the polynomial g.
+    # Returns (multiplicity, position) of those roots of the reduced equation g(s) = 0 that are
+    # near s = 0: one multiple root, or all simple roots. `coefficients` belong to the polynomial
+    # g. The position is s / SAMPLED_SPAN.
     order, at = _root(coefficients, nothing)
     if order != 1:
         return [(order, at)] if order else []
@@ -138,8 +143,9 @@ def _roots(coefficients: Floats, nothing: float) -> list[tuple[int, float]]:
 
 
 def _root(coefficients: Floats, nothing: float) -> tuple[int, float]:
-    # Returns the highest multiplicity m of a root near 0 of the reduced equation g(s) = 0, and the
-    # position of this root. At this position the (m - 1)-th derivative of g has a simple root.
+    # The reduced equation g(s) = 0 may have a multiple root near s = 0. Returns the highest
+    # multiplicity m and the position s / SAMPLED_SPAN of this root. Method: at a root of
+    # multiplicity m, derivative m - 1 of g has a simple root.
     derivatives = [np.polynomial.Polynomial(coefficients)]
     for _ in range(MAX_ORDER):
         derivatives.append(derivatives[-1].deriv())
@@ -159,10 +165,10 @@ def _root(coefficients: Floats, nothing: float) -> tuple[int, float]:
 def _way(
     problem: IkProblem, q: Floats, s: float, parts: tuple[Floats, Floats, Floats]
 ) -> Floats | None:
-    # Returns the joint step from q, divided by `plan.scales`, whose component along the null
-    # vector of J is s. Newton's method finds the other components: they solve the equations of the
-    # target, but not in the direction in which the tool cannot move at the singular solution.
-    # Returns None if Newton's method diverges.
+    # Returns a joint step from q, divided by `plan.scales`. The component of the step along the
+    # null vector of J is s. Newton's method finds the other components: after the step the tool
+    # meets the target in all directions but one, the direction in which the tool cannot move at
+    # the singular solution. Returns None if Newton's method diverges.
     along, across, kept = parts
     y = np.zeros(len(across))
     for _ in range(MAX_NEWTON_STEPS):

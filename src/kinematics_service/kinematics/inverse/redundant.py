@@ -58,9 +58,9 @@ def redundant_result(problem: IkProblem) -> IkResult:
 def _near_alone(
     problem: IkProblem, curves: Sequence[SolutionCurve], families: list[IkFamily]
 ) -> list[IkFamily]:
-    # Returns the joint positions `problem.near` as a separate family if they are a solution, but
-    # none of the arcs and curves found passes through them. The search also started from `near`,
-    # so `near` is then singular: no curve can be traced from it.
+    # If `problem.near` is a solution, but no arc or curve found passes through it, returns `near`
+    # as a separate family. Such a solution is singular: the search also tried to trace a curve
+    # from `near`, and this fails only at singular solutions.
     robot, target, plan, near, *_ = problem
     error = float(errors_at(target, plan, near[None])[0])
     if not target.is_reached_at(near, error):
@@ -116,16 +116,16 @@ def _family_of_curve(
 
 
 def _on_turns_of(near: Floats, arc: IkArc, plan: InversePlan) -> IkArc:
-    # Returns a copy of the arc, shifted by full turns of the joints and inside the limits, that
-    # passes nearest to `near`.
+    # Full turns, added to the joint positions of an arc, give shifted copies of the arc. Returns
+    # the copy that passes nearest to `near` among those inside the limits.
     return min(shifted_past(arc, near, plan), key=lambda one: _away(near, one, plan), default=arc)
 
 
 def _nearest(problem: IkProblem, arcs: Sequence[IkArc]) -> Floats:
-    # Returns the posture nearest to `near` on any of the arcs. Compares samples first, and skips
-    # arcs whose nearest sample is much farther than the best sample. This is valid because every
-    # posture of an arc is at most half of the distance between two samples from the nearest
-    # sample.
+    # Returns the posture nearest to `near` on any of the arcs. Compares the samples of the arcs
+    # first. The nearest posture of an arc is at most SAMPLE_DISTANCE / 2 away from a sample. So an
+    # arc is skipped if its samples are farther from `near` than the best sample of all arcs by
+    # more than SAMPLE_DISTANCE.
     near, plan = problem.near, problem.plan
     away = [_away(near, arc, plan) for arc in arcs]
     nearest = [

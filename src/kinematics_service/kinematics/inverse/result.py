@@ -72,9 +72,10 @@ class IkSolution(FrozenArrays):
     q : shape (n,), rad or m
         The joint positions, read-only.
     residual
-        The error of the tool's pose by forward kinematics, m. It is the norm of the position error
-        (m) and the rotation vector (rad) times the characteristic length. Only the rows of the
-        target count. If `exact` is False, the error is within the tolerance.
+        The error of the tool's pose by forward kinematics, m: sqrt(p^2 + (L r)^2) with the
+        position error p (m), the rotation error r (rad) and the characteristic length L (m). Only
+        components of the pose that the target prescribes are included. If `exact` is False, the
+        error is within the tolerance.
     feasible
         Whether every joint is inside its limits.
     beyond
@@ -110,8 +111,8 @@ class IkFamily(FrozenArrays):
     q : shape (n,), rad or m
         The posture found nearest to `near`, or to the middle of the limits.
     motions : shape (k, n)
-        Orthonormal joint motions (prismatic joints divided by the characteristic length) along the
-        family at `q`; k is the dimension of the family at `q`.
+        Orthonormal joint motions (prismatic motions divided by the characteristic length) along
+        the family at `q`; k is the dimension of the family at `q`.
     straight
         Whether q plus any multiple of `motions` is in the family, as for two joints on one axis
         (`theta1 + theta2` constant).
@@ -143,16 +144,19 @@ class IkFamily(FrozenArrays):
 
     def contains(self, q: Floats) -> bool:
         """
-        Return whether joint positions (n,) lie on a straight family, modulo full turns.
+        Return whether joint positions q (n,) belong to the family, up to full turns.
 
-        A curved family contains only its own `q`.
+        If the family is curved (`straight` is False), only its stored solution `self.q` is
+        recognised.
         """
         return self.distance(q) < FAMILY_TOLERANCE
 
     def distance(self, q: Floats) -> float:
         """
-        Return the distance of joint positions q (n,) from the family, rad. If the family is
-        curved, it is the distance from the family's `q`.
+        Return the distance of joint positions q (n,) from the family, rad.
+
+        If the family is curved (`straight` is False), return the distance from its stored solution
+        `self.q`.
         """
         away = np.asarray(q) - self.q
         if self.straight:
@@ -165,7 +169,8 @@ def off_motions(away: Floats, motions: Floats) -> Floats:
     Return the joint difference `away` (n,) minus a combination of the motions (k, n). The
     combination is chosen by Gaussian elimination, so that k components of the result are 0.
 
-    Full turns of the k joints with the result 0 have no effect.
+    An orthogonal projection would spoil full turns. For example, off the motion (1, -1), the full
+    turn (2 pi, 0) becomes (0, 2 pi), which is a full turn, too. A projection gives (pi, pi).
     """
     left = motions.copy()
     for i in range(len(left)):
@@ -244,10 +249,10 @@ class IkResult(Sequence[IkSolution]):
         redundant joints or more. Curves are found by search, so they are never `proved`. With two
         redundant joints the solutions form a surface, on which the search finds only one posture.
     roots
-        The number of certified complex solutions and the largest possible number, both with
-        multiplicity; None if they were not counted. If every root that may be real has led to a
-        solution, a smaller number of certified solutions is also a proof, because the missing
-        roots may be at infinity.
+        The number of certified complex solutions, and the largest number that is possible, both
+        with multiplicity; None if they were not counted. If the two numbers are equal, the result
+        is proved complete. It is also proved complete if every root that may be real has led to a
+        solution, because the roots that were not found may be at infinity.
     """
 
     solutions: tuple[IkSolution, ...]

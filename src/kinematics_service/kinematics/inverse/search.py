@@ -109,13 +109,13 @@ def refined(
     limits : shape (n, 2), rad or m
         Range of the joints; default: no limits.
     held
-        Whether joints with `plan.held` = 0 keep their positions.
+        Whether some joints do not move: those with the factor 0 in `plan.held`.
     """
     return _refined(refinement(target, plan, far, limits, held), q)
 
 
 def errors_at(target: IkTarget, plan: InversePlan, q: Floats) -> Floats:
-    """Return the residuals (m,) of the target at joint positions q (m, n), m."""
+    """Return the residual of the target, in metres, for each row of q (m, n): shape (m,)."""
     still = kernel.Refinement(target.residual, plan.scales, plan.unlimited, 0.0, 0)
     return _refined(still, q).errors
 
@@ -136,8 +136,8 @@ def distinct(
     target: IkTarget, plan: InversePlan, found: DistinctSolutions
 ) -> tuple[DistinctSolutions, Integers]:
     """
-    Return each different solution among the joint positions `found` once, and how many of these
-    positions are that solution. Positions that do not reach the target are left out.
+    Return the distinct solutions among the joint positions `found`, and how often each solution
+    was found. Positions that do not reach the target are left out.
     """
     order = np.argsort(found.errors, kind='stable')
     q, errors = found.q[order], found.errors[order]
@@ -178,12 +178,13 @@ def search(
     (n,) with the least residual.
 
     The search begins with the `known` solutions, each taken as found once. It ends when every
-    solution has been found `MIN_MEETINGS` times; if one is within `limits` (n, 2), only solutions
-    within the limits count.
+    solution has been found `MIN_MEETINGS` times. If a solution is within `limits` (n, 2), only
+    solutions within `limits` must be found `MIN_MEETINGS` times.
     """
     robot, target, plan, near, *_ = problem
     random, arrivals, best, least = problem.random(), known or no_solutions(robot), near, np.inf
-    # The joints with `plan.held` = 0 keep their positions in `near`.
+    # `plan.held` has a factor for the steps of each joint. If the factor is 0, the joint keeps its
+    # position in `near`.
     frozen = plan.held == 0.0
     for tried in range(BATCH, MAX_STARTS + 1, BATCH):
         q = starts(robot, plan, random, BATCH)

@@ -28,11 +28,12 @@ from ..arguments import check_positive, finite_vector, rows_in_order
 from ..task_jacobian import task_of
 from ..tool_state import ToolState, evaluate
 
-# A wanted twist is lost if the component of the resulting twist along it is smaller than
-# LOST_FRACTION times the wanted twist.
+# A twist is lost if `followed` is below this number. `followed` is the component of the resulting
+# twist along the wanted twist, divided by the size of the wanted twist.
 LOST_FRACTION = 0.05
-# A wanted twist is followed if the component of the resulting twist along it is at least 1 -
-# FOLLOWED_ROUND_OFF times the wanted twist. The number is the round-off of the least squares.
+# A twist is taken as completely followed if `followed >= 1 - FOLLOWED_ROUND_OFF`. `followed` is
+# the component of the resulting twist along the wanted twist, divided by the size of the wanted
+# twist. The number is the round-off of the least squares.
 FOLLOWED_ROUND_OFF = 1e-9
 
 
@@ -44,11 +45,11 @@ class ServoSettings:
     Attributes
     ----------
     damping
-        The damping at a singular pose, relative to the arm's characteristic length.
+        The damping at a singular pose, divided by the characteristic length.
     damped_below
-        Singular values of the scaled J_t below this number times the characteristic length are
-        damped. If `damping` is half of `damped_below`, the joint motion (rad) is at most 1.16 /
-        damped_below times the tool motion, which is divided by the characteristic length.
+        Singular values of the scaled J_t below `damped_below * L` are damped; L is the
+        characteristic length. If `damping` is half of `damped_below`, then joint motion (rad) <=
+        1.16 / damped_below * (tool motion / L).
     horizon
         Time, s. No joint approaches its limit faster than its distance from the limit divided by
         this time. The time must be at least the time until the next step.
@@ -100,11 +101,12 @@ class ServoStep(FrozenArrays):
         The damping in use, relative to the largest damping: 0 away from singular poses, 1 at a
         singular pose.
     smallest_singular_value
-        Smallest singular value of the scaled J_t, relative to the characteristic length.
+        Smallest singular value of the scaled J_t, divided by the characteristic length.
     followed
-        Component of the resulting twist along the wanted twist, relative to the wanted twist. Only
-        the rows of the task count, and the limits are not applied yet. It is 1 unless the twist is
-        damped near a singular pose, or the tool can never move in a direction of the twist.
+        Component of the resulting twist along the wanted twist, divided by the size of the wanted
+        twist. The two twists are compared in the rows of the task, before velocity limits and
+        position limits are applied. The value is below 1 if the twist is damped near a singular
+        pose, or if the arm can never produce a part of the wanted twist.
     """
 
     qdot: Floats

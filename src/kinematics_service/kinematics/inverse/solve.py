@@ -102,10 +102,10 @@ def inverse_kinematics(
     target : shape (4, 4) or (3,)
         Pose of the tool, or its position (m), in the base frame.
     near : shape (n,), rad or m
-        Preferred joint positions. Each joint position of a solution has the full turns that bring
-        it nearest to `near`. The nearest solution is first (root of the sum of squares, prismatic
-        joints divided by the characteristic length). Default: the middle of the limits, 0 without
-        limits.
+        Preferred joint positions. The solutions are sorted by their distance from `near` (root of
+        the sum of squares, prismatic motions divided by the characteristic length). To each joint
+        of a solution, full turns are added that bring it nearest to `near`. Default: the middle of
+        the limits, 0 without limits.
     respect_limits
         Whether to leave out solutions outside the limits.
     rows
@@ -121,14 +121,15 @@ def inverse_kinematics(
         a redundant arm it is a posture of a family (`families[0].q`). If no start leads inside the
         limits, all solutions are searched for.
     axis
-        The axis x, y or z of the tool whose direction counts instead of the whole rotation, for a
-        pose as target: the tool may turn about this axis. With `axis`, `rows` are some of x y z.
+        For a pose as target: the tool axis, x, y or z, whose direction must be met instead of the
+        whole rotation. The tool may turn about this axis. With `axis`, `rows` are some of x y z.
     tolerance
         Largest position error (m) and rotation error (rad). Inexact solutions are searched for
-        only if no exact solution is inside the limits. If J has fewer independent rows than the
-        target has equations, the arm does not meet a rounded target exactly. Then all solutions
-        within the tolerance are returned, each with the least residual. 0: only exact solutions
-        (to 1e-10 m; for arms smaller than 1 mm, to 1e-7 of their reach).
+        only if no exact solution is inside the limits. Exception: J may have fewer independent
+        rows than the target has equations, as for five joints and a pose. Then no solution is
+        exact if the numbers of the target are rounded, so all solutions within the tolerance are
+        returned, each with the least residual. 0: only exact solutions (to 1e-10 m; for arms
+        smaller than 1 mm, to 1e-7 of their reach).
 
     Raises
     ------
@@ -271,8 +272,10 @@ def _result_of_five(problem: IkProblem) -> IkResult | None:
 
 
 def _poses_beside(pose: Floats, tolerance: float) -> Iterator[Floats]:
-    # Yields 12 poses near a pose. If the number of solutions changes within the tolerance in some
-    # direction, it changes within sqrt(6) times the tolerance along one of six axes.
+    # Yields 12 poses near a pose: it is moved along or turned about x, y or z, in both directions,
+    # by sqrt(6) times the tolerance. Suppose that the number of solutions changes at a plane in
+    # the space of these six motions. If the plane is within the tolerance of the pose, one of the
+    # 12 poses is on the other side, because a unit normal has a component of at least 1 / sqrt(6).
     for way in np.vstack([np.eye(6), -np.eye(6)]) * math.sqrt(6.0) * tolerance:
         moved = pose.copy()
         moved[:3, 3] += way[:3]
@@ -327,9 +330,9 @@ def _solved(
 
 
 def _unsure(problem: IkProblem, closed: kernel.Solutions) -> IkResult:
-    # Returns the result if the closed form may have missed solutions, because one of its equations
-    # is nearly singular or its errors are large. Tries elimination next, which may be regular at
-    # this target.
+    # The closed form may have missed solutions, because one of its equations is nearly singular or
+    # its error bound is large. Returns the result by elimination, which may be regular at this
+    # target, or else by search.
     known = _found(closed)
     if closed.count:
         result = answer(problem, known, 'closed form')
@@ -359,9 +362,9 @@ def _degenerate(problem: IkProblem, arm: kernel.SixJoints, eliminated: Eliminate
     if not families and np.count_nonzero(~singular) == real:
         found = with_multiplicities(problem, isolated, singular)
         # The solutions are proved complete if their number, with multiplicities, is the largest
-        # possible one. `certified` counts simple solutions. Singular solutions are added only if
-        # all their multiplicities exceed 1: 0 means unknown, and one of multiplicity 1 may be in
-        # `certified` already.
+        # possible one. `certified` is the number of simple solutions. Multiplicities of singular
+        # solutions are added only if all exceed 1. Multiplicity 0 means unknown. A singular
+        # solution of multiplicity 1 may already be included in `certified`.
         multiples = found.multiplicities[np.count_nonzero(~singular) :]
         if all(m > 1 for m in multiples) and certified + sum(multiples) == arm.bound:
             return result_of(problem, found, (), _method_of(every), every)

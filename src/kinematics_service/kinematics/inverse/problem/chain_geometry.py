@@ -26,8 +26,11 @@ RATIO_TOLERANCE = 1e-14
 
 def size_of(screws: Screws) -> float:
     """
-    Return the size of an arm, m: the largest distance from the point on the first axis to the
-    points on the other axes and to the tool.
+    Return the size of an arm, m: the largest distance from its first axis to another axis or the
+    tool.
+
+    Each axis has one stored point (`screws.points`). The distance between two axes is the distance
+    between the two stored points.
     """
     points = np.vstack([screws.points, screws.tool])
     return max(float(np.max(np.linalg.norm(points - points[0], axis=1))), MIN_SIZE)
@@ -52,11 +55,10 @@ def parallel(a: Floats, b: Floats) -> bool:
 
 def meeting_point(screws: Screws, which: Sequence[int]) -> Floats | None:
     """
-    Return the point (3,) at which the rotation axes `which` meet with all joints at zero, m, or
-    None.
+    Return the point (3,), m, at which several rotation axes intersect if all joints are at zero.
 
-    Returns None if the axes do not meet in one point, if a screw is a translation, or if
-    neighbouring axes are parallel.
+    `which` has the indices of the axes. Returns None if the axes do not intersect in one point, if
+    a screw is a translation, or if neighbouring axes are parallel.
     """
     if any(screws.slides[k] for k in which):
         return None
@@ -72,7 +74,7 @@ def meeting_point(screws: Screws, which: Sequence[int]) -> Floats | None:
 
 
 def all_parallel(screws: Screws, which: Sequence[int]) -> bool:
-    """Return whether the screws `which` are all rotations about parallel axes."""
+    """Return whether the screws with the indices `which` are all rotations about parallel axes."""
     first = screws.axes[which[0]]
     return all(not screws.slides[k] and parallel(first, screws.axes[k]) for k in which)
 
@@ -93,7 +95,10 @@ def with_parallel_axes(screws: Screws) -> tuple[Screws, Floats] | None:
 
 
 def through(screws: Screws, which: Sequence[int], point: Floats) -> Screws:
-    """Return the screws with the axes `which` moved so that they pass exactly through `point`."""
+    """
+    Return the screws, with the axes number `which` moved so that they pass exactly through
+    `point`.
+    """
     points = screws.points.copy()
     points[list(which)] = point
     return made_exact(screws, screws.axes, points, screws.coupling)
@@ -101,8 +106,10 @@ def through(screws: Screws, which: Sequence[int], point: Floats) -> Screws:
 
 def in_one_direction(screws: Screws, which: Sequence[int]) -> Screws:
     """
-    Return the screws with the nearly parallel axes `which` turned to the direction of the first of
-    these axes.
+    Return the screws, with several nearly parallel axes made exactly parallel.
+
+    `which` has the indices of the axes. All of them get the direction of the first one. If an axis
+    had the opposite direction, its motion changes the sign.
     """
     axes, coupling = screws.axes.copy(), screws.coupling.copy()
     first = axes[which[0]]
@@ -114,7 +121,8 @@ def in_one_direction(screws: Screws, which: Sequence[int]) -> Screws:
 
 def with_feet(screws: Screws) -> Screws:
     """
-    Return the screws with the points of axes 1 and 2 on the common perpendicular of both axes.
+    Return the screws, with the stored points of axes 1 and 2 moved along the axes to their common
+    perpendicular.
 
     If axes 1 and 2 are parallel or meet within the tolerance, they are made exactly parallel or
     exactly meeting.
@@ -174,11 +182,11 @@ def with_links_merged(screws: Screws) -> Screws:
 
     The motion of the tool's origin does not change.
 
-    The parallel rotations move the links in a plane. A link is the vector from one axis to the
-    next; it turns by the sum of the angles of all rotations up to its first axis. Links that turn
-    together, as in a parallelogram, are merged. Links that never turn become part of the constant
-    vector to the first rotation. Unless exactly two rotations remain, the screws are returned
-    unchanged.
+    The parallel rotations move the links in a plane. A link is the vector from one axis, at which
+    it begins, to the next axis. It turns by the sum of all rotation angles up to the axis at which
+    it begins. Links that turn together, as in a parallelogram, are merged. Links that never turn
+    become part of the constant vector to the first rotation. If this does not leave exactly two
+    rotations, the screws are returned unchanged.
     """
     k = len(screws.axes)
     start = k

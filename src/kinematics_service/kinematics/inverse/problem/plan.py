@@ -51,9 +51,9 @@ CLOSED_FORM_ROUND_OFF = 2e-15
 # If no imaginary part of a complex solution exceeds this, rad or m, the solution may be real.
 # Refinement then decides whether the solution is real.
 IMAGINARY_TOLERANCE = 1e-6
-# A joint may turn several screws with different ratios. Its period is the number of joint turns
-# after which every screw has made whole turns. At most this number of turns of the slowest screw
-# is tried.
+# A joint may turn several axes with different gear ratios. The period of the joint is the smallest
+# motion after which every axis has made whole turns. The search for the period tries 1, 2, ...,
+# MAX_TURNS turns of the slowest axis.
 MAX_TURNS = 1000
 # Two possible axes of the sixth joint that is added to an arm of five joints: unit vectors that
 # are parallel to no axis of usual arms. At poses where the arm with the first axis is singular,
@@ -123,9 +123,10 @@ class InversePlan(FrozenArrays):
 @functools.lru_cache(maxsize=128)
 def plan_for(robot: Robot, rows: tuple[str, ...], axis: str = '') -> InversePlan:
     """
-    Return the plan of an arm: how inverse kinematics is solved for targets with given rows.
+    Return the plan of an arm: how inverse kinematics is solved for targets of one kind.
 
-    If `axis` is given, a target also has the direction of this tool axis.
+    The targets prescribe the pose components `rows`, some of x y z rx ry rz. If `axis` is given,
+    they also prescribe the direction of this tool axis.
     """
     # Use no screws for an arm with closed loops, because only the search can solve it.
     screws = None if robot.chain.loops else screws_of(robot.chain)
@@ -175,11 +176,12 @@ def _idle_motions(
     q = np.ascontiguousarray(poses[:RANK_POSES])
     n = robot.dof
     sigma, motions = np.zeros((len(q), n)), np.zeros((len(q), n, n))
-    # Take any pose as target, because J depends only on the rows of the target.
+    # J is the Jacobian of the components of the pose that the target prescribes (`rows`). It does
+    # not depend on the pose of the target, so take any pose.
     residual = residual_of(robot, IDENTITY, rows, axis)
     kernel.free_motions(residual, scales, q, sigma, motions)
-    # Take singular values below `least` as zero. This is necessary if no joint moves the tool in
-    # the rows of the target, because J then has only round-off.
+    # Take singular values below `least` as zero. This is necessary if no joint changes a component
+    # of the pose in `rows`, because J then has only round-off.
     least = least_motion(robot.chain)
     rank = int(np.max(np.sum(sigma > np.maximum(RANK_RATIO * sigma[:, :1], least), axis=1)))
     # Find the null space common to all joint positions. With the singular value decomposition J =
@@ -234,12 +236,13 @@ def _periods_by(robot: Robot, ratios: Iterable[Floats], periodic: npt.NDArray[np
 
 
 def _turns(ratios: Floats) -> float:
-    # Returns the least number of turns of a joint after which all its screws have made whole
-    # turns. `ratios` has the turns of each screw per turn of the joint.
+    # Returns the least number of turns of a joint after which every axis that it drives has made
+    # whole turns; infinite if none is found. `ratios` has the turns of each axis per turn of the
+    # joint (gear ratios).
     moving = np.abs(ratios[ratios != 0.0])
     if not len(moving):
         return 1.0
-    # Try 1, 2, ... turns of the slowest screw until all other screws have made whole turns.
+    # Try 1, 2, ... turns of the slowest axis until all other axes have made whole turns.
     slowest = float(np.min(moving))
     for turns in range(1, MAX_TURNS + 1):
         if _whole(turns * moving / slowest):
@@ -361,12 +364,12 @@ def _solver(
 @functools.lru_cache(maxsize=128)
 def as_six(robot: Robot, eliminated: bool) -> tuple[SixSolver, ...]:
     """
-    Return solvers for an arm of five joints that is extended by a sixth joint at its end. The
-    caller then takes the solutions in which the sixth joint is at 0.
+    Return solvers for an arm of five joints to which a sixth joint is added. The caller then takes
+    the solutions in which the sixth joint is at 0.
 
-    With the added joint the arm has a closed form (Pieper 1968): counted from one of its two ends,
-    its last three axes meet in a point, or its axes 2, 3 and 4 are parallel. If `eliminated`, the
-    solver uses elimination instead.
+    The joint is added after the tool or before the base. Number the axes so that the added one is
+    axis 6. The arm then has a closed form (Pieper 1968), because axes 4, 5 and 6 meet in a point,
+    or because axes 2, 3 and 4 are parallel. If `eliminated`, the solver uses elimination instead.
     """
     if robot.chain.loops or robot.dof != 5:
         return ()

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Describe an arm by joint screws: the axes of the rows of the DH table that joints move (elements),
-and the tool's pose. Axes and pose are taken with all joints at zero.
+Describe an arm by its joint screws and the pose of its tool, with all joints at zero.
 
-The tool's pose is the product of exponentials (Brockett 1984) exp(s_1 psi_1) ... exp(s_k psi_k)
-home. For each of the k elements, s_i is the screw of the axis and psi_i its angle or displacement;
-psi = coupling q. The screws do not depend on the convention of the DH table.
+An element is a row of the DH table that a joint moves. The joint screw of an element is the axis
+of the row. The tool's pose is the product of exponentials (Brockett 1984) exp(s_1 psi_1) ...
+exp(s_k psi_k) home. For each of the k elements, s_i is the screw and psi_i the angle or
+displacement; psi = coupling q. The screws do not depend on the convention of the DH table.
 """
 
 from dataclasses import dataclass

@@ -28,11 +28,11 @@ TOOL_AXES = ('x', 'y', 'z')
 # A solution is exact if its residual is at most this, m. The bound covers the round-off of forward
 # kinematics of usual arms.
 EXACT_ERROR = 1e-10
-# For arms smaller than 1 mm, EXACT_ERROR is replaced by this number times the reach of the arm,
-# which is smaller.
+# If the reach of an arm is below 1 mm, this number times the reach replaces EXACT_ERROR. The
+# product is smaller than EXACT_ERROR.
 SMALL_ARM_ERROR_RATIO = 1e-7
-# For arms larger than 1 km, EXACT_ERROR is replaced by this number times the reach of the arm,
-# which is larger.
+# If the reach of an arm is above 1 km, this number times the reach replaces EXACT_ERROR. The
+# product is larger than EXACT_ERROR.
 LARGE_ARM_ERROR_RATIO = 1e-13
 
 
