@@ -47,7 +47,8 @@ class TableErrors(NamedTuple):
     Attributes
     ----------
     frames : shape (P,)
-        Index of the frame of the table in which the screw of each parameter is constant.
+        For each parameter, the index of a frame of the table. In this frame the screw of the
+        parameter does not depend on the joint positions.
     screws : shape (P, 6)
         The screw of each parameter in its frame: linear velocity of the frame's origin, angular
         velocity.
@@ -84,8 +85,9 @@ class NamedErrors(NamedTuple):
 
 def frames_of_elements(robot: Robot) -> Integers:
     """
-    Return, for k = 0, 1, ..., the index of the first frame of the table, from the base, that the
-    first k joint screws move and the later ones do not.
+    Return for k = 0, 1, ... the index of a frame of the table that exactly k joint screws move.
+
+    If k joint screws move several frames, the frame nearest to the base is taken.
     """
     parents = robot.chain.table.frame_parent
     return np.array([int(np.argmax(parents == k - 1)) for k in range(robot.chain.elements + 1)])

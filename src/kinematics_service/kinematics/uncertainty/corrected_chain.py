@@ -50,7 +50,8 @@ class MovingScrews(NamedTuple):
     The joint screws of a chain: Rz(theta) Tz(d), with theta = theta_0 + by_theta q and d = d_0 +
     by_d q.
 
-    `theta_0` and `d_0` have shape (elements,), `by_theta` and `by_d` shape (elements, n).
+    `theta_0` and `d_0` have a number for each joint screw. `by_theta` and `by_d` have a row for
+    each joint screw and a column for each of the n joints.
     """
 
     theta_0: Floats
@@ -60,11 +61,12 @@ class MovingScrews(NamedTuple):
 
 
 class _PartPlaces(NamedTuple):
-    # Before, between and after the joints, the chain has products of constant motions and
-    # corrections. parts[i, k] is factor i of product k, shape (levels, elements + 1, 4, 4). The
-    # other arrays have, for each correction: its index i (`depths`) and k (`places`), whether it
-    # is a rotation (`turns`), its axis 0, 1 or 2 (`along`), and its column in the Jacobian
-    # (`columns`).
+    # A chain is a product: fixed product 0, joint screw 1, fixed product 1, joint screw 2, and so
+    # on. A fixed product has constant motions and corrections as factors. parts[i, k] is factor i
+    # of fixed product k, shape (largest number of factors, number of joint screws + 1, 4, 4). The
+    # other arrays have one number for each correction: its indices i (`depths`) and k (`places`),
+    # whether it is a rotation (`turns`), its axis 0, 1 or 2 (`along`), and its column in the
+    # Jacobian (`columns`).
     parts: Floats
     depths: Integers
     places: Integers
@@ -77,14 +79,15 @@ class _PartPlaces(NamedTuple):
 class CorrectedChain:
     """
     The chain of an arm as a product: constant motions and corrections, a joint screw, constant
-    motions, and so on.
+    motions and corrections, the next joint screw, and so on.
 
     Attributes
     ----------
-    still : elements + 1 sequences of parts
-        Constant motions (4, 4) and corrections, in their order from base to tool.
+    still : sequences, one more than joint screws
+        Constant motions (4, 4) and corrections before, between and after the joint screws, in the
+        order from base to tool.
     screws
-        The joint screws between these sequences.
+        The joint screws.
     gears
         Joints whose gear ratio has a correction.
     """
@@ -121,10 +124,11 @@ class PoseChange(NamedTuple):
 
 
 class _Stills(NamedTuple):
-    # `motions`, (elements + 1, 4, 4), has the products of constant motions and corrections before,
-    # between and after the joints. The other arrays have, for each correction: the index of its
-    # product (`places`), its column in the Jacobian (`columns`), whether it is a rotation
-    # (`turns`), and its axis and origin in the frame in which the product begins.
+    # `motions` has the products (4, 4) of the constant motions and corrections before, between and
+    # after the joint screws. The other arrays have one entry for each correction: the index of the
+    # product that contains the correction (`places`), its column in the Jacobian (`columns`),
+    # whether it is a rotation (`turns`), its axis (`axes`) and its origin (`origins`). Axis and
+    # origin are in the frame at which this product begins.
     motions: Floats
     places: Integers
     columns: Integers
@@ -142,9 +146,9 @@ def small_motion(turns: bool, axis: int, value: float) -> Floats:
 
 
 def _stills(chain: CorrectedChain, values: Floats) -> _Stills:
-    # Multiplies out the products of constant motions and corrections before, between and after the
-    # joints. All products are computed at once: by the first factors, the second factors, and so
-    # on.
+    # Computes the products of constant motions and corrections before, between and after the joint
+    # screws. All products are computed together: the loop takes the first factor of every product,
+    # then the second factor of every product, and so on.
     parts, depths, places, turns, along, columns = chain._layout
     parts, by = parts.copy(), values[columns]
     parts[depths[~turns], places[~turns], along[~turns], 3] = by[~turns]
@@ -163,7 +167,8 @@ def _stills(chain: CorrectedChain, values: Floats) -> _Stills:
 
 
 def _screws(chain: CorrectedChain, q: Floats) -> Floats:
-    # Returns the matrices (elements, N, 4, 4) of all joint screws at joint positions q (N, n).
+    # Returns the matrices (4, 4) of all joint screws at joint positions q (N, n), shape (number of
+    # joint screws, N, 4, 4).
     theta_0, d_0, by_theta, by_d = chain.screws
     theta, d = theta_0[:, None] + by_theta @ q.T, d_0[:, None] + by_d @ q.T
     T = np.zeros((*theta.shape, 4, 4))
@@ -248,12 +253,12 @@ class ErrorScrews(NamedTuple):
     Attributes
     ----------
     after : shape (P,)
-        For each correction, the number of joint screws between the base and the correction.
+        For each correction, the number k of joint screws between the base and the correction.
     screws : shape (P, 6)
-        Each correction as a screw, in the frame to which this number of joint screws leads: linear
-        velocity of the frame's origin, and angular velocity.
-    starts : shape (elements + 1, 4, 4)
-        Poses of the frames to which 0, 1, ... joint screws lead, with all joints at zero.
+        Each correction as a screw: linear velocity of the frame's origin, and angular velocity. It
+        is given in frame k, the frame directly behind the first k joint screws.
+    starts : shape (number of joint screws + 1, 4, 4)
+        Poses of the frames k = 0, 1, ... with all joints at zero.
     """
 
     after: Integers

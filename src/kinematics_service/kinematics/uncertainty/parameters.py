@@ -4,9 +4,10 @@
 Choose the parameters of an arm that can be identified from tool poses, and build the chain of the
 arm with a correction for each parameter.
 
-Extra angles and lengths (corrections for which the table has no number) are added only if they
-move the tool in a way that the parameters of the table cannot: their tool motions are linearly
-independent. This is tested by projection at random poses.
+Extra angles and lengths are corrections for which the table has no number. An extra correction is
+added only if it moves the tool in a way that the parameters of the table cannot: the tool motion
+by the extra correction is linearly independent of the tool motions by these parameters. This is
+tested by projection at random poses.
 """
 
 from collections.abc import Sequence
@@ -34,20 +35,20 @@ from ...robot.task import seeded_poses
 from . import corrected_chain
 from .triangle import triangle_of
 
-# An extra parameter is a correction for which the nominal table has no number. It is added only if
-# its usual error moves the tool in a way that the other parameters cannot. The part of this tool
-# motion that the other parameters cannot produce must have an RMS over random poses above this
-# times LENGTH, the standard deviation of a length.
+# An extra parameter is a correction for which the nominal table has no number. The usual error of
+# this parameter moves the tool. Other parameters cannot produce a part of this tool motion. The
+# extra parameter is added if the RMS of this part over random poses is above MIN_EXTRA_MOTION *
+# LENGTH. LENGTH is the usual standard deviation of a length.
 MIN_EXTRA_MOTION = 0.1
-# The test of an extra parameter ignores combinations of the other parameters that hardly move the
-# tool: their usual errors together move the tool by an RMS over random poses below this times
-# LENGTH.
+# The test of an extra parameter compares it with combinations of the other parameters. It ignores
+# combinations that hardly move the tool: the RMS of their tool motion over random poses is below
+# MIN_SPAN_MOTION * LENGTH. LENGTH is the usual standard deviation of a length.
 MIN_SPAN_MOTION = 0.02
 # Number of random poses at which the tool motions by different parameters are compared.
 POSES = 60
 
-# Corrections that a row of the table may get besides its own parameters: a rotation about y and a
-# translation along y.
+# Extra corrections that a row of the DH table may get: a rotation about y and a translation along
+# y. The row has no quantity for them.
 EXTRA_PLACES = ('Ry', 'Ty')
 
 
@@ -97,8 +98,10 @@ def placement(
 
 def every_parameter_of(description: RobotDescription) -> ArmParameters:
     """
-    Return all parameters of an arm and their chain. Extra parameters are included even if other
-    parameters can move the tool in the same way.
+    Return all parameters of an arm, and the arm's chain with a correction for each parameter.
+
+    An extra parameter is included even if combinations of other parameters move the tool in
+    exactly the same way.
     """
     return _built(description, None)
 
@@ -158,12 +161,12 @@ def scaled_jacobian(
     positions: bool = False,
 ) -> Floats:
     """
-    Return the triangular factor R (P, P) of the Jacobian of the tool's pose by P parameters.
+    Return the QR factor R (P, P) of the scaled Jacobian of the tool's pose by P parameters.
 
-    The Jacobian has six rows for each of POSES random poses, and R is from its QR factorisation.
-    Each column is multiplied by the usual error of its parameter. The matrix is divided by LENGTH
-    and by the square root of the number of poses (RMS). Angles of the tool are multiplied by the
-    characteristic length. If `positions` is True, only the rows of the tool's origin are used.
+    The Jacobian has six rows for each of POSES random poses; three rows, for the tool's origin, if
+    `positions` is True. Each column is multiplied by the usual error of its parameter. Angular
+    rows are multiplied by the characteristic length. Then all numbers are divided by LENGTH and by
+    sqrt(POSES) (RMS). R is upper triangular.
     """
     q = seeded_poses(robot.limits, robot.prismatic)[:POSES]
     scales = np.array([one.scale for one in parameters])
@@ -243,7 +246,8 @@ def _arranged(
 def _constant(
     motion: NamedMotion, link: DhRow, at: dict[str, corrected_chain.CorrectingMotion]
 ) -> tuple[corrected_chain.Part, corrected_chain.Part]:
-    # Returns one constant motion of a row's matrix product, and the correction of this motion.
+    # A row of the table is a product of elementary motions. Returns one of them with its value in
+    # the table, as a matrix (4, 4), and the correction of this value.
     value = link[motion.quantity].affine.constant
     still = corrected_chain.small_motion(motion.axis[0] == 'R', AXES.index(motion.axis[1]), value)
     return still, at[motion.quantity]

@@ -6,9 +6,9 @@ import numpy as np
 
 from ...kernel import Floats
 
-# Number of rows of a block divided by its number of columns. With 45 columns, OpenBLAS uses one
-# thread for blocks of this size. In larger blocks its threads wait for each other and take six
-# times the processor time.
+# The matrix is divided into blocks of rows. Each block has BLOCK times as many rows as columns.
+# With 45 columns, OpenBLAS factorises a block of this size by one thread. For larger blocks
+# OpenBLAS uses several threads. They wait for each other and take six times the processor time.
 BLOCK = 2
 
 
