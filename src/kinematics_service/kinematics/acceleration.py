@@ -4,17 +4,21 @@
 Compute the exact time derivative of the Jacobian from its screws, and the acceleration of the
 tool.
 
-An element is a row of the DH table that joints move. Each column of the Jacobian is a sum of
-screws (s, w) of elements: linear velocity s of the reference point and angular velocity w. The
-screw of an element is moved by the elements nearer to the base. V is the velocity of the reference
-point, and W the angular velocity, that the elements nearer to the base cause together. So dw/dt =
-W x w and ds/dt = W x s + w x (V_all - V), where V_all is the velocity of the reference point by
-all elements.
+An element is a row of the DH table that a joint moves. If the element moves with speed 1, the
+reference point gets the linear velocity s, and the angular velocity w: the screw (s, w) of the
+element. Each column of the Jacobian is a sum of screws.
 
-If the arm has closed loops, J = J_open [1; C], where C = d psi / d q has the derivatives of the
-passive joints psi by the joints q. Let Phi be the residual of the loops, and Phi_x its derivatives
-by x = (q, psi), which are also screws. The passive joints keep Phi at 0, so Phi_x [1; C] = 0 at
-all times, and Phi_psi dC/dt = -dPhi_x/dt [1; C].
+The screw of an element moves with the elements nearer to the base. Together, the nearer elements
+give the reference point the velocity V, and turn with the angular velocity W. All elements of the
+arm together give the reference point the velocity V_all. So dw/dt = W x w and ds/dt = W x s + w x
+(V_all - V).
+
+If the arm has closed loops, J = J_open [1; C]. J_open has a column for each joint and for each
+passive joint, and C = d psi / d q has the derivatives of the passive joints psi by the joints q.
+Let Phi be the residual of the loops, and Phi_x the derivatives of Phi by x = (q, psi). The columns
+of Phi_x also are sums of screws. The passive joints keep Phi at 0, so Phi_x [1; C] = 0 at all
+times. The time derivative of this equation gives Phi_psi dC/dt = -dPhi_x/dt [1; C], where Phi_psi
+has the columns of Phi_x for psi.
 """
 
 import numpy as np
@@ -137,7 +141,9 @@ def _rate(state: ToolState, point: Point, at: npt.ArrayLike | None) -> Floats:
     if not chain.loops:
         rates = _screw_rates(chain, point.first_entries, screws, qdot)
         if chain.form != kernel.MIXED:
-            return rates  # in this form each joint moves one row, so each column of J is one screw
+            # If the form is not MIXED, each joint moves exactly one row of the table. Then column
+            # j of J is the screw of the row that joint j moves.
+            return rates
         return _by_variable(chain, rates)
     closure = chain.closure
     section = state.row[..., chain.closure_at : chain.closure_at + closure.width]
@@ -155,8 +161,9 @@ def _screw_rates(chain: Chain, first: Integers, screws: Floats, rates: Floats) -
     entries = chain.entries
     sums = np.zeros((*screws.shape[:-1], entries + 1))
     np.cumsum(screws * rates[..., None, chain.table.joint], axis=-1, out=sums[..., 1:])
-    # For each entry, compute the twist of the elements that are nearer to the base. If several
-    # joints move one element, its entries share an axis, so they do not move each other.
+    # For each entry (an element and a joint that moves it), compute the twist of the elements
+    # nearer to the base. Other entries of the same element are left out: they share its axis, so
+    # they do not change its screw.
     before = sums[..., first]
     W, V = before[..., 3:, :], sums[..., :3, -1:] - before[..., :3, :]
     halves = screws.reshape(*screws.shape[:-2], 2, 3, entries)

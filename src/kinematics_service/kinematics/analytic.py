@@ -143,9 +143,9 @@ def _of_rpy(R: Floats) -> _Map:
     by_turn = _stacked(
         [c / by, s / by, zero], [-s, c, zero], [c * tangent, s * tangent, zero + 1.0]
     )
-    # The amplification is the inverse of the smallest singular value of the matrix with the
-    # columns Rz Ry x, Rz y and z. This singular value is sqrt(1 - |sin(pitch)|) = cos(pitch) /
-    # sqrt(1 + |sin(pitch)|).
+    # The amplification is the largest ratio of the rates (roll', pitch', yaw') to the angular
+    # velocity. It is 1 / s, where s is the smallest singular value of the matrix with the columns
+    # Rz Ry x, Rz y and z: s = sqrt(1 - |sin(pitch)|) = cos(pitch) / sqrt(1 + |sin(pitch)|).
     growth = np.sqrt(1.0 + np.abs(R[..., 2, 0]))
     amplification = np.where(singular, np.inf, growth / np.where(singular, 1.0, cos_pitch))
     return coordinates, by_turn, amplification, singular
@@ -153,8 +153,8 @@ def _of_rpy(R: Floats) -> _Map:
 
 def _of_quaternion(quaternion_xyzw: Floats) -> _Map:
     x, y, z, w = np.moveaxis(quaternion_xyzw, -1, 0)
-    # The rate of a quaternion q is half the product of the quaternion (w, 0) and q, where w is the
-    # angular velocity.
+    # The rate of a quaternion q is 0.5 (omega, 0) q: half the product of two quaternions. omega is
+    # the angular velocity, and (omega, 0) has the scalar part 0.
     by_turn = 0.5 * _stacked([w, z, -y], [-z, w, x], [y, -x, w], [-x, -y, -z])
     return (
         quaternion_xyzw.copy(),

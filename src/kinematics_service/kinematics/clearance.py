@@ -21,8 +21,8 @@ def clearances(robot: Robot, q: Floats) -> Floats:
     Return for each q a proved radius, shape (N,), rad: no pose within the radius is singular.
 
     A radius is at most 1 rad. It is a norm of a joint motion: the root of the sum of squares, with
-    prismatic joints divided by the characteristic length. If the arm has closed loops or more than
-    16 joints, the radius is 0, because nothing is proved for such arms.
+    prismatic motions divided by the characteristic length. If the arm has closed loops or more
+    than 16 joints, the radius is 0, because nothing is proved for such arms.
 
     Parameters
     ----------
@@ -46,10 +46,10 @@ def clearances(robot: Robot, q: Floats) -> Floats:
 
 
 def _sizes(robot: Robot, q: Floats) -> Floats:
-    # Returns for each pose the largest absolute position of those prismatic joints that have no
-    # limits or are beyond their limits; 0 if there are none. The position is rounded up to the
-    # next of ..., 1/2, 1, 2, 4, ... times the characteristic length, so that one computation of
-    # bounds serves many poses.
+    # Returns for each pose the largest absolute position of a prismatic joint, rounded up to 2^k
+    # times the characteristic length with a whole number k. Only prismatic joints without limits
+    # or beyond their limits are taken; 0 if there are none. Because of the rounding, one
+    # computation of bounds serves many poses.
     strokes = _strokes(robot)
     slides = strokes != 0.0
     if not slides.any():

@@ -46,7 +46,7 @@ class LoopLinks(NamedTuple):
     slides : k - 1 flags
         Whether each piece between two corners changes its length.
     joints
-        A `LoopJoint` for each row of the chain that moves.
+        A `LoopJoint` for each row of the second chain that a joint moves.
     """
 
     corners: Floats
@@ -56,10 +56,12 @@ class LoopLinks(NamedTuple):
 
 def loop_links(state: ToolState) -> tuple[LoopLinks, ...]:
     """
-    Return the corners and joints of the second chain of each loop, at the state of one pose.
+    Return for each loop the second chain as a polyline (corners) with joints, at the state of one
+    pose.
 
-    The state must have all frames. The arm may end at a point of the table, not at its last row. A
-    loop that is connected to a later row is left out, because the state has no frame for this row.
+    The first chain of a loop is in the DH table of the arm. The state must have all frames. If it
+    is the state of an inner frame instead of the tool, it has no frames for the later rows of the
+    table. Loops that are connected to these rows are left out.
     """
     description, closure = state.robot.description, state.closure
     if closure is None:
@@ -89,8 +91,11 @@ def carried_rows(robot: Robot) -> tuple[bool, ...]:
 
 def linked_frames(robot: Robot) -> npt.NDArray[np.bool_]:
     """
-    Return for frame 0, and for the frame after each row of the table, whether the frame belongs to
-    a link, not only to a coordinate of a platform.
+    Return whether a link carries the frame, for frame 0 and for the frame after each row of the
+    table.
+
+    A parallel robot has prismatic rows that are coordinates of a platform, not links (see
+    `carried_rows`). No link carries a frame between two such rows.
     """
     carried = np.array([*carried_rows(robot), False])
     return np.append(True, ~(carried[:-1] & carried[1:]))

@@ -36,7 +36,8 @@ def null_space(
 
     k is n minus the generic rank of J_t, the rank at poses that are not singular. For a full pose
     k is 1 for seven joints, and 0 for six. At a singular pose more than k independent joint
-    motions leave the tool at rest. The result has k of them, if possible those of `near`.
+    motions leave the tool at rest. Then only k motions are returned; if `near` is given, the
+    motions nearest to the basis `near`.
 
     Parameters
     ----------
@@ -98,9 +99,10 @@ def basis_of(task: Task, J: Floats, before: Floats | None = None) -> Floats:
     """
     rank, matrix = task.generic_rank, task.row_scales[:, None] * task_jacobian(task, J)
     if before is not None:
-        # If more than k independent joint motions leave the tool at rest, prefer the motions of
-        # the basis `before`: add rows to J_t that are as small as round-off. A product with these
-        # rows is zero only for the motions of `before`.
+        # If more joint motions leave the tool at rest than `before` has columns, prefer
+        # combinations of the columns of `before`. For this, add rows to J_t that are as small as
+        # round-off. The product of the added rows and a joint motion is zero only for combinations
+        # of the columns of `before`.
         least = kernel.RANK_TOLERANCE * np.linalg.norm(matrix, axis=(-2, -1), keepdims=True)
         others = least * (np.eye(J.shape[-1]) - before @ np.swapaxes(before, -1, -2))
         leading = others.shape[:-2]

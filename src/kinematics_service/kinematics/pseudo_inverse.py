@@ -24,8 +24,8 @@ from .arguments import check_positive, number_or_nan
 from .forward import state_of
 from .task_jacobian import task_jacobian, task_of
 
-# Default bound below which singular values are damped, relative to the characteristic length, as
-# in ServoSettings.
+# By default, singular values below DAMPED_BELOW times the characteristic length are damped, as in
+# ServoSettings.
 DAMPED_BELOW = 0.05
 
 
@@ -36,7 +36,7 @@ class PseudoInverse(FrozenArrays):
 
     Several joint motions may produce a twist with the least error; `matrix` gives the smallest of
     these motions. In the norm of the error, angular rows are multiplied by the characteristic
-    length. In the norm of the joint motion, prismatic joints are divided by it.
+    length. In the norm of the joint motion, prismatic motions are divided by this length.
 
     Attributes
     ----------
@@ -50,8 +50,8 @@ class PseudoInverse(FrozenArrays):
         Number of singular values above 1e-10 times the largest singular value. The other singular
         values are not inverted.
     damping : shape (...)
-        The largest damping in use, relative to the characteristic length; 0 if the pseudo-inverse
-        is exact.
+        The largest damping of a singular value (m), divided by the characteristic length; 0 if the
+        pseudo-inverse is exact.
     """
 
     rows: tuple[str, ...]
@@ -64,9 +64,11 @@ class PseudoInverse(FrozenArrays):
 @dataclass(frozen=True, eq=False)
 class Inverted(FrozenArrays):
     """
-    Damped inverses of singular values. `gains` (..., k), 1/m, are the inverses. `rank` (...) is
-    the rank. `damping` (..., k) is the damping of each singular value, relative to the
-    characteristic length.
+    Damped inverses of k singular values.
+
+    `gains` (..., k), 1/m, has s / (s^2 + d^2) for each singular value s (m) with the damping d
+    (m). `damping` (..., k) is d divided by the characteristic length. `rank` (...) is the number
+    of singular values that are inverted.
     """
 
     gains: Floats
@@ -88,8 +90,8 @@ def inverted(sigma: Floats, length: float, damping: float, damped_below: float) 
     length
         The characteristic length, m.
     damping, damped_below
-        The damping of a singular value of 0, and the bound below which damping begins, relative to
-        the length.
+        The damping of a singular value of 0, and the bound below which damping begins, both
+        divided by the length.
 
     Raises
     ------
@@ -135,7 +137,7 @@ def pseudo_inverse(
     of
         The frame that moves, as in `jacobian`.
     damping, damped_below
-        As in `ServoSettings`, relative to the characteristic length; 0: not damped.
+        As in `ServoSettings`, divided by the characteristic length; 0: not damped.
 
     Raises
     ------

@@ -4,10 +4,12 @@
 Compute the factor, 0 to 1, by which joint velocities must be scaled to stop before singular poses
 and limits.
 
-A constraint at a distance m, its margin, allows a speed v such that v T + v^2 / (2 a) = m. The
-left side is the distance covered in the reaction time T and during a stop with the deceleration a.
-So the scaled motion stops at the margin and never brakes harder than a. All joints are slowed by
-one factor, which keeps the path. The joint that brakes slowest determines the time of a stop.
+A constraint is a limit or a singular pose ahead. The margin m of a constraint is the distance (rad
+or m) that is left before it. The margin allows a speed v such that v T + v^2 / (2 a) = m. The left
+side is the distance covered in the reaction time T and during a stop with the deceleration a. So
+the scaled motion comes to rest when the margin is used up, and never brakes harder than a. All
+joints are slowed by one factor, which keeps the path. The joint that brakes slowest determines the
+time of a stop.
 
 The factor is not a safety function, because it depends on the reported positions and speeds.
 """
@@ -41,8 +43,8 @@ LEAVING = 'leaving a singularity'
 # Largest number of poses along a stopping motion at which the distance to a singular pose is
 # computed.
 MAX_SEARCHES = 16
-# Tolerance, rad, of the computed joint motion to the place at which the distance to a singular
-# pose is `stop`.
+# A search finds how far the joints can move until the distance to a singular pose has fallen to
+# the threshold `stop`. This is the tolerance of the joint motion that is found, rad.
 DISTANCE_TOLERANCE = 1e-3
 
 
@@ -87,11 +89,11 @@ class MotionScale(FrozenArrays, Generic[Number, Text]):
     cause, of
         As in `Constraint`; empty if the value is 1.
     margin
-        The distance that is left before the constraint `cause`. Singularity: the present distance
-        minus the threshold `stop`, rad; with MoveIt Servo's rule, the condition number at which it
-        stops the arm minus the present one. Position limit: distance from the limit, rad or m.
-        Speed: limit minus speed. If `value` is 1, `margin` belongs to the constraint with the
-        smallest `times`.
+        The distance that is left before the constraint `cause`. Singularity: distance to the
+        nearest singular pose minus the threshold `stop`, rad. With MoveIt Servo's rule: the
+        condition number at which the rule stops the arm, minus the present condition number.
+        Position limit: distance from the limit, rad or m. Speed: limit minus speed. If `value` is
+        1, `margin` belongs to the constraint with the smallest `times`.
     time_left
         Seconds until the unscaled motion has used up the margin; infinite if it never does.
     constraints
@@ -99,9 +101,8 @@ class MotionScale(FrozenArrays, Generic[Number, Text]):
     values, margins, times : shape (..., K)
         Factor, margin and time of each constraint.
     proved : shape (...)
-        Whether it is proved, by radii without singular poses, that the motion meets no singular
-        pose during a stop. If False, the search may have missed a singular pose. Always False for
-        arms with closed loops.
+        Whether it is proved that the motion meets no singular pose during a stop. If False, the
+        search may have missed a singular pose. Always False for arms with closed loops.
     """
 
     value: Number
@@ -134,9 +135,9 @@ class _Shares(NamedTuple):
 
 class _Braking(NamedTuple):
     """
-    The times of a stop. `horizon` is the reaction time (s). `stopping` (...) is the time in which
-    the unscaled motion brakes to rest (s). `due` (N,) is the time (s) in which the unscaled
-    motion, without braking, covers the distance that it needs for a stop.
+    The times of a stop, s. `horizon` is the reaction time. `stopping` (...) is the time in which
+    the unscaled motion brakes to rest. `due` (N,) is horizon + stopping / 2. In this time the
+    unscaled motion without braking covers the same distance as during reaction and braking.
     """
 
     horizon: float
@@ -156,10 +157,10 @@ def scale(
     """
     Return the factor by which joint velocities must be scaled, and its cause.
 
-    The causes are the singularity ahead (`distance`, down to the threshold `stop`), limits of
-    joint positions, limits of joint velocities, and `speed_limits` of the tool and of points.
-    Stops use `acceleration` of the robot file. Motion away from a singular pose or a limit is not
-    slowed. The factor is not a safety function.
+    The causes are singular poses ahead (the distance to them must not fall below the threshold
+    `stop`), limits of joint positions, limits of joint velocities, and `speed_limits` of the tool
+    and of points. Stops use `acceleration` of the robot file. Motion away from a singular pose or
+    a limit is not slowed. The factor is not a safety function.
 
     Parameters
     ----------
@@ -239,9 +240,10 @@ def _scale(found: list[_Shares], proved: npt.NDArray[np.bool_]) -> MotionScale[A
 def _braked(
     constraints: tuple[Constraint, ...], margins: Floats, times: Floats, braking: _Braking
 ) -> _Shares:
-    # Compute the factor s for which the motion stops at the margin: s T + s^2 S / 2 = t. t is the
-    # time in which the unscaled motion uses up the margin, and S the time in which it brakes to
-    # rest. The formula is solved for s without cancellation.
+    # Compute the factor s for which the motion comes to rest when the margin is used up. T is the
+    # reaction time, S (`stopping`) the time in which the unscaled motion brakes to rest, and t
+    # (`times`) the time in which it uses up the margin. The factor solves s T + s^2 S / 2 = t; the
+    # code uses the form of the root without cancellation.
     T, stopping = braking.horizon, braking.stopping[..., None]
     kept = 2.0 * times / (T + np.sqrt(T * T + 2.0 * times * stopping))
     values = np.where(np.isfinite(times), np.minimum(kept, 1.0), 1.0)
@@ -299,14 +301,15 @@ def _by_rule(state: ToolState, rule: ServoRule) -> _Shares:
 
 
 def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking) -> _Shares:
-    # Returns the factor for the distance to singular poses by sphere tracing. No singular pose is
-    # nearer than the computed distance, so the motion advances by this distance before the next
-    # search, up to the distance of a stop. At the pose where the searches end, the set of singular
-    # poses is taken as a plane through the nearest singular pose, normal to the direction of this
-    # pose.
+    # Returns the factor of the velocities that stops the arm before the distance to a singular
+    # pose falls below `stop`. Sphere tracing finds where the distance falls to `stop`: compute the
+    # distance, advance by (distance - `stop`), and repeat, up to the distance of a stop. No place
+    # is passed over, because a motion of the joints changes the distance at most by its own
+    # length. At the last pose, the set of singular poses is taken as a plane through the nearest
+    # singular pose, normal to the direction toward the nearest singular pose.
     thresholds, scales = robot.singularity.thresholds, robot.singularity.task.column_scales
     stop = MEASURES['distance'].stop if thresholds.measure != 'distance' else thresholds.stop
-    assert stop is not None  # `distance` has default thresholds
+    assert stop is not None  # the measure `distance` has a default value of `stop`
     q, rates = (np.reshape(one, (-1, robot.dof)) for one in (state.q, qdot))
     speeds = np.linalg.norm(rates / scales, axis=-1)
     passed, times, margins = np.zeros(len(q)), np.full(len(q), np.inf), np.full(len(q), np.nan)
@@ -336,8 +339,9 @@ def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
 def _proved(
     robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
 ) -> npt.NDArray[np.bool_]:
-    # Returns whether it is proved that a stopping motion meets no singular pose. For the proof,
-    # the path of the motion is covered by balls with proved radii without singular poses.
+    # Returns whether it is proved that a stopping motion meets no singular pose. The proof covers
+    # the path of the motion with balls in joint space. Each ball is proved to contain no singular
+    # pose (see `clearances`).
     q, rates = (np.reshape(one, (-1, robot.dof)) for one in (state.q, qdot))
     speeds = np.linalg.norm(rates / robot.singularity.task.column_scales, axis=-1)
     passed = np.where(speeds > AT_REST, 0.0, braking.due)
@@ -352,9 +356,9 @@ def _proved(
 
 
 def _seen_from(robot: Robot, q: Floats) -> tuple[Singularities, npt.NDArray[np.bool_]]:
-    # Returns the singularity measures at those of the joint positions (N, n) at which all loops
-    # close, and a mask of these joint positions. Loops may not close if the motion has passed
-    # singular loop equations that the search missed.
+    # Returns singularity measures and a mask (N,) for joint positions q (N, n). The mask is True
+    # where all loops close; the measures are only for these joint positions. A loop may not close
+    # if the motion has passed a pose with singular loop equations that the search missed.
     closes = np.ones(len(q), bool)
     while True:
         try:

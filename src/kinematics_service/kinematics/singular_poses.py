@@ -41,14 +41,16 @@ def singular_poses(robot: Robot, inside: Floats) -> Floats:
         without limits.
     """
     if robot.chain.loops:
-        return np.empty((0, robot.dof))  # loops may not close after a Newton step
+        # Newton's method is not possible: after a Newton step the loops may be open.
+        return np.empty((0, robot.dof))
     q = seeded_poses(inside, robot.prismatic)[:STARTS]
     scale = np.where(robot.prismatic, robot.singularity.task.length, 1.0)
     for _ in range(STEPS):
         near = singularity(robot, q)
         # The motion -step leads from q to the nearest singular pose that was found. If none was
-        # found, it leads against `way_out`, the direction of the gradient of ln w, where w is the
-        # manipulability. Its length is then `distance`, at which w is 0 to first order.
+        # found, the motion -step is opposite to `way_out` and has the length `distance`. `way_out`
+        # is the direction of the gradient of ln w, where w is the manipulability. To first order,
+        # w is 0 after this motion.
         found = np.isfinite(near.nearest_singular)
         step = np.where(found, q - near.nearest_singular, near.distance[:, None] * near.way_out)
         fastest = np.max(np.abs(step) / scale, axis=1, keepdims=True)

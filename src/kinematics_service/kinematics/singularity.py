@@ -112,15 +112,15 @@ class Singularity(Generic[Number, Index, Grade, Pose]):
     rank, generic_rank
         Rank at this pose, and at random poses.
     distance
-        Joint motion to `nearest_singular`, rad, 0 to 1 (prismatic joints divided by the
+        Joint motion to `nearest_singular`, rad, 0 to 1 (prismatic motions are divided by the
         characteristic length); 1 means that the search found no singular pose within 1 rad. It is
         an upper bound of the true distance; `clearance` is a lower bound. If the arm has more than
         16 joints, or a position exceeds 1e5 rad, nothing is searched.
     nearest_singular : shape (..., n), rad or m
         The joint positions of the nearest singular pose that Newton's method found. If it found no
         pose or nothing was searched, the value is None, or NaN in a batch. Joint limits are
-        ignored. For an arm with closed loops they may be joint positions at which the equations of
-        a loop are singular (`flat_loop`).
+        ignored. In an arm with closed loops, a pose is also singular if the equations of a loop
+        are singular (`flat_loop`).
     clearance
         Radius around this pose in which no pose is singular, rad, at most 1, proved by bounds of
         the Jacobian's change. It is computed at the first access. For arms with closed loops
@@ -141,8 +141,9 @@ class Singularity(Generic[Number, Index, Grade, Pose]):
         Change per second, along qdot, of the measure to which the robot's thresholds apply; None
         without qdot.
     time_to_warning
-        Seconds until the measure of `rate` reaches the threshold `warn` along qdot. 0 beyond the
-        threshold; inf if the measure does not approach the threshold; None without qdot.
+        Seconds along qdot until the measure to which the robot's thresholds apply reaches the
+        threshold `warn`. 0 if the measure has already passed the threshold; inf if it does not
+        approach the threshold; None without qdot.
     level
         OK, WARN or ERROR by the robot's thresholds, without hysteresis. Also WARN if the condition
         number exceeds 1e4 and the distance is above `warn`.
@@ -223,9 +224,9 @@ class _TakenMeasures(Singularity[Any, Any, Any, Any]):
     Attributes
     ----------
     _first : shape (width,), or (..., width) for a batch
-        The kernel's measures, one row for each pose. In a batch the distance in them is a
-        first-order estimate. The search for the nearest singular poses starts when a measure that
-        needs it is first read.
+        The kernel's measures, one row for each pose. In a batch, the distance to a singular pose
+        in `_first` is a first-order estimate. The search for the nearest singular poses starts
+        when a measure that needs it is first read.
     """
 
     _state: ToolState
@@ -246,9 +247,9 @@ class _TakenMeasures(Singularity[Any, Any, Any, Any]):
 
     @property
     def _watched(self) -> Floats:
-        # Returns the measures from which the level is read. If the thresholds apply to the
-        # distance, they are the measures after the search for the nearest singular poses.
-        # Otherwise no search is needed.
+        # Returns the array of measures from which the level is read. If the thresholds apply to
+        # the distance, returns `_found`, the array after the search for the nearest singular
+        # poses. Otherwise the level needs no search.
         by_distance = self._robot.singularity.thresholds.measure == 'distance'
         return self._found if by_distance else self._first
 
@@ -411,8 +412,9 @@ def flat_loop(robot: Robot, singularity: Singularity) -> str:
     Return the name of the closed loop whose equations are singular at the nearest singular pose;
     empty if the arm itself is singular.
 
-    At such joint positions the branch of the loop ends or meets another branch. The motors do not
-    hold the passive joints there, but the tool can still move in every direction.
+    The equations of a loop have several solutions (branches): ways to assemble the loop. At joint
+    positions with singular equations two branches meet, or a branch ends. The motors do not hold
+    the passive joints there. The arm itself is not singular: the tool can move in every direction.
     """
     k = nearest_factor(robot, singularity)
     factors = robot.singularity.factors

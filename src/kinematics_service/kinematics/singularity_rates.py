@@ -18,12 +18,12 @@ from .tool_state import ToolState, evaluate
 # the measures change considerably (1e-2 rad).
 STEP = 1e-5
 
-# Smallest number of poses that one thread gets for a search of singular poses. Such a search takes
-# about 30 ms.
+# Several threads share the poses of a batch for the search of singular poses. Each thread gets at
+# least this number of poses, which take about 30 ms.
 ROWS_PER_THREAD = 100
 
 # A joint is taken as at rest if its speed is at most this, rad/s or m/s. The bound is above the
-# noise of encoders, and above denormal speeds, whose time step would be infinite.
+# noise of encoders. It is also above denormal speeds, for which STEP / speed would be infinite.
 AT_REST = 1e-9
 
 
@@ -138,10 +138,11 @@ def rates(state: ToolState, measures: Floats) -> Floats:
 
 def times_to_warning(robot: Robot, values: Floats, rates: Floats) -> Floats:
     """
-    Return the time (N,), s, until the measure to which the robot's thresholds apply reaches the
-    threshold `warn`.
+    Return the time (N,), s, until a measure reaches the threshold `warn` of the robot.
 
-    The time is 0 beyond the threshold, and inf if the measure never reaches the threshold.
+    `values` (N,) and `rates` (N,) belong to the measure to which the robot's thresholds apply. The
+    time is 0 if the measure has already passed the threshold, and inf if the rate is zero or leads
+    away from the threshold.
     """
     thresholds = robot.singularity.thresholds
     worsening = np.sign(thresholds.stop - thresholds.warn) * rates

@@ -39,7 +39,7 @@ class WrenchEstimate(FrozenArrays):
     rank : shape (...)
         Number of independent directions of wrench that act on the joints.
     damping : shape (...)
-        The largest damping in use, relative to the characteristic length.
+        The largest damping of a singular value (m), divided by the characteristic length.
     damped : shape (..., 6, 6)
         Nonzero rows are directions of wrench that act weakly on the joints. Because of the
         damping, the estimate along these directions is too small. The rows are unit vectors as in
@@ -47,7 +47,8 @@ class WrenchEstimate(FrozenArrays):
     hidden : shape (..., 6, 6)
         Rows 0 to rank - 1 are zero. Each other row is a direction of wrench that does not act on
         any joint. A multiple of this row may be added to `wrench` without a change of the torques.
-        The rows are orthonormal vectors of force, and torque divided by the characteristic length.
+        The rows are orthonormal. Columns 0 to 2 are the force; columns 3 to 5 are the torque,
+        divided by the characteristic length.
     """
 
     wrench: Floats

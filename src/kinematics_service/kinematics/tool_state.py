@@ -30,8 +30,8 @@ class ToolState(NamedTuple):
         The arm.
     row : shape (..., width)
         The results of the kernel, from which the properties are read. If the state is one pose,
-        `row` ends with q, qdot and the quaternion of the pose a second time. The sign of the
-        second quaternion is such that it does not jump from state to state.
+        `row` has three more parts at its end: q, qdot, and a second quaternion of the tool. The
+        sign of the second quaternion is such that it does not jump from state to state.
     moving
         Whether the joint velocities are known.
     joints
@@ -75,8 +75,10 @@ class ToolState(NamedTuple):
     @property
     def numbers(self) -> Floats:
         """
-        Return the results of the kernel, shape (..., width), without the q, qdot and second
-        quaternion with which the row of a single pose ends.
+        Return the results of the kernel, shape (..., width).
+
+        The `row` of a single pose ends with three more parts, which are left out: q, qdot, and a
+        second quaternion of the tool.
         """
         if self.joints is not None:
             return self.row
