@@ -54,14 +54,15 @@ def compare(
       in the plane; what the file defines itself. A definition that nothing uses is passed over.
     Formulas:
       T, R, p                   tool in the base: pose, rotation, position
-      T_03, A_12, H^1_2, R_36   frame 0 to 3, 1 to 2; frame i stands after row i of the table
+      T_03, A_12, H^1_2, R_36   frame 3 in frame 0, 2 in 1; row i of the table ends at frame i
       A_2 or T_2, A_i           matrix of row 2, of every row (a_i, alpha_i, d_i, theta_i)
       R_2, o_2, z_2, p_14       rotation, origin, z axis of frame 2; from o_1 to o_4
       z^1_2, o^1_2, {}^1J       the same, and J, in the axes of frame 1
       J, J_v, J_w, J_2, J_v2    Jacobian: linear rows first, base axes, point: the tool's origin;
-                                fewer rows: the arm's task, or the nonzero (in a plane x, y, phi)
+                                J with fewer than 6 rows: the task rows, or the rows that are
+                                nonzero at some pose (for a planar arm x, y, phi)
       J_s, J_b, J_A             space, body (Lynch and Park: angular rows first), analytic
-      det or det(J)             of the rows of J in the arm's task
+      det or det(J)             determinant of the task rows of J
       s_o1, D_1                 o_0 - o_n; D_1 = dT/dq1 R^-1: column 1 of J as 4 x 4 matrix
       q2 = ...                  inverse kinematics; all such lines must give one solution
       lhs = rhs                 an equation, such as tan(q1) = y/x; of matrices, each entry
