@@ -77,8 +77,10 @@ class TableRow:
     @property
     def order(self) -> Convention:
         """
-        Return the convention of the row. Its `motions` have the order of their product, for
-        example Rz(theta) Tz(d) Tx(a) Rx(alpha) for standard DH.
+        Return the convention of the row, such as standard DH.
+
+        The field `motions` of the convention lists elementary motions in the order in which their
+        matrices are multiplied: Rz(theta) Tz(d) Tx(a) Rx(alpha) for standard DH.
         """
         return CONVENTIONS[self.convention]
 
@@ -284,8 +286,9 @@ def table_of(description: RobotDescription) -> Table:
     derived: dict[sp.Symbol, sp.Expr] = {}
     for constant in description.constants:
         name, symbol = constant.name, constants[constant.name]
-        # The factor converts the constant to SI units. It is 1 for a ratio without a unit: the
-        # file uses a ratio both as a length and as an angle, or as neither.
+        # `factor` converts the constant to SI units. A constant has a unit if the file uses it
+        # only as a length or only as an angle. Any other constant is a number without a unit, and
+        # the factor is 1.
         is_length, is_angle = name in used['length'], name in used['angle']
         factor = sp.Integer(1) if is_length == is_angle else length if is_length else degree
         if names_in(constant.text) & set(constants):

@@ -87,8 +87,8 @@ class World:
 
     def between(self, i: int, j: int) -> Floats:
         """
-        Return the pose of frame j, expressed in frame i, shape (N, 4, 4). The table numbers both
-        frames.
+        Return the pose of frame j in frame i, shape (N, 4, 4). For the numbers i and j see
+        `frame`.
         """
         return np.asarray(np.linalg.solve(self.frame(i), self.frame(j)))
 
