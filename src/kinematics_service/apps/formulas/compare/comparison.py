@@ -36,17 +36,17 @@ from .text.file import Settings, read_formulas
 
 AGREES, DIFFERS = 'agrees', 'differs'
 BRANCH_POSES = 200
-# An inverse kinematics formula may give no solution at some configurations. If the ratio of
-# configurations with a solution is below this, a remark gives the ratio of configurations without
-# a solution. The limit is below 1: at one or two of 200 configurations, a right formula may seem
-# to fail, because acos near -1 and 1 loses too many digits.
+# Limit of the fraction of configurations at which an inverse kinematics formula gives a solution.
+# Below the limit, a remark states the fraction of configurations without a solution. The limit is
+# below 1, because a right formula may seem to fail at one or two of 200 configurations: acos near
+# -1 and 1 loses too many digits.
 MIN_REMARKED_RATIO = 0.99
 
 
 @dataclass(frozen=True)
 class WrongEntry:
     """
-    An entry of a formula that differs from the right value.
+    An entry of a formula that differs from the correct value.
 
     Parameters
     ----------

@@ -37,8 +37,8 @@ class Quantity:
     kind
         `tool` (T), `position` (p), `pose` (T_03), `row` (A_2), `general` (A_i, the matrix of any
         row i), `rotation` (R_2), `axis` (z_2), `origin` (o_2), `vector` (p_14, from o_1 to o_4),
-        `reach` (s_o1, the vector from the tool to o_0), `jacobian`, `numeric` (D_1, column 1 of J
-        as a 4 x 4 matrix), `det`.
+        `reach` (s_oi, the vector from the tool to the origin of frame i - 1), `jacobian`,
+        `numeric` (D_1, column 1 of J as a 4 x 4 matrix), `det`.
     i, j
         Frame or row numbers as the user counts them, -1 for the tool. For a Jacobian `i` is the
         column, counted from 1; 0 means all columns.

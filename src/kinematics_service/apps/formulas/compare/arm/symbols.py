@@ -5,7 +5,7 @@ Compute frames and Jacobian of a table in symbols. As in textbooks, angles about
 added: sin(q1 + q2).
 
 Formulas such as `z_0 x (o_3 - o_0)` get the values of z_0 and o_3 from this module. A report
-prints the right entries beside wrong entries.
+prints the correct entries beside wrong entries.
 """
 
 import operator
@@ -81,9 +81,7 @@ class SymbolicArm:
         return EYE if at < 0 else self.frames[at]
 
     def between(self, i: int, j: int) -> sp.Matrix:
-        """
-        Return the 4 x 4 pose of frame j, expressed in frame i. The table numbers both frames.
-        """
+        """Return the 4 x 4 pose of frame j in frame i. For the numbers i and j see `frame`."""
         if i > j:
             return inverse_pose(self.between(j, i))
         if self.frame(i) == EYE:

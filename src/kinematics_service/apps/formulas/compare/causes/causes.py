@@ -24,7 +24,8 @@ ARM = ('tool', 'pose', 'rotation', *VECTORS, *JACOBIAN, 'det')
 TABLE = (*ARM, 'row')
 
 CAUSES = (
-    # Test the wrong sign of a determinant first, because many other mistakes change only the sign.
+    # Test the sign of a determinant first. Many mistakes below also change only the sign of a
+    # determinant. If they were tested first, they would be reported for a wrong sign.
     Cause('sign of the determinant', ('det',), (WHOLE,), slips.sign),
     Cause('axes of the frame itself', ('axis',), (WHOLE,), slips.own_axes),
     Cause('kind of joint', JACOBIAN, (COLUMN,), slips.joint_type),

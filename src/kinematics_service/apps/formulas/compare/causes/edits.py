@@ -161,8 +161,9 @@ def _at(e: sp.Expr, path: Path) -> sp.Expr:
 
 def angles(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """
-    Yield edits that change the argument of a sine, cosine or tangent by plus or minus a symbol,
-    plus or minus pi/2, or pi.
+    Yield edits that add a summand to the argument of a sine, cosine or tangent.
+
+    The summands are pi/2, -pi/2, pi, and for each symbol s also s and -s.
     """
     for path, part in places(e):
         if part.func not in (sp.sin, sp.cos, sp.tan):
@@ -176,8 +177,10 @@ def angles(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 def brackets(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """
-    Yield edits that multiply some terms of a sum by a symbol, sine or cosine in the expression.
-    The user may have written c1 L1 + L2 instead of c1 (L1 + L2).
+    Yield edits that add a lost bracket: c1 L1 + L2 becomes c1 (L1 + L2).
+
+    An edit multiplies some terms of a sum by a factor. The factor is a symbol, sine or cosine that
+    occurs in the expression.
     """
     factors = {part for _, part in places(e) if part.func in (sp.sin, sp.cos) or part.is_Symbol}
     for path, part in _sums(e):
@@ -291,9 +294,7 @@ def twos(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 
 def quarter_turns(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """
-    Yield edits that add 180, 90 or -90 deg to the formula of a joint angle, or to its negative.
-    """
+    """Yield edits of a joint angle's formula f: f + c and c - f, where c is 180, 90 or -90 deg."""
     turns = ((sp.pi, '180 deg'), (sp.pi / 2, '90 deg'), (-sp.pi / 2, '-90 deg'))
     for turn, text in turns:
         yield Edit(f'{text} must be added', (), e + turn)

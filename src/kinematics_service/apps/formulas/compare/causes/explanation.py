@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Explain wrong entries of a formula by mistakes that were tested. A greedy set cover selects first
-the mistake that explains the most wrong entries.
+Explain wrong entries of a formula by mistakes that were tested, with a greedy set cover.
 
-A mistake explains an entry only if the mistaken value equals the user's value at all
-configurations.
+The set cover repeatedly selects the mistake that explains the largest number of wrong entries. A
+mistake explains an entry only if, at all configurations, the entry computed with this mistake
+equals the user's entry.
 """
 
 from collections.abc import Iterator, Sequence
@@ -28,11 +28,12 @@ from .variant import BLOCK, COLUMN, ENTRY, ROW, WHOLE, Cause, Variant
 # A report names one cause of a wrong entry. It also lists at most this number of other causes that
 # explain the same entry.
 MAX_ALTERNATIVES = 3
-# Terms that the user dropped are searched only if the right entry has at most this number of
+# Terms that the user dropped are searched only if the correct entry has at most this number of
 # terms.
 MAX_MISSING_TERMS = 12
-# A mistake that changes the whole matrix is accepted as explanation if it leaves at most this
-# ratio of the wrong entries unexplained. A second mistake is then searched, to explain the rest.
+# A mistake that changes the whole matrix is accepted as explanation if the fraction of wrong
+# entries that it leaves unexplained is at most this. Then a second mistake is searched, to explain
+# the remaining wrong entries.
 MAX_LEFT_RATIO = 0.34
 
 DROPPED = 'dropped term or factor'
@@ -137,8 +138,9 @@ def _candidates(
 def _best_whole(
     check: QuantityCheck, wrong: Mask, variants: list[tuple[str, Variant]]
 ) -> tuple[str, Variant] | None:
-    # Choose the mistake in the whole matrix that leaves the fewest entries unexplained; a second
-    # mistake may explain these entries.
+    # Choose among the mistakes that change the whole matrix. Choose the mistake that leaves the
+    # fewest entries unexplained. The caller then searches a second mistake for the unexplained
+    # entries.
     best, least = None, int(MAX_LEFT_RATIO * wrong.sum())
     for name, variant in variants:
         left = int((~check.agrees(check.person, variant.values)).sum())
@@ -170,11 +172,13 @@ def _parts(scope: str, check: QuantityCheck) -> Iterator[tuple[str, sp.Expr]]:
 
 
 def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> tuple[list[Explanation], Mask]:
-    # Greedy set cover: repeatedly take the mistake that explains the most wrong entries among
-    # those still unexplained. If two mistakes explain equally many entries, take the first in
-    # `CAUSES`. Return the chosen mistakes and the entries that stay unexplained. If `one` is true,
-    # all configurations are equal, and several mistakes of one cause may fit by chance. The
-    # alternatives of a mistake then include other mistakes of its cause.
+    # Greedy set cover: repeatedly choose the mistake that explains the largest number of wrong
+    # entries that are still unexplained. If two mistakes explain equally many entries, choose the
+    # first in `CAUSES`. Return the chosen mistakes and the entries that stay unexplained.
+    # An alternative to a chosen mistake is a mistake that explains the same entries. Normally it
+    # belongs to another cause. If `one` is true, the user's values are known at one configuration
+    # only, and several mistakes of one cause may fit by chance. Then alternatives may belong to
+    # the cause of the chosen mistake, too.
     left = wrong.copy()
     chosen: list[Explanation] = []
     while left.any() and candidates:
@@ -221,12 +225,12 @@ def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> 
     if isinstance(check, QuantityCheck) and check.quantity.kind == 'general':
         symbols = tuple(sp.Symbol(f'{name}_i') for name in QUANTITIES)
     if isinstance(check, SolutionCheck):
-        # Exclude the symbol of the joint that the formula gives, because a repair could otherwise
-        # replace any formula by this symbol.
+        # The formula gives the position of one joint. Exclude the symbol of this joint: a repair
+        # could replace any formula by the symbol, as in q2 = q2, which is always right.
         symbols = tuple(symbol for symbol in symbols if symbol != check.variable)
     known = sorted(expression.free_symbols - set(symbols), key=str)
     kinds = SOLUTION_EDITS if isinstance(check, SolutionCheck) else EDITS
-    found: dict[str, str] = {}  # key: sentence of an edit; value: name of its repair
+    found: dict[str, str] = {}  # key: repair as a sentence; value: kind of repair
     for kind in kinds:
         tried.append(kind.name)
         for edit in kind.edits(expression, (*symbols, *known)):
@@ -251,7 +255,7 @@ def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> 
 def _missing_terms(
     check: QuantityCheck, values: Floats, i: int, j: int, tried: list[str]
 ) -> list[Explanation]:
-    # Find terms and factors of the right entry that the user's entry lacks.
+    # Find terms and factors of the correct entry that the user's entry lacks.
     tried.append(DROPPED)
     if check.is_one_configuration:
         if check.expressions[i, j] != 0 or check.right[0, i, j] == 0:
@@ -282,7 +286,9 @@ def _missing_factor(
     check: QuantityCheck, terms: Sequence[sp.Expr], values: Floats, i: int, j: int
 ) -> list[Explanation]:
     if check.agrees(np.zeros_like(values[:, i, j]), values[:, i, j]):
-        return []  # the right entry is 0: a dropped factor 0 would explain any formula
+        # The correct entry is 0. A dropped factor 0 would explain any entry of the user, so do not
+        # offer this cause.
+        return []
     factors = {f for term in terms for f in sp.Mul.make_args(term)}
     for factor in sorted(factors, key=str):
         value = check.world.evaluation.of(factor) * check.person[:, i, j]
@@ -292,7 +298,7 @@ def _missing_factor(
 
 
 def right_entry(check: QuantityCheck, i: int, j: int) -> sp.Expr | None:
-    """Return the right expression of entry (i, j), or None if the quantity has no expression."""
+    """Return the correct expression of entry (i, j), or None if the quantity has no expression."""
     if check.quantity.kind == 'numeric':
         return None
     if check.quantity.kind == 'general':

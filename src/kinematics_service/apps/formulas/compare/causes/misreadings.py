@@ -37,8 +37,8 @@ def _by_joints(check: QuantityCheck, changes: dict[sp.Symbol, sp.Expr], sentence
     # Replace joint variables of the table by the expressions in `changes`, and return the values
     # of the quantity.
     if check.quantity.kind not in DIFFERENTIATED:
-        # Poses contain no derivatives, so evaluate them at other joint values. New row matrices
-        # would take ten times as long.
+        # The quantity has no derivatives by joint variables, so evaluate it at the changed joint
+        # values. A table with changed expressions would take ten times as long.
         evaluation = check.world.evaluation
         values = {variable: evaluation.of(value) for variable, value in changes.items()}
         return _with_values(check, values, sentence)

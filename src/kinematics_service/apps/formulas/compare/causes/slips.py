@@ -65,9 +65,11 @@ def transposed(check: QuantityCheck) -> Iterator[Variant]:
 
 def base_and_tool(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield the tool's pose without the base transform, without the tool transform, without both, and
-    with both. The first three poses are mistakes in a formula of T. The pose with both is a
-    mistake in a formula of T_06 for an arm with six rows.
+    Yield the tool's pose with and without the base transform and the tool transform.
+
+    If the formula defines T, poses without one of the two transforms are mistakes. If the formula
+    defines T_06 of an arm with six rows, the pose with both transforms is a mistake, because T_06
+    contains neither transform.
     """
     frames = check.world.frames
     versions = (
@@ -82,7 +84,7 @@ def base_and_tool(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def bottom_row(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the derivative of a pose with 1 in the lower right corner, where 0 is right."""
+    """Yield the derivative of a pose with 1 instead of 0 in the lower right corner."""
     values = check.right.copy()
     values[:, 3, 3] = 1.0
     yield Variant('(4,4) is the derivative of the constant 1: it is 0, not 1', values)
@@ -169,9 +171,10 @@ def other_point(check: QuantityCheck) -> Iterator[Variant]:
 
 def axis_index(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield the Jacobian with the z axis, the origin, or both of a neighbouring frame: z_i instead of
-    z_i-1, for example. If rows have no DH quantities, yield it with a wrong letter (x, y or z) of
-    the axis of rotation.
+    Yield Jacobians in which z axes, origins, or both come from a neighbouring frame.
+
+    For example, z_i stands instead of z_i-1. If the rows of the table have no DH quantities, yield
+    Jacobians with a wrong letter (x, y or z) of the axis of rotation.
     """
     convention = CONVENTIONS[check.world.table.convention]
     if not convention.product:
@@ -284,9 +287,10 @@ def column_order(check: QuantityCheck) -> Iterator[Variant]:
 
 def column_sums(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield the Jacobian with one wrong column. If several rows of the table contribute to the
-    column, one contribution has the wrong sign or is left out. For every column, another column is
-    added to it or subtracted from it.
+    Yield Jacobians in which one column is wrong.
+
+    If the column is a sum over several rows of the table, one summand has the wrong sign or is
+    left out. In further Jacobians, J_k + J_j or J_k - J_j stands instead of column J_k.
     """
     world = check.world
     n = len(world.table.variables)

@@ -30,14 +30,14 @@ from .statements import Statement
 
 Mask = npt.NDArray[np.bool_]
 
-# Largest round-off of a formula with some hundred operations, relative to 1 plus the larger of the
-# two compared values.
+# Largest round-off of a formula with some hundred operations. Two values a and b are equal if
+# |a - b| <= ROUND_OFF * (1 + max(|a|, |b|)).
 ROUND_OFF = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class Check(ABC):
-    """A formula of the user, evaluated at N configurations and compared with the right values."""
+    """A formula of the user, evaluated at N configurations and compared with correct values."""
 
     robot: Robot
     names: FormulaNames
@@ -81,8 +81,7 @@ class Check(ABC):
     @property
     def tolerance(self) -> float:
         """
-        Return the largest difference of two values that are taken as equal; `gap` scales the
-        difference.
+        Return the tolerance: two values a and b are taken as equal if gap(a, b) is at most this.
         """
         decimals = self.statement.decimals
         return 0.5000001 * 10.0**-decimals if decimals else ROUND_OFF
@@ -120,7 +119,7 @@ class Check(ABC):
     def wrong(self) -> Mask:
         """
         Return which entries are wrong. An entry is wrong if at some configuration it differs from
-        the right value by more than the rounding of the formula's decimal numbers explains.
+        the correct value by more than the rounding of the formula's decimal numbers explains.
         """
         wrong: Mask = ~self.agrees(self.person, self.right)
         if wrong.any() and self.statement.inexact is not None:
@@ -130,8 +129,10 @@ class Check(ABC):
     @cached_property
     def rounding(self) -> Floats:
         """
-        Return the largest change of each entry that the rounding of the formula's decimal numbers
-        can cause, shape (N, rows, columns).
+        Return for each entry of the formula the largest error from rounding decimal numbers.
+
+        A rounded decimal number has an error of at most half a unit of the last decimal. The
+        result has shape (N, rows, columns).
         """
         moved, inexact = np.full_like(self.person, 0.0), self.statement.inexact
         assert inexact is not None  # the only caller, `wrong`, has checked `inexact`
@@ -177,15 +178,19 @@ class QuantityCheck(Check):
 
     def right_of(self, world: World, reading: Settings | None = None) -> Floats:
         """
-        Return the right values of the user's formula, computed from the frames and the Jacobian in
-        `world`. Rows and columns that the formula lacks are left out.
+        Return the correct values of the quantity that the user's formula defines.
+
+        The values are computed from the frames and the Jacobian in `world`. Rows and columns that
+        the formula lacks are left out.
         """
         return self.cut(self.whole_of(world, reading or self.reading), self.quantity)
 
     def whole_of(self, world: World, reading: Settings) -> Floats:
         """
-        Return the right values of the user's formula as in `right_of`, but with all rows and
-        columns, shape (N, rows, columns).
+        Return the correct values of the quantity that the user's formula defines.
+
+        `right_of` leaves out rows and columns that the formula lacks; this method keeps all of
+        them. The result has shape (N, rows, columns).
         """
         if self.quantity.kind == 'det':
             return task_determinant(self.robot, world)[:, None, None]

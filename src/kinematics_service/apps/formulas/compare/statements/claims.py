@@ -43,8 +43,8 @@ SINGULAR_VALUE_RATIO = 1e-7
 # or m) from the family is at most this. The tolerance exceeds 1e-6, the error of Newton's method
 # at a double zero.
 CLAIM_TOLERANCE = 1e-5
-# Step of central differences (rad or m). With this step, a difference has an error below 1e-9 from
-# round-off, and below 1e-9 from the third derivative of the function, which it neglects.
+# Step of central differences (rad or m). With this step, a difference has a round-off error below
+# 1e-9 and a truncation error (third derivative) below 1e-9.
 DIFFERENCE_STEP = 1e-6
 # Values tried for the integer k in a claim such as `q3 = k*pi`. With these values, even k*pi/6
 # covers a whole turn.
@@ -127,9 +127,11 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
             verdicts = [_whole(arm, factors, claims) for arm in arms if factors]
         worst = next((one for one in verdicts if not one.holds), verdicts[-1])
         if worst.holds or not verdicts[-1].holds:
-            # The last verdict belongs to the constants of the robot file. Return it if the claim
-            # is right with all constants. Return it also if it says that the claim is wrong: its
-            # remark names a configuration of the arm in the file.
+            # The last verdict is for the constants of the robot file, the verdicts before it are
+            # for random constants. Return the last verdict if all verdicts say that the claim is
+            # right. Return the last verdict also if the claim is wrong with the constants of the
+            # robot file, because the remark of the last verdict names a configuration of the arm
+            # in the file.
             return verdicts[-1]
         numbers = numbers_in_words(exact.arithmetic.names)
         special = f'with {numbers} of this file it agrees, with other values not'
@@ -162,8 +164,8 @@ def _sound(arm: _ArmOfLetters, claim: Statement) -> Claim:
     ]
     if equations:
         q = poses_on(equations, q, free)
-    # Drop configurations at which the claim gives no real joint position, as in acos(2). A family
-    # need not exist at all positions of the other joints.
+    # Drop configurations at which the claim gives no real joint position, as in acos(2). For some
+    # positions of the other joints, the family may have no configuration.
     q = q[np.isfinite(q).all(axis=1)]
     q = q[_belongs(names, claim, q)] if equations else q
     if not len(q):
@@ -203,9 +205,9 @@ def _belongs(names: FormulaNames, claim: Statement, q: Floats) -> npt.NDArray[np
     # Return which of N configurations belong to the family that the claim names, shape (N,).
     holds = np.ones(len(q), dtype=bool)
     for joint, value in claim.conditions:
-        # Compute the distance (rad or m) from each configuration to one that satisfies this
-        # condition of the claim, for each value of the integer k in a condition such as q3 = k*pi.
-        # If the condition is an equation, the distances are first-order estimates.
+        # Compute the distance (rad or m) of each configuration from the condition. If the
+        # condition is q3 = k*pi, the distance is |q3 - k*pi|, for each integer k in `INTEGERS`. If
+        # the condition is an equation, the distance is a first-order estimate.
         gaps = []
         for k in INTEGERS.tolist():
             condition = _ZeroCondition(_value(names, claim, value, k))

@@ -29,8 +29,8 @@ POSES = 8
 LENGTH_RANGE = (0.3, 1.3)
 # If a prismatic joint has no upper limit, its position is drawn from a range of this length, m.
 SLIDE_RANGE = 1.0
-# An arm is planar if the angle between the z axes of tool and base is 0: 1 minus the cosine of
-# this angle is below this number.
+# An arm is planar if the z axis of the tool always equals the z axis of the base. Two axes are
+# taken as equal if `1 - cos(angle)` is below this tolerance.
 AXIS_TOLERANCE = 1e-9
 # Number of random configurations at which closing the loops is tried.
 CLOSURE_SAMPLES = 2000
@@ -121,8 +121,9 @@ def _close(
     given: Mapping[sp.Symbol, Floats],
     count: int,
 ) -> Floats:
-    # Draw joint positions at which the closed loops close, and compute the positions of the
-    # passive joints. Return the rates of the passive joints per rate of the joints.
+    # Draw positions of the active joints at which the closed loops close, and compute the
+    # positions of the passive joints. Return the rates of the passive joints per rate of the
+    # active joints.
     table, rng = names.table, np.random.default_rng(SEED)
     joints = table.variables[: table.joints]
     for symbol in given:
@@ -161,7 +162,9 @@ def _drawn(robot: Robot, k: int, rng: np.random.Generator, count: int) -> Floats
     if robot.prismatic[k]:
         low = low if np.isfinite(low) else 0.0
         high = high if np.isfinite(high) else low + SLIDE_RANGE
-        low += 0.1 * (high - low)  # a fully retracted joint may have length 0
+        # Draw no positions near the lower limit. A retracted joint may have length 0, at which
+        # formulas are undefined or equal by coincidence.
+        low += 0.1 * (high - low)
     elif not np.isfinite(high - low):
         low, high = -np.pi, np.pi
     return rng.uniform(low, high, count)

@@ -27,15 +27,16 @@ from .statements import Statement
 
 Limits: TypeAlias = Floats  # lower and upper joint limits, shape (n, 2), rad or m
 
-# A formula gives a branch of the inverse kinematics if its value equals the joint's random
-# position often enough: the number of such configurations, divided by the number of all random
-# configurations, is at least this. Below this ratio, equal values are coincidences.
+# An inverse kinematics formula gives a joint's position from the tool's pose. It is evaluated at
+# the poses of random configurations. The formula gives a branch of the inverse kinematics if it
+# returns the joint's position at this fraction of the configurations or more. At fewer
+# configurations, equal values are coincidences.
 MIN_HIT_RATIO = 0.1
-# A formula's value equals a joint's random position if they differ by at most this (rad or m). The
-# tolerance is large, because acos near -1 and 1 loses half the digits.
+# A formula returns the joint's position if the formula's value differs from the position by at
+# most this (rad or m). The tolerance is large, because acos near -1 and 1 loses half the digits.
 HIT_TOLERANCE = 1e-7
 # A formula gives another branch of the inverse kinematics if, with the formula's values, the tool
-# reaches at least this ratio of its target poses.
+# reaches at least this fraction of the target poses.
 BRANCH_POSE_RATIO = 0.9
 # Newton's method: number of random starts, and of steps from each start.
 STARTS = 24
@@ -102,15 +103,19 @@ class PoseSearch:
 
     @cached_property
     def moving(self) -> list[int]:
-        """Return which of `joints` move the tool: its position or, if `whole`, its rotation."""
+        """
+        Return which of `joints` move the tool's origin; if `whole`, also which only turn the tool.
+        """
         sizes = np.abs(self.target.jacobian[:, : self.rows]).max(axis=(0, 1))
         return [k for k in self.joints if sizes[k] > STILL_SPEED]
 
     @property
     def is_redundant(self) -> bool:
         """
-        Return whether the joints in `joints` can compensate each tool motion that the held joints
-        in `given` cause.
+        Return whether the joints in `joints` can make every tool motion of the joints in `given`.
+
+        The search holds the joints in `given` at fixed values. If the result is true, the fixed
+        values do not restrict the tool.
         """
         J = self.target.jacobian[:, : self.rows]
         followed, all_of_them = (
@@ -170,8 +175,9 @@ class PoseSearch:
         }
         for step_left in reversed(range(STEPS if self.moving else 1)):
             world = World(table, values, len(at), still=still)
-            # The twist (v, w) moves the tool to its target, to first order. With complex joint
-            # positions, w is 0 at the target rotation, and also half a turn away from it.
+            # The twist (v, w) moves the tool to its target, to first order. If joint positions are
+            # complex, w is the skew part of R. The skew part is 0 at the target rotation, but also
+            # half a turn away.
             R = target[:, :3, :3] @ np.swapaxes(world.pose[:, :3, :3], 1, 2)
             w = 0.5 * skew_part(R) if self.out_of_reach else rotation_vector(R)
             twist = np.concatenate([target[:, :3, 3] - world.pose[:, :3, 3], w], axis=1)
@@ -204,7 +210,9 @@ class EquationCheck(Check):
 
     @cached_property
     def right(self) -> Floats:
-        """Return the values of the equation's left side, shape (N, 1, 1)."""
+        """
+        Return what the equation's right side should be: the values of its left side, (N, 1, 1).
+        """
         return self.evaluation.of(self.statement.left)[:, None, None]
 
 
@@ -279,16 +287,16 @@ class SolutionCheck(Check):
     @cached_property
     def share(self) -> float:
         """
-        Return the ratio of the configurations at which the formula's value is the joint's
-        position.
+        Return the fraction of configurations at which the formula returns the joint's position.
         """
         return float(np.mean(self.hits(self.person[:, 0, 0])))
 
     @cached_property
     def is_about_the_pose(self) -> bool:
         """
-        Return whether the tool's rotation matters for the formula, not only its position. It does
-        if the formula uses the rotation, or if the joint does not move the tool's origin.
+        Return whether the formula depends on the tool's rotation, not only on the tool's position.
+
+        The result is also true if the joint of the formula does not move the tool's origin.
         """
         column = self.world.jacobian[:, :3, self.statement.joint]
         turned = self.statement.value.free_symbols & {ANGLE_IN_PLANE, *ROTATION.values()}
@@ -297,14 +305,17 @@ class SolutionCheck(Check):
     @cached_property
     def together(self) -> float | None:
         """
-        Give the joints the values of all inverse kinematics formulas of the file. Return the ratio
-        of the configurations whose tool pose the arm then reaches.
+        Return at which fraction of configurations all formulas together bring the tool to its
+        pose.
 
-        Each joint takes the value of one of its formulas. A formula may contain other joints,
-        which also take the values of their formulas. Joints without a formula are free. Return
-        None if the file has formulas of one joint only, or more than `MAX_CHOICES` combinations.
-        Return None also if the free joints can compensate every tool motion that the joints with
-        formulas cause.
+        The formulas are all inverse kinematics formulas of the file. Each joint with formulas
+        takes the value of one of its formulas; all combinations are tried. A formula may contain
+        other joints, which also take the values of their formulas. Joints without a formula are
+        free.
+
+        Return None if the file has formulas of one joint only, or more than `MAX_CHOICES`
+        combinations. Return None also if the free joints can compensate every tool motion that the
+        joints with formulas cause.
         """
         by_joint: dict[int, list[Statement]] = {}
         for statement in self.others:
@@ -356,19 +367,21 @@ class SolutionCheck(Check):
     @cached_property
     def solved(self) -> float:
         """
-        Return the ratio of the configurations at which the formula's value is the joint's position
-        or another solution of the inverse kinematics.
+        Return the fraction of configurations at which the formula gives any solution.
+
+        A solution is the joint's position in the configuration, or the joint's position in another
+        solution of the inverse kinematics.
         """
         return self.share + (1.0 - self.share) * self.branches(self.robot.limits)
 
     @cached_property
     def is_a_root(self) -> bool:
         """
-        Return whether the formula gives a solution of the arm's equations that joint limits or
-        link lengths make unreachable at some configurations.
+        Return whether the formula gives a solution of the arm's equations, reachable or not.
 
-        An example is the branch in which an arm reaches back over its shoulder. The arm must reach
-        the solution at a ratio of at least MIN_HIT_RATIO of the configurations.
+        Joint limits or link lengths may make a solution unreachable at some configurations. An
+        example is the branch in which an arm reaches back over its shoulder. At a fraction of at
+        least MIN_HIT_RATIO of the configurations, the arm must reach the solution.
         """
         return (
             self.solved >= MIN_HIT_RATIO
@@ -377,9 +390,11 @@ class SolutionCheck(Check):
 
     def branches(self, limits: Limits | None, out_of_reach: bool = False) -> float:
         """
-        Return the ratio of the missed configurations at which the tool can still reach its pose if
-        the joint takes the formula's value. A configuration is missed if the formula's value
-        differs from the joint's position.
+        Return the fraction of missed configurations at which the formula gives another solution.
+
+        A configuration is missed if the formula's value differs from the joint's position. The
+        formula gives another solution if the tool can reach its pose while the joint has the
+        formula's value.
 
         Joints in the expression of the formula keep their positions. All joints that are neither
         in the expression nor given by the formula may move. Prismatic joints stay inside `limits`,
@@ -408,9 +423,11 @@ class SolutionCheck(Check):
 
     def passes(self, values: Floats, right: Floats) -> bool:
         """
-        Return whether a repair improves the formula. The values (N,) of the repaired formula must
-        equal the joint's position at more configurations than the user's values, by a ratio of
-        more than MIN_HIT_RATIO of all configurations. The argument `right` is not used.
+        Return whether the values (N,) of a repaired formula are better than the user's values.
+
+        Let h be the fraction of the N configurations at which the repaired formula returns the
+        joint's position. The repaired formula is better if h > `share` + MIN_HIT_RATIO. The
+        argument `right` is not used.
         """
         share = float(np.mean(self.hits(values)))
         return share >= MIN_HIT_RATIO and share > self.share + MIN_HIT_RATIO

@@ -54,11 +54,11 @@ class Statement:
     decimals
         Number of decimal places if the formula contains only numbers, else None.
     inexact
-        The statement with a symbol added to each rounded number; None if it has no rounded
-        numbers.
+        The statement in which x + s replaces each rounded number x, where the symbol s is the
+        rounding error; None if the statement has no rounded numbers.
     half_units
-        One pair for each symbol that `inexact` adds to a number: (symbol, half a unit of the
-        number's last decimal).
+        One pair for each symbol s in `inexact`: (s, half a unit of the last decimal of the number
+        x).
     """
 
     kind: str
@@ -105,10 +105,12 @@ def understand(file: FormulaFile, names: FormulaNames) -> Understood:
 
 @dataclass(frozen=True)
 class _Context:
-    # The context in which an expression is read: the index of its equation, whether the expression
-    # may contain symbols of a general row (a_i, `general`), and whether it may contain the integer
-    # k of a claim such as q3 = k*pi (`integers`). If `inexact`, a symbol is added to each rounded
-    # number.
+    # The context in which an expression is read.
+    # `index`: index of the equation that contains the expression.
+    # `general`: whether the expression may contain symbols of a general row, such as a_i.
+    # `integers`: whether it may contain the integer k of a claim such as q3 = k*pi.
+    # `inexact`: whether x + s replaces each rounded number x, where the symbol s is the rounding
+    # error.
     index: int
     general: bool = False
     integers: bool = False
@@ -193,8 +195,9 @@ class _Reader:
         try:
             inexact = self._statement(context, raw)
         except (FormulaError, RecursionError):
-            # A formula may be invalid if a symbol is added to its rounded numbers, for example if
-            # an exponent is rounded. Then the effect of rounding is not estimated.
+            # In this reading, x + s replaces each rounded number x, with a symbol s for the
+            # rounding error. The formula may become invalid, for example if x is an exponent. Then
+            # the effect of rounding is not estimated.
             return exact
         assert isinstance(inexact, Statement)
         half_units = tuple(

@@ -92,8 +92,8 @@ class FormulaToken:
         `newline`, `degrees`.
     text
         The number, the operator in its plain form, or the name without underscores. If a
-        superscript of the name is the number of a frame, it precedes the letter, as in `0z1` for
-        z_1 in frame 0. It follows a T, as in `T02`.
+        superscript is the number of a frame, the name begins with this number: `0z1` is z_1 in
+        frame 0. The name of a pose begins with T, and then the number follows: `T02` is T_02.
     written
         The text in the file.
     line, column
@@ -213,8 +213,9 @@ def _name(word: str, text: str, at: int, above: str = '', below: str = '') -> tu
         else:
             break
         at = found.end()
-    # Name a pose with a superscript T, and write the superscript before the subscript: T^0_2 and
-    # A^0_2 become T02, the name of T_02.
+    # If a superscript is a frame number, write it in front of the letter: z^0_1 becomes 0z1. But
+    # the name of a pose with a superscript is T, superscript, subscript: T^0_2 and A^0_2 become
+    # T02.
     word = 'T' if above and word in 'AH' else word
     return 'name', (word + above if word == 'T' else above + word) + below, at
 
