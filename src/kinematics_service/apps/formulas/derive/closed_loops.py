@@ -3,8 +3,9 @@
 """
 Derive the closure equations of closed loops, the coupling of passive joints, and the determinants.
 
-All expressions are in the joints and the passive joints. The passive joints follow from the joints
-by the closure equations, which have no closed form in general.
+All expressions contain the positions of active and passive joints. The closure equations determine
+the positions of the passive joints from the positions of the active joints. In general, the
+solution has no closed form, so the passive joints stay in the expressions.
 """
 
 from collections.abc import Callable, Sequence
@@ -31,8 +32,9 @@ from .frames import Frames, frames_of
 from .jacobian import VEE, in_axes_of, may_turn
 from .trigonometry import Writer, writer_of
 
-# Maximum number of operations of an expression in which products of sines and cosines are replaced
-# by sines and cosines of sums. The replacement does not make a longer expression shorter.
+# If an expression has at most this number of operations, products of sines and cosines are
+# replaced by sines and cosines of sums. The replacement does not shorten expressions with more
+# operations.
 MAX_OPERATIONS = 150
 # The determinant of an arm with closed loops is derived only if the sum of its joints and passive
 # joints is at most this.
@@ -51,9 +53,9 @@ class LoopEquations:
     passive
         Symbols psi of the loop's passive joints.
     equations
-        Phi, a list of expressions that are 0 if the loop is closed. Phi is the pose difference
-        between the end of the loop's own chain and the frame of the table that this chain meets,
-        in the axes of the frame in which the loop begins.
+        Phi, a list of expressions that are 0 if the loop is closed. The last frame of the loop's
+        own chain must meet a frame of the table. Phi is the pose difference between the two
+        frames, in the axes of the frame in which the loop begins.
     coupling
         The derivative d psi / d q, with one row for each passive joint and one column for each
         joint of the arm.

@@ -76,9 +76,9 @@ class Derivation:
         in the difference between its result and `jacobian_open`. The number is 0 if both are
         equal.
     coupling
-        The matrix C in (theta, d) = C q + constants, with theta and d of all rows of the table
-        that move. None if each joint moves one row, and no row is moved by two joints. With closed
-        loops, q includes the passive joints.
+        The matrix C in (theta, d) = C q + constants, where (theta, d) are all theta and d of the
+        table that joints change. None if each joint moves one row, and no row is moved by two
+        joints. With closed loops, q includes the passive joints.
     loops
         Equations of the closed loops, in the order of the file; empty without loops.
     singular_set
@@ -159,9 +159,10 @@ class Derivation:
     @property
     def loop_coupling(self) -> sympy.Matrix:
         """
-        Return the derivative C of all joint positions (q, psi) by the positions q of the joints.
-        The passive joints have the positions psi. `jacobian` is the product of `jacobian_open` and
-        C.
+        Return the derivative C = d(q, psi) / dq, with positions q of active and psi of passive
+        joints.
+
+        `jacobian` is the product of `jacobian_open` and C.
         """
         rows = [sympy.eye(len(self.variables)), *(loop.coupling for loop in self.loops)]
         return sympy.ImmutableMatrix(sympy.Matrix.vstack(*rows))
@@ -290,7 +291,7 @@ def derive(
     ------
     DerivationError
         A name to lock is unknown, a row turns by an irrational multiple of a joint's angle, the
-        pose is too long, or closed loops need each other's passive joints.
+        tool's pose has too many terms, or closed loops need each other's passive joints.
 
     Examples
     --------
@@ -412,7 +413,7 @@ def exact_of(robot: Robot, locked: Mapping[str, str] | None = None, parts: int =
     ------
     DerivationError
         A name to lock is unknown, a row turns by an irrational multiple of a joint's angle, or the
-        pose is too long.
+        tool's pose has too many terms.
     """
     description = robot.description
     arm = opened(description) if description.loops else description

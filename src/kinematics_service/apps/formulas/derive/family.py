@@ -21,15 +21,16 @@ class Family:
     Attributes
     ----------
     variable
-        The joint variable for which the equation factor = 0 is solved; None if it is not solved.
+        The joint variable for which the equation `factor = 0` is solved; None if it is not solved.
     solutions
-        Values of `variable` as expressions of the other joint variables; k is any integer.
+        Values of `variable` at which the factor is 0, as expressions of the other joint variables.
+        In an expression such as k*pi, the symbol k is any integer.
     condition
         The condition for real solutions, a sympy relation; None if real solutions always exist.
     free
-        Expressions in the joints other than `variable`: the coefficients of the equation factor =
-        0. If all of them are 0, every value of `variable` is a solution. Empty if that never
-        happens.
+        The coefficients of the equation `factor = 0` for `variable`, as expressions of the other
+        joint variables. If all coefficients are 0, every value of `variable` is a solution. Empty
+        if the coefficients are never all 0.
     """
 
     variable: sympy.Symbol | None

@@ -91,9 +91,11 @@ class CommonZeros:
 
 @dataclass(frozen=True)
 class _Branch:
-    # A part of the common zeros of several factors. A configuration belongs to this part if the
-    # replacements in `replaced` hold, and if the polynomial `factor` is 0 after the replacements,
-    # made in order. `factor` is None if the replacements alone suffice to make all factors 0.
+    # A part of the set of configurations at which several factors are 0. Each element of
+    # `replaced` is a generator and the expression that equals the generator in this part. If the
+    # replacements are made one after another, the polynomial `factor` remains, and it is 0 in this
+    # part. If the replacements alone make all factors 0, no polynomial remains, and `factor` has
+    # the value None.
     replaced: tuple['_Replaced', ...]
     factor: Laurent | None
 
@@ -161,7 +163,8 @@ def _with_solutions(
 
 
 def _may_vanish(constant: Laurent, arithmetic: Arithmetic) -> bool:
-    # Evaluate a constant with the lengths of the file, and return whether it is 0 up to round-off.
+    # Evaluate a constant with the link lengths of the robot file, and return whether it is 0 up to
+    # round-off.
     number = Numbers(constant, arithmetic)
     still = np.zeros(len(arithmetic.names.variables))
     return bool(abs(number(still)) <= 1e-9 * number.magnitude(still))
@@ -217,9 +220,11 @@ def proves_lost(lost: Lost, zeros: CommonZeros, frames: Frames) -> bool:
     if not lost.held:
         rows = [i for i in range(3) if (i == lost.axis) != lost.others]
         return zeros.are_zero(e for i in rows for e in J[i + 3 * lost.angular])
-    # Use the wrench w with J^T w = 0. Entry i of w is, up to its sign, the 5 x 5 minor of J
-    # without row i. The rotation about `lost.axis` is lost if the moments of w about the two other
-    # axes of the frame are 0.
+    # If J^T w = 0, the joints do no work against the wrench w, so the tool cannot make a motion
+    # that does work against w. A rotation that holds the reference point of J still does work only
+    # against the moments of w. If the moments about the two other axes of the frame are 0, w has
+    # only a moment about `lost.axis`, so the rotation about `lost.axis` is lost. Entry i of w is,
+    # up to its sign, the 5 x 5 minor of J without row i.
     whole = CommonZeros(J, zeros.generic_rank, zeros.factors, arithmetic)
     others = [i for i in (3, 4, 5) if i != lost.axis + 3]
     left = [[i for i in range(6) if i != other] for other in others]

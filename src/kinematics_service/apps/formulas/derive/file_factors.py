@@ -122,10 +122,10 @@ def disagreement(derivation: Derivation, robot: Robot) -> float:
     Return the largest relative difference between the product of a file's factors and the
     determinant.
 
-    Each factor has its power in the determinant. The product may be the determinant times a
-    constant. Product and determinant are compared at 1000 seeded configurations inside the joint
-    limits. If the task rows are not square, the product is compared with the common factors of all
-    minors.
+    In the product, each factor has the exponent that it has in the determinant. The product may be
+    the determinant times a constant. Product and determinant are compared at 1000 seeded
+    configurations inside the joint limits. If the task rows are not square, the product is
+    compared with the common factors of all minors.
     """
     exact = derivation.exact
     q = exact.sampler.random(POSES, within=True)

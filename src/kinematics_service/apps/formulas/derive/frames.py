@@ -61,7 +61,7 @@ class Frames:
     Attributes
     ----------
     arithmetic
-        The ring of all entries, and what its generators mean.
+        The polynomial ring to which the entries of all matrices in this class belong.
     rows
         The rows of the table.
     row_transforms
@@ -107,7 +107,8 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
             'too many lengths and angles that are no quarter turns; round the angles, or lock '
             'joints'
         )
-        if nearly or (said is not None and said.factor):  # true if a calibration wrote the file
+        # The condition is true if a calibration wrote the robot file.
+        if nearly or (said is not None and said.factor):
             advice = (
                 'its table is a nominal one with corrections, and no formula of it is short: '
                 'derive the nominal robot file'

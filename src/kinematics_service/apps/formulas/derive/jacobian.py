@@ -26,7 +26,7 @@ VEE = ([2, 0, 1], [1, 2, 0])
 @dataclass(frozen=True)
 class Axis:
     """
-    The axis about or along which a row of the table moves: a unit vector z and a point o on it.
+    The axis of rotation or translation of a moving table row: a unit vector z and a point o on it.
     """
 
     row: int
@@ -79,7 +79,7 @@ def coupling(frames: Frames) -> sympy.Matrix:
     Return the matrix C that maps joint positions q to theta and d of the moving rows: (theta, d) =
     C q + constants.
 
-    C has a row for each theta or d that moves, in the order of the table, theta before d.
+    C has a row for each theta or d that joints change, in the order of the table, theta before d.
     """
     variables = frames.arithmetic.names.variables
     moved = (factors for row in frames.rows for _, factors in (row.theta, row.d) if factors)
@@ -88,14 +88,16 @@ def coupling(frames: Frames) -> sympy.Matrix:
 
 def jacobian_of(frames: Frames, axes: Sequence[Axis], linear: Sequence[Matrix]) -> Matrix:
     """
-    Return the Jacobian J = J_open C in the frame in which `axes` are given, with C from
-    `coupling`. J_open has a column for each theta or d that moves.
+    Return the Jacobian J = J_open C, in the frame in which `axes` are given.
+
+    J_open has a column for each theta or d of the table that joints change. `coupling` returns C,
+    which maps joint velocities to the rates of theta and d.
 
     Parameters
     ----------
     linear
-        For each axis, the velocity of the reference point of the Jacobian if the row of the axis
-        turns at 1 rad/s. The velocities are in the same frame as `axes`.
+        A velocity for each axis, in the same frame as `axes`. The reference point of the Jacobian
+        has this velocity if the arm turns about the axis at 1 rad/s.
     """
     nothing = np.full(3, frames.arithmetic.ring.number(0))
     open_: list[Matrix] = []
@@ -169,14 +171,17 @@ def analytic(frames: Frames) -> Matrix:
 
 def rotation_taken_out(frames: Frames) -> Matrix:
     """
-    Return J from the derivatives T' = dT/dq_k of the tool's pose T, by products T' T^-1. The
-    golden case s002_rrp_ets (test/golden) comes from a document with this method.
+    Return J from the products T' T^-1, where T' = dT/dq_k is a derivative of the tool's pose T.
+    The golden case s002_rrp_ets (test/golden) comes from a document with this method.
 
     If joint k moves one row of the table, T = A S(q_k) B, where S is the screw motion of the row.
-    Then T' T^-1 = A S' S^-1 A^-1: the screw is differentiated alone and transformed to the base.
-    If joint k moves several rows, the products of the rows are added. T' T^-1 consists of the
-    matrix of the angular velocity w and the last column v_0, the velocity of the tool's point that
-    is at the base's origin. So the velocity of the tool's origin p is v_0 + w x p.
+    Then T' T^-1 = A S' S^-1 A^-1: only the screw is differentiated, and the result is transformed
+    to the base frame. If joint k moves several rows, T' T^-1 is the sum of A S' S^-1 A^-1 over
+    these rows.
+
+    The matrix T' T^-1 contains the angular velocity w as cross product matrix, and v_0 in the last
+    column. v_0 is the velocity of a point that is fixed to the tool and just passes the base's
+    origin. So the velocity of the tool's origin p is v_0 + w x p.
     """
     arithmetic, p = frames.arithmetic, frames.T_base_tool[:3, 3]
     columns = []
@@ -208,10 +213,9 @@ METHODS: dict[str, Callable[[Frames], Matrix]] = {
 
 def may_turn(rows: Collection[int]) -> bool:
     """
-    Return whether a determinant of the rows `rows` of J is equal for all axes in which J may be
-    written.
+    Return whether the axes of J have no influence on minors in the rows `rows` of J.
 
-    It is equal if `rows` include all three linear rows or none, and all three angular rows or
+    This is true if `rows` contain all three linear rows or none, and all three angular rows or
     none.
     """
     return all(len(set(part) & set(rows)) in (0, 3) for part in ((0, 1, 2), (3, 4, 5)))

@@ -87,7 +87,9 @@ def simplest_view(
     J: Matrix, frames: Frames, rows: Sequence[int], columns: Sequence[int], any_point: bool
 ) -> View:
     """
-    Return J with the fewest terms, among all axes and points that do not change the minors.
+    Return J in the axes, and about the reference point, in which J has the fewest terms.
+
+    Only axes and points that do not change the minors of the task rows are tried.
 
     Parameters
     ----------
@@ -96,12 +98,13 @@ def simplest_view(
     frames
         The arm.
     rows
-        Indices of the task rows. If only one or two of the linear (or of the angular) rows are
-        among them, the axes stay those of frame 0.
+        Indices of the task rows. If the task has only one or two of the three linear rows, or of
+        the three angular rows, the axes stay those of frame 0.
     columns
         Indices of the columns whose terms are counted.
     any_point
-        Whether the reference point may change. It may if the minors contain all six rows.
+        Whether other reference points are tried. This is right only if the minors contain all six
+        rows of J.
     """
     if not any_point:
         seen_from = frames.in_base if may_turn(rows) else frames.in_base[:1]
@@ -219,8 +222,10 @@ def _often_divided(values: list[Laurent], factor: Laurent, most: int) -> tuple[i
 
 def remainder_of(rests: Sequence[Laurent], writer: Writer) -> sympy.Expr:
     """
-    Return the square root of the sum of the squares of `rests`, the minors divided by their common
-    factors. A constant factor is written before the root.
+    Return the square root of the sum of the squares of all elements of `rests`.
+
+    An element is a minor, divided by the common factors of all minors. A constant factor of the
+    sum is written before the root.
     """
     if not rests:
         return sympy.Integer(1)

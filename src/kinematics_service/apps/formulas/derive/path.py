@@ -41,10 +41,11 @@ class PathCrossing:
     Attributes
     ----------
     time, until
-        First and last time at which the factor is 0, s; equal unless the path stays on the family.
+        The factor is 0 from `time` to `until`, s. The two times are equal if the factor is 0 for
+        an instant only.
     touches
-        Whether the factor has equal signs before `time` and after `until`. If so, the path only
-        touches the family of singular poses.
+        Whether the factor has equal signs before `time` and after `until`. If so, the path touches
+        the family of singular poses at which the factor is 0, but does not cross it.
     name
         The name of the factor.
     """
@@ -80,7 +81,7 @@ class Path:
     span: tuple[float, float]
 
     def sampled(self, expression: sympy.Expr, times: Floats) -> Floats:
-        """Return the values of an expression of t at times (N,), with the lengths of the file."""
+        """Evaluate an expression of t at times (N,) with the link lengths of the robot file."""
         return self._function(expression)(times)
 
     def motion(self, times: Floats) -> tuple[Floats, Floats]:
@@ -105,9 +106,9 @@ class Path:
         Return the times within `span` at which the path meets the singular set.
 
         If a factor of the determinant changes its sign between two samples, bisection finds the
-        time. If the factor has the same sign at both samples, a search finds the minimum of its
-        absolute value between them. If the minimum is 0, the path touches the family. If the
-        search meets the other sign, the path crosses the family twice.
+        time. If the factor has equal signs at two samples, a search finds the minimum of |factor|
+        between the samples. If the minimum is 0, the path touches the singular set. If the factor
+        changes its sign during the search, the path crosses the singular set twice.
         """
         along = dict(zip(self.derivation.variables, self.q))
         times = np.linspace(*self.span, SAMPLES)

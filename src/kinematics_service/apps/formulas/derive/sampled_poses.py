@@ -25,13 +25,14 @@ from .singular_geometry import ArmAtPoses, rank_at
 # Number of sampled configurations of a family. It is unlikely that a property holds at all sampled
 # configurations by coincidence. The arm is evaluated at all of them within one second.
 POSES = 60
-# Seeds of the random values of the named constants. Each constant gets two values, one for each
-# seed, so that a property that needs special lengths is not found. The random values are near the
-# file's value, so that the families found with the file's values exist.
+# Seeds of the random values of the named constants. A result must hold with two random values of
+# each constant, one for each seed. So a result that holds only for special lengths is not
+# reported. The random values are near the values in the file. So families of singular poses that
+# exist with the values in the file also exist with the random values.
 SEEDS = (1955, 1964)
 LETTER_FACTORS = (0.8, 1.25)  # range of the ratio of a random value to the file's value
-# Step of central differences (rad or m). With this step, a difference has an error below 1e-9 from
-# round-off, and below 1e-9 from the third derivative of the pose, which it neglects.
+# Step of central differences (rad or m). With this step, a difference has a round-off error below
+# 1e-9 and a truncation error (third derivative) below 1e-9.
 STEP = 1e-6
 
 
@@ -117,8 +118,9 @@ class PoseSampler:
 
     def arm(self, q: Floats) -> ArmAtPoses:
         """
-        Return Jacobian, frames and axes of the arm (m, rad) at positions q of the k moving joints,
-        shape (N, k), in the file's units.
+        Return Jacobian, frames and axes of the arm at positions q of the k moving joints.
+
+        The input q has shape (N, k) and is in the file's units. The result is in m and rad.
         """
         task = self.robot.singularity.task
         column_scales = task.column_scales[list(self.moving)]

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Name a family of singular poses from its joint axes. Find the tool motions that are impossible in
-the family, from singular vectors of the Jacobian.
+Name families of singular poses, such as wrist or elbow, by the geometry of the joint axes.
 
+Also find the tool motions that are impossible in a family, from singular vectors of the Jacobian.
 Both results are computed at sampled configurations of the family. A name must fit at every sampled
 configuration.
 """
@@ -70,11 +70,11 @@ class Lost:
     angular
         Whether the lost motion is a rotation.
     point
-        Number of the frame whose origin the lost translation moves, or the lost rotation holds
-        still; None: the tool's origin.
+        Number of a frame. A lost translation is a translation of the origin of this frame. A lost
+        rotation holds the origin of this frame still if `held`. None: the tool's origin.
     held
-        Whether only rotations that hold `point` still are lost. Otherwise every rotation about the
-        axis is lost.
+        Whether a rotation is lost only if it holds the origin of frame `point` still. If not,
+        every rotation about the axis is lost.
     others
         Whether all translations are lost except the translation along the axis `axis`.
     """
@@ -109,12 +109,12 @@ def parallel(one: Floats, other: Floats) -> bool:
 
 def wrist_point(arm: ArmAtPoses, angular: bool) -> Floats:
     """
-    Return the wrist point of the arm, shape (N, 3), or the tool's origin if the wrist axes do not
-    meet.
+    Return the wrist point of the arm, shape (N, 3).
 
-    The wrist point is the point in which the last three revolute axes meet. If they do not meet,
-    it is the point in which the last two revolute axes meet. If the task has no angular rows, the
-    tool's origin is returned.
+    The wrist point is the point in which the last three revolute axes meet. If the last three do
+    not meet, it is the point in which the last two revolute axes meet. If the last two do not meet
+    either, it is the tool's origin. It is also the tool's origin if the task has no angular rows,
+    or if the arm has fewer than three revolute joints.
     """
     turning = [j for j, turns in enumerate(arm.turns) if turns]
     if not angular or len(turning) < 3:
@@ -176,11 +176,12 @@ def _is_wrist(arm: ArmAtPoses) -> bool:
 
 
 def _is_elbow(arm: ArmAtPoses, joints: Sequence[int], point: Floats, angular: bool) -> bool:
-    # Return whether the arm is at an elbow singularity. It is, if two neighbouring parallel joint
-    # axes lie in a plane with the wrist point, or with another parallel joint axis. If the factor
-    # of the determinant contains one joint only, the arm is also at an elbow singularity if this
-    # joint, to first order, does not change the distance from shoulder to wrist point. The
-    # shoulder is the point in which the axes of the first two joints meet.
+    # Return whether the arm is at an elbow singularity. One of two conditions must hold.
+    # First: two neighbouring joint axes are parallel, and the plane through the two axes contains
+    # the wrist point or a third axis, which is parallel to the two axes.
+    # Second, only if the factor of the determinant contains a single joint: to first order, this
+    # joint does not change the distance from shoulder to wrist point. The shoulder is the point in
+    # which the axes of the first two joints meet.
     n = len(arm.turns)
     for i in range(n - 1):
         if not (arm.turns[i] and arm.turns[i + 1]) or i + 1 not in joints:
@@ -204,10 +205,10 @@ def _is_elbow(arm: ArmAtPoses, joints: Sequence[int], point: Floats, angular: bo
 
 
 def _is_shoulder(arm: ArmAtPoses, point: Floats) -> bool:
-    # Return whether the arm is at a shoulder singularity. It is, if the wrist point lies in the
-    # plane that contains the axis of the first joint and is parallel to the axis of the second
-    # joint. If the wrist point has no offset along the second axis, it then lies on the first
-    # axis.
+    # Return whether the arm is at a shoulder singularity: the wrist point lies in the plane that
+    # contains the axis of the first joint and is parallel to the axis of the second joint. In an
+    # arm without offset along the second axis, the wrist point of a shoulder singularity lies on
+    # the first axis.
     if len(arm.turns) < 2 or not arm.turns[0]:
         return False
     z, o = arm.axes[:, 0], arm.origins[:, 0]

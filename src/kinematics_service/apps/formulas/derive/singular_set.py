@@ -30,8 +30,8 @@ from .trigonometry import Writer
 
 # The minors are divided by their common factors. The common zeros of the quotients are computed
 # only if each quotient has at most MAX_REST_TERMS terms. All quotients are 0 if one factor of each
-# quotient is 0. At most MAX_HITTING_SETS choices of these factors are allowed. Longer results
-# would be unreadable.
+# quotient is 0. The common zeros are computed only if at most MAX_HITTING_SETS choices of one
+# factor of each quotient exist. Longer results would be unreadable.
 MAX_REST_TERMS = 40
 MAX_HITTING_SETS = 20
 
@@ -63,14 +63,15 @@ class SingularFactor:
         Names among `rank`, `lost` and `idle` whose values hold at sampled configurations and are
         not proved for the whole family.
     within_limits
-        Whether a configuration of the family is inside the joint limits, with the lengths of the
-        file; None if this is not decided.
+        Whether a configuration of the family is inside the joint limits, with the link lengths of
+        the robot file; None if this is not decided.
     pose
         A configuration inside the limits, rad or the file's unit of length, within 1e-9 of the
         family.
     special
-        Text about a configuration of the family at which the rank is lower, but only with the
-        lengths of this file; None if no configuration of this kind was found.
+        Text about a configuration of the family at which J has a lower rank than `rank`. The rank
+        is lower with the lengths of this file, but not with random lengths. None if no such
+        configuration was found.
     """
 
     name: str
@@ -97,8 +98,7 @@ class FamilyCrossing:
     names
         Names of the factors of these families.
     rank
-        Rank of the task rows on the crossing; None if no configuration was found and it is not
-        proved that none exists.
+        Rank of the task rows on the crossing; None if it is undecided whether the families meet.
     within_limits, pose
         As in `SingularFactor`.
     sampled
@@ -128,8 +128,8 @@ class Determinant:
     constant
         The factor without joint variables.
     remainder
-        Square root of the sum of the squared minors, divided by the common factors of the minors;
-        1 if `square`.
+        Each minor is divided by the common factors of all minors. The remainder is the square root
+        of the sum of the squared quotients; it is 1 if `square`.
     view
         Text: axes and reference point of the Jacobian used.
     rows, columns
@@ -139,8 +139,8 @@ class Determinant:
     identically_zero
         Whether the determinant is 0 at every configuration.
     split
-        Whether it is proved that no factor splits further. For minors: whether it is proved that
-        they have no other common factor.
+        Whether it is proved that no factor splits further. If there are several minors: whether it
+        is proved that the minors have no further common factor.
     """
 
     square: bool
@@ -177,11 +177,11 @@ class SingularSet:
         Whether the families are proved to be the whole singular set. False if the remainder of
         `determinant` may be 0, or if a factor may split further.
     remainder_zeros
-        The configurations at which the remainder of `determinant` is 0, as sets: the expressions
-        in `names` of a set are 0 at its configurations. None: not solved.
+        Sets of configurations at which `determinant.remainder` is 0. The field `names` of a set
+        contains the expressions that are 0 in this set. None: not solved.
     special
-        Text if the rank is lower at every configuration, but only with the lengths of this file;
-        otherwise None.
+        Text if the rank is below `generic_rank` at every configuration with the lengths of this
+        file, but not with random lengths; otherwise None.
     """
 
     determinant: Determinant
@@ -297,8 +297,9 @@ class FamilySearch:
 
     def is_one_family(self, factor: RealFactor) -> bool:
         """
-        Return whether J has equal rank at all sampled zeros of a factor. The result is also true
-        if the factor has no half-angle factors.
+        Return whether the zeros of a factor are one family: J has equal rank at all sampled zeros.
+
+        A factor without half-angle factors cannot be split, so its zeros are taken as one family.
         """
         if not factor.halves:
             return True
@@ -341,11 +342,12 @@ class FamilySearch:
 def families_of(product: Factored, search: FamilySearch) -> Factored | None:
     """
     Split each factor of the product into its half-angle factors if they are separate families.
-    Return None if the split needs a ring with half angles.
 
-    Two half-angle factors form one family if J has equal rank at the zeros of both. In most arms,
-    sin q gives one family: the zeros of its half-angle factors are the stretched and the folded
-    arm.
+    The half-angle factors are one family if J has equal rank at the zeros of all of them. An
+    example is sin q = 2 sin q/2 cos q/2. The arm is stretched if sin q/2 = 0, and folded if
+    cos q/2 = 0. In most arms, J has equal rank at stretched and folded arm, so sin q is not split.
+
+    Return None if the split needs a ring with half angles.
     """
     found: list[RealFactor] = []
     constant = product.constant
@@ -357,8 +359,8 @@ def families_of(product: Factored, search: FamilySearch) -> Factored | None:
             found.append(factor)
             continue
         found += [RealFactor(half, factor.power) for half in factor.halves]
-        # Correct the constant of the product, because a factor is a number times its half-angle
-        # factors: sin q = 2 sin q/2 cos q/2.
+        # The factor is a number times its half-angle factors, as in sin q = 2 sin q/2 cos q/2.
+        # Multiply the constant of the product by this number.
         one, other = factor.halves
         ratio = quotient_constant(factor.value, one * other, search.arithmetic)
         assert ratio is not None
@@ -427,8 +429,9 @@ def singular_factors(
 
 def numbers_in_words(names: Names) -> str:
     """
-    Return the equal lengths of a file as text, such as `L2 = L3`. Return `the numbers` if no
-    lengths are equal.
+    Return which lengths of the robot file are equal, as text such as `L2 = L3`.
+
+    Return the text `the numbers` if no lengths are equal.
     """
     groups: dict[float, list[str]] = {}
     for symbol, value in names.values.items():
@@ -455,7 +458,7 @@ def _is_multiple(expression: sympy.Expr, factor: Laurent, search: FamilySearch) 
 
 
 def evaluated(expression: sympy.Expr, names: Names, q: Floats) -> Floats:
-    """Return the values of a sympy expression at q (..., n), with the lengths of the file."""
+    """Evaluate a sympy expression at q (..., n) with the link lengths of the robot file."""
     function = sympy.lambdify(names.variables, expression.subs(dict(names.values)), 'numpy')
     return np.broadcast_to(function(*np.moveaxis(q, -1, 0)), q.shape[:-1]).astype(float)
 
@@ -499,12 +502,11 @@ def remainder_zeros(
     rests: Sequence[Laurent], search: FamilySearch, writer: Writer, J_t: Matrix
 ) -> tuple[FamilyCrossing, ...] | None:
     """
-    Return the configurations at which all `rests` are 0, the minors divided by their common
-    factors; None if not solved.
+    Return the configurations at which all elements of `rests` are 0; None if not solved.
 
-    An element of `rests` is 0 if one of its factors is 0. So all elements are 0 if all factors in
-    a hitting set are 0, that is, a set with a factor of each element. Only minimal hitting sets
-    are used.
+    An element of `rests` is a minor, divided by the common factors of all minors. It is 0 if one
+    of its factors is 0. A hitting set contains at least one factor of each element. So all
+    elements are 0 if all factors in a hitting set are 0. Only minimal hitting sets are used.
     """
     arithmetic, pieces = search.arithmetic, list[Laurent]()
     hitting: list[frozenset[int]] = [frozenset()]

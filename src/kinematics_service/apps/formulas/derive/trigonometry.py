@@ -42,8 +42,9 @@ class Basis:
     angles
         Sympy expressions u_j: the arguments, one for each joint.
     to_angles
-        Integer matrix E. The angle generator of joint k is the product of exp(i u_j)^E[k][j] over
-        all arguments u_j.
+        Integer matrix E. The polynomials contain exp(i q_k / n_k) for joint k, with an integer n_k
+        from `Arithmetic.units` and the imaginary unit i. This power of e is the product of
+        exp(i u_j)^E[k][j] over all arguments u_j.
     """
 
     angles: tuple[sympy.Expr, ...]
@@ -58,7 +59,8 @@ class Writer:
     Attributes
     ----------
     sums, singles
-        Two bases: sums of the angles of parallel joints, and the joint angles themselves.
+        Two choices of angles in whose sines and cosines polynomials are written: sums of the
+        angles of parallel joints, or the single joint angles.
     divisor
         None if expressions are simplified. Otherwise the common denominator of the coefficients of
         the polynomial that is being written.
@@ -102,8 +104,8 @@ class Writer:
         return self._with_numbers(shortest / value.divisor)
 
     def _with_numbers(self, expression: sympy.Expr) -> sympy.Expr:
-        # Replace theta by q + offset last, because `_shortest` compares forms of the polynomial in
-        # theta by their numbers of operations.
+        # Replace theta by q + offset only after `_shortest` has chosen the form of the polynomial
+        # with the fewest operations. Otherwise the sums q + offset would be counted as operations.
         numbers = {symbol: number for number, symbol in self._numbers.items()}
         return expression.xreplace(numbers | self.arithmetic.in_variables)
 
@@ -215,7 +217,8 @@ class Writer:
 def _taken_out(sum_: sympy.Expr) -> sympy.Expr:
     # Factor the sum as `sympy.factor_terms` does, but save time: do not factor the summands again,
     # because they are factored already. An exception is a summand such as 2 (a + b). If the number
-    # 2 is taken out of the whole sum, the summand a + b is a sum, and it is factored again.
+    # 2 is taken out of the whole sum, a + b remains, and may have another common factor. So factor
+    # it again.
     content, rest = sum_.as_content_primitive(clear=False)
     if not rest.is_Add:
         return sum_
@@ -288,8 +291,10 @@ def _parallel_sums(frames: Frames) -> list[tuple[int, ...]]:
 
 
 def _basis(arithmetic: Arithmetic, vectors: Iterable[tuple[int, ...]]) -> Basis | None:
-    # Return a basis: the first linearly independent sums in `vectors`, completed by joint angles.
-    # Return None if the matrix of the basis has no inverse over the integers.
+    # Return a basis of the integer combinations of the joint angles. Take the sums of joint angles
+    # in `vectors` one after another. Leave out a sum that depends linearly on the sums before.
+    # Complete the basis by single joint angles. Return None if the matrix of the basis has no
+    # inverse over the integers.
     variables = arithmetic.names.variables
     n = len(variables)
     chosen: list[Sequence[int]] = []

@@ -27,8 +27,9 @@ from .names import Affine, Names
 # symbol. If an arm has more constant angles, `exponential` replaces the others by angles with
 # rational sine and cosine, which differ by at most 1e-16 rad.
 MAX_ANGLE_SYMBOLS = 2
-# If a row of the table turns by p/q times a joint's angle, p and q may be at most this. The
-# exponents in a product of dozens of rows then fit 16 bits.
+# If a row of the table turns by p/q times a joint's angle, p and q may be at most this. In the
+# polynomials of the row, p is an exponent. The exponents in a product of dozens of rows then fit
+# 16 bits.
 MAX_ANGLE_PARTS = 500
 # A decimal angle is read as an exact multiple of pi/2 if it differs by less than this, in quarter
 # turns. The tolerance is needed, because programs print pi/2 as 1.5707963267948966.
@@ -50,8 +51,8 @@ class Arithmetic:
         An integer u for each joint variable theta, so that its generator is exp(i theta / u). u is
         `ring.parts` times the common denominator of the gear ratios of the joint.
     steps
-        An integer for each joint variable: the greatest common divisor of the exponents that the
-        generator of the variable has in the rows that the joint turns.
+        For each joint variable, the largest integer that divides all exponents of the variable's
+        generator in the matrices of the table's rows.
     offsets
         The constant angle (rad) that the table adds to each joint variable q: theta = q + offset.
         The offset is 0 if the table adds only whole quarter turns. Formulas in theta are as short
@@ -92,8 +93,9 @@ class Arithmetic:
 
     def angle_index(self, variable: sympy.Symbol) -> int:
         """
-        Return the index of the generator exp(i q / u) of a joint variable q, with its integer u in
-        `units`.
+        Return the index of the generator of a joint variable q in the ring.
+
+        The generator is exp(i q / u) with the imaginary unit i and the integer u = `units[q]`.
         """
         return self.ring.index('angle', variable)
 
@@ -256,11 +258,11 @@ def exponential(ring: Ring, angle: sympy.Expr) -> Laurent:
     """
     Return exp(i angle) for a constant angle, a sympy expression in rad.
 
-    Quarter turns are exact. The first two other angles with which this function is called become
-    symbols, because more symbols would make formulas too long to read. For later angles, exp(i
-    angle) becomes the number (1 + i t)^2 / (1 + t^2), where t is a fraction near tan(angle / 2).
-    The number has modulus exactly 1, so rotations stay rotations. Its angle is within 1e-16 rad of
-    the file's angle.
+    A whole number of quarter turns is exact. Any other angle becomes a symbol, if the ring has
+    fewer than two symbols of angles. More symbols would make formulas too long to read, so for
+    further angles exp(i angle) becomes the number (1 + i t)^2 / (1 + t^2), where t is a fraction
+    near tan(angle / 2). The number has modulus exactly 1, so rotations stay rotations. The angle
+    of the number is within 1e-16 rad of the file's angle.
     """
     quarters, rest = _in_quarters(angle)
     result = ring.number(1).times_i(quarters)
@@ -268,8 +270,8 @@ def exponential(ring: Ring, angle: sympy.Expr) -> Laurent:
 
 
 def _in_quarters(angle: sympy.Expr) -> tuple[int, sympy.Expr]:
-    # Split an angle into a number of quarter turns and the rest. If the multiple of pi in the
-    # angle is not a number of quarter turns, as in pi/3, return 0 and the angle itself.
+    # Split an angle into a whole number of quarter turns and the rest. If the angle has another
+    # multiple of pi, as in pi/3, return 0 and the angle itself.
     turns = sympy.expand(angle).coeff(sympy.pi)
     rest = sympy.expand(angle - turns * sympy.pi)
     if rest.is_number and not rest.is_zero:

@@ -3,13 +3,16 @@
 """
 Factor a real trigonometric polynomial into real factors in whole angles, without half angles.
 
-In z = exp(i q), sin q = (z - 1) (z + 1) / 2iz has complex coefficients and splits into factors of
-half angles: z - 1 = 2i z^(1/2) sin(q/2), and z + 1 = 2 z^(1/2) cos(q/2). Such a pair must be
-multiplied, so that sin q stays one factor. The method has four steps. First, it multiplies the
-generators by powers of i, so that every coefficient is real. Second, it factors over the integers.
-Third, it undoes the first step. Fourth, it multiplies pairs of half-angle factors. In two cases
-the second step factors over the Gaussian integers instead: powers of i cannot make all
-coefficients real, or a factor over the integers may be a product of two complex factors.
+A polynomial is written in z = exp(i q), with one variable z (a generator) for each angle q. In
+this form, sin q = (z - 1) (z + 1) / 2iz has complex coefficients and splits into two half-angle
+factors: z - 1 = 2i z^(1/2) sin(q/2) and z + 1 = 2 z^(1/2) cos(q/2). The two factors z - 1 and
+z + 1 must be multiplied again, so that sin q stays one factor.
+
+The method has four steps. First, it multiplies the generators by powers of i, so that every
+coefficient is real. Second, it factors over the integers. Third, it undoes the first step. Fourth,
+it multiplies pairs of half-angle factors. The second step factors over the Gaussian integers
+instead if powers of i cannot make all coefficients real, or if a factor over the integers may be a
+product of two complex factors.
 """
 
 import math
@@ -32,11 +35,11 @@ from .half_factors import lowered, lowest, paired
 from .laurent import Laurent, Terms, from_terms
 from .quotient import quotient_constant
 
-# Number of random straight lines on which a polynomial is tested. On a line, each generator is a t
-# + b, and the polynomial becomes a polynomial in t. If the polynomial in t is irreducible and has
-# the same degree, the polynomial itself is irreducible.
+# Number of random straight lines on which a polynomial is tested. On a line with the parameter t,
+# generator k is a_k * t + b_k, so the polynomial becomes a polynomial in t. If the polynomial in t
+# is irreducible and has the same degree, the polynomial itself is irreducible.
 CUT_LINES = 8
-# Largest integer a or b in a t + b, a generator on a random line.
+# Largest integer a_k or b_k of a random line a_k * t + b_k.
 MAX_LINE_COEFFICIENT = 23
 SEED = 1955
 # Primes p = 3 mod 4 for the test in `stays_whole_beside_i`. If a polynomial is irreducible over
@@ -113,7 +116,7 @@ def _whole(
 ) -> Factored:
     if not arithmetic.moves(value.terms()):
         return Factored(value, (), True)
-    # Lengths that divide every term move from the factor to `Factored.constant`.
+    # If a length divides all terms of the polynomial, move it to `Factored.constant`.
     terms = value.terms()
     generators = zip(lowest(terms), arithmetic.ring.generators)
     common = [low if generator.kind == 'number' else 0 for low, generator in generators]
@@ -155,9 +158,10 @@ class _Polynomial:
 
 
 def _turned_real(terms: Terms) -> tuple[tuple[int, ...], dict[tuple[int, ...], Any]] | None:
-    # Return the power of i by which each generator is multiplied so that all coefficients are
-    # real. Return also these real coefficients by exponents. Return None if no powers achieve
-    # this.
+    # Multiply each generator by a power of the imaginary unit i, so that all coefficients are
+    # real. Return the exponent of i for each generator. Return also the real coefficients, as a
+    # dictionary with the exponents of the terms as keys. Return None if no powers of i make all
+    # coefficients real.
     turns = _quarter_turns(terms)
     if turns is None:
         return None
@@ -245,9 +249,10 @@ def _factor_list(element: PolyElement) -> list[tuple[PolyElement, int]]:
 
 def _stays_whole(element: PolyElement) -> bool:
     # Return whether a polynomial that is irreducible over the integers is proved not to be a
-    # product of two complex factors. Two complex factors would be conjugate and have equal degrees
-    # in every generator, so an odd degree excludes them. They are looked for, because they may be
-    # real functions of the angles, as in cos 2q = (cos q + sin q) (cos q - sin q).
+    # product of two complex factors. Such a product must be found, because two complex factors may
+    # be real functions of the angles: cos 2q = (cos q + sin q) (cos q - sin q). Two complex
+    # factors would be conjugate and have equal degrees in every generator. So an odd degree proves
+    # that the product does not exist.
     odd = any(degree % 2 for degree in [*_degrees(element), max(sum(e) for e in element)])
     return odd or _irreducible_on_a_line(element, ZZ, stays_whole_beside_i)
 
@@ -283,10 +288,11 @@ def stays_whole_beside_i(cut: PolyElement) -> bool:
     """
     Return whether an integer polynomial of t is proved irreducible over the Gaussian integers.
 
-    The polynomial is primitive. Suppose that it is g conj(g), and let p be a prime with p = 3 mod
-    4. Modulo p, conjugation keeps every factor of odd degree, so such a factor divides both g and
-    conj(g). Then the polynomial has a square factor modulo p. So if the polynomial is square-free
-    modulo p and has a factor of odd degree, it is irreducible.
+    If the polynomial f is irreducible over the integers but not over the Gaussian integers, then
+    f = g conj(g). Let p be a prime with p = 3 mod 4, and h an irreducible factor of f modulo p
+    with odd degree. Then h stays irreducible with i, and conj(h) = h. So h divides both g and
+    conj(g), and h^2 divides f. Hence f is irreducible over the Gaussian integers if f is
+    square-free modulo p and has a factor h. The polynomial f must be primitive.
     """
     if not cut.is_irreducible:
         return False

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Multiply pairs of half-angle factors into factors of whole angles, and make these factors real.
+Multiply half-angle factors in pairs, such as sin q/2 and cos q/2, into real whole-angle factors.
 """
 
 import math
@@ -31,8 +31,8 @@ class RealFactor:
         The two half-angle factors whose product is the factor, such as sin q/2 and cos q/2 for sin
         q; empty if there are none. In a ring with half angles, both are real.
     alone
-        Whether the factor needs a ring with half angles, to be written or to be split further, but
-        this ring has whole angles only.
+        Whether the factor contains half angles, or splits into factors with half angles, although
+        the ring has whole angles only.
     splits
         Whether `halves` are real polynomials in whole angles, as in cos 2q = (cos q + sin q) (cos
         q - sin q). A row of the table that turns by twice the angle of a joint gives such a
@@ -54,8 +54,9 @@ def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[Real
     Return None if a factor in half angles has no partner.
 
     A factor is whole if it equals its conjugate and its degree in exp(i q) is even for every angle
-    q. The other factors form pairs of equal power: a factor and its conjugate, or a factor and its
-    copy with half a turn added to an angle of odd degree.
+    q. The other factors form pairs of equal power. The partner of a factor is its conjugate, or
+    the factor with half a turn added to one angle q. For this angle q, the degree of the factor in
+    exp(i q) is odd.
     """
     indices, parts = _angle_indices(arithmetic), arithmetic.ring.parts
     joints = [
@@ -104,8 +105,9 @@ def _is_whole(terms: Terms, indices: Sequence[int]) -> bool:
 
 def _half_turned(terms: Terms, joints: Sequence[tuple[int, int]]) -> Terms | None:
     # Add half a turn to one angle q, and return the new terms. The degree of the polynomial in
-    # exp(i q) must be odd; return None if it is odd for no angle. Only one angle is turned,
-    # because half a turn of two angles adds a full turn to the sum of the angles.
+    # exp(i q) must be odd for this angle q; return None if no angle has this property. Turn only
+    # one angle. Half a turn of both q1 and q2 would turn the sum q1 + q2 by a full turn, which
+    # changes nothing.
     for k, step in joints:
         lowest = min(e[k] for e in terms)
         if _turns(terms, k) % (2 * step) == step and all(
@@ -197,9 +199,9 @@ def _centred(terms: Terms, indices: Sequence[int]) -> Terms:
 
 
 def _unit(one: tuple[int, int], opposite: tuple[int, int]) -> tuple[int, int]:
-    # Find a complex number u such that u c(e) is the conjugate of u c(-e), where c(e) is the
-    # coefficient `one`, and c(-e) is `opposite`. If u = 1, i, 1 + i and 1 - i fail, u = conj(c(e)
-    # + c(-e)) is a solution.
+    # Let c and d be the coefficients `one` and `opposite`, of the terms with exponents e and -e.
+    # Find a complex number u such that u c is the conjugate of u d. If u = 1, i, 1 + i and 1 - i
+    # fail, u = conj(c + d) is a solution.
     (a, b), (c, d) = one, opposite
     for unit in ((1, 0), (0, 1), (1, 1), (1, -1), (a + c, -b - d)):
         real, imaginary = _product(unit, opposite)

@@ -29,15 +29,15 @@ Terms = dict[Exponents, tuple[int, int]]
 @dataclass(frozen=True)
 class Generator:
     """
-    A variable of a polynomial, which may have negative exponents.
+    A variable of Laurent polynomials: its exponents may be negative.
 
     Parameters
     ----------
     kind
-        `angle`: exp(i q / u), where `meaning` is the joint variable q, and u an integer
-        (`Arithmetic.units`). `fixed_angle`: exp(i c), where `meaning` is the constant angle c.
-        `number`: `meaning` itself, which is a length, a prismatic variable, or an irrational or
-        decimal number.
+        `angle`: exp(i q / u) with the joint variable q (`meaning`) and an integer u from
+        `Arithmetic.units`. `fixed_angle`: exp(i c) with the constant angle c (`meaning`). In both,
+        i is the imaginary unit. `number`: `meaning` itself, which is a length, a prismatic
+        variable, or an irrational or decimal number.
     meaning
         A sympy expression; angles in rad, lengths in the file's unit.
     """
@@ -75,8 +75,11 @@ class Ring:
     @property
     def offset(self) -> int:
         """
-        Return the integer that adds 2^15 to every exponent of a monomial, so that no exponent is
+        Return the number that shifts all exponents of a monomial by 2^15, so that none is
         negative.
+
+        A monomial is stored as one integer, 16 bits for each exponent. Add the result to this
+        integer.
         """
         return sum(HALF << (BITS * k) for k in range(len(self.generators)))
 
@@ -102,9 +105,9 @@ class Ring:
         Return the polynomial of a sympy expression without angles: sums and products of numbers
         and symbols.
 
-        A square root or a decimal becomes a generator. So the common denominator of the
-        coefficients stays a power of 2, and polynomials factor as if roots and decimals were
-        symbols.
+        A square root or a decimal becomes a generator, that is, a variable of the polynomial. So
+        no other denominators than powers of 2 occur in the coefficients, and polynomials factor as
+        if roots and decimals were symbols.
         """
         if expression.is_Integer:
             return self.number(int(expression))
@@ -181,15 +184,17 @@ class Laurent:
 
     def derivative(self, index: int, per_unit: int = 1) -> 'Laurent':
         """
-        Return the derivative by the angle q if the generator is exp(i q / per_unit); otherwise
-        return the derivative by the generator itself.
+        Return the derivative of the polynomial by a joint angle, or by a generator.
+
+        If the generator is exp(i q / per_unit), the derivative is by the angle q. If the kind of
+        the generator is `number`, the derivative is by the generator itself.
 
         Parameters
         ----------
         index
-            Index of the generator.
+            Index of the generator in the ring.
         per_unit
-            The integer in the generator exp(i q / per_unit); not used for a `number`.
+            The integer in exp(i q / per_unit); not used if the kind of the generator is `number`.
         """
         shift, offset = BITS * index, self.ring.offset
         is_angle = self.ring.generators[index].kind != 'number'

@@ -37,8 +37,8 @@ class Names:
     values
         The value of each length, in the file's units.
     meanings
-        The expression of each name of the file, in the file's units: a symbol, or the expression
-        of a constant that contains other constants or is used in an angle.
+        The expression of each name of the file, in the file's units. It is a symbol if the name
+        stays in formulas; otherwise it is the formula or the number of the constant.
     angle_unit
         The file's unit of angles, 'rad' or 'deg'.
     length_unit

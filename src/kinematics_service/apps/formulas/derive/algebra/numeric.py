@@ -53,7 +53,7 @@ class Numbers:
         return np.asarray(np.sum(terms, axis=-1).real)
 
     def magnitude(self, largest: Floats) -> Floats:
-        """Return an upper bound of the absolute value for |q| <= largest, shape (...,)."""
+        """Return an upper bound of |polynomial(q)| for all q with |q| <= largest, shape (...,)."""
         c, _, powers = self._sum
         sizes = np.broadcast_to(np.abs(c), (*largest.shape[:-1], len(powers)))
         for k in np.flatnonzero(np.any(powers, axis=0)):

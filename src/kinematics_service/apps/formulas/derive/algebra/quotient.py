@@ -18,9 +18,10 @@ def quotient_constant(value: Laurent, product: Laurent, arithmetic: Arithmetic) 
     ours, theirs = product.grouped(joints), value.grouped(joints)
     if set(ours) != set(theirs):
         return None
-    # A group holds all terms with the same exponents of the joint variables. Divide only one group
-    # of `value` by the same group of `product`, the one with the fewest terms, to get a candidate
-    # for the quotient. Then check candidate * product = value.
+    # A group holds all terms with equal exponents of the joint variables. Choose the exponents
+    # whose group in `product` has the fewest terms. For these exponents, divide the group of
+    # `value` by the group of `product`, to get a candidate for the quotient. Then check
+    # candidate * product = value.
     ring, key = arithmetic.ring, min(ours, key=lambda key: len(ours[key]))
     quotient = divided(from_terms(ring, theirs[key]), from_terms(ring, ours[key]))
     if quotient is None:
@@ -33,8 +34,8 @@ def divided(value: Laurent, factor: Laurent) -> Laurent | None:
     """
     Return value / factor if the division leaves no remainder, else None.
 
-    A monomial of angles divides every polynomial. A monomial of lengths does not, because lengths
-    may be 0.
+    Exponents of angles may be negative, so a monomial of angles such as exp(i q) divides every
+    polynomial. A length may be 0, so it divides a polynomial only if every term contains it.
     """
     n = len(value.ring.generators)
     R, *_ = polynomial_ring([f'x{k}' for k in range(n)], QQ_I)

@@ -23,7 +23,8 @@ ROUND_OFF = 1e-13
 # Newton and Kantorovich is applied to the points with the smallest function values.
 STEPS = 32
 STEPS_PER_CHECK = 8
-# One check looks for zeros near this number of points, those with the smallest function values.
+# A check applies the theorem of Newton and Kantorovich to this number of points. It takes the
+# points with the smallest function values.
 CHECKED_POSES = 10
 # Bisection ends undecided after this number of evaluated polynomial terms, which takes seconds.
 MAX_TERM_EVALUATIONS = 100_000_000
@@ -139,9 +140,9 @@ def _step(f: Floats, G: Floats) -> Floats:
 
 
 def _has_zero_beside(functions: Sequence[Numbers], q: Floats, f: Floats, G: Floats) -> bool:
-    # Theorem of Kantorovich: let G+ be the pseudoinverse of the gradients G, |G+| = b and |G+ f| =
-    # s. Let the gradients change by at most K per unit of q. If b K s <= 1/2, a zero is within 2 s
-    # of q.
+    # Theorem of Kantorovich: let G+ be the pseudoinverse of the gradients G, |G+| = b and
+    # |G+ f| = s. Let the gradients change by at most K per unit of q. If b K s <= 1/2, the
+    # distance of a zero from q is at most 2 * s.
     sigma = np.linalg.svd(G, compute_uv=False)
     if len(sigma) < len(f) or sigma[-1] <= 1e-9 * sigma[0]:
         return False
@@ -194,8 +195,9 @@ def _undecided(
     bent = np.einsum('kmij,kj->kmi', bends, radii) * radii[:, None, :]
     reach = np.sum(straight + bent / 2, axis=-1) + _round_off(functions, largest)
     kept = np.all(np.abs(f) <= reach, axis=-1)
-    # Compute the part of r that a joint's motion in the box causes, divided by r, and sum it over
-    # the polynomials. Without the division, the summands would have different units.
+    # The motion of one joint in the box causes a part of the bound r (`reach`). Compute the ratio
+    # of this part to r, and add the ratios over the polynomials. The parts themselves could not be
+    # added, because the polynomials have different units.
     share = np.sum((straight + bent) / np.maximum(reach, 1e-300)[..., None], axis=1)
     worst = np.max(np.abs(f) / np.maximum(reach, 1e-300), axis=-1)
     return centers[kept], radii[kept], worst[kept], np.argmax(share, axis=-1)[kept]

@@ -16,8 +16,8 @@ from ..family import Family
 from ..path import Path
 from ..singular_set import FamilyCrossing, SingularFactor
 
-# Number of operations of a factor of the determinant above which the report says that the factor
-# is irreducible.
+# Largest number of operations of a short factor of the determinant. The report mentions that a
+# factor is irreducible only if the factor is not short.
 LONG_EXPRESSION_OPERATIONS = 60
 
 
