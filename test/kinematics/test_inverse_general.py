@@ -208,6 +208,15 @@ def test_a_target_out_of_reach_is_proved_to_be():
     assert 'proves nothing' not in result.reason
 
 
+def test_a_solution_without_imaginary_parts_is_real():
+    # A solution without imaginary parts, one with round-off, and a pair of conjugates.
+    psi = np.ones((4, 6, 2))
+    psi[:, :, 1] = np.array([0.0, 1e-17, 0.5, -0.5])[:, None]
+    psi[:, :, 0] += np.array([0, 1, 2, 2])[:, None]
+    np.testing.assert_array_equal(elimination._real_ones(psi), psi[:2, :, 0])
+
+
+
 def test_elimination_finds_what_the_closed_form_finds():
     # Of an arm that has one, by another road.
     robot = robot_of('ur5e')

@@ -157,7 +157,8 @@ def _real_ones(psi: Floats) -> Floats:
     # Returns the real solutions (k, 6) among the complex solutions (m, 6, 2). The list has each
     # solution that is not real twice: as itself, and with exactly opposite imaginary parts. A real
     # solution is in the list once. Its imaginary parts are round-off, so it differs from its own
-    # conjugate.
+    # conjugate, or all of them are 0.
     conjugate = psi * (1.0, -1.0)
     paired = [any(np.array_equal(one, other) for other in conjugate) for one in psi]
-    return np.asarray(psi[np.logical_not(paired), :, 0])
+    exact = ~psi[:, :, 1].any(axis=1)
+    return np.asarray(psi[exact | np.logical_not(paired), :, 0])
