@@ -216,7 +216,6 @@ def test_a_solution_without_imaginary_parts_is_real():
     np.testing.assert_array_equal(elimination._real_ones(psi), psi[:2, :, 0])
 
 
-
 def test_elimination_finds_what_the_closed_form_finds():
     # Of an arm that has one, by another road.
     robot = robot_of('ur5e')
