@@ -19,13 +19,15 @@ from .curve_point import CurvePoint
 
 # Largest number of steps of the Illinois method to find a root; ten steps are usual.
 MAX_ROOT_STEPS = 100
-# A root of a joint position minus a wanted position is found if the difference is below this, rad
-# or m. The tolerance is the round-off of 100 operations at 3 rad.
+# `CurvePath.root` searches the point of the curve at which a joint has a wanted position. The
+# search ends if the absolute difference between the joint position and the wanted position is
+# below this, rad or m. The tolerance is the round-off of 100 operations at 3 rad.
 LEVEL_TOLERANCE = 1e-13
-# A root of a derivative along the curve is found if the derivative is below this. The function is
-# the derivative of a joint position (its root is a turning point of the joint), or that of the
-# distance to a goal (its root is the point nearest to the goal). The error of the joint position
-# at a turning point is of the order of the square of the derivative.
+# `CurvePath.root` searches the point of the curve at which the derivative of a joint position
+# along the curve is zero. This is a turning point of the joint. The search ends if the absolute
+# derivative is below this. The error of the joint position is then of the order of the square of
+# the derivative. The search for the point nearest to a goal has the same tolerance: there the
+# derivative of half the squared distance to the goal is zero.
 SLOPE_TOLERANCE = 1e-9
 
 
@@ -43,9 +45,10 @@ class CurvePath:
     Attributes
     ----------
     joint, level
-        The function whose roots `root` finds is the position of the joint minus the level. If the
-        level is NaN, the function is the slope of the joint along the curve. If the joint is -1,
-        the function is the slope of the distance from `goal`.
+        The method `root` finds a root of a function along the curve. The attributes select this
+        function: the position of joint `joint` minus `level`. If `level` is NaN, the function is
+        the derivative of the joint position along the curve. If `joint` is -1, the function is the
+        derivative of half the weighted squared distance from `goal`.
     """
 
     def __init__(self, point: CurvePoint, samples: Floats) -> None:
@@ -74,15 +77,12 @@ class CurvePath:
             chord = border[j]
             bend = y * (size * a[n + j] - chord) - x * (size * b[n + j] - chord)
             q[j] = a[j] + x * chord + x * y * bend
-        # Do not check whether Newton's method converged. It may fail near a singular pose, but the
-        # samples at both ends are solutions.
+        # Do not check whether Newton's method converged. It may fail near a singular pose, but
+        # there the point is still near samples k and k + 1, which are solutions.
         self.point.improve()
 
     def value(self) -> float:
-        """
-        Return the value at `point` of the function that `joint` and `level` select, whose roots
-        `root` finds.
-        """
+        """Evaluate the function that `joint` and `level` select (see `CurvePath`) at `point`."""
         q, tangent, total = self.point.q, self.point.tangent, 0.0
         if self.joint >= 0:
             level = self.level
@@ -93,8 +93,10 @@ class CurvePath:
 
     def root(self, a: float, low: float, b: float, high: float) -> float:
         """
-        Return the place between the places a and b of the curve at which the function `value` is
-        0. The values of the function, `low` at a and `high` at b, differ in sign.
+        Return the place between a and b where the function `value` is 0.
+
+        a and b are places on the curve. The function has the value `low` at a and the value `high`
+        at b. The two values differ in sign.
         """
         x = b
         tolerance: float = LEVEL_TOLERANCE if not math.isnan(self.level) else SLOPE_TOLERANCE

@@ -4,10 +4,11 @@
 Move joint positions onto a curve of solutions by Newton's method, and compute the tangent of the
 curve.
 
-Allgower and Georg, Introduction to Numerical Continuation Methods, section 3.3: the matrix of
-derivatives of the target's rows by the joints has one row fewer than columns. An additional last
-row, the border, makes the matrix square. The correction by Newton's method is perpendicular to the
-border. The tangent is the null vector of the rows above the border.
+Allgower and Georg, Introduction to Numerical Continuation Methods, section 3.3: the target
+prescribes n - 1 components of the tool's pose for n joints. So it gives n - 1 equations, and their
+Jacobian has n - 1 rows and n columns. An additional last row, called the border, makes the matrix
+square. Newton's method then corrects the joint positions in a direction perpendicular to the
+border. The tangent of the curve is the null vector of the Jacobian.
 """
 
 import math
@@ -32,7 +33,7 @@ class CurvePoint:
     Parameters
     ----------
     residual
-        The residual of the target, with one weighted row fewer than joints.
+        The residual of the target. For n joints, n - 1 of its six rows have a positive weight.
     periods : shape (n,), rad or m
         Motion of a joint after which the tool has the same pose; 1e12 for a joint without such a
         motion.
@@ -40,13 +41,16 @@ class CurvePoint:
     Attributes
     ----------
     q, tangent : shape (n,)
-        Joint positions, rad or m, and the unit tangent at an acute angle to the border.
+        Joint positions, rad or m, and the unit tangent of the curve at q. The scalar product of
+        the tangent and `border` is positive.
     border : shape (n,)
-        Direction to which corrections of q are perpendicular.
+        Last row of the linear system of Newton's method. Corrections of q are perpendicular to
+        this vector.
     orientation
-        The sign of the determinant of a matrix: the derivatives of the target's rows by the
-        joints, with the tangent as last row. The sign is constant along a curve, and opposite on
-        another curve that nearly crosses this curve (Allgower and Georg, definition 2.1.1).
+        The sign of the determinant of a square matrix: the Jacobian (n - 1, n) of the target's
+        equations, with the tangent as additional last row. The sign is constant along a curve. It
+        is opposite on another curve that nearly crosses this curve (Allgower and Georg, definition
+        2.1.1).
     """
 
     def __init__(self, residual: Residual, periods: Floats) -> None:
@@ -68,10 +72,11 @@ class CurvePoint:
 
     def look_along(self, side: float) -> None:
         """
-        Set `border` to the null vector of the derivatives of the target's rows at q, so that the
-        curve has the orientation `side`, 1 or -1.
+        Set `border` to the unit tangent of the curve at q for which `orientation` equals `side`.
 
-        The elements of the null vector are cofactors: determinants with a unit vector as border.
+        `side` is 1 or -1. The tangent is the null vector of the Jacobian (n - 1, n) of the
+        target's equations. Element j of the null vector is a cofactor: the determinant of the
+        Jacobian with unit vector j as additional last row.
         """
         n, null = self.n, self.tangent
         arrays.fill(self.border, n, 0.0)
@@ -109,8 +114,10 @@ class CurvePoint:
 
     def linearise(self) -> None:
         """
-        Write to A the derivatives of the target's rows at q, with the border as last row. Write
-        the errors of the target's rows to `step`.
+        Fill the linear system of a Newton step: the matrix A, and `step` with the right side.
+
+        The first n - 1 rows of A are the Jacobian of the target's equations at q. The last row is
+        `border`. The right side has the errors of the n - 1 equations, then 0.
         """
         n = self.n
         self.residual.square(self.q, places.JACOBIAN)
@@ -142,8 +149,10 @@ class CurvePoint:
 
 def write_derivative(point: CurvePoint, q: Floats, derivative: Floats) -> None:
     """
-    Write to a matrix (n - 1, n) the derivatives of the target's rows by the joints, at joint
-    positions q (n,), rad or m.
+    Write to `derivative` (n - 1, n) the Jacobian of the target's equations at joint positions q.
+
+    The target prescribes n - 1 components of the tool's pose, and each component gives one
+    equation. q (n,) is in rad or m.
     """
     n = point.n
     arrays.copy(point.q, n, arrays.numbers(q, n))

@@ -6,9 +6,9 @@ until it closes.
 
 Allgower and Georg, Introduction to Numerical Continuation Methods, chapters 2 and 6: an Euler step
 goes along the tangent, and Newton's method corrects the result perpendicular to the tangent. The
-step length depends on the angle by which the tangent turns. If a step ends on another curve that
-nearly crosses this curve, the orientation is opposite, and the step is repeated with half its
-length.
+step length depends on the angle by which the tangent turns. A sign, `CurvePoint.orientation`, is
+constant along a curve. If the sign changes in a step, the step ends on another curve that nearly
+crosses this curve. Then the step is repeated with half its length.
 """
 
 from ..layout import arrays
@@ -32,8 +32,8 @@ DOUBLING_COSINE = 0.995
 # Largest ratio of the motion by Newton's method (the corrector) to the step along the tangent. The
 # ratio is 0.18 on a circle whose tangent turns by 0.35 rad.
 MAX_CORRECTION = 0.25
-# Largest motion of a joint between two samples, rad: MAX_STEP plus the largest correction of a
-# step of this length.
+# Largest motion of a joint between two samples, rad: the longest step, MAX_STEP, plus the largest
+# correction of this step by Newton's method, MAX_CORRECTION * MAX_STEP.
 MAX_GAP = 0.125
 # Two sets of joint positions are taken as one solution if no joint differs by more than this, rad
 # or m. The tolerance is ten times the last step of Newton's method.
@@ -148,7 +148,8 @@ def passes(point: CurvePoint, samples: Floats, q: Floats) -> bool:
     point
         The arm and its target.
     samples : shape (m, 2 n)
-        Joint positions, and the unit tangents in the direction in which the orientation is 1.
+        Joint positions and unit tangents at points of the curve. `CurvePoint.orientation` is 1 for
+        each tangent.
     q : shape (n,), rad or m
         The solution.
     """
