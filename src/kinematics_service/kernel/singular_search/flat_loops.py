@@ -8,13 +8,16 @@ position. There the loop equations do not determine the passive variables. The d
 derivatives of the equations by the passive variables is zero, and a branch of solutions ends or
 meets another branch.
 
-The origin is the set of joint positions at which the search starts. The method is damped Newton on
-D^2 = 0 (Nocedal and Wright, section 11.1). It uses D^2, because the derivative of D is infinite
-where a branch ends, and that of D^2 is finite. A step leads to the plane on which the linearised
-D^2 is zero, and along this plane towards the point of the plane nearest to the origin. Each step
-is multiplied by 0.5, because the loops do not close beyond the flat position. One flat position
-may be in the direction in which D grows, and another in the opposite direction. So the search has
-two starts: a step along the gradient of D, and a step against the gradient.
+The joint positions at which the search starts are called the origin. The method is damped Newton
+on D^2 = 0 (Nocedal and Wright, section 11.1). It uses D^2, because where a branch ends, the
+derivative of D is infinite, but the derivative of D^2 is finite. A Newton step is the sum of two
+motions. The first motion leads onto the plane on which the linearised D^2 is zero. The second
+motion leads along this plane towards the point of the plane nearest to the origin. Each step is
+multiplied by 0.5, so that it ends before the flat position, because the loops do not close beyond
+it.
+
+One flat position may be in the direction in which D grows, and another in the opposite direction.
+So the search has two starts: a step along the gradient of D, and a step against the gradient.
 """
 
 import math
@@ -30,12 +33,13 @@ from .rank_equations import RankEquations
 # the factor is halved. The factor does not fall below `projection.MIN_STEP_RATIO`, because a
 # failed attempt to close the loops takes the time of 50 steps.
 DAMPING = 0.5
-# The iteration has converged if the next Newton step to joint positions at which the loop
-# equations are singular is at most this long, rad.
+# Newton's method searches joint positions at which the loop equations are singular. It has
+# converged if the length of the next step is at most this, rad.
 FLAT_TOLERANCE = 1e-4
-# The motion that `look` returns leads towards a flat position, but it ends when the flat position
-# is still this far away, rad. The reason is that the loops may not close at the flat position
-# itself. If the loops do not close at the end of the motion, the distance is multiplied by ten.
+# `look` returns a joint motion towards a flat position (joint positions at which the loop
+# equations are singular). The loops may not close at the flat position itself. So the motion ends
+# at this distance before the flat position, rad. If the loops do not close there, the distance is
+# multiplied by ten.
 END_BEFORE = 1e-7
 # Largest number of Newton steps toward a flat position (D = 0). If D is linear in the distance to
 # the flat position, each step leaves at most 0.75 of the distance.
@@ -86,9 +90,10 @@ def look(
 def _move_along(
     equations: RankEquations, origin: Flat, group: int, step: float, d: Flat, work: Flat
 ) -> bool:
-    # Moves d from the origin by `step` along the gradient of the loop determinant D. The step is
-    # shortened until the loops close at its end. If the loops close after no such step, d stays 0.
-    # Returns False if the loops do not close at the origin or the gradient is 0.
+    # Sets d to a joint motion of the length `step` along the gradient of the loop determinant D
+    # (against the gradient if `step` is negative). Shortens the motion until the loops close after
+    # it. If they do not close after the shortest motion either, d is 0. Returns False if the loops
+    # do not close at `origin` or the gradient is 0.
     n = equations.n
     slope, goal = work, arrays.after(work, n)
     arrays.fill(d, n, 0.0)
@@ -161,10 +166,10 @@ def _move_before(
 
 
 def _write_step(n: int, onto: float, back: float, slope: Flat, d: Flat, step: Flat) -> float:
-    # D is the loop determinant. Writes to `step` a motion onto the plane on which the linearised
-    # D^2 is zero, plus a motion along this plane. If the motion along the plane is longer than the
-    # motion onto the plane, it is shortened to the same length. Returns the length of the motion
-    # along the plane before it was shortened, rad.
+    # Let D be the loop determinant. Writes to `step` the sum of two joint motions. The first
+    # motion leads onto the plane on which the linearised D^2 is zero. The second motion leads
+    # along this plane. If the second motion is longer than the first, the second is shortened to
+    # the length of the first. Returns the length of the second motion before it is shortened, rad.
     for j in range(n):
         step[j] = back * slope[j] - d[j]
     slide = rank_equations.length_of(step, n)

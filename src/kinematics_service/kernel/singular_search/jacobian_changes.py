@@ -4,10 +4,14 @@
 Compute the derivatives of the tool velocity J x by the joint positions. The joint velocities x are
 constant.
 
-Each entry of the chain (a joint that moves an element) has a screw (v, w). If entry e moves by a
-unit, the screw (v, w) of e and of each later entry changes by (w_e x v, w_e x w). The linear
-velocity v of each earlier entry changes by w x v_e. Entries of one element have the same axis, so
-their order does not matter.
+An entry of the chain is one joint that moves one element. Each entry has a screw (v, w): the
+linear and angular velocity of the tool if the entry moves at unit velocity. If entry e moves by a
+unit, the screws change (`cross` is the vector product):
+
+- For e and each later entry, v changes by cross(w_e, v), and w changes by cross(w_e, w).
+- For each earlier entry, v changes by cross(w, v_e), and w does not change.
+
+Entries of one element have the same axis, so their order does not matter.
 """
 
 from ..forward.chain import Chain
@@ -17,10 +21,12 @@ from ..layout.arrays import Flat, Numbers
 
 def write_changes(chain: Chain, row: Flat, x: Flat, changes: Flat) -> None:
     """
-    Fill `changes` (entries, 6) with the derivative of the tool velocity J x by the variable of
-    each entry.
+    Fill `changes` (entries, 6) with derivatives of the tool velocity J x, one row for each entry.
 
-    J is the geometric Jacobian in base axes; x (n,) is constant.
+    An entry of the chain is one joint that moves one element. The row of an entry has the
+    derivative by the joint position, as if the joint moved only this element.
+
+    J is the geometric Jacobian in base axes. The joint velocities x (n,) are constant.
     """
     entries = chain.entries
     v = arrays.after(row, chain.screws_at)
@@ -56,7 +62,9 @@ def _write_cross(
 
 
 def _add_turn(w: Flat, e: int, entries: int, rate: float, total: Numbers) -> None:
-    # Adds `rate` times the axis w of entry e to `total`.
+    # An entry of the chain is one joint that moves one element. Column e of w (3, entries) is the
+    # angular velocity of the tool if entry e moves at unit velocity. Adds `rate` times this column
+    # to `total`.
     for k in range(3):
         total[k] += rate * w[e + k * entries]
 

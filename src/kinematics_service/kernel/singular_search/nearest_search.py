@@ -36,30 +36,35 @@ NEARLY_SINGULAR_SAMPLES = 96
 # If J is nearly singular but the nearest singular pose found is farther than this, rad, the search
 # tries more samples.
 DOUBTFUL_DISTANCE = 0.1
-# Number of starts whose lost direction is a combination of the singular vectors of the two least
-# singular values. The weights are cosine and sine of angles 22.5 degrees apart.
+# If the two least singular values are small, the direction that the tool loses at the nearest
+# singular pose can be any combination of the two singular vectors. The search starts from this
+# number of combinations. The weights of the two vectors are cosine and sine of angles 22.5 degrees
+# apart.
 MIXTURES = 8
 # The search projects joint positions onto the set of singular poses (projection.py). Largest
 # number of steps that a projection does along this set.
 STEPS = 14
-# The distance from the present joint positions to the singular pose of a start is estimated first.
-# The start is dropped if the estimate exceeds the smallest distance found so far times this
-# factor. The factor is above 1, because the estimate is linear and may be larger than the distance
-# to the curved set of singular poses.
+# The search runs projections onto the set of singular poses from several starts. Each projection
+# estimates the distance from the present joint positions to the singular pose that it approaches.
+# The projection is dropped if `estimate > DROP_MARGIN * smallest distance found so far`. The
+# factor is above 1, because the estimate is linear and may be larger than the distance to the
+# curved set of singular poses.
 DROP_MARGIN = 1.3
 # Largest number of singular poses that the search follows while the joints move.
 MEMORY = 6
-# Two singular poses are taken as one if the distance between them is at most this fraction of
-# their distance from the present pose. The search for joint positions with singular loop equations
-# is repeated if the joints have moved by more than this fraction of the distance to such
-# positions.
+# Two singular poses are taken as one if the distance between them is at most this fraction of the
+# distance from the present joint positions to these poses. The search for joint positions with
+# singular loop equations is repeated if the joints have moved by more than SAME_POSE_RATIO times
+# the distance to the positions that it found last.
 SAME_POSE_RATIO = 0.1
-# While the joints move by this fraction of the distance to the nearest singular pose, each start
-# is tried once.
+# While the joints move, the search repeats the projections onto the set of singular poses, one
+# start after another. After a joint motion of this fraction of the distance to the nearest
+# singular pose, each start has been tried once.
 SEARCH_RATIO = 0.25
-# Smallest distance by which SEARCH_RATIO is multiplied, rad. A nearer singular pose does not make
-# the search more frequent, because the level is then already ERROR (the default of the threshold
-# `stop` is 0.03 rad).
+# After a joint motion of `SEARCH_RATIO * max(distance, SEARCH_FLOOR)`, rad, the search has tried
+# each of its starts once; `distance` is the distance to the nearest singular pose. Below
+# SEARCH_FLOOR, a more frequent search is not needed, because the singularity status is then
+# already ERROR (the default of the threshold `stop` is 0.03 rad).
 SEARCH_FLOOR = 0.02
 
 
@@ -73,7 +78,8 @@ class NearestSearch:
     arm
         The arm.
     samples
-        Number of samples of the atlas that are starts; by default SAMPLES or SAMPLES_OF_LOOPS.
+        Number of samples in the atlas (stored singular poses) from which projections start; by
+        default SAMPLES or SAMPLES_OF_LOOPS.
 
     Attributes
     ----------
@@ -166,8 +172,8 @@ class NearestSearch:
             self.look(q, row)
             return
         reach = SEARCH_RATIO * max(min(self.distance, places.FARTHEST), SEARCH_FLOOR)
-        # Try some starts again. The number of tried starts is proportional to the motion, so that
-        # each start is tried once while the joints move by `reach`, rad.
+        # Run projections from some starts. The number of starts is proportional to the motion of
+        # the joints: after a motion of `reach`, rad, each start has been tried once.
         while self.tried * reach < self.moved * self.starts:
             if not self._try_next():
                 self.moved = 0.0
@@ -199,8 +205,8 @@ class NearestSearch:
             self._remember(length)
 
     def _look_for_flat_loops(self) -> None:
-        # Searches for each group of loops the nearest joint positions at which the loop equations
-        # are singular.
+        # For each group of loops, searches the nearest joint positions at which the equations of
+        # the group are singular.
         self.flat_moved = 0.0
         d = self.projection.d
         for k in range(self.groups):
@@ -217,10 +223,10 @@ class NearestSearch:
             self.projection.radius = min(projection.TRUST_RADIUS, 0.5 * self.distance)
 
     def _hold_flat_loops(self) -> None:
-        # Flat positions are joint positions at which loop equations are singular. Updates the
-        # distances to the stored flat positions. If the joints have moved by more than a tenth of
-        # the distance to the nearest flat position, searches new flat positions and does not
-        # update the stored ones.
+        # Flat positions are joint positions at which loop equations are singular. If the joints
+        # have moved by more than a tenth of the distance to the nearest flat position, searches
+        # new flat positions. Otherwise, keeps the stored flat positions and updates the distances
+        # to them.
         nearest: float = places.FARTHEST
         for k in range(self.groups):
             nearest = min(nearest, self.flat_lengths[k])
@@ -235,9 +241,9 @@ class NearestSearch:
                 self._take_flat(k)
 
     def _take_flat(self, k: int) -> None:
-        # Compares the nearest singular pose with the joint positions stored for loop group k, at
-        # which the equations of the group are singular. Stores these joint positions as the
-        # nearest singular pose if they are nearer.
+        # Row k of `flats` has joint positions at which the equations of loop group k are singular.
+        # If this row is nearer to the present joint positions than the nearest singular pose found
+        # so far, stores the row as the nearest singular pose.
         if self.flat_lengths[k] < self.distance:
             self.distance = self.flat_lengths[k]
             arrays.copy(self.nearest, self.n, self.projection.d)
@@ -282,9 +288,11 @@ class NearestSearch:
         return condition > places.NEARLY_SINGULAR and self.distance > DOUBTFUL_DISTANCE
 
     def _bring_next(self) -> bool:
-        # Updates one stored singular pose: runs the projection from the stored pose that may be
-        # nearest. Returns False, without a projection, if no stored pose can be nearer than the
-        # nearest pose found so far.
+        # Updates one stored singular pose by a projection that starts from it. Each stored pose
+        # has a lower bound of its distance from the present joint positions (`_least`). Chooses
+        # the pose with the least bound among the poses not yet updated after the last joint
+        # motion. Returns False, without a projection, if this bound is not below `distance`, the
+        # smallest distance found so far.
         first = -1
         for k in range(self.pose_count):
             is_first = first < 0 or self._least(k) < self._least(first)
@@ -311,7 +319,7 @@ class NearestSearch:
         return self.lengths[k] - self.drifts[k]
 
     def _put(self, k: int, length: float) -> None:
-        # Stores the singular pose that the projection found in row k of `poses`. `length` is the
+        # Writes to row k of `poses` the singular pose that the projection found. `length` is the
         # length of the joint motion from the present positions to this pose, rad.
         for j in range(self.n):
             self.poses[k * self.n + j] = self.u[j] + self.projection.d[j]

@@ -4,9 +4,9 @@
 Find a singular pose near joint positions by projection onto the set of singular poses (sequential
 quadratic programming).
 
-S is the array of functions of the joint positions that are all zero if the task Jacobian J_t has
-lost rank (`rank_equations.py`), and dS is the derivative of S. The origin is the set of joint
-positions near which a singular pose is wanted. Let d_i be the motion from the origin after step i.
+S is an array of functions of the joint positions. All of them are zero if the task Jacobian J_t
+has lost rank (`rank_equations.py`). dS is the derivative of S. The joint positions near which a
+singular pose is wanted are called the origin. Let d_i be the motion from the origin after step i.
 Each step solves min |d|^2 with S + dS (d - d_i) = 0 (Nocedal and Wright, Numerical Optimization,
 section 18.1, with the identity I as Hessian). The solution is d - d_i = -dS^+ S - (I - dS^+ dS)
 d_i. The first term is a step onto the set of singular poses, the second a step along this set. A
@@ -26,25 +26,33 @@ from .rank_equations import RankEquations
 # Longest step of the projection, rad. The sine of this angle differs from the angle by 1.5 %, so
 # the equations that are linearised at the start of a step are nearly exact at its end.
 TRUST_RADIUS = 0.3
-# A projection has converged if its next step onto the set of singular poses is at most this
-# fraction of the whole motion from the origin, the joint positions at which the search started.
+# A projection has converged if the length of its next step onto the set of singular poses is at
+# most `STEP_TOLERANCE * max(|d|, MIN_MOTION)`. d is the whole joint motion so far; it begins at
+# the joint positions near which a singular pose is wanted.
 STEP_TOLERANCE = 1e-9
-# STEP_TOLERANCE is multiplied by the length of the whole motion from the origin, but at least by
-# this length, rad. The least product, 1e-12 rad, is round-off.
+# A projection ends if the next step is at most `STEP_TOLERANCE * max(|d|, MIN_MOTION)`, rad. d is
+# the whole joint motion so far; it begins at the joint positions near which a singular pose is
+# wanted. With MIN_MOTION, the tolerance is never below 1e-12 rad, which is round-off.
 MIN_MOTION = 1e-3
-# The motion along the set of singular poses has converged if the step along the set is at most
-# this fraction of the whole motion from the origin. The relative error of the computed distance is
+# The motion along the set of singular poses has converged if the length of the next step along the
+# set is at most this fraction of |d|. d is the whole joint motion so far; it begins at the joint
+# positions near which a singular pose is wanted. The relative error of the computed distance is
 # then at most about 1e-5.
 SLIDE_TOLERANCE = 5e-3
-# Smallest and largest factor by which the step along the set of singular poses is multiplied. With
-# the factor 1, the step leads to the nearest point of the linearised set.
+# Smallest factor by which the step along the set of singular poses is multiplied. With the factor
+# 1, the step leads to the nearest point of the linearised set.
 MIN_STEP_RATIO = 0.1
-MAX_STEP_RATIO = 2.0  # above 1, because the curvature of the set can make a longer step better
-# Largest number of Newton steps onto the set of singular poses, after the steps along the set. If
-# S has a double zero, each step halves the distance to the zero.
+# Largest factor by which the step along the set of singular poses is multiplied. The factor may
+# exceed 1, because the set is curved: the nearest point of the set can be farther than the nearest
+# point of the linearised set.
+MAX_STEP_RATIO = 2.0
+# Largest number of Newton steps onto the set of singular poses, after the steps along the set. The
+# Newton steps solve S = 0, the equations of a singular pose (rank_equations.py). If the zero is
+# double, each step halves the distance to the zero.
 NEWTON_STEPS = 24
-# `Projection.run` ends early if the estimated length of its motion exceeds the argument `limit`.
-# Number of steps along the set of singular poses before the first such test.
+# `Projection.run` estimates the distance to the singular pose and ends early if the estimate
+# exceeds the argument `limit`. This is the number of steps along the set of singular poses before
+# the first estimate.
 TRIAL_STEPS = 2
 
 
@@ -90,9 +98,9 @@ class Projection:
             If the step along the set, relative to the length of d, is at most this, the run has
             converged.
         """
-        # A round has two phases: steps onto and along the set of singular poses, then Newton steps
-        # onto the set alone. If the step along the set is still long after the Newton steps, do a
-        # second round.
+        # A round has two phases. In the first phase, each step leads onto the set of singular
+        # poses and along the set. In the second phase, Newton steps lead only onto the set. If the
+        # next step along the set then exceeds the tolerance, do a second round.
         n, best, remaining, is_second_round = self.n, places.INFINITY, most, False
         self.equations.restart()
         for _ in range(2 * (most + NEWTON_STEPS)):
@@ -124,17 +132,20 @@ class Projection:
         return best
 
     def _is_singular(self, length: float, onto: float) -> bool:
-        # Returns whether d leads to a singular pose: S and the next Newton step are small. If S
-        # has a double zero, the steps stay long, so it is enough that S is as small as round-off.
+        # S = 0 are the equations of a singular pose (rank_equations.py). Returns whether the joint
+        # motion d leads to a singular pose: S and the next Newton step must be small. If S has a
+        # double zero, the Newton steps become short only slowly. So if S is as small as round-off,
+        # the step may be long.
         if not self.equations.are_singular(places.SINGULAR_VALUE_RATIO):
             return False
         is_small = onto <= STEP_TOLERANCE * max(length, MIN_MOTION)
         return is_small or self.equations.are_singular(places.RANK_TOLERANCE)
 
     def _take_last_step(self, length: float) -> float:
-        # Writes to `result` the joint motion d. Adds the last step `onto` the set of singular
-        # poses and the last step `along` the set, each only if it is small. S is not evaluated
-        # again after these steps. Returns the length of `result`, rad.
+        # Writes to `result` the joint motion d plus two vectors: `self.onto`, the last step onto
+        # the set of singular poses, and `self.along`, the last step along the set. A vector is
+        # added only if it is short, because the result is not tested again. Returns the length of
+        # `result`, rad.
         n, onto, along = self.n, 0.0, 0.0
         if rank_equations.length_of(self.onto, n) <= SLIDE_TOLERANCE * length:
             onto = 1.0
@@ -145,8 +156,9 @@ class Projection:
         return rank_equations.length_of(self.result, n)
 
     def _linearise(self) -> bool:
-        # Fills `onto`, the step from d onto the set of singular poses, and `along`, the step along
-        # this set. Returns False if a loop does not close at d, or if no motion changes S.
+        # Fills two steps from the joint motion d: `onto` leads onto the set of singular poses, and
+        # `along` leads along this set. Returns False if a loop does not close at d. Returns False
+        # if no motion changes S, where S = 0 are the equations of a singular pose.
         if not self.equations.move_to(self.origin, self.d):
             return False
         self.equations.linearise()

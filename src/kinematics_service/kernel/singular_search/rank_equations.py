@@ -27,17 +27,20 @@ from ..measures.task_rows import TaskRows
 from . import jacobian_changes
 
 # dS are the derivatives of the equations S by the joints. A singular value of dS is taken as zero
-# if its ratio to the largest singular value of dS is at most this. Errors of 1e-5 in the DH table
-# cause larger ratios.
+# if its ratio to the largest singular value of dS is at most this. If the DH table has errors of
+# 1e-5, a singular value that would be 0 without the errors has a larger ratio, so it is not taken
+# as zero.
 RANK_SHARE = 1e-6
 
 
 class RankEquations:
     """
-    Computes the linear equations S + dS d = 0 of a motion d from joint positions to a singular
-    pose. S is the Schur complement of J_t (see the module's docstring), and dS its derivative.
+    Computes the linear equations S + dS d = 0 for d, a joint motion to a singular pose.
 
-    d is a motion of the joints in rad; prismatic joints are divided by the characteristic length.
+    S is the Schur complement of J_t (see the module's docstring). It is zero at a singular pose.
+    The matrix dS is the derivative of S by the joints.
+
+    d is in rad; prismatic joints are divided by the characteristic length.
 
     Parameters
     ----------
@@ -61,8 +64,8 @@ class RankEquations:
         n, m = self.chain.dof, self.task.count
         self.n, self.m = n, m
         self.residual, self.size = 0.0, 0.0
-        # Size the arrays for k - 2 pivots, where k is the generic rank. This is the smallest
-        # number of pivots, for which S has most entries.
+        # Size the arrays for the largest S. If the elimination has fewer pivots, S has more
+        # entries. The smallest number of pivots is k - 2, where k is the generic rank.
         self.pivots: int = max(task.generic_rank - 2, 0)
         self.idle: int = n - self.pivots
         self.lost: int = m - self.pivots
@@ -93,15 +96,20 @@ class RankEquations:
 
     def stop_after(self, pivots: int) -> None:
         """
-        Set the number of pivots of the elimination. If there are fewer pivots, S has more entries.
+        Set the number of pivots after which the Gaussian elimination of J_t stops.
+
+        The rest of the matrix is the Schur complement S. So if there are fewer pivots, S has more
+        entries.
         """
         self.pivots, self.idle, self.lost = pivots, self.n - pivots, self.m - pivots
         self.count = self.idle * self.lost
 
     def restart(self) -> None:
         """
-        Restore the row of results that was given to `decompose`. The next `move_to` closes the
-        loops from the passive variables of this row.
+        Restore the results for the arm that were given to `decompose`.
+
+        The next `move_to` solves the loop equations. It starts at the passive variables in these
+        results.
         """
         arrays.copy(self.row, self.chain.frames_at, self.home)
 
@@ -158,10 +166,11 @@ class RankEquations:
         self.size = math.sqrt(squares / min(self.m, n))
 
     def _eliminate(self) -> None:
-        # Eliminates in place. The array M has J_t = [A B; C D], and then four blocks: in the place
-        # of A its factors L and U, in the place of B L^-1 B, in the place of C C U^-1, and in the
-        # place of D the Schur complement S. Rows and columns of M are not moved; `rows` and
-        # `columns` store their indices in the order of the pivots.
+        # Gaussian elimination in place. At first, the array M has the blocks J_t = [A B; C D]. The
+        # block A is replaced by its factors L and U. The block B is replaced by the product
+        # L^-1 B, the block C by the product C U^-1, and the block D by the Schur complement S.
+        # Rows and columns of M are not moved; `rows` and `columns` store their indices in the
+        # order of the pivots.
         m, n, M, rows, columns = self.m, self.n, self.M, self.rows, self.columns
         for i in range(m):
             rows[i] = i
@@ -201,8 +210,9 @@ class RankEquations:
         self.residual = math.sqrt(squares)
 
     def _write_joint_motion(self, b: int) -> None:
-        # Fills joint motion b, which is column b of X, in rad or m. Solves U x = -c by back
-        # substitution, where c is column b of the block L^-1 B to the right of U.
+        # Fills column b of X = [-A^-1 B; I] with a joint motion, rad or m, where J_t = [A B; C D].
+        # The elimination has factored A = L U, and has written L^-1 B to the right of U. Let c be
+        # column b of L^-1 B. Solves U x = -c by back substitution.
         n, first, M, columns = self.n, self.pivots, self.M, self.columns
         x = arrays.after(self.X, b * n)
         arrays.fill(x, n, 0.0)
@@ -218,8 +228,9 @@ class RankEquations:
             x[j] *= self.task.column_scale[j]
 
     def _write_tool_motion(self, a: int) -> None:
-        # Fills tool motion a, which is row a of Y^T, in base axes. Solves y^T L = -r for y,
-        # beginning with the last component of y, where r is row a of the block C U^-1 below L.
+        # Fills row `a` of Y^T = [-C A^-1, I] with a tool motion in base axes, where
+        # J_t = [A B; C D]. The elimination has factored A = L U, and has written C U^-1 below L.
+        # Let r be row `a` of C U^-1. Solves y^T L = -r, beginning with the last component of y.
         first, y = self.pivots, self.y
         last = arrays.after(self.M, self.rows[first + a] * self.n)
         tool = arrays.after(self.Y, 6 * a)
@@ -234,9 +245,9 @@ class RankEquations:
 
     def add_tool_motion(self, row: int, share: float, tool: Flat) -> None:
         """
-        Add a motion to the tool motion `tool` (6,), in base axes. Row `row` of J_t describes the
-        component of the tool's velocity along or about one axis; the added motion is `share` along
-        or about this axis.
+        Add `share` times the axis of one row of J_t to the tool motion `tool` (6,), in base axes.
+
+        Row `row` of J_t gives the component of the tool's velocity along or about this axis.
         """
         half = 3 if self.task.axis[row] > 2 else 0
         for k in range(3):
@@ -272,7 +283,10 @@ class RankEquations:
 
     def orthogonalise(self) -> None:
         """
-        Rotate the rows of dS in G until they are orthogonal, and append the rotation on the right.
+        Rotate the rows of dS until they are orthogonal, and store the rotation matrix.
+
+        The first n columns of G (count, n + count) are dS. The last columns receive the rotation
+        matrix.
         """
         n, count = self.n, self.count
         for k in range(count):
@@ -283,9 +297,11 @@ class RankEquations:
 
     def write_slope(self, x: Flat, y: Flat, slope: Flat) -> None:
         """
-        Fill `slope` (n,) with the gradient of y^T J x by the joints for the Jacobian J (6, n), a
-        constant joint motion x (n,) and a constant tool motion y (6,). The gradient is scaled like
-        the columns of J_t.
+        Fill `slope` (n,) with the gradient of y^T J x by the joint positions.
+
+        J (6, n) is the geometric Jacobian, a function of the joint positions. The joint motion x
+        (n,) and the tool motion y (6,) are constant. Component j of the gradient is multiplied by
+        the factor by which column j of J_t is scaled.
         """
         if self.chain.loops == 0:
             jacobian_changes.write_slope(self.chain, self.changes, y, slope)
@@ -305,18 +321,21 @@ class RankEquations:
 
     def decompose(self, row: Flat) -> None:
         """
-        Compute the singular value decomposition of J_t in a row of results, and store the row.
+        Compute the singular value decomposition of J_t, and store a copy of `row`.
+
+        `row` has the results for the arm at given joint positions, with the Jacobian.
         """
         arrays.copy(self.home, self.chain.frames_at, row)
         singularity.write_directions(self.n, self.task, self.home, self.W, self.sigma)
 
     def write_steps(self, d: Flat, onto: Flat, along: Flat) -> bool:
         """
-        Fill two steps (n,) from a motion d to solutions of the linear equations S + dS step = 0.
+        Fill `onto` and `along` (n,), two steps that lead from a joint motion d to a singular pose.
 
-        `onto` is the least-norm step to a solution. `along` is the component of -d within the set
-        of solutions. The sum of both steps leads to the solution nearest to d = 0. Returns False
-        if no motion changes S.
+        S is zero at a singular pose, and dS is the derivative of S. To first order, a step leads
+        to a singular pose if S + dS step = 0. `onto` is the shortest such step. `along` is the
+        component of -d that does not change S. The sum d + onto + along is the shortest motion
+        that leads to a singular pose, to first order. Returns False if no motion changes S.
         """
         n, count = self.n, self.count
         for j in range(n):

@@ -3,8 +3,8 @@
 """
 Compute samples of the singular poses of an arm: project random joint positions by Newton's method.
 
-The search for the nearest singular pose starts from some of these samples. So the search also
-finds the nearest singular pose if first-order estimates lead to another branch of singular poses.
+The search for the nearest singular pose starts from first-order estimates and from some of these
+samples. The estimates alone may lead to a branch of singular poses that is not the nearest.
 """
 
 import math

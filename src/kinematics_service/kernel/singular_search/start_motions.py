@@ -53,15 +53,17 @@ def write_zero_between(
     equations: RankEquations, origin: Flat, turn: float, limit: float, d: Flat
 ) -> float:
     """
-    Fill d (n,), rad, with the joint motion to the nearest pose whose lost direction is a
-    combination, with the weights cos(turn) and sin(turn), of the directions of the two least
-    singular values.
+    Fill d (n,), rad, with the joint motion to the nearest pose that has lost a given direction.
 
-    Returns the length of d, rad; infinite if it exceeds `limit`, or if the generic rank is 1. The
-    elimination stops one pivot earlier than usual, so that the Schur complement S of J_t has two
-    rows (or columns). The rank of J_t is below the generic rank if the sum of these rows with the
-    weights is zero. Newton's method solves this equation. So the method never divides by the last
-    pivot, which is small if two singular values are nearly zero.
+    The direction is a combination of two tool directions with the weights cos(turn) and sin(turn).
+    The two tool directions are those of the two least singular values.
+
+    Returns the length of d, rad; infinite if it exceeds `limit`, or if the generic rank is 1.
+
+    The elimination stops one pivot earlier than usual, so that the Schur complement S of J_t has
+    two rows (or two columns) S1 and S2. J_t has lost rank if cos(turn) S1 + sin(turn) S2 = 0.
+    Newton's method solves this equation. So the method never divides by the last pivot, which is
+    small if two singular values are nearly zero.
     """
     n, rank, length = equations.n, equations.task.generic_rank, places.INFINITY
     if rank < 2 or rank < min(equations.m, n):
@@ -92,8 +94,9 @@ def write_zero_between(
 
 
 def _mix(equations: RankEquations, turn: float) -> None:
-    # Replaces the two rows (or columns) of S by their sum with weights cos(turn) and sin(turn).
-    # Writes the derivatives of the sum by the joints as orthogonal rows.
+    # The Schur complement S has two rows (or two columns) S1 and S2. Replaces S1 and S2 by the sum
+    # cos(turn) S1 + sin(turn) S2. Replaces their derivatives in G by the derivatives of the sum,
+    # and makes the rows of G orthogonal.
     n = equations.n
     lines, width, other = equations.count // 2, n + equations.count, n + equations.count // 2
     by_rows = equations.lost == 2
