@@ -39,13 +39,14 @@ STEP_TOLERANCE = 1e-7
 # of length for positions. The equations also hold if the product of screws differs from the goal
 # by a rotation of 180 degrees. Such a wrong solution has an element of at least 2/3.
 MAX_RESIDUAL = 0.5
-# Largest accepted h of the Newton-Kantorovich theorem. If h < 1/8, two results of the iteration
-# near one solution are within half the radius of uniqueness (`Motion.radius`) of each other. The
-# value 1/16 adds a safety factor of two.
+# Largest accepted h of the Newton-Kantorovich theorem. If h < 1/8, the distance between two
+# results of the iteration near one solution is below half the radius of uniqueness
+# (`Motion.radius`). The value 1/16 adds a safety factor of two.
 MAX_KANTOROVICH_H = 0.0625
 # If the product of the screws increases round-off by more than this factor, `certify` tries a
-# second proof. In the second proof, joints are weighted by the lengths of their twists. The
-# increase is about 10 at real joint positions, and larger only far from real joint positions.
+# second proof. In the second proof, each joint is weighted by the length of its twist. If all
+# joint positions are real (imaginary part 0), round-off increases about 10 times. It increases
+# more only if imaginary parts are large.
 MIN_GROWTH = 1e3
 # Number of columns of the linear system of Newton's method: six of J, one of the residual, and six
 # of the identity.
@@ -54,10 +55,12 @@ WIDTH = 13
 
 def angle_left(loop: SixScrews, t: Numbers, k: int, v: Vector) -> Complex:
     """
-    Return the complex angle of joint k, rad, at which joints 0 to k rotate the vector v onto the
-    vector that the goal rotates v to.
+    Return the complex angle of joint k, rad, for which joints 0 to k rotate v as the goal does.
 
-    Joints before k are at positions t (6 pairs); joints after k do not change v.
+    The goal of the loop is a rigid motion. It rotates the vector v to a vector u, and joints 0 to
+    k together must also rotate v to u.
+
+    Joints before k are at positions t (6 complex numbers); joints after k do not change v.
     """
     vector, turn = [0.0] * 6, [0.0] * 4
     axis = vectors.axis_of(loop.screws, k)
@@ -91,9 +94,9 @@ class Motion:
     weights : shape (6,)
         Factors of the joints in the norm in which `radius` is measured.
     radius
-        Result of `certify`, which proves that there is a solution near given joint positions t. No
-        other solution is within `radius` of t. The distance from t to the solution is at most an
-        eighth of `radius`.
+        Radius of uniqueness, set by `certify`: exactly one solution is within `radius` of the
+        joint positions that were certified. The distance from these joint positions to the
+        solution is at most `radius / 8`.
     """
 
     def __init__(self) -> None:
@@ -105,8 +108,9 @@ class Motion:
 
     def improve(self, loop: SixScrews, t: Numbers) -> bool:
         """
-        Move the joint positions t (6 complex pairs) to a solution; return whether Newton's method
-        converged.
+        Move the joint positions t (6 complex numbers) to a solution by Newton's method.
+
+        Returns whether the method converged.
         """
         for k in range(MAX_ITERATIONS):
             self.product.multiply(loop.screws, t)
@@ -133,12 +137,13 @@ class Motion:
     def certify(self, loop: SixScrews, t: Numbers) -> bool:
         """
         Return whether the Newton-Kantorovich theorem proves that a solution is near the joint
-        positions t (6 complex pairs).
+        positions t (6 complex numbers).
 
         Fills `weights` and `radius`. If the longest prismatic motion exceeds the loop's unit of
-        length, this motion becomes the unit. Twists are long far from real joint positions. So if
-        h of the theorem is too large and round-off grows by more than MIN_GROWTH, each joint is
-        weighted by the length of its twist.
+        length, this motion becomes the unit. If imaginary parts of joint positions are large, the
+        twists of the joints are long, and the proof may fail. So if the proof fails and round-off
+        grows by more than MIN_GROWTH, a second proof weights each joint by the length of its
+        twist.
         """
         if not self.residual(loop, t) < MAX_RESIDUAL:
             return False
@@ -187,10 +192,10 @@ class Motion:
         return (math.sqrt(step) + beta * error) * beta * K < MAX_KANTOROVICH_H
 
     def _growth(self, loop: SixScrews) -> float:
-        # Returns the factor by which the product of the six screws increases round-off: a sum with
-        # one term m (1 + |o|) for each screw. Here o is the point of the screw. The screws before
-        # this screw rotate by a complex matrix; m is the mean squared length of its rows, which is
-        # 1 at real joint positions.
+        # For each screw, let o be its point and F the complex rotation matrix of the screws before
+        # it. Let s be the mean squared length of the rows of F; it is 1 at real joint positions.
+        # Returns the sum of s (1 + |o|) over the six screws. The product of the screws increases
+        # round-off by this factor.
         growth = 0.0
         for k in range(6):
             square = 0.0
@@ -218,8 +223,9 @@ class Motion:
 
     def residual(self, loop: SixScrews, t: Numbers) -> float:
         """
-        Return the largest difference between corresponding elements of the product of screws at t
-        and of the goal.
+        Return the largest absolute difference between the product of the screws and the goal.
+
+        The product of the screws at positions t is compared with the goal element by element.
         """
         self.product.multiply(loop.screws, t)
         largest: float = 0.0

@@ -73,7 +73,10 @@ def angle(cosine: Complex, sine: Complex) -> Complex:
 
 def write_turn(t: Complex, turn: Numbers) -> None:
     """
-    Write the cosine and sine of a complex angle t, as two pairs; `is_near` must be true for t.
+    Write to `turn` the complex cosine and the complex sine of a complex angle t.
+
+    The four numbers are the real and imaginary part of the cosine, then those of the sine.
+    `is_near` must be true for t.
     """
     s, c = chain_pass.sincos(t[0])
     up = math.exp(t[1])

@@ -18,7 +18,8 @@ def write_turned(re: Vector, im: Vector, axis: Vector, turn: Numbers, row: Numbe
     """
     Write the complex row v^T E to `row`, where v = re + i im and E is the rotation about `axis`.
 
-    `turn` has the cosine and sine of the rotation angle as two pairs.
+    `turn` has the complex cosine and the complex sine of the rotation angle. Its four numbers are
+    the real and imaginary part of the cosine, then those of the sine.
     """
     along, along_i = vectors.dot(axis, re), vectors.dot(axis, im)
     u, w = vectors.plus(re, -along, axis), vectors.cross(re, axis)
@@ -34,17 +35,16 @@ def write_turned(re: Vector, im: Vector, axis: Vector, turn: Numbers, row: Numbe
 
 class Product:
     """
-    The product of exponentials of six screws, and each screw after the motion by the screws before
-    it.
+    The product of exponentials of six screws, and each screw as moved by the preceding screws.
 
     Attributes
     ----------
-    R, p : shape (3, 3), (3,), pairs
+    R, p : shape (3, 3), (3,), complex
         Rotation and translation of the product.
-    axes, points : shape (6, 3), pairs
-        Each screw's axis and a point on it, moved by the screws before it.
-    frames : shape (6, 3, 3), pairs
-        For each screw, the product of the rotations by the screws before it.
+    axes, points : shape (6, 3), complex
+        Axis of each screw and a point on the axis, as moved by the preceding screws.
+    frames : shape (6, 3, 3), complex
+        For each screw, the product of the rotations by the preceding screws.
     """
 
     def __init__(self) -> None:
@@ -53,7 +53,7 @@ class Product:
 
     def multiply(self, screws: Flat, t: Numbers) -> None:
         """
-        Compute the product of exponentials of screws (6, 7) at complex positions t (6 pairs).
+        Compute the product of exponentials of screws (6, 7) at positions t (6 complex numbers).
         """
         o: Complex
         R, p = self.R, self.p
@@ -79,9 +79,10 @@ class Product:
                 row = arrays.after(R, 6 * i)
                 re, im = (row[0], row[2], row[4]), (row[1], row[3], row[5])
                 write_turned(re, im, axis, self.turn, row)
-                # `point` is on the axis of the screw, so the rotation by the screw does not move
-                # it. Before the rotation, the product moved `point` to o. So choose the
-                # translation p so that p + R * point is still o with the new R.
+                # `point` is on the axis of this screw, so this screw does not move it. The product
+                # of the preceding screws moves `point` to o. So the product with this screw also
+                # moves `point` to o: p + R * point = o, where R already has the rotation by this
+                # screw. Solve for the translation p.
                 o = pairs.pair(self.points, 3 * k + i)
                 pairs.put(p, i, pairs.plus(o, -1.0, self.row_times(i, point)))
 

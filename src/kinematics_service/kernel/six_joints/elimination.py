@@ -5,18 +5,20 @@ Eliminate joints 1 and 2 from the loop equation of six joints (dialytic eliminat
 Roth 1993).
 
 M. Raghavan and B. Roth, "Inverse kinematics of the general 6R manipulator and related linkages",
-J. Mech. Des. 115 (1993) 502. Let ek be the motion by joint k, and V the line of axis 6 at rest, a
-vector of 15 numbers (lines.py). The loop equation e1 ... e6 = goal, applied to V, is e3 e4 e5 V =
-e2^-1 e1^-1 goal V, because joint 6 does not move its own axis. The first number of a line is 1; so
-14 equations remain.
+J. Mech. Des. 115 (1993) 502. Let ek be the motion by joint k. Let V be axis 6 at rest, a line in
+space that is represented by a vector of 15 numbers (lines.py). Joint 6 does not move its own axis,
+so e6 V = V. The loop equation e1 ... e6 = goal, applied to V, then becomes e3 e4 e5 V =
+e2^-1 e1^-1 goal V. These are 15 equations, one for each number of the vector. The first number is
+1 on both sides, so 14 equations remain.
 
-The parts of a revolute joint with angle t are (1, cos t, sin t). The parts of a prismatic joint
-with position d are (1, d, d^2). The left sides are linear in 27 products, each of one part of
-joint 3, one of joint 4 and one of joint 5. The right sides are linear in 9 products, each of one
-part of joint 1 and one of joint 2; one of these products is 1. Gaussian elimination of the other
-eight products leaves six equations in joints 3, 4 and 5. More equations are left if axes have
-special positions, for example if they are parallel or meet. Modified Gram-Schmidt makes the
-equations orthonormal.
+If a joint moves a line, each of the 15 numbers becomes a linear combination of three functions of
+the joint position, called the parts of the joint. The parts of a revolute joint with angle t are
+1, cos t and sin t. The parts of a prismatic joint with position d are 1, d and d^2. The left sides
+of the equations are linear in 27 products: one part of joint 3 times one part of joint 4 times one
+part of joint 5. The right sides are linear in 9 products: one part of joint 1 times one part of
+joint 2. One of the 9 products is the constant 1. Gaussian elimination of the other eight products
+leaves six equations in joints 3, 4 and 5. More equations are left if axes have special positions,
+for example if they are parallel or meet. Modified Gram-Schmidt makes the equations orthonormal.
 """
 
 import math
@@ -27,18 +29,20 @@ from ..layout.arrays import Flat
 from . import complex_numbers, lines
 from .six_screws import SixScrews
 
-# Number of equations: one for each number of a line (lines.py) except the first, which is always
-# 1.
+# Number of equations. A line in space is represented by 15 numbers (lines.py). Two lines are equal
+# if these numbers are equal: 15 equations. The first number is always 1, so it gives no equation.
 EQUATIONS = 14
-# Number of different products on the left sides of the equations: 3^3. Each product has three
-# factors, one part of each of the joints 3, 4 and 5 (cosine, sine or 1).
+# Number of different products on the left sides of the equations: 3^3. Each product has one factor
+# for each of the joints 3, 4 and 5. The factor is 1, the cosine or the sine of the joint's angle
+# (1, d or d^2 for a prismatic joint with position d).
 LEFT = 27
-# Number of different products on the right sides: 3^2 - 1. Each product has two factors, one part
-# of joint 1 and one of joint 2. The product of 1 and 1 is a constant and does not count.
+# Number of different products on the right sides: 3^2 - 1. Each product has one factor for joint 1
+# and one factor for joint 2. The factor is 1, the cosine or the sine of the joint's angle (1, d or
+# d^2 for a prismatic joint with position d). The product 1 * 1 is a constant and does not count.
 RIGHT = 8
-# A pivot is taken as zero if its ratio to the first pivot is at most this. For axes that are
-# exactly parallel or meet exactly, some pivots would be zero without round-off (1e-15) and without
-# the errors of a calibration. A pivot of 1e-9 keeps seven digits.
+# A pivot is taken as zero if its ratio to the first pivot is at most this. If axes are parallel or
+# meet, some pivots should be zero. Round-off (1e-15) and the errors of a calibration make these
+# pivots nonzero. A pivot with the ratio 1e-9 still has seven of sixteen digits.
 PIVOT_RATIO = 1e-9
 # A row of the equations is left out as dependent if its length, relative to the longest row, is at
 # most this ratio. The ratio is smaller than PIVOT_RATIO, because leaving out a good row loses an
@@ -53,19 +57,22 @@ class Elimination:
     Attributes
     ----------
     left : shape (27, 15)
-        Coefficients of the line of axis 6 after the motions by joints 5, 4 and 3. The line is a
-        sum of 27 products. Row 9 h + 3 a + b has the coefficients of the product of part h of
-        joint 3, part a of joint 4 and part b of joint 5; the parts are numbered from 0. For
-        example, h = 1, a = 0, b = 2 is cos t3 times 1 times sin t5.
+        Axis 6 after the motions by joints 5, 4 and 3 is a line of 15 numbers (lines.py). The line
+        is a sum of 27 rows, each multiplied by a product of parts (see the module's docstring).
+        The product for row 9 h + 3 a + b is part h of joint 3 times part a of joint 4 times part b
+        of joint 5. The parts 0, 1 and 2 of a revolute joint are 1, cos t and sin t. For example,
+        the product for h = 1, a = 0, b = 2 is cos t3 * 1 * sin t5.
     goal : shape (15,)
         The line of axis 6 moved by the goal.
     equations : shape (count, 27)
-        Orthonormal rows; each row times the 27 products of parts is 0 at a solution.
+        Orthonormal rows. At a solution, the scalar product of each row and the vector of the 27
+        products is 0.
     count
         Number of equations.
     rank
-        Rank of the eight columns of products of joints 1 and 2, which are eliminated; less than 8
-        for example if axes are parallel or meet.
+        Rank of the eight columns that are eliminated. A column has the coefficients of one
+        product: a part of joint 1 times a part of joint 2. The rank is below 8, for example, if
+        axes are parallel or meet.
     error
         Relative error of the equations from round-off and from pivots taken as zero.
     """
@@ -97,8 +104,9 @@ class Elimination:
         for b in range(3):
             line = arrays.after(self.fifth, 15 * b)
             lines.write_parts(screws, 3, line, arrays.after(self.fourth, 45 * b))
-        # `fourth` has the line of axis 6 after the motions by joints 5 and 4: row 3 b + a is
-        # multiplied by part a of joint 4 and part b of joint 5. Move each row by joint 3.
+        # Axis 6 after the motions by joints 5 and 4 is a sum of the nine rows of `fourth`. Each
+        # row is multiplied by two factors: row 3 b + a by f_a(t4) and f_b(t5), where f_0, f_1 and
+        # f_2 are 1, cos and sin. Move each row by joint 3.
         for a in range(3):
             for b in range(3):
                 line = arrays.after(self.fourth, 15 * (3 * b + a))
@@ -116,15 +124,17 @@ class Elimination:
             self._invert(screws, 1, to)
 
     def _invert(self, screws: Flat, k: int, parts: Flat) -> None:
-        # Changes the parts of joint k to those of its inverse motion: the part of the sine, or of
-        # the position d of a prismatic joint, changes its sign.
+        # Joint k has moved a line. The rows of `parts` (3, 15) are the coefficients of 1, cos t
+        # and sin t in the moved line (of 1, d and d^2 for a prismatic joint). The inverse motion
+        # of the joint has -t or -d instead. So the row of sin t or of d changes its sign.
         odd = 1 if vectors.slides(screws, k) else 2
         for i in range(15):
             parts[15 * odd + i] = -parts[15 * odd + i]
 
     def _pivot(self, width: int) -> int:
-        # Eliminates the columns of the right sides by Gaussian elimination with complete pivoting.
-        # Returns the rank of these columns.
+        # The first RIGHT columns of the table are the right sides of the equations: the
+        # coefficients of the products for joints 1 and 2. Eliminates these columns by Gaussian
+        # elimination with complete pivoting. Returns the rank of these columns.
         A, largest = self.table, 0.0
         self.error = 0.0
         for k in range(RIGHT):
@@ -180,8 +190,9 @@ class Elimination:
                 if p != i:
                     F[LEFT * p + k] = x
             self._clear_below(i, rows)
-        # Increase the relative error. Subtractions have made the shortest row shorter, but not the
-        # errors in this row.
+        # Increase the relative error. The subtractions have made the rows shorter, the shortest
+        # row most. The absolute errors in the shortest row have not become smaller, so its
+        # relative error is larger.
         if shortest > 0.0:
             self.error *= math.sqrt(longest / shortest)
 

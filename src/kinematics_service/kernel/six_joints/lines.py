@@ -1,13 +1,16 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Represent a line in space by 15 numbers that rigid motions map linearly (Raghavan and Roth 1993).
+Represent a line in space by 15 numbers, so that a rigid motion is a linear map of the numbers.
 
 M. Raghavan and B. Roth, "Inverse kinematics of the general 6R manipulator and related linkages",
-J. Mech. Des. 115 (1993) 502, use 14 numbers of a line through p with the unit direction l. In this
-module a line is V = (1, p, p.p, l, p.l, m, h). The Pluecker moment is m = p x l, and h = (p.p) l -
-2 (p.l) p. A rotation by t maps V to V0 + cos(t) V1 + sin(t) V2. A translation by d maps V to V0 +
-d V1 + d^2 V2. V0, V1 and V2 are called the parts of the moved line.
+J. Mech. Des. 115 (1993) 502, use 14 numbers. In this module the number 1 comes before them. A line
+through the point p with the unit direction l is V = (1, p, p.p, l, p.l, m, h). The Pluecker moment
+is the vector product m = p x l, and h = (p.p) l - 2 (p.l) p.
+
+A rotation by the angle t maps V to V0 + cos(t) V1 + sin(t) V2. A translation by the distance d
+maps V to V0 + d V1 + d^2 V2. V0, V1 and V2 are called the parts of the moved line; they are linear
+functions of V.
 """
 
 from ..forward import vectors
@@ -33,7 +36,11 @@ def put(V: Numbers, at: int, v: Vector) -> None:
 
 
 def vector_at(k: int) -> int:
-    """Return the index of the vector p, l, m or h (k = 0 to 3) in the numbers of a line."""
+    """
+    Return the index at which the vector p, l, m or h (k = 0 to 3) begins in the array V.
+
+    V has the 15 numbers of a line in space: V = (1, p, p.p, l, p.l, m, h).
+    """
     return POINT if k == 0 else DIRECTION if k == 1 else MOMENT if k == 2 else MIRRORED
 
 
@@ -72,8 +79,11 @@ def carry(V: Numbers, T: Numbers) -> None:
 
 def write_parts(screws: Numbers, k: int, V: Numbers, parts: Flat) -> None:
     """
-    Write to `parts` (3, 15) the three parts of the line V moved by screw k: the factors of 1, cos
-    and sin, or of 1, d and d^2.
+    Write to `parts` (3, 15) the parts of the line V (15 numbers) after a motion by screw k.
+
+    If the screw is a rotation by the angle t, the moved line is parts[0] + cos(t) parts[1] +
+    sin(t) parts[2]. If it is a translation by d, the moved line is parts[0] + d parts[1] +
+    d^2 parts[2].
     """
     axis, point = vectors.axis_of(screws, k), vectors.point_of(screws, k)
     arrays.copy(parts, LINE, V)
@@ -96,8 +106,8 @@ def write_parts(screws: Numbers, k: int, V: Numbers, parts: Flat) -> None:
 
 
 def _write_slide_parts(axis: Vector, V: Numbers, parts: Numbers) -> None:
-    # Writes to `parts` the terms linear in d and quadratic in d of the line V, translated by d
-    # times the axis.
+    # The line V, translated by d times the axis, is V + d P1 + d^2 P2. Writes P1 and P2 to rows 1
+    # and 2 of `parts` (3, 15).
     p, direction = vectors.three(V, POINT), vectors.three(V, DIRECTION)
     moment = vectors.three(V, MOMENT)
     along = vectors.dot(axis, direction)
@@ -113,7 +123,12 @@ def _write_slide_parts(axis: Vector, V: Numbers, parts: Numbers) -> None:
 
 
 def write_invariants(screws: Numbers, k: int, V: Numbers, six: Numbers) -> None:
-    """Write six linear combinations of the numbers of a line that no motion of screw k changes."""
+    """
+    Write to `six` the six invariants of the line V under motions by screw k.
+
+    The invariants are linear combinations of the 15 numbers of the line. If screw k moves the
+    line, the invariants stay the same.
+    """
     axis, point = vectors.axis_of(screws, k), vectors.point_of(screws, k)
     moved = [0.0] * 15
     arrays.copy(moved, LINE, V)

@@ -5,11 +5,12 @@ Compute the six joint positions that belong to a root of the determinant of M(t)
 angle of joint 3 (back substitution, Raghavan and Roth 1993).
 
 The null vector of M(t) (pencils.py) contains powers of e^(i u), where u is the angle of joint 4 or
-5. The ratio of successive powers is e^(i u), which gives joints 4 and 5. Then joints 5, 4 and 3
-have moved the line of axis 6 to a known line. Joints 2 and 1 must move this line to the line of
-axis 6 at the goal. Six equations that do not contain joint 1 give the cosine and sine of joint 2
-by least squares. The angle of joint 1 rotates a vector of the moved line onto that of the line at
-the goal. The angle of joint 6 does the same with a vector perpendicular to axis 6.
+5. The ratio of successive powers is e^(i u), which gives joints 4 and 5. The positions of joints
+3, 4 and 5 are then known. Let A be the line to which these joints move axis 6, and B the line of
+axis 6 at the goal. Joints 2 and 1 must move A to B. Six equations that do not contain joint 1 give
+the cosine and sine of joint 2 by least squares. Let joint 2 move A to the line C. Joint 1 must
+rotate a vector of the line C onto the same vector of the line B, which gives the angle of joint 1.
+In the same manner, a vector perpendicular to axis 6 gives the angle of joint 6.
 """
 
 from ..forward import vectors
@@ -48,16 +49,16 @@ def _rotated(a: Complex, b: Complex, sign: float) -> Complex:
 
 
 def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
-    # Computes the position of joint 4 or 5 from the null vector x (4, 3) of M(t): of the joint by
-    # whose functions the equations were multiplied (pencils.py). Returns e^(i t) for a revolute
-    # joint at angle t, the position for a prismatic joint.
+    # The equations were multiplied by functions of one joint, joint 4 or 5 (pencils.py). Computes
+    # the position of this joint from the null vector x (4, 3) of M(t). Returns e^(i u) for a
+    # revolute joint at angle u, the position for a prismatic joint.
     terms = [0.0] * 24
     for b in range(3):
         for i in range(4):
             value: Complex = pairs.pair(x, 3 * i + b)
             if not slides:
-                # Form the four terms e^(-3i t/2), e^(-i t/2), e^(i t/2), e^(3i t/2) for the loop
-                # index 0 to 3.
+                # Form the four terms e^(-3i u/2), e^(-i u/2), e^(i u/2), e^(3i u/2) for the loop
+                # index 0 to 3, where u is the angle of the joint.
                 k = 0 if i in (1, 2) else 2
                 cosine, sine = pairs.pair(x, 3 * k + b), pairs.pair(x, 3 * k + 3 + b)
                 value = _rotated(cosine, sine, -1.0 if i < 2 else 1.0)
@@ -66,9 +67,10 @@ def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
 
 
 def _last_joint(x: Numbers, slides: bool) -> Complex:
-    # Computes the position of joint 4 or 5 from the null vector x (4, 3) of M(t): of the joint by
-    # whose functions the equations were not multiplied (pencils.py). Returns e^(i t) for a
-    # revolute joint at angle t, the position for a prismatic joint.
+    # The equations were multiplied by functions of one joint, joint 4 or 5 (pencils.py). If it is
+    # joint 4, computes the position of joint 5; if it is joint 5, that of joint 4. The position
+    # follows from the null vector x (4, 3) of M(t). Returns e^(i u) for a revolute joint at angle
+    # u, the position for a prismatic joint.
     terms = [0.0] * 24
     for k in range(4):
         constant = pairs.pair(x, 3 * k)
@@ -97,8 +99,7 @@ def _write_parts_of(t: Complex, slides: bool, three: Flat) -> None:
 
 class Positions:
     """
-    Computes the six joint positions that belong to a root z = e^(i t), where t is the angle of
-    joint 3.
+    Computes all joint positions from a root z = e^(i a), where a is the angle of joint 3.
 
     Attributes
     ----------
@@ -117,9 +118,10 @@ class Positions:
         self, loop: SixScrews, elimination: Elimination, pencil: Pencil, swapped: bool, z: Complex
     ) -> bool:
         """
-        Compute the six joint positions t for a root z = e^(i t) of joint 3.
+        Compute all joint positions, `self.t`, from z = e^(i a), where a is the angle of joint 3.
 
-        Returns False if an angle is farther than MAX_IMAGINARY from the real axis.
+        z is a root of the determinant of M. Returns False if the imaginary part of a joint
+        position is larger than MAX_IMAGINARY.
         """
         fifth: Complex
         fourth: Complex
@@ -158,8 +160,9 @@ class Positions:
     def _write_line(
         self, loop: SixScrews, elimination: Elimination, t3: Complex, t4: Complex, t5: Complex
     ) -> None:
-        # Computes the line of axis 6, moved by joints 5, 4 and 3: 15 real parts, then 15 imaginary
-        # parts.
+        # Moves axis 6 by joints 5, 4 and 3. The moved line is a vector of 15 complex numbers
+        # (lines.py). Writes to `self.line` the 15 real parts of these numbers, then the 15
+        # imaginary parts.
         _write_parts_of(t3, False, self.three)
         _write_parts_of(t4, vectors.slides(loop.screws, 3), self.fourth)
         _write_parts_of(t5, vectors.slides(loop.screws, 4), self.fifth)
@@ -176,13 +179,15 @@ class Positions:
                         self.line[15 + i] += im * parts[i]
 
     def _second_joint(self, loop: SixScrews, elimination: Elimination) -> Complex:
-        # Solves joint 2. Joint 1 does not change six linear combinations of the numbers of a line.
-        # These invariants give six equations in the cosine and sine of joint 2.
+        # Solves joint 2. A line in space is represented by 15 numbers (lines.py). Six linear
+        # combinations of the 15 numbers stay the same if joint 1 moves the line. These invariants
+        # give six equations in the cosine and sine of joint 2.
         screws = loop.screws
         lines.write_parts(screws, 1, self.line, self.parts)
         lines.write_parts(screws, 1, arrays.after(self.line, 15), self.parts_i)
-        # Fill the three columns of C, the matrix of the six equations in joint 2: the factors of
-        # cos and sin (or d and d^2), and the right side.
+        # Fill C, the matrix of the six equations in joint 2. Columns 0 and 1 have the coefficients
+        # of the unknowns: cosine and sine of the angle, or d and d^2 for a prismatic joint with
+        # position d. Column 2 is the right side.
         for k in range(3):
             to = 2 if k == 0 else k - 1
             self._write_column(screws, arrays.after(self.parts, 15 * k), to, 0)
@@ -207,9 +212,11 @@ class Positions:
         return total
 
     def _solve_pair(self, slides: bool) -> Complex:
-        # Solves the six equations in C for the two unknowns of joint 2 by least squares: cosine
-        # and sine, or d and d^2. The method is Gram-Schmidt, which starts with the longer column
-        # of C. If the columns are dependent, sets the unknown of the shorter column to 0.
+        # Solves the six equations of joint 2 by least squares. The two unknowns are the cosine and
+        # sine of its angle, or d and d^2 for a prismatic joint with position d. Columns 0 and 1 of
+        # the matrix C are the coefficients of the unknowns, and column 2 is the right side. The
+        # method is Gram-Schmidt, which starts with the longer of columns 0 and 1. If columns 0 and
+        # 1 are dependent, sets the unknown of the shorter column to 0.
         cosine: Complex
         sine: Complex
         longer = 0 if self._inner(0, 0)[0] >= self._inner(1, 1)[0] else 1
@@ -221,7 +228,8 @@ class Positions:
         shared = (shared[0] / square, shared[1] / square)
         wanted: Complex = self._inner(longer, 2)
         wanted = (wanted[0] / square, wanted[1] / square)
-        # Subtract from the other two columns of C their components along the longer column.
+        # Make the shorter column of coefficients and the right side perpendicular to the longer
+        # column: subtract the components along the longer column.
         for i in range(6):
             u = pairs.pair(self.C, 6 * longer + i)
             v = pairs.pair(self.C, 6 * shorter + i)
@@ -237,9 +245,11 @@ class Positions:
         return cosine if slides else complex_numbers.angle(cosine, sine)
 
     def _first_joint(self, loop: SixScrews, elimination: Elimination, second: Complex) -> Complex:
-        # Solves joint 1, which moves the line of axis 6 (already moved by joints 5 to 2) to the
-        # line at the goal. A line has four vectors (lines.py): its point, direction, moment, and
-        # h. The angle is computed from the vector with the longest part perpendicular to axis 1.
+        # Solves joint 1. Joints 5 to 2 have already moved axis 6 to a known line. Joint 1 must
+        # move this line to the line of axis 6 at the goal. Four vectors represent a line
+        # (lines.py): its point p, direction l, moment m, and a vector h. The angle of joint 1 is
+        # computed from only one of the four: the vector with the longest component perpendicular
+        # to axis 1.
         screws, best = loop.screws, -1.0
         _write_parts_of(second, vectors.slides(screws, 1), self.three)
         axis, point = vectors.axis_of(screws, 0), vectors.point_of(screws, 0)

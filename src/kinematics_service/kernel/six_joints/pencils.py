@@ -30,14 +30,16 @@ from .pairs import Complex
 SIZE = 12
 # Number of entries of the matrix M: SIZE squared.
 SQUARE = 144
-# Degree of the determinant of M for six equations, because a general arm has 16 = 2 DEGREE
-# solutions (Raghavan and Roth). If more equations are combined, the degree can be up to SIZE.
+# Degree of the determinant of M, a trigonometric polynomial, for six equations. A general arm has
+# 16 solutions (Raghavan and Roth), and a trigonometric polynomial of degree 8 has 16 roots. If
+# more equations are combined, the degree can be up to SIZE.
 DEGREE = 8
-# Number of samples to interpolate a determinant of degree 8. The determinant has 17 coefficients;
-# eight more samples measure the round-off.
+# Number of samples to interpolate the determinant, a trigonometric polynomial, if its degree is 8.
+# It then has 17 coefficients, for the harmonics -8 to 8. Eight more samples measure the round-off.
 SAMPLES = 25
-# Number of samples to interpolate a determinant of degree 12. The determinant has 25 coefficients;
-# seven more samples measure the round-off.
+# Number of samples to interpolate the determinant, a trigonometric polynomial, if its degree is
+# 12. It then has 25 coefficients, for the harmonics -12 to 12. Seven more samples measure the
+# round-off.
 MAX_SAMPLES = 32
 
 
@@ -52,13 +54,14 @@ class Pencil:
     coefficients : shape (13,)
         Complex coefficients of e^(i k t) in the determinant; the coefficients of -k are conjugate.
     noise
-        Bound of the round-off of the determinant, divided by the largest sample. If the
-        determinant vanishes at every angle, `noise` is near 1.
+        Bound of the round-off of the determinant, divided by the largest of its values at the
+        sampled angles t. If the determinant vanishes at every angle, `noise` is near 1.
     gap
         Second-last pivot of M(t), divided by the first pivot; the last pivot is taken as zero. If
         `gap` is near 0, the null vector of M(t) is inaccurate. `write_null_vector` sets it.
     count
-        Number of equations before they were combined into twelve.
+        Number of equations. If there are more than twelve, they are combined into twelve, the rows
+        of M.
     error
         Relative error of the equations from round-off.
     """
@@ -173,9 +176,11 @@ class Pencil:
         noise = polynomials.write_coefficients(
             self.samples, count, self.circle, largest, self.degree, self.coefficients
         )
-        # `noise` is measured from the harmonics above the degree. An error of a matrix entry
-        # changes the determinant by the error times the minor of the entry. It changes harmonics
-        # up to the degree, too, so `noise` does not show it. Add a bound of this error.
+        # `noise` is measured from the harmonics above the degree of the determinant, because these
+        # harmonics should be 0. But an error of an entry of M changes the determinant by
+        # `error * minor of the entry`. A part of this change is in the harmonics up to the degree,
+        # so the measured `noise` does not show it. So `noise` must be at least a bound of this
+        # change.
         error = max(self.error, complex_numbers.ROUND_OFF)
         self.noise = max(noise, error * minor / largest)
 
@@ -219,11 +224,11 @@ class Pencil:
 
     def residual(self, z: Complex, x: Numbers) -> float:
         """
-        Return the relative residual of the equations before they were combined, for the null
-        vector x of M(t) at e^(i t) = z, |z| near 1.
+        Return the relative residual of the original equations at a root z = e^(i t), |z| near 1.
 
-        The residual is large if z solves the twelve combined equations, but not the equations
-        before the combination.
+        The twelve rows of M(t) are combinations of the original equations, and x is the null
+        vector of M(t). The residual is large if x solves the twelve combinations, but not the
+        original equations.
         """
         inverse = pairs.over((1.0, 0.0), z)
         c = (0.5 * (z[0] + inverse[0]), 0.5 * (z[1] + inverse[1]))

@@ -24,8 +24,9 @@ MAX_ITERATIONS = 60
 # Angle of the first starting point, rad. The angle is not 0, because if the coefficients are real,
 # the iteration cannot leave the real axis from a start on it.
 START_ANGLE = 0.4
-# When a root is compared with the other roots (`is_alone`), roots at a larger distance from 0 are
-# ignored. Each of the ignored roots is the mirror image of a root inside the unit circle.
+# `is_alone` compares a root with the other roots z, but ignores roots with |z| above this. Roots
+# come in pairs z and 1 / conj(z), so each ignored root has a mirror image inside the unit circle,
+# which is not ignored.
 MAX_RADIUS = 1.5
 
 
@@ -43,8 +44,8 @@ def write_coefficients(
     Write to c the coefficients c[0] to c[degree] of a trigonometric polynomial, from samples
     divided by `largest`.
 
-    Returns the largest |c[k]| with k above the degree, which measures the round-off of the
-    samples.
+    The coefficients above the degree would be 0 without round-off. Returns the largest absolute
+    value of these coefficients as a measure of the round-off.
     """
     noise = 0.0
     for k in range((count + 1) // 2):
@@ -63,8 +64,10 @@ def write_coefficients(
 
 def write_both_halves(c: Numbers, degree: int, a: Numbers) -> None:
     """
-    Write to a the coefficients a[0] to a[2 degree] of the polynomial z^degree times the sum of
-    c[k] z^k.
+    Write to `a` the 2 degree + 1 coefficients of z^degree times a trigonometric polynomial.
+
+    The trigonometric polynomial is the sum of c[k] z^k for k from -degree to degree. The array c
+    has only c[0] to c[degree], because c[-k] is the conjugate of c[k].
     """
     for k in range(degree, -1, -1):
         pairs.put(a, degree - k, (c[2 * k], -c[2 * k + 1]))
@@ -112,8 +115,9 @@ def _improve(a: Numbers, count: int, z: Numbers, k: int) -> bool:
         value = pairs.plus(pairs.times(value, x), 1.0, term)
         terms = terms * shrink + abs(term[0]) + abs(term[1])
     if outside:
-        # `value` and `slope` are those of the polynomial q with P(z) = z^count q(1/z), where P is
-        # the polynomial with the roots. Compute value and slope of P up to a common factor:
+        # Let P be the polynomial whose roots are searched, and q the polynomial with the
+        # coefficients in reverse order: P(z) = z^count q(1/z). So far, `value` and `slope` are q
+        # and q' at 1/z. Replace them by P and P' up to a common factor:
         # P'/P = count / z - q' / (z^2 q).
         scaled, bent = pairs.times(value, x), pairs.times(pairs.times(x, x), slope)
         slope = (count * scaled[0] - bent[0], count * scaled[1] - bent[1])
@@ -127,9 +131,9 @@ def _improve(a: Numbers, count: int, z: Numbers, k: int) -> bool:
 
 
 def _step(value: Complex, slope: Complex, z: Numbers, k: int, count: int) -> Complex:
-    # Returns the Aberth step p / (p' - p sum of 1 / (z[k] - z[i])), where p is the polynomial at
-    # z[k]. It is the step of Newton's method for another function: p divided by the product of
-    # z[k] - z[i] over all other roots i.
+    # Let p be the polynomial, and s the sum of 1 / (z[k] - z[i]) over all roots i except k.
+    # Returns the Aberth step p / (p' - p s) at z[k]. The same step results from Newton's method
+    # for another function: p(z) divided by the product of z - z[i] over all roots i except k.
     here = pairs.pair(z, k)
     re, im = 0.0, 0.0
     for i in range(count):
@@ -148,10 +152,10 @@ def write_bounds(c: Numbers, count: int, noise: float, z: Numbers, bounds: Numbe
     """
     Write to `bounds` the radius of an error disc about each root z[k], relative to |z[k]|.
 
-    The radius is count |P(z[k])| / |c[count] product of (z[k] - z[i])|, where P is the polynomial
-    with the coefficients c. The discs contain all exact roots, and each connected set of m discs
-    contains m exact roots (Smith 1970). Errors of the coefficients, each up to `noise`, enlarge
-    |P(z[k])|.
+    The radius is count * |P(z[k])| / |c[count] * D|. P is the polynomial with the coefficients c.
+    D is the product of z[k] - z[i] over all roots i except k. The discs contain all exact roots,
+    and each connected set of m discs contains m exact roots (Smith 1970). Errors of the
+    coefficients, each up to `noise`, enlarge |P(z[k])|.
     """
     leading = complex_numbers.absolute(pairs.pair(c, count))
     for k in range(count):
@@ -165,7 +169,8 @@ def write_bounds(c: Numbers, count: int, noise: float, z: Numbers, bounds: Numbe
             a = pairs.pair(c, i if outside else count - i)
             value = pairs.plus(pairs.times(value, x), 1.0, a)
             terms = terms * shrink + 1.0
-        # If |z| > 1, divide the product by z^count, because `value` and `terms` are divided by it.
+        # If |z| > 1, the computed `value` and `terms` are divided by z^count. So divide the
+        # product by |z|^count, too.
         product = leading * (1.0 if outside else size)
         for i in range(count):
             if i != k:

@@ -42,12 +42,13 @@ START_RADIUS = 0.7
 # the imaginary part of the angle of z, rad. If the noise is 1e-6, a double root is off by
 # sqrt(1e-6) = 1e-3, a fourfold root by 3e-2.
 MAX_REAL_DEVIATION = 0.05
-# If the relative error of a root is below this and the start from the nearest point of the unit
-# circle has led to its solution, Newton's method is not started from the root itself.
+# If a root is near the unit circle, Newton's method starts first from the point of the circle
+# nearest to the root. It starts again from the root itself if the first start did not find the
+# solution of the root, or if the relative error of the root is at least this.
 SHARP_ROOT = 1e-6
-# The angle of a root and the angle of the hidden joint in its solution may differ by the error of
-# the root, but at least by this tolerance, rad. The tolerance covers the round-off of a solution
-# near a singular pose.
+# A solution belongs to a root z = e^(i a) if the angle of its hidden joint differs from a by at
+# most `max(error of the root, ANGLE_TOLERANCE)`, rad. The tolerance covers the round-off of a
+# solution near a singular pose.
 ANGLE_TOLERANCE = 1e-9
 # More than twelve equations are combined into twelve (pencils.py). The error of a root causes a
 # residual in the equations before this combination. A root is taken as spurious if the residual
@@ -75,12 +76,14 @@ class SixJoints:
     to_joints : shape (6, 6)
         Matrix from screw positions to joint positions.
     options : shape (k, 3)
-        Each row is a way to write the equation of screws and target as a closed loop
-        (six_screws.py). Its numbers are: the joint with which the loop begins (0 to 5); 1 if the
-        loop runs backwards; 1 if the equations are multiplied by functions of joint 5 of the loop
-        instead of joint 4 (pencils.py). If two joints are prismatic, the loop begins with a
-        prismatic joint, and the last number has another meaning: 1 if the polynomial is in the
-        angle of the second revolute joint, 0 if it is in the angle of the first.
+        The screws and the target form a closed loop, which can begin at any joint (six_screws.py).
+        Each row is one option to write the equations of the loop. The first number is the index of
+        the joint with which the loop begins, 0 to 5. The second number is 1 if the loop runs
+        backwards. The third number is 1 if the equations are multiplied by functions of the fifth
+        joint of the loop, 0 if by functions of the fourth joint (pencils.py). If two joints are
+        prismatic, the loop begins with a prismatic joint, and the third number has another
+        meaning: 1 if the polynomial is in the angle of the second revolute joint, 0 if it is in
+        the angle of the first.
     bound
         Largest number of isolated complex solutions of a target.
     """
@@ -108,8 +111,7 @@ class SixJoints:
 
     def write_joints(self, psi: Numbers, q: Flat) -> None:
         """
-        Write to q the joint positions that belong to the real parts of the screw positions psi (6
-        pairs).
+        Write to q (6,) the joint positions for the real parts of psi (6 complex screw positions).
         """
         for i in range(6):
             q[i] = 0.0
@@ -132,7 +134,8 @@ class Roots:
     proved
         Whether it is proved that no real solution is missing.
     noise
-        Relative round-off of the polynomial for the option that was tried last.
+        Relative round-off of the last polynomial. `find` tries the options of the arm
+        (`SixJoints.options`) in order; each option gives a polynomial.
     first_step
         Longest first Newton step from a candidate to its solution, rad or the loop's unit of
         length. The step measures the error of the candidates.
@@ -153,8 +156,10 @@ class Roots:
 
     def find(self, arm: SixJoints, T: Numbers) -> None:
         """
-        Find the solutions for a motion T from rest. The options of the arm are tried in order,
-        until a proof shows that no real solution is missing.
+        Find the solutions for T, the motion of the tool from its rest pose to the target.
+
+        The options of the arm (`SixJoints.options`) are tried in order, until a proof shows that
+        no real solution is missing.
         """
         self.count, self.proved, self.first_step = 0, False, 0.0
         for k in range(arm.count):
@@ -164,9 +169,10 @@ class Roots:
 
     def follow(self, arm: SixJoints, T: Numbers, starts: Flat, count: int) -> None:
         """
-        Find solutions for a motion T from rest by Newton's method from given starts.
+        Find solutions for T, the motion of the tool from its rest pose to the target.
 
-        `starts` are the solutions (count, 6 pairs) for a motion near T.
+        Newton's method starts from each row of `starts` (count, 6 complex numbers): the solutions
+        for a motion near T.
         """
         self.count, self.proved = 0, False
         self.loop.close(arm.screws, T, 0, False)
@@ -215,12 +221,13 @@ class Roots:
         for i in range(roots):
             z = pairs.pair(self.z, i)
             deviation = _log_size(z)
-            # Solve only roots inside the unit circle, because `_add_solution` adds the conjugate
-            # solution. Two conjugate solutions have one root inside the circle and one outside.
+            # Solve only roots inside the unit circle or near it. A root outside has a mirror image
+            # inside, which belongs to the conjugate solution, and `_add_solution` adds both
+            # solutions.
             is_solved = deviation <= MAX_REAL_DEVIATION
             is_solved = is_solved and self._solve_root(arm, z, deviation, self.bounds[i], swapped)
-            # Skip a root whose error disc does not meet the unit circle, because roots of real
-            # solutions are on this circle.
+            # Roots of real solutions are on the unit circle. If the error disc of this root does
+            # not meet the circle, no real solution belongs to the root, so skip it.
             if self.bounds[i] < 0.5 * (math.exp(abs(deviation)) - 1.0):
                 continue
             accounted = accounted and polynomials.is_alone(self.z, self.bounds, roots, i)
@@ -236,8 +243,9 @@ class Roots:
                 self.proved = self.count >= arm.bound
 
     def _is_spurious(self, z: Complex, bound: float) -> bool:
-        # Returns whether root z is spurious: no point in its error disc solves the equations
-        # before they were combined into twelve. If they were not combined, no root is spurious.
+        # Returns whether root z is spurious: no point in its error disc solves the original
+        # equations. If there are more than twelve equations, they are combined into twelve, and
+        # this adds spurious roots. If there are only twelve, returns False.
         if self.pencil.count <= pencils.SIZE:
             return False
         self.pencil.write_null_vector(z, self.positions.x)
@@ -247,8 +255,9 @@ class Roots:
     def _solve_root(
         self, arm: SixJoints, z: Complex, deviation: float, bound: float, swapped: bool
     ) -> bool:
-        # Adds the solutions that Newton's method finds from root z. Returns whether one of these
-        # solutions has the angle of z.
+        # z = e^(i a) is a root of the polynomial in the angle of the hidden joint. Adds the
+        # solutions that Newton's method finds from this root. Returns whether the hidden joint has
+        # the angle a in one of these solutions.
         if abs(deviation) < MAX_REAL_DEVIATION:
             size = complex_numbers.absolute(z)
             on_circle = (z[0] / size, z[1] / size)
@@ -269,8 +278,9 @@ class Roots:
         return self._refine(z, bound)
 
     def _refine(self, z: Complex, bound: float) -> bool:
-        # Adds the solution that Newton's method reaches from t, if it is certified. Returns
-        # whether this solution has the angle of root z.
+        # Adds the solution that Newton's method reaches from the joint positions `self.t`, if the
+        # solution is certified. Returns whether the hidden joint has the angle a in this solution,
+        # where a is the angle of the root z = e^(i a).
         if not self.motion.improve(self.loop, self.t):
             return False
         first = self.motion.first
@@ -281,7 +291,8 @@ class Roots:
         return self._is_of(z, bound)
 
     def _is_of(self, z: Complex, bound: float) -> bool:
-        # Returns whether the hidden joint has the angle of root z in the solution t.
+        # z = e^(i a) is a root of the polynomial in the angle of the hidden joint. Returns whether
+        # the hidden joint has the angle a in the solution `self.t`.
         here = complex_numbers.angle_of(z)
         re, im = self.t[2 * self.hidden] - here[0], self.t[2 * self.hidden + 1] - here[1]
         re -= places.TAU * math.floor(re / places.TAU + 0.5)
@@ -322,9 +333,10 @@ class Roots:
         self.count += 1
 
     def _is_same(self, i: int, radius: float, length: float) -> bool:
-        # Returns whether `solution` and stored solution i are equal up to full turns: they differ
-        # by less than half the radius of uniqueness of either. Prismatic positions are divided by
-        # the longer of the two units of length.
+        # Returns whether `solution` and stored solution i are equal up to full turns. Each of the
+        # two has a radius of uniqueness. They are equal if the distance between them is below half
+        # of one of the two radii. Each solution also has a unit of length, that of its loop.
+        # Prismatic positions are divided by the longer of the two units.
         mine, others = 0.0, 0.0
         for j in range(6):
             k = self.loop.order[j]
@@ -352,21 +364,21 @@ def _log_size(z: Complex) -> float:
 
 def complex_solutions(arm: SixJoints, T: Floats, psi: Floats, accuracy: Floats) -> int:
     """
-    Fill `psi` with the complex solutions of six joints for a motion T; return the number of
-    solutions.
+    Fill `psi` with the complex solutions for one target; return the number of solutions.
 
     Parameters
     ----------
     arm
-        The arm of six joints. Its options are tried in order until no real solution is missing.
+        The arm of six joints. Its options (`SixJoints.options`) are tried in order, until a proof
+        shows that no real solution is missing.
     T : shape (4, 4)
-        The motion from rest to the target.
+        The motion of the tool from its rest pose to the target.
     psi : shape (MAX_CANDIDATES, 6, 2)
         Positions of the screws: real and imaginary parts, rad or m.
     accuracy : shape (3,)
-        Three numbers: the noise of the polynomial for the option that was tried last; the longest
-        first Newton step from a candidate to its solution; 1 if no real solution is missing, else
-        0.
+        Three numbers: the noise of the polynomial for the last option that was tried; the longest
+        first Newton step from a candidate to its solution; 1 if it is proved that no real solution
+        is missing, else 0.
     """
     roots, positions = Roots(), arrays.results(psi, 12 * places.MAX_CANDIDATES)
     measures = arrays.results(accuracy, 3)
@@ -390,7 +402,7 @@ def followed_solutions(arm: SixJoints, T: Floats, count: int, psi: Floats) -> in
     arm
         The arm of six joints.
     T : shape (4, 4)
-        The motion from rest to the target.
+        The motion of the tool from its rest pose to the target.
     count
         Number of given solutions.
     psi : shape (MAX_CANDIDATES, 6, 2)

@@ -5,8 +5,8 @@ Write the equation of six screws and a target as a closed loop that may begin at
 
 The product of the exponentials e1 to e6 of the six screws (R. W. Brockett, "Robotic manipulators
 and the product of exponentials formula", 1984) is e1 ... e6 = goal. The equation e2 ... e6
-(goal^-1 e1 goal) = goal is equivalent: its first joint is joint 2. Repeated, this step makes any
-joint the first. If both sides are inverted, the loop runs backwards.
+(goal^-1 e1 goal) = goal is equivalent. It is the equation of a loop that begins with joint 2.
+Repeated, this step makes any joint the first. If both sides are inverted, the loop runs backwards.
 """
 
 import math
@@ -69,8 +69,11 @@ class SixScrews:
 
     def close(self, screws: Flat, T: Numbers, first: int, backwards: bool) -> None:
         """
-        Fill the loop from the screws of an arm (6, 7) and a motion T, so that the loop begins at
-        screw `first`. `backwards` reverses the direction of the loop.
+        Set up the closed loop that the six screws of an arm form with the tool motion T.
+
+        `screws` (6, 7) are the screws of the arm. T is the motion of the tool from its rest pose
+        to the target. The loop begins at screw `first`. If `backwards` is set, the loop runs in
+        the reverse direction.
         """
         back = [0.0] * 12
         write_inverse(T, back)

@@ -27,9 +27,9 @@ One of the two joints is called hidden: the resultant is a polynomial in its ang
 the hidden joint, the two equations are linear in (1, cos, sin) of the other joint; the vectors E
 and F are the coefficients. So (1, cos, sin) is perpendicular to E and F, and V = E x F is
 proportional to it. cos^2 + sin^2 = 1 becomes the resultant V1^2 + V2^2 = V0^2, a trigonometric
-polynomial of degree 4. So a target has at most eight isolated solutions. (Several solutions may
-share a root. An arm with slightly different parameters then has as many solutions, each with its
-own root.)
+polynomial of degree 4. So a target has at most eight isolated solutions. If several solutions
+share a root, this bound holds, too: after a slight change of the arm's parameters, each of the
+solutions has its own root.
 """
 
 import math
@@ -42,11 +42,13 @@ from .complex_motion import Motion
 from .pairs import Complex
 from .six_screws import SixScrews
 
-# Number of samples to interpolate the resultant. A resultant of degree 4 has nine coefficients;
-# the harmonics above the degree measure the round-off.
+# Number of samples to interpolate the resultant, a trigonometric polynomial. If its degree is 4,
+# it has nine coefficients, for the harmonics -4 to 4. The harmonics above the degree measure the
+# round-off.
 RESULTANT_SAMPLES = 16
-# If the coefficient of the sine is computed from three samples, the weights of two samples are
-# this number and its negative: sin(120 degrees) times 2/3.
+# A function a + b cos t + c sin t is sampled at t = 0, 120 and 240 degrees. The coefficient c is
+# the sum of the samples with the weights 0, ROOT_THIRD and -ROOT_THIRD. ROOT_THIRD is
+# 2/3 * sin(120 degrees).
 ROOT_THIRD = math.sqrt(1.0 / 3)
 # Two directions are taken as parallel if the sine of their angle is below this, and as
 # perpendicular if the cosine is below this. The bound is a thousand times the round-off of unit
@@ -55,9 +57,9 @@ PARALLEL_SINE = 1e-12
 
 
 def _mean(p: int, turn: int) -> float:
-    # A function a + b cos t + c sin t is sampled at t = 0, 120 and 240 degrees. Its coefficients
-    # are weighted sums of the three samples. Returns the weight of the sample at `turn` times 120
-    # degrees in the sum for a, b or c (p = 0, 1 or 2).
+    # A function a + b cos t + c sin t is sampled at t = 0, 120 and 240 degrees (`turn` = 0, 1, 2).
+    # Each of the coefficients a, b and c (p = 0, 1, 2) is a weighted sum of the three samples.
+    # Returns the weight of sample `turn` in the sum for coefficient p.
     if p == 0:
         return 1.0 / 3
     if p == 1:
@@ -176,18 +178,21 @@ class SphericalLinkage:
         self.bound += math.sqrt(vectors.dot(carried, carried))
         self.bound += math.sqrt(vectors.dot(twice, twice)) + 3 * abs(self.offset)
         self.bound += math.sqrt(vectors.dot(between, between) / square)
-        # Test whether, in the order of the loop, one prismatic joint is before the first revolute
-        # joint and the other after it, and both are perpendicular to its axis. If so, the plane of
-        # the two prismatic directions is perpendicular to this axis at each angle of the joint.
+        # Test whether the first revolute joint is between the two prismatic joints of the loop,
+        # and both prismatic directions are perpendicular to its axis. If so, the plane of the two
+        # prismatic directions is perpendicular to the axis at each angle of the first revolute
+        # joint.
         slide, other = vectors.axis_of(screws, 0), vectors.axis_of(screws, self.second)
         self.across = self.before == 1 and abs(vectors.dot(slide, first)) < PARALLEL_SINE
         self.across = self.across and abs(vectors.dot(other, first)) < PARALLEL_SINE
         return True
 
     def _write_tables(self, loop: SixScrews, swapped: bool) -> None:
-        # Computes E and F, the coefficients of the two equations in the products of (1, cos, sin)
-        # of two joints, from nine samples. The rows of E and F belong to 1, cos and sin of the
-        # hidden joint.
+        # Each of the two equations (see the module's docstring) is linear in nine products:
+        # (1, cos, sin) of the hidden joint times (1, cos, sin) of the other joint. Computes the
+        # coefficients of the products from nine samples: E (3, 3) for the first equation, F (3, 3)
+        # for the second. Row 0 has the coefficients of products with 1 of the hidden joint, row 1
+        # those with the cosine, row 2 those with the sine.
         for k in range(9):
             self.E[k], self.F[k] = 0.0, 0.0
         for i in range(3):
@@ -249,15 +254,18 @@ class SphericalLinkage:
             self.values, RESULTANT_SAMPLES, self.circle, largest, degree, self.coefficients
         )
         # `noise` is measured from the harmonics of the resultant above its degree. Errors of the
-        # coefficients E and F change no such harmonic, so add a bound of these errors.
+        # coefficients E and F change only harmonics up to the degree, so `noise` does not show
+        # these errors. So `noise` must be at least a bound of them.
         error = 10.0 * complex_numbers.ROUND_OFF
         error *= 1.0 if degree == 1 else self.bound * math.sqrt(steepest)
         self.noise = max(self.noise, error / largest)
 
     def write_positions(self, loop: SixScrews, motion: Motion, z: Complex, t: Numbers) -> bool:
         """
-        Write to t the joint positions (6 pairs) that belong to a root z of the resultant. Return
-        False if no joint positions belong to the root.
+        Write to t (6 complex numbers) the joint positions that belong to a root z of the
+        resultant.
+
+        Returns False if no joint positions belong to the root.
         """
         arrays.fill(t, 12, 0.0)
         pairs.put(t, self.hidden, complex_numbers.angle_of(z))
@@ -280,9 +288,10 @@ class SphericalLinkage:
         return self._write_slides(loop, motion, t)
 
     def _write_other(self, t: Numbers) -> bool:
-        # Computes the angle of `other`, the second of the two joints in the equations; the angle
-        # of the hidden joint is known. The vectors E and F are the coefficients of the equations
-        # at this angle. V = E x F is proportional to (1, cos, sin) of the angle of `other`.
+        # The two equations contain the hidden joint, whose angle is known, and joint `other`. With
+        # the known angle, they are linear in (1, cos, sin) of joint `other`, and the vectors E and
+        # F are the coefficients. So V = E x F is proportional to (1, cos, sin). Computes the angle
+        # of joint `other` from V.
         turn, C = self.turn, self.columns
         complex_numbers.write_turn(pairs.pair(t, self.hidden), turn)
         for k in range(3):
