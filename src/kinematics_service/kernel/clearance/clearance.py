@@ -5,13 +5,13 @@ Compute the clearance of joint positions q: a radius, rad, with a proof that no 
 within this radius around q are singular.
 
 A first radius follows from Weyl's inequality. For a larger radius, the task Jacobian J_t is
-written in the bases of its singular vectors at q, where J_t is diagonal. A block of J_t contains
-all singular values except the smallest. A joint motion d changes the block. The block stays
-invertible while a bound of its change, relative to the block at q, is below 1. Then J_t has full
-rank if the Schur complement of the block is not zero. Row and column operations that are linear in
-d first remove the first-order terms of J_t to the right of the block and below it. These
-operations do not change the Schur complement. The Schur complement is expanded to third order in
-d; bounds cover its higher orders.
+written in the bases of its singular vectors at q. In these bases J_t is the block matrix
+[S, 0; 0, s] at q. S is diagonal and has all singular values except the smallest; s has the
+smallest. A joint motion d changes J_t to [A, B; C, f]. A is invertible if a bound of the change
+A - S, relative to S, is below 1. Then J_t has full rank if the Schur complement f - C A^-1 B is
+not zero. Row and column operations that are linear in d remove the first-order terms of B and C.
+They do not change the Schur complement. The Schur complement is expanded to third order in d.
+Bounds cover the terms of higher order.
 
 The Schur complement of a redundant arm has several entries, and J_t has full rank unless all
 entries are zero. The proof shows that a sum of the entries, with polynomials as weights, is
@@ -34,9 +34,9 @@ from .expansion import Expansion
 HALVINGS = 32
 # The bisection ends if the relative error of the proved radius is below this number.
 RADIUS_TOLERANCE = 1e-5
-# Number of weighted sums of the entries of the Schur complement for which the proof is tried. A
-# sum that is never 0 proves that the entries are never all 0. After these sums, one more sum is
-# tried, with polynomials as weights (`Cubic.take_away`).
+# Number of weighted sums that are tried. If one weighted sum of the entries of the Schur
+# complement is never 0, the entries are never all 0. After these sums, one more sum is tried, with
+# polynomials as weights (`Cubic.take_away`).
 MAX_SUMS = 4
 
 
@@ -130,9 +130,9 @@ class Clearance:
         return radius
 
     def _mix(self, share: float) -> None:
-        # Fills `across` with weights, a vector of length 1, for the entries of the Schur
-        # complement. If `share` is 0, all weights except that of the first entry are 0. If `share`
-        # is 1, `across` equals `shares` (see `_choose_shares`). For other values of `share` the
+        # Fills `across` with weights for the entries of the Schur complement. The Euclidean norm
+        # of the weights is 1. If `share` is 0, all weights except the first are 0. If `share` is
+        # 1, the weights equal `shares` (see `_choose_shares`). If `share` is between 0 and 1, the
         # weights are between these two cases.
         for i in range(self.directions.count):
             self.across[i] = share * self.shares[i] + (1.0 - share) * self.first[i]
@@ -168,12 +168,12 @@ class Clearance:
         self.directions.decompose()
 
     def _condition(self) -> float:
-        # The search for singular poses uses the J_t whose linear velocities are those of the
-        # tool's origin. The clearance uses the J_t of `point`. The second J_t is the first one,
-        # multiplied by the matrix [I, P / length; 0, I]. Here P v is the vector product of `point`
-        # and v, and `length` scales the angular rows. Returns the condition number of this matrix.
-        # The ratio of the smallest to the largest singular value is smaller in the second J_t by
-        # at most the condition number.
+        # The search for singular poses uses J_t with the linear velocities of the tool's origin.
+        # The clearance uses J_t with the linear velocities of `point`. The second matrix is M
+        # times the first, with M = [I, P / length; 0, I]. Here P v is the vector product of
+        # `point` and v, and `length` scales the angular rows. Returns the condition number c of M.
+        # Let r be the smallest singular value of J_t divided by the largest. Then r for the tool's
+        # origin is at least r for `point` divided by c.
         away = 0.0
         for i in range(self.arm.task.count):
             if self.arm.task.axis[i] >= 3:
@@ -201,11 +201,11 @@ class Clearance:
         return good
 
     def _write_complement(self) -> None:
-        # Fills row i of F with the Taylor terms, to third order, of entry i of the Schur
-        # complement.
-        # Fills B and C with the second-order terms of two blocks of J_t: B to the right of the
-        # invertible block, C below it. Row and column operations (see the module's docstring) have
-        # removed the first-order terms of both blocks.
+        # J_t is the block matrix [A, B; C, f] with the invertible block A (see the module's
+        # docstring). Fills row i of the array F with the Taylor terms of entry i of the Schur
+        # complement f - C A^-1 B, up to third order.
+        # Row and column operations have removed the first-order terms of B and C. Fills the arrays
+        # B and C with the second-order terms of B and C after these operations.
         d, k, count = self.count, self.arm.task.generic_rank - 1, self.directions.count
         terms, pairs = self.expansion.terms, self.expansion.sizes[2]
         for a in range(k):
@@ -248,10 +248,10 @@ class Clearance:
                     product[triple[(i * d + j) * d + p]] -= a[i] * b[pair[j * d + p]]
 
     def _write_norms(self) -> None:
-        # Computes bounds of the change of three blocks of J_t by joint motions of length 1, one
-        # bound for each order of the Taylor expansion. The names of the bounds of the invertible
-        # block end in `block`, of the block to its right in `turns`, and of the row below it in
-        # `lines`.
+        # J_t is the block matrix [A, B; C, f] (see the module's docstring). Computes upper bounds
+        # of the changes of A, B and C by a joint motion of length 1. Each order of the Taylor
+        # expansion has its own bounds. Their names end in `block` for A, in `turns` for B and in
+        # `lines` for C.
         k, count, d = self.arm.task.generic_rank - 1, self.directions.count, self.count
         terms, pairs = self.expansion.terms, self.expansion.sizes[2]
         step, cubed = self.directions.length * terms, d + pairs
@@ -268,11 +268,12 @@ class Clearance:
         self.twist_of_lines = self.expansion.norm(lines, k, terms, 1, 0, 1, 3)
 
     def _choose_shares(self) -> bool:
-        # Chooses two vectors of weights, `shares` and `steepest`, for the sum of the entries of
-        # the Schur complement. Among all weights, `shares` gives the sum whose gradient is
-        # smallest relative to its value. For `steepest`, each unit vector (weight 1 for one entry)
-        # is made orthogonal to `shares`. The vector that gives the sum with the largest gradient
-        # is taken. Returns False if `shares` or `steepest` would be zero.
+        # Chooses two vectors of weights, `shares` and `steepest`. Each vector has one weight for
+        # each entry of the Schur complement and gives a weighted sum of the entries. The sum with
+        # the weights `shares` has the smallest gradient, relative to the value of the sum.
+        # The candidates for `steepest` are the coordinate vectors (weight 1 for one entry, 0 for
+        # the others), made orthogonal to `shares`. `steepest` is the candidate whose weighted sum
+        # has the largest gradient. Returns False if `shares` or `steepest` would be zero.
         d, count, terms = self.count, self.directions.count, self.expansion.terms
         trace, most = 0.0, 0.0
         for i in range(count):
@@ -322,13 +323,13 @@ class Clearance:
 
     def _is_proved(self, r: float) -> bool:
         # Returns whether `self.sum`, a weighted sum of the entries of the Schur complement, is
-        # proved to be positive for all joint motions |d| <= r. After the motion d, the invertible
-        # block is I + P (its rows and columns are scaled), the block to its right is B, and the
-        # row below it is C. The entries to the right of C are f. B1 and C1 are the first-order
-        # parts of B and C. Let B' = B - (I + P) B1 and C' = C - C1 (I + P). Then the Schur
-        # complement is f - C1 B' - C B1 - C' (I + P)^-1 B'. Singular values up to `singular` are
-        # taken as zero. So `singular` is added to the bounds of the changes of J_t. The proof then
-        # holds for each matrix that differs from J_t by at most `singular`.
+        # proved to be positive for all joint motions |d| <= r. After the motion d, the scaled J_t
+        # is the block matrix [I + P, B; C, f], where I + P is invertible. B1 and C1 are the
+        # first-order parts of B and C. Let B' = B - (I + P) B1 and C' = C - C1 (I + P). Then the
+        # Schur complement is f - C1 B' - C B1 - C' (I + P)^-1 B'.
+        # Singular values up to `singular` are taken as zero. So the proof must hold for each
+        # matrix that differs from J_t by at most `singular`. Therefore `singular` is added to the
+        # bounds of the changes of J_t.
         square, singular = r * r, self.share * (self.largest + self._changed(r))
         third = self.twist * square * r / 6.0 + singular
         fourth = self.fourth * square * square / 24.0 + singular
@@ -345,10 +346,11 @@ class Clearance:
         twisted = min(third / root, self.twist_of_lines * square * r + fourth / root)
         behind = self.bend_of_lines * square + twisted + self.by_lines * r * bent
         rest += twisted * turns + behind * before / (1.0 - inside)
-        # `rest` bounds the terms of the Schur complement beyond third order. `take_away` has added
-        # a product to `self.sum`: a quadratic polynomial times `self.steep`, the sum with the
-        # weights `steepest`. So multiply `rest` by 1 plus a bound of the quadratic polynomial, and
-        # add a bound of the terms of the product beyond third order.
+        # `rest` bounds the terms beyond third order that a weighted sum of the entries leaves out.
+        # `take_away` may have replaced the weighted sum s by s + p t. Here p is a quadratic
+        # polynomial, and t is `self.steep`, another weighted sum. Both s and t leave out terms up
+        # to `rest`, so `rest` is multiplied by 1 plus a bound of |p|. The product p t is cut off
+        # after third order. So a bound of the dropped terms of p t is added.
         slope, bend = self.sum.size_of_l * r, self.sum.size_of_M * square
         steep = self.steep.size_of_T * square * r
         rest *= 1.0 + abs(self.sum.weight) + slope + bend
@@ -373,8 +375,9 @@ def unit(v: Flat, count: int) -> bool:
 
 def clearances(clearance: Clearance, q: Floats, radii: Floats) -> None:
     """
-    Fill `radii` (N,) with radii, rad: no joint positions within a radius around its row of q (N,
-    n) are singular.
+    Fill `radii` (N,) with the clearances, rad, of the rows of q (N, n).
+
+    No joint positions within the distance radii[k] from row k of q are singular.
     """
     n, count = clearance.arm.chain.dof, arrays.extent(q, 0)
     positions, results = arrays.numbers(q, count * n), arrays.results(radii, count)

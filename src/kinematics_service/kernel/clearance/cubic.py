@@ -13,9 +13,10 @@ from .norms import Norms
 # joint motion d is in the ball, |d| <= r. The lower bound of the polynomial is valid after any
 # number of bisections; more bisections increase it.
 MULTIPLIER_HALVINGS = 20
-# Number of divisions with which `Cubic.take_away` divides one polynomial by another, the divisor.
-# A division cancels the derivatives of the dividend along the gradient of the divisor, but the
-# terms of the divisor beyond first order make new ones. The next division cancels the new ones.
+# Number of steps in `Cubic.take_away`. Each step adds to a polynomial a multiple of a second
+# polynomial. The linear part of the multiple cancels derivatives along the gradient of the second
+# polynomial; the terms of higher order add new derivatives. The next step cancels the new
+# derivatives.
 DIVISIONS = 4
 # Smallest denominator in the formula of the lower bound, so that no number is divided by 0. It is
 # relative to the length of the interval in which the Lagrange multiplier is searched.
@@ -24,8 +25,9 @@ MIN_DENOMINATOR = 1e-14
 
 class Cubic:
     """
-    A cubic polynomial constant + g.d + d^T Q d + T(d, d, d) of the motion d of some joints, with a
-    lower bound over |d| <= r.
+    A cubic polynomial constant + g.d + d^T Q d + T(d, d, d) of the motion d of some joints.
+
+    The method `lowest` returns a lower bound of the polynomial over all |d| <= r.
 
     Parameters
     ----------
@@ -38,8 +40,9 @@ class Cubic:
         Coefficients: a number, (count,), symmetric (count, count), and symmetric (count, count,
         count).
     weight, l, M
-        Coefficients of a quadratic polynomial weight + l.d + d^T M d. `take_away` multiplies
-        another `Cubic` by it, and adds the product to this `Cubic`. All are 0 before that.
+        Coefficients of the quadratic polynomial p = weight + l.d + d^T M d. `take_away` adds p
+        times another `Cubic` to this `Cubic`. Before `take_away` is called, `weight`, l and M are
+        0.
     size_of_l, size_of_M, size_of_Q, size_of_T
         Bounds of the absolute values of l.d, d^T M d, d^T Q d and T(d, d, d) for motions d of
         length 1.
@@ -81,11 +84,12 @@ class Cubic:
 
     def take_away(self, other: 'Cubic') -> None:
         """
-        Add to this polynomial the product of `other` and a quadratic polynomial. The product
-        cancels the derivatives of this polynomial at d = 0 along the gradient of `other`.
+        Add p times `other` to this polynomial, where p is a quadratic polynomial.
 
-        If `constant` is then negative, the sign of this polynomial is changed. So this polynomial
-        keeps its absolute value at each joint motion d at which `other` is 0.
+        The coefficients of p are chosen to cancel the derivatives of this polynomial at d = 0
+        along the gradient of `other`. If the constant term then is negative, all coefficients
+        change their signs. At each joint motion d at which `other` is 0, the product is 0, so this
+        polynomial keeps its absolute value.
         """
         d = self.count
         slope = directions.length_of(other.g, d)
@@ -108,11 +112,11 @@ class Cubic:
                 self.T[p] = -self.T[p]
 
     def _divide(self, slope: float) -> None:
-        # Computes the quadratic polynomial along[0] + more.d + d^T H d, where H is the matrix
-        # `half`. `_add_product` multiplies it by the argument `other` of `take_away`. The linear
-        # part of `other` is `slope` times way.d: `way` is the direction of its gradient, and
-        # `slope` the length. The quadratic polynomial times this linear part cancels the
-        # components of g, Q and T along `way`.
+        # Computes the coefficients of the quadratic polynomial p = along[0] + more.d + d^T half d,
+        # where `more` is a vector and `half` a matrix. `_add_product` multiplies p by `other`, the
+        # argument of `take_away`. The linear part of `other` is slope * way.d: the vector `way` is
+        # the direction of the gradient of `other`, and `slope` is the length of this gradient. The
+        # product of p and this linear part cancels the components along `way` of g, Q and T.
         d, way, whole = self.count, self.way, 0.0
         for a in range(d):
             self.more[a], self.along[a] = 0.0, 0.0

@@ -19,11 +19,11 @@ class Directions:
     Joint positions q, the Jacobian at q, and the singular value decomposition of the task Jacobian
     J_t (m, n).
 
-    J_t has left singular vectors (tool motions) and right singular vectors (joint motions). In
-    this package "lines" are the max(m, n) singular vectors of the larger space, and "turns" are
-    the min(m, n) singular vectors of the smaller space. If the arm is redundant (n > m), the lines
-    are joint motions and the turns are tool motions; otherwise the lines are tool motions and the
-    turns are joint motions.
+    J_t maps joint motions (n numbers) to tool motions (m numbers). Its singular vectors are n
+    joint motions and m tool motions. In this package, the larger of the two sets of vectors is
+    called "lines", the smaller "turns". If the arm is redundant (n > m), the lines are the joint
+    motions and the turns are the tool motions. Otherwise the lines are the tool motions and the
+    turns are the joint motions.
 
     Attributes
     ----------

@@ -50,10 +50,11 @@ class Expansion:
         1 over the number of permutations of the factors of each term. The array `root` has the
         square roots of `share`.
     G : shape (rank, lines, terms)
-        The terms of J_t in the bases of its singular vectors, which are called turns and lines
-        (see `Directions`). The terms of a turn and a line are divided by the square root of the
-        singular value of the turn, and by the square root of the singular value of the line. The
-        smallest singular value is not used as a divisor; some lines have no singular value.
+        G[a, b] has the Taylor terms of the entry of J_t for turn a and line b. Turns and lines are
+        the singular vectors of J_t (see `Directions`). The terms are divided by
+        sqrt(sigma_a sigma_b), where sigma_a and sigma_b are the singular values of turn a and line
+        b. Here 1 replaces the smallest singular value. 1 also replaces sigma_b if line b is in the
+        null space.
     """
 
     def __init__(self, chain: Chain, task: TaskRows, moving: Integers, orders: int) -> None:
@@ -114,15 +115,16 @@ class Expansion:
 
     def write(self, row: Flat) -> None:
         """
-        Fill the array K (terms, turns, lines) with the Taylor terms of J_t. `row` has the results
-        of `evaluate` at q.
+        Fill the array K (terms, turns, lines) with the Taylor terms of J_t at joint positions q.
 
-        An entry is a joint that moves an element of the chain. Entry i adds its linear velocity
-        v_i and its angular velocity w_i, its screw, to a column of J. Let a, b, ..., c be entries
-        in the order from base to tool. Take the linear velocity of one of these entries, and its
-        derivative by the variables of all other ones. The derivative is w_a x (w_b x ... v_c),
-        whichever entry was taken. The derivative of w_i by the variables of a, b, ..., c is w_a x
-        (w_b x ... (w_c x w_i)) if entry i is nearer to the tool than c, otherwise 0.
+        `row` has the results of `evaluate` at q. An entry is a joint together with an element of
+        the chain that the joint moves (see `ChainTable`). The screw of entry i is its linear
+        velocity v_i and its angular velocity w_i. The screw is added to the joint's column of J.
+
+        Let a, b, ..., c be entries in the order from base to tool. Differentiate the linear
+        velocity of one of these entries by the variables of all others. For each choice, the
+        derivative is w_a x (w_b x ... v_c). The derivative of w_i by the variables of a, b, ..., c
+        is w_a x (w_b x ... (w_c x w_i)) if entry i is nearer to the tool than c, otherwise 0.
         """
         d, entries, joint = self.count, self.chain.entries, self.chain.joint
         arrays.fill(self.K, self.terms * self.turns * self.length, 0.0)
@@ -156,15 +158,16 @@ class Expansion:
         return self.task.column_scale[self.chain.joint[entry]]
 
     def _add(self, term: int, order: int, share: float, row: Flat) -> None:
-        # Computes the derivative of all columns of J by the variables of the entries chosen[0] to
-        # chosen[order - 1], and multiplies it by `share`. Adds the result to term `term` of K.
+        # An entry is a joint together with an element of the chain that the joint moves. Computes
+        # the derivative of J by the variables of the entries chosen[0] to chosen[order - 1]. Adds
+        # `share` times the derivative to term number `term` of K.
         entries = self.chain.entries
         v = arrays.after(row, self.chain.screws_at)
         w = arrays.after(v, 3 * entries)
         K = arrays.after(self.K, term * self.turns * self.length)
         for i in range(entries):
-            # `last` is the entry nearest to the tool among entry i and the chosen entries. The
-            # other entries rotate the linear velocity of `last`.
+            # Consider entry i together with the chosen entries. `last` is the one nearest to the
+            # tool. The others rotate the linear velocity of `last`.
             last = max(i, self.chosen[order - 1])
             moved = vectors.apart(v, last, entries)
             left = i < last
@@ -226,15 +229,14 @@ class Expansion:
         order: int,
     ) -> float:
         """
-        Return an upper bound of the norm of a matrix for all joint motions of length 1. Each entry
-        of the matrix is a sum of Taylor terms of one order.
+        Return an upper bound of the norm of a matrix whose entries are sums of Taylor terms.
 
-        `terms` has the coefficients of the terms, a tensor with three axes: `outer` rows and
-        `inner` columns of the matrix, and the terms of an entry. One step along the axis of rows
-        is a step of `step` numbers in `terms`; one step along the columns is `stride` numbers, and
-        one step along the terms of an entry `apart` numbers. The tensor is unfolded to matrices,
-        each with one of the axes as its rows. The norm of each unfolded matrix is a bound; the
-        least is returned.
+        All terms have the same order, and the bound holds for all joint motions of length 1. The
+        matrix has `outer` rows and `inner` columns. The coefficient of term k in row a and column
+        b is terms[a * step + b * stride + k * apart]. These coefficients form a tensor with the
+        axes a, b and k. The tensor is unfolded to a matrix whose rows belong to a, then to one
+        whose rows belong to b. If `order` is 1, it is also unfolded to a matrix whose rows belong
+        to k. The norm of each unfolded matrix is a bound; the function returns the smallest bound.
         """
         count, W = self.sizes[order], self.norms.W
         root = arrays.after(self.root, self.begins[order])
@@ -242,8 +244,9 @@ class Expansion:
         for rows in range(3 if order == 1 else 2):
             if rows == 1 and inner == 1:
                 continue
-            # Choose the shape (number, length) of the unfolded matrix in W, and by how many
-            # numbers successive rows, columns and terms are apart in W.
+            # Choose the shape (number, length) of the unfolded matrix in W. If the index of a row,
+            # a column or a term grows by 1, the place of the coefficient in W grows by `by_outer`,
+            # `by_inner` or `by_term`.
             number, length = outer, inner * count
             by_outer, by_inner, by_term = length, count, 1
             if rows == 1:

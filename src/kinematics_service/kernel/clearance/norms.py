@@ -9,10 +9,10 @@ from ..measures import symmetric
 
 # Bound of the relative round-off error of a computed norm: about 5,000 machine epsilons.
 ROUND_OFF = 1e-12
-# The diagonalization of the matrix of scalar products of rows stops if all off-diagonal entries
-# are below this tolerance, relative to the largest diagonal entry. The remaining off-diagonal
-# entries make the bound of the norm larger by at most this tolerance times the number of rows,
-# relative to the norm.
+# Let G = W W^T for the matrix W whose norm is computed. The diagonalization of G stops if all
+# off-diagonal entries of G are at most this tolerance times the largest diagonal entry. The
+# remaining off-diagonal entries increase the bound of the norm of W, by at most the relative
+# amount tolerance * (number of rows of W).
 OFF_DIAGONAL_TOLERANCE = 1e-4
 
 
@@ -35,8 +35,8 @@ class Norms:
         Return an upper bound of the largest singular value of the matrix in W, shape (count,
         length).
         """
-        # If the matrix has more rows than columns, return the Frobenius norm, which is a bound,
-        # too.
+        # If the matrix has more rows than columns, return its Frobenius norm. This is an upper
+        # bound of the largest singular value, too.
         if count > length:
             squares = arrays.dot(self.W, self.W, count * length)
             return (1.0 + ROUND_OFF) * math.sqrt(squares)
