@@ -4,7 +4,8 @@
 Store the kinematic chain of an arm as arrays. The tool pose is a product: a constant transform, a
 screw motion about z, a constant transform, a screw motion, and so on. Joint positions set the
 angles and translations of the screw motions. If the arm has closed loops, passive variables set
-them, too. The loop equations determine the passive variables from the joint positions.
+the angles or translations of some screw motions. The loop equations determine the passive
+variables from the joint positions.
 """
 
 from typing import Any, NamedTuple
@@ -104,15 +105,17 @@ class Chain:
     Attributes
     ----------
     table
-        The arrays of the chain, read-only. For each array, `Chain` also has a field with the same
-        name and the flat array, for example `chain.theta_0`; the kernel reads these fields. In the
-        compiled kernel they are addresses that Python does not see.
+        The arrays of the chain, read-only. `Chain` also has one field for each array, with the
+        same name, for example `chain.theta_0`. The kernel reads the array through this field, as a
+        flat array. In the compiled kernel these fields are pointers, which Python code cannot
+        read.
     dof, elements, entries, frames
-        Numbers of joints, elements, entries and frames.
+        Number of joints n, number of elements (screws about z), number of entries (an entry is a
+        joint that moves an element, see `ChainTable`), and number of frames of the DH table.
     form
         TWISTED: entry k belongs to joint k, and all constant transforms between elements are
-        Rx(alpha) Tx(a). PLAIN: entry k belongs to joint k. MIXED: another order of entries.
-        CLOSED: the arm has closed loops.
+        Rx(alpha) Tx(a). PLAIN: entry k belongs to joint k. MIXED: entry k does not always belong
+        to joint k. CLOSED: the arm has closed loops.
     variables, loops, groups
         Number of joints and passive variables together, number of loops, and number of groups of
         loops.
@@ -147,8 +150,9 @@ class Chain:
         self.elements, self.entries = len(table.theta_0), len(table.joint)
         self.frames: int = len(table.frame_parent)
         self.form: int = _form(table) if closure is None else places.CLOSED
-        # If entry k belongs to joint k for all k, the screws of the entries are the columns of J.
-        # A row of results then stores the screws only as J.
+        # Column j of J is the sum of the screws that joint j moves. If entry k belongs to joint k
+        # for all k, column k of J is the screw of entry k. The row of results then has no separate
+        # screws: `screws_at` is the index of J.
         mixed = self.form == places.MIXED or self.form == places.CLOSED
         after_twist = places.JACOBIAN_AT + 6 * n + 6
         self.screws_at: int = after_twist if mixed else places.JACOBIAN_AT
@@ -196,17 +200,18 @@ class Loop:
         The components in which the two end frames coincide: 0 to 2 are x, y and z of the position,
         3 to 5 of the rotation, in the axes of the frame in which both chains begin.
     row
-        The components of all loops of a group form one vector, the residual of the group. `row` is
-        the index of this loop's first component in this vector.
+        Index of the first component of this loop in the residual of its group. The residual of a
+        group (`LoopGroup`) is one vector with the components of all loops of the group.
     following
-        The next loop of the group; None for the last loop.
+        The next loop of the group; None for the last loop of the group.
 
     Attributes
     ----------
     count
         Number r of components.
     entries
-        Number of entries of both chains.
+        Number of entries of both chains together. An entry is a joint or passive variable that
+        moves an element (see `ChainTable`).
     """
 
     def __init__(
@@ -261,11 +266,11 @@ class LoopGroup:
     size : m
         Length scale by which position residuals are divided.
     units : shape (variables,), rad or m
-        The motion of each variable that is taken as equivalent to a rotation by 1 rad; infinite
+        For each variable, the motion that is taken as equal to a rotation by 1 rad. It is infinite
         for a joint outside of all loops.
     following
-        The next group of loops; None for the last group. Variables of this group may move the
-        loops of the next groups.
+        The next group of loops; None for the last group. Passive variables of this group may move
+        the loops of later groups.
 
     Attributes
     ----------
@@ -275,14 +280,15 @@ class LoopGroup:
         Number p of components of the residual, which is also the number of passive variables of
         the group.
     entries
-        Number of entries of all chains of the group.
+        Number of entries of all chains of the group. An entry is a joint or passive variable that
+        moves an element (see `ChainTable`).
     variables
-        Number of joints and passive variables of all groups.
+        Number of all variables of the arm: joints, and passive variables of all groups.
     spans : shape (p,), m or rad
         Scale of each component of the residual: `size` for a position, 1 for a rotation.
     scale
-        Factor that makes the loop determinant dimensionless: the determinant of the derivatives of
-        the group's residual by the group's passive variables.
+        The loop determinant is the determinant of the derivatives of the group's residual by the
+        group's passive variables. `scale` times this determinant is dimensionless.
     """
 
     def __init__(
@@ -360,10 +366,11 @@ class Closure:
     A section is an array that describes the loops at one pose. `evaluate` writes it into the row
     of results of the pose. It has, in this order: the values of the n joints and P passive
     variables; their rates; the derivatives of the passive variables by the joints (P, n); the
-    status of each group of loops; the screw of each joint of the two chains of each loop. The
-    status of a group has three numbers: the determinant of the derivatives of the group's residual
-    by the passive variables of the group; the largest component of the residual (divided by
-    `size`, or rad); the number of Newton steps.
+    status of each group of loops; the screw of each joint of the two chains of each loop.
+
+    The status of a group has three numbers. The first is the loop determinant (see `LoopGroup`).
+    The second is the largest component of the residual; a position component is divided by
+    `LoopGroup.size`, and a rotation component is in rad. The third is the number of Newton steps.
 
     Parameters
     ----------

@@ -200,9 +200,9 @@ def _write_quaternion(T: Numbers, quaternion: Flat, lanes: int) -> None:
 
 
 def _write_point_and_axis(T: Numbers, step: int, screw: Flat, lanes: int) -> None:
-    # Writes the point and the axis of an element to `screw`, the part of a row of results for the
-    # screw of an entry. When the tool pose is known, `_finish` replaces point and axis there by
-    # the screw of the entry.
+    # Writes a point on the z axis of an element, and the direction of this axis, to `screw`. This
+    # is the place of a screw in a row of results. When the tool pose is known, `_finish` computes
+    # the screw from the point and the axis, and overwrites both.
     for i in range(3):
         for lane in range(lanes):
             screw[i * step + lane] = T[(4 * i + 3) * lanes + lane]
@@ -353,10 +353,11 @@ def _finish(
     twist: Numbers,
     lanes: int,
 ) -> float:
-    # Completes the rows of results after the tool poses T are known. Replaces the point and axis
-    # of each entry by the screw of the entry: linear velocity of the tool's origin and angular
-    # velocity of the tool, for a unit velocity of the joint. The second half of `twist` is scratch
-    # memory for the screw of one entry.
+    # Completes the rows of results of `lanes` poses after the tool poses T are known. An entry is
+    # a joint that moves an element of the chain. The rows have the axis of each entry and a point
+    # on the axis. Replaces axis and point by the screw of the entry: linear velocity of the tool's
+    # origin and angular velocity of the tool, if the joint has unit velocity. The second half of
+    # `twist` is scratch memory for one screw of each pose.
     step = chain.entries * lanes
     screws = arrays.after(rows, chain.screws_at * lanes)
     twists = arrays.after(rows, (places.JACOBIAN_AT + 6 * chain.dof) * lanes)
@@ -410,8 +411,9 @@ def _finish(
 
 def add_up_screws(chain: Chain, screws: Flat, row: Flat) -> None:
     """
-    Fill the Jacobian in a row of results: column j is the sum of the screws of the entries of
-    joint j.
+    Fill the Jacobian in a row of results: column j is the sum of the screws of joint j.
+
+    A joint has one screw for each element of the chain that it moves.
     """
     _add_up_screws(chain, screws, row, 1)
 

@@ -73,9 +73,10 @@ def _goes_together(chain: Chain, table: PoseErrorTable) -> bool:
 
 
 def _reaches(spread: Floats) -> Integers:
-    # Returns two numbers for each screw, shape (screws, 2). They are the index of the first cause
-    # that moves the tool along the screw, and the index of the last such cause plus 1. Both are
-    # zero if no cause moves the tool along the screw.
+    # A cause is a source of errors, for example a wrong length in the DH table. Returns for each
+    # screw the causes that move the tool along the screw, as a range, shape (screws, 2): the index
+    # of the first of these causes, and the index of the last plus 1. Both numbers are 0 if no
+    # cause moves the tool along the screw.
     ranges = np.zeros((len(spread), 2), dtype=np.int64)
     for bounds, row in zip(ranges, spread):
         moving = np.flatnonzero(row)
@@ -140,10 +141,11 @@ def _write_column(errors: PoseErrors, s: int, row: Flat, column: Numbers) -> Non
 
 
 def _write_rate(column: Numbers, before: Numbers, twist: Flat, rate: Numbers) -> None:
-    # Writes to `rate` the change of the tool's twist by a unit motion along a screw. `before` is
-    # the twist that the joints from the base to the screw give to the tool; the joints from the
-    # screw to the tool give the rest, `twist` - `before`. The motion rotates the rest. It also
-    # moves the tool's origin, so it changes the linear velocity in `before`.
+    # Writes to `rate` the change of the tool's twist by a unit motion along a screw. The twist has
+    # two parts. The part `before` comes from the joints between the base and the screw. The part
+    # `twist` - `before` comes from the joints between the screw and the tool, and the motion
+    # rotates this part. The motion also moves the tool's origin, so it changes the linear velocity
+    # in `before`.
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
         vj, vk = twist[j] - before[j], twist[k] - before[k]
@@ -155,8 +157,9 @@ def _write_rate(column: Numbers, before: Numbers, twist: Flat, rate: Numbers) ->
 
 
 def _turn_into_tool_axes(row: Flat, column: Numbers, twist: Flat, rate: Numbers) -> None:
-    # Converts `rate`, the change of the tool's twist by an error, from base axes to tool axes. The
-    # error moves the tool along `column`, so it also rotates the tool axes.
+    # Converts `rate`, the change of the tool's twist by an error, from base axes to tool axes.
+    # `column` is the motion of the tool by the error, linear and angular. Its angular part rotates
+    # the tool axes, which also changes the components of the twist.
     turned = [0.0] * 6
     for part in range(0, 6, 3):
         for i in range(3):
@@ -237,17 +240,17 @@ def write_covariances(
     """
     Write the covariances (6, 6) of pose and twist for one row of results.
 
-    The covariance of the pose is written if `of_pose` is set, that of the twist if `of_twist` is
-    set. Both are in base axes. If `in_tool_axes` is set, the covariance of the twist is in tool
-    axes.
+    If `of_pose` is set, the covariance of the pose is written, in base axes. If `of_twist` is set,
+    the covariance of the twist is written: in tool axes if `in_tool_axes` is set, otherwise in
+    base axes.
 
     Parameters
     ----------
     errors
         The errors of the arm.
     row, q, qdot
-        A row that `evaluate` has filled with depth ALL_FRAMES, and the joint positions and
-        velocities of the row.
+        A row of results of `evaluate` with depth ALL_FRAMES, and the joint positions and
+        velocities of this row.
     covariances : shape (2, 6, 6)
         Pose, then twist. Rows and columns: x y z of the tool's origin, rotations about x y z.
     work
@@ -268,9 +271,9 @@ def write_covariances(
             _write_rate(column, before, twist, rate)
         gear = errors.gear[s]
         if gear >= 0:
-            # A relative error of the scale of a joint moves the tool along its screw in proportion
-            # to the joint position q. Let c be the screw, `column`. Then the motion for a unit
-            # error is q c, and its rate is q dc/dt + qdot c.
+            # The error is a relative error of a joint's scale. It moves the tool along the screw
+            # of this joint, in proportion to the joint position q. Let c be the screw, `column`.
+            # Then the motion for a unit error is q c, and its rate is q dc/dt + qdot c.
             for i in range(6):
                 rate[i] = q[gear] * rate[i] + qdot[gear] * column[i]
                 column[i] = q[gear] * column[i]
@@ -300,14 +303,15 @@ def covariances(
     """
     Fill `results` (N, 2, 6, 6) with the covariances of pose and twist at N joint positions.
 
-    Both are in base axes. If `in_tool_axes` is set, the covariance of the twist is in tool axes.
+    The covariance of the pose is in base axes. The covariance of the twist is in tool axes if
+    `in_tool_axes` is set, otherwise in base axes.
 
     Parameters
     ----------
     errors
         The errors of the arm.
     rows : shape (N, width)
-        Rows that `evaluate` has filled with depth ALL_FRAMES.
+        The row of results of `evaluate` at each of the joint positions, with depth ALL_FRAMES.
     q, qdot : shape (N, n), rad or m, rad/s or m/s
         Joint positions and velocities of the rows.
     """
