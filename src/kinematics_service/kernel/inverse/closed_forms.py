@@ -72,10 +72,10 @@ def _angles_to_height(
 def _wrist(
     screws: Numbers, T: Numbers, arms: Numbers, i: int, turn: float, free: Numbers, angles: Numbers
 ) -> int:
-    # Solves joints 4 to 6. The six joints together must make the rotation of T, the motion of the
-    # tool from rest to the target. Joints 1 to 3 have the positions in row i of `arms`. Writes to
-    # `angles` up to two solutions of three angles, and to angles[6] the error of the angles, rad.
-    # Returns the number of solutions.
+    # Solves joints 4 to 6. T is the motion of the tool from its rest pose (all screw positions are
+    # 0) to the target. All six joints together must give the rotation of T. Row i of `arms` has
+    # the positions of joints 1 to 3. Writes to `angles` up to two solutions, with three angles
+    # each. Writes the error of the angles, rad, to angles[6]. Returns the number of solutions.
     a, b = vectors.axis_of(screws, 3), vectors.axis_of(screws, 4)
     c = vectors.axis_of(screws, 5)
     goal = _back(screws, arms, 3 * i, vectors.times_vector(T, c))
@@ -102,7 +102,7 @@ class ClosedForm:
     Parameters
     ----------
     way
-        POSITION_3, SPHERICAL_WRIST or PARALLEL_AXES.
+        Kind of closed form: POSITION_3, SPHERICAL_WRIST or PARALLEL_AXES.
     screws : shape (n, 7)
         For each joint at rest: its axis, a point on the axis, and 1 if the joint is prismatic.
     point : shape (3,), m
@@ -115,9 +115,10 @@ class ClosedForm:
     to_joints, to_screws : shape (n, n)
         `to_joints` maps positions of the screws to joint positions; `to_screws` is its inverse.
     error
-        The axes in `screws` meet or are parallel exactly; the axes of the arm do so only
-        approximately. Bound of the difference between the two, including round-off: in rad for
-        directions, divided by the size of the arm for points.
+        In `screws`, axes meet exactly or are parallel exactly; in the arm they do so only
+        approximately. `error` is a bound of the difference between an axis in `screws` and the
+        axis of the arm, including round-off. It bounds the angle between the directions, rad. It
+        also bounds the distance between the points, divided by the size of the arm.
     """
 
     def __init__(
@@ -183,8 +184,9 @@ class ClosedForm:
         number of candidates.
 
         `rotation_error` is the error of the rotation of T, rad. If every position of a screw is a
-        solution, the screw gets its position in `free` (n,). `accuracy` (1,) receives a bound of
-        the distance from a candidate to the solution that it approximates, rad.
+        solution, the position that `free` (n,) has for this screw is taken. `accuracy` (1,)
+        receives a bound of the distance from a candidate to the solution that it approximates,
+        rad.
         """
         start, to = vectors.three(self.point, 0), vectors.apart(T, 3, 4)
         turn = self.error + rotation_error
@@ -234,9 +236,9 @@ class ClosedForm:
         to_wrist = vectors.plus(vectors.point_of(screws, 3), -1.0, point)
         lever = math.sqrt(vectors.dot(to_goal, to_goal))
         lever += math.sqrt(vectors.dot(to_wrist, to_wrist))
-        # Solve joint 1. Joints 2 to 6 do not change the height of `point` along axis 2. So the
-        # inverse motion of joint 1 must move the position of `point` at the target to the height
-        # that `point` has at rest.
+        # Solve joint 1. The height of a point is measured along axis 2. Joints 2 to 6 do not
+        # change the height of `point`. At the target, `point` is at T point. So the inverse motion
+        # of joint 1 must move T point to the height of `point` at rest.
         height = vectors.dot(z, vectors.plus(point, -1.0, o1))
         first_count = _angles_to_height(z1, to_goal, -1.0, z, height, 4.0 * way, free[0], firsts)
         accuracy[0] = firsts[2]

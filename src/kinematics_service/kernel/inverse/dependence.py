@@ -28,15 +28,15 @@ def free_motions(
     residual
         The residual of the target, which selects and weights the rows of J.
     scales : shape (n,), rad or m
-        Factor of each column of J: the motion of the joint that is taken as equal to 1 rad.
+        Factor of each column of J: for each joint, the motion that is taken as equal to 1 rad.
     q : shape (N, n), rad or m
         Joint positions.
     sigma : shape (N, n), m
         Singular values, descending. If an arm has n > 6 joints, the last n - 6 singular values are
         0.
     motions : shape (N, n, n)
-        Right singular vectors, one row for each singular value: joint motions, divided by
-        `scales`, of length 1.
+        Right singular vectors, one row for each singular value. A row has the motions of the
+        joints, divided by `scales`. The norm of a row is 1.
     """
     n, count = residual.n, arrays.extent(q, 0)
     width = 6 + n
@@ -63,8 +63,11 @@ def free_motions(
 
 def pivot_ratio(residual: Residual, scales: Flat, q: Flat) -> float:
     """
-    Return the ratio of the last to the first pivot of J at q (n,), in elimination with complete
-    pivoting. The ratio is 0 if J has lost rank.
+    Return the pivot ratio of J at joint positions q (n,).
+
+    The ratio is the last pivot divided by the first pivot of Gaussian elimination with complete
+    pivoting. The ratio is 0 if J has lost rank. It is also 0 if the arm has more than six joints,
+    because J then always has a null space.
     """
     if residual.n > 6:
         return 0.0
@@ -75,20 +78,21 @@ def pivot_ratio(residual: Residual, scales: Flat, q: Flat) -> float:
 
 def pivots(residual: Residual, scales: Floats, q: Floats, shares: Floats) -> None:
     """
-    Fill `shares` (N,) with the ratio of the last to the first pivot of J at each q, in elimination
-    with complete pivoting. The ratio is 0 if J has lost rank.
+    Fill `shares` (N,) with the pivot ratio of J at each row of q.
 
-    The pivot ratio is rarely more than ten times the ratio of the least to the largest singular
-    value of J.
+    The ratio is the last pivot divided by the first pivot of Gaussian elimination with complete
+    pivoting. The ratio is 0 if J has lost rank. It is also 0 if the arm has more than six joints,
+    because J then always has a null space. Let s be the least singular value of J divided by the
+    largest. The pivot ratio is rarely above 10 s.
 
     Parameters
     ----------
     residual
         The residual of the target, which selects and weights the rows of J.
     scales : shape (n,), rad or m
-        Factor of each column of J.
+        Factor of each column of J: for each joint, the motion that is taken as equal to 1 rad.
     q : shape (N, n), rad or m
-        Joint positions. If the arm has more than six joints, the ratio is 0.
+        Joint positions.
     """
     n, count = residual.n, arrays.extent(q, 0)
     weights, positions = arrays.numbers(scales, n), arrays.numbers(q, count * n)

@@ -19,7 +19,7 @@ class Joints:
     Parameters
     ----------
     scales : shape (n,), rad or m
-        The motion of each joint that is taken as equal to 1 rad: 1 for a revolute joint, the
+        For each joint, the motion that is taken as equal to 1 rad: 1 for a revolute joint, the
         characteristic length for a prismatic joint.
     periods : shape (n,)
         Motion of a joint, rad or m, after which the tool has the same pose; infinite for a joint

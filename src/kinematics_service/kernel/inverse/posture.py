@@ -4,16 +4,18 @@
 Compute the posture of an arm whose inverse kinematics has a closed form: shoulder right or left,
 elbow up or down, wrist flipped or not.
 
-The posture is three signs: of the shoulder, of the elbow and of the wrist. Let z1 to z6 be the
-directions of the axes. If a sign is 0, two solutions of inverse kinematics coincide.
+The posture is three signs: of the shoulder, of the elbow and of the wrist. Each sign is 1, -1 or
+0. If a sign is 0, two solutions of inverse kinematics coincide. Let z1 to z6 be the directions of
+the axes.
 
-- Shoulder: 1 (right) if the end of the arm (the tool or the wrist: `ClosedForm.point`) is on that
-  side of the plane of axes 1 and 2 to which z2 x z1 points; 0 if it is in the plane.
+- Shoulder: the vector z2 x z1 points to one side of the plane of axes 1 and 2. The sign is 1
+  (right) if the end of the arm (the tool or the wrist: `ClosedForm.point`) is on this side, and 0
+  if it is in the plane.
 - Elbow: consider the line from axis 2 to the end of the arm, or to axis 4 if axes 2 to 4 are
-  parallel. 1 (up) if axis 3 is on that side of the line to which z1 points; 0 if the elbow is
-  stretched.
-- Wrist: 1 (not flipped) if the triple product (z4 x z5) . z6 is positive; 0 if axes 4 and 6 are
-  parallel.
+  parallel. The vector z1 points to one side of this line. The sign is 1 (up) if axis 3 is on this
+  side, and 0 if the elbow is stretched.
+- Wrist: the sign is 1 (not flipped) if the triple product (z4 x z5) . z6 is positive, and 0 if
+  axes 4 and 6 are parallel.
 """
 
 import math
@@ -41,9 +43,9 @@ def _sign(value: float, size: float) -> int:
 
 
 def _shoulder(screws: Flat, end: Vector) -> int:
-    # Returns the sign of the shoulder. It is 1 if the point `end` (the tool or the wrist) is on
-    # that side of the plane of axes 1 and 2 to which z2 x z1 points, -1 on the other side, and 0
-    # in the plane.
+    # Returns the sign of the shoulder. The vector z2 x z1 points to one side of the plane of axes
+    # 1 and 2. The sign is 1 if the point `end` (the tool or the wrist) is on this side, -1 if it
+    # is on the opposite side, and 0 if it is in the plane.
     side = vectors.cross(vectors.axis_of(screws, 1), vectors.axis_of(screws, 0))
     reach = vectors.plus(end, -1.0, vectors.point_of(screws, 0))
     return _sign(vectors.dot(side, reach), math.sqrt(vectors.dot(reach, reach)))
@@ -51,8 +53,9 @@ def _shoulder(screws: Flat, end: Vector) -> int:
 
 def _elbow(screws: Flat, second: float, tip: Vector) -> int:
     # Returns the sign of the elbow. Consider the line from axis 2 to the point `tip`, which is the
-    # tool, the wrist, or a point of axis 4. The sign is 1 if the elbow (axis 3) is on that side of
-    # the line to which z1 points, -1 on the other side, and 0 on the line.
+    # tool, the wrist, or a point of axis 4. The vector z1 points to one side of this line. The
+    # sign is 1 if the elbow (axis 3) is on this side, -1 if it is on the opposite side, and 0 if
+    # it is on the line.
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     chord = vectors.plus(tip, -1.0, o2)
     chord = vectors.plus(chord, -vectors.dot(chord, z2), z2)

@@ -4,11 +4,11 @@
 Minimize the weighted distance of the tool from a target by Levenberg-Marquardt, with bounds on the
 joints.
 
-Nocedal and Wright, Numerical Optimization, section 10.3: each step solves (J^T J + m s I) step =
-J^T error, where m is the damping, s the largest squared norm of a column of J, and I the identity.
-If a step reduces the error, the damping is divided by 10, otherwise multiplied by 8. If a step
-would move a joint at a bound beyond the bound, the joint is held. The steps of other joints are
-cut off at the bounds.
+Nocedal and Wright, Numerical Optimization, section 10.3: each step solves (J^T J + mu I) step =
+J^T error, where I is the identity. The number mu is the damping times the largest squared norm of
+a column of J. If a step reduces the error, the damping is divided by 10, otherwise multiplied by
+8. If a step would move a joint at a bound beyond the bound, the joint is held. The steps of other
+joints are cut off at the bounds.
 """
 
 import math
@@ -52,7 +52,7 @@ class Refinement:
     residual
         The residual of the target.
     scales : shape (n,), rad or m
-        The motion of each joint that is taken as equal to 1 rad: 1 for a revolute joint, the
+        For each joint, the motion that is taken as equal to 1 rad: 1 for a revolute joint, the
         characteristic length for a prismatic joint, 0 for a joint that must not move.
     limits : shape (n, 2), rad or m
         Bounds of the joints, infinite for a joint without bounds.

@@ -24,9 +24,10 @@ from ..six_joints import complex_numbers, pairs, polynomials
 # `square` of `square_roots` is negative, but not below -BORDER_TOLERANCE times `size`. Forward
 # kinematics later rejects solutions of targets beyond the border.
 BORDER_TOLERANCE = 1e-6
-# Least squared sine, and least ratio of `square` to `size` in `square_roots`. A smaller square is
-# round-off and is replaced by the least value. So two equal roots are returned as two angles 2e-8
-# apart. The two angles give distinct positions of the other joints.
+# Smallest value of the squared sine in `circle_roots`, and of `square` divided by `size` in
+# `square_roots`. A smaller value is round-off and is replaced by this one. Therefore a double root
+# is not returned as two equal angles, but as two angles 2e-8 rad apart. Each of the two angles
+# gives its own positions of the other joints.
 MIN_SQUARE = 1e-16
 # A computed number may be 0 in exact arithmetic if its size is at most this factor times the bound
 # of its error. The factor is above 1, because the bounds leave out products of errors.
@@ -34,8 +35,8 @@ ERROR_MARGIN = 8.0
 # Factor that enlarges the error disc of a root before the test whether it meets another disc.
 # Without this factor, round-off could separate two discs that meet.
 DISC_MARGIN = 5.0
-# The equation A cos x + B sin x = C is taken as having no root if sqrt(A^2 + B^2) is at most this
-# number times |C|. The number is 45 machine epsilons.
+# A and B in A cos x + B sin x = C are taken as 0 if sqrt(A^2 + B^2) is at most this number times
+# |C|. Then no x is a root, unless C is 0. The number is 45 machine epsilons.
 MIN_RADIUS_RATIO = 1e-14
 
 

@@ -22,8 +22,9 @@ from ..measures.task_rows import TaskRows
 # smaller excess is round-off. Unit rad/s; the velocity of a prismatic joint is divided by the
 # characteristic length.
 REST_VELOCITY = 1e-12
-# Largest entry of a twist, m/s or rad/s. A faster twist is scaled down to this value. The scaling
-# does not change the joint velocities, because the velocity limits reduce them anyway.
+# Largest entry of a twist, m/s or rad/s. A larger twist is scaled down to this value. The scaled
+# twist still needs joint velocities above the velocity limits. The joint velocities are then
+# reduced to the limits, so the result is the same as without the scaling.
 MAX_TWIST = 1e9
 
 
@@ -92,9 +93,10 @@ class ServoOutput:
     Attributes
     ----------
     damping
-        Largest damping of a singular value, divided by the largest damping of the servo.
+        Largest damping of a singular value, divided by the largest possible damping,
+        `Servo.damping`.
     least_singular_value
-        Least singular value of J, divided by the length of the servo.
+        Least singular value of J, divided by the characteristic length `Servo.length`.
     followed
         Component of the tool's twist along the wanted twist, divided by the size of the wanted
         twist. It is computed before the joint limits are applied.
@@ -196,9 +198,9 @@ class ServoOutput:
             self.u[j] *= self.servo.task.column_scale[j] / self.largest
 
     def _write_matrix(self, rows: int, length: int) -> None:
-        # Fills the rows of W with the columns of J that belong to free joints. If J has fewer rows
-        # than free joints, fills the rows of W with the rows of J. Appends the identity on the
-        # right: the Jacobi rotations turn it into singular vectors.
+        # Fills W with the matrix [A, I], where I is the identity. The columns of J that belong to
+        # free joints form a matrix. A is this matrix if it has more columns than rows, otherwise
+        # its transpose. The Jacobi rotations later turn I into singular vectors.
         n, width = self.servo.n, rows + length
         wide = self.count > self.servo.m
         for i in range(self.servo.m):
@@ -281,8 +283,9 @@ def _hold_joints(step: ServoOutput, q: Flat) -> None:
 
 
 def _keep_to_limits(step: ServoOutput, q: Flat) -> None:
-    # Reduces all joint velocities by one factor if a velocity exceeds its limit. Velocities may
-    # exceed limits again after other joints have compensated for held joints.
+    # Reduces all joint velocities by one factor if a velocity exceeds its limit. `_shorten_alike`
+    # has already done so. But then `_hold_joints` has slowed down joints near position limits, and
+    # the other joints have become faster to compensate.
     factor = _within_limits(step, step.rates, 1.0)
     step.shortened *= factor
     for j in range(step.servo.n):

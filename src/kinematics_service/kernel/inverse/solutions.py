@@ -15,16 +15,17 @@ from .residuals import Residual
 
 Record = TypeVar('Record')
 PostureName = TypeVar('PostureName')
-# Largest difference of a joint between two candidates that may be one solution, rad; a prismatic
-# joint is divided by the characteristic length. Candidates that differ more are distinct solutions
-# without a test of the error at their midpoint.
+# Two candidates are distinct solutions if the position of a joint differs by this number or more,
+# rad; the difference of a prismatic joint is divided by the characteristic length. If all joints
+# differ by less, the error at the midpoint of the two candidates decides.
 MAX_DUPLICATE_DISTANCE = 1e-2
 # Two candidates within MAX_DUPLICATE_DISTANCE are one solution if the error at their midpoint,
 # divided by `residual.size()`, is below this. The tolerance is 500 times the round-off of forward
 # kinematics.
 MIDPOINT_TOLERANCE = 1e-13
-# Two candidates within MAX_DUPLICATE_DISTANCE are also one solution if the error at their midpoint
-# is below this factor times the error of a candidate.
+# A second condition, besides MIDPOINT_TOLERANCE, for two candidates within MAX_DUPLICATE_DISTANCE:
+# they are one solution if the error at their midpoint is below this factor times the larger error
+# of the two candidates.
 MIDPOINT_ERROR_RATIO = 4.0
 
 
@@ -68,9 +69,10 @@ class Solutions:
 
     def require_fit(self, residual: Residual, joints: int, most: int) -> None:
         """
-        Raise TypeError if the solutions of a target do not fit into the array q, because the
-        residual of the target or the arm (with `joints` joints) does not have n joints, or because
-        q has fewer than `most` rows.
+        Raise TypeError if the solutions of a target do not fit into the array q (N, n).
+
+        The residual of the target must have n joints, the arm must have n joints (its number is
+        `joints`), and N must be at least `most`.
         """
         if residual.n != self.n or joints != self.n or self.most < most:
             raise TypeError('a target, an arm and the room for its solutions do not go together')
@@ -246,9 +248,10 @@ def distinct(
     number of distinct solutions.
 
     Two rows are one solution if they are equal up to round-off and full turns. They are also one
-    solution if they are within 0.01 rad and their midpoint is a solution. At the border of the
-    workspace two solutions coincide. Near the border two solutions are distinct if the error at
-    their midpoint is larger than the error of a solution.
+    solution if they differ by less than 0.01 rad and the tool at their midpoint reaches the
+    target, too: the error at the midpoint is round-off, or less than four times the error of one
+    row. Near the border of the workspace, two distinct solutions may be this close, but the error
+    at their midpoint is larger.
 
     Parameters
     ----------

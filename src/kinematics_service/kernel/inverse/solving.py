@@ -6,8 +6,8 @@ Levenberg-Marquardt refines them.
 
 A candidate becomes a solution if Levenberg-Marquardt (refinement.py) reduces the error of its tool
 pose, computed by forward kinematics, below the tolerance. The list of solutions is complete in two
-cases: the errors of the closed form exclude other solutions, or elimination has certified every
-root.
+cases: the error bounds of the closed form prove that no solution is missing, or elimination has
+certified every root.
 """
 
 from ..layout import arrays, places
@@ -28,7 +28,8 @@ MAX_LIMIT_TEST_ERROR = 1e-6
 # A candidate that exceeds a limit by more than this, rad or m, is dropped. The margin is 1000
 # times MAX_LIMIT_TEST_ERROR.
 LIMIT_MARGIN = 1e-3
-# This number is added to the squared distance from `near` of a candidate outside the limits, so
+# Candidates are tried in the order of their squared distances from `near`, the reference joint
+# positions. If a candidate is outside the limits, this number is added to its squared distance, so
 # that the candidate is tried last.
 OUTSIDE_PENALTY = 1e200
 
@@ -147,8 +148,8 @@ def _solve(
     else:
         count = _add_all(refinement, wanted, candidates, result)
     # Store in `result` whether solutions may be missing. If `accuracy` is finite, no candidate is
-    # missing. If `count` equals `wanted`, the number of candidates, each candidate converged to
-    # its own solution.
+    # missing. `wanted` is the number of candidates, and `count` the number of solutions. If both
+    # numbers are equal, each candidate converged to its own solution.
     result.regular = accuracy[0] < places.INFINITY and count == wanted
     result.sure = accuracy[0] < MAX_SURE_ERROR and count == wanted
     for i in range(first, first + count):
@@ -180,10 +181,10 @@ def closed_solutions_of_each(
     poses : shape (N, 4, 4)
         The targets.
     result
-        Receives the solutions in the order of the targets. Its arrays must have N MAX_CANDIDATES
+        Receives the solutions in the order of the targets. Its arrays must have N * MAX_CANDIDATES
         rows.
     counts : shape (N, 2)
-        Number of solutions of each target, and 1 if no solution is missing.
+        For each target: the number of solutions, then 1 if no solution is missing, otherwise 0.
     """
     most, count = places.MAX_CANDIDATES, arrays.extent(poses, 0)
     result.require_fit(refinement.residual, form.n, count * most)
@@ -212,8 +213,8 @@ def eliminated_solutions(
     result
         Receives the solutions. Its arrays must have MAX_CANDIDATES rows.
     counts : shape (3,)
-        Number of complex solutions, each certified; number of real solutions; 1 if no real
-        solution is missing, or 0.
+        Three numbers: how many complex solutions were certified, how many of them are real, and a
+        flag. The flag is 1 if no real solution is missing, otherwise 0.
     """
     most = places.MAX_CANDIDATES
     result.require_fit(refinement.residual, 6, most)

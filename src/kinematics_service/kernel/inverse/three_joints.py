@@ -5,12 +5,12 @@ Solve the positions of three joints that move a point to a given position, in cl
 1968).
 
 D. L. Pieper, "The kinematics of manipulators under computer control", 1968. Joint 3 moves the
-point to w, joint 2 moves w to u, and joint 1 must move u to the target p. A revolute joint 1 does
-not change two quantities of u: its height along axis 1, and its distance from a point of axis 1. A
-prismatic joint 1 does not change the two coordinates of u perpendicular to axis 1. Both quantities
-must be equal for u and p, which gives two equations in joints 2 and 3. Elimination of joint 2
-leaves one equation in joint 3: a quartic, or A cos x + B sin x = C for special axes. Joints 2 and
-1 follow from joint 3.
+point to w, joint 2 moves w to u, and joint 1 must move u to the target p. Joint 1 does not change
+two quantities of u. If joint 1 is revolute, these are the height of u along axis 1, and the
+distance of u from a point of axis 1. If joint 1 is prismatic, these are the two coordinates of u
+perpendicular to axis 1. Each quantity must have the same value for u and p, which gives two
+equations in joints 2 and 3. Elimination of joint 2 leaves one equation in joint 3: a quartic, or A
+cos x + B sin x = C for special axes. Joints 2 and 1 follow from joint 3.
 
 An equation f is stored as ten numbers. The first five are the coefficients of f[0] |u|^2 + f[1:4]
 . u + f[4] = 0, where the origin is a point of axis 1. A revolute joint 2 changes only the part v
@@ -31,19 +31,20 @@ from ..layout.arrays import Numbers, Vector
 from ..six_joints import complex_numbers, pairs
 from . import roots
 
-# The quartic in joint 3 has complex roots. If joint 3 is revolute, a solution is a root e^(i
-# angle) on the unit circle; if it is prismatic, a solution is a real root. A root is taken as a
-# solution if its distance from the circle is at most this, or its distance from the real line at
-# most this times 1 plus the size of the root. A round-off of 1e-16 moves a double root by 1e-8,
-# and a fourfold root by 1e-4.
+# The quartic in joint 3 has complex roots z. If joint 3 is revolute, a root z = e^(i angle) on the
+# unit circle gives a solution. A root is taken as on the circle if | |z| - 1 | is at most this
+# number. If joint 3 is prismatic, a real root gives a solution. A root is taken as real if its
+# imaginary part is at most this number times 1 + |z|. A round-off of 1e-16 moves a double root by
+# 1e-8, and a fourfold root by 1e-4.
 MAX_CIRCLE_DISTANCE = 1e-3
 # Axes 1 and 2 are taken as parallel if the squared sine of their angle is below this. Such a
 # squared sine is round-off.
 PARALLEL_SINE_SQUARED = 1e-16
 # Relative error of a computed direction or sum: five times the machine epsilon, 2.2e-16.
 ROUND_OFF = 1e-15
-# The coefficients of the quartic are computed from the values of its function at five positions of
-# joint 3. Bound of the error of a coefficient, divided by the largest error of the five values.
+# The coefficients of the quartic in joint 3 are computed from five values of the quartic, at five
+# positions of joint 3. The error of a coefficient is at most this factor times the largest error
+# of the five values.
 COEFFICIENT_FACTOR = 3.0
 # Least length that is used as a unit, m, so that no length is divided by 0.
 MIN_SCALE = 1e-300
@@ -104,10 +105,11 @@ def _error_of(f: Numbers, b: Vector, across: float, point_error: float) -> float
 def _eliminated(
     screws: Numbers, F: Numbers, G: Numbers, w: Vector, turn: float, point_error: float
 ) -> tuple[float, float]:
-    # Evaluates the equation in joint 3 at the position of joint 3 that moves `point` to w.
-    # Returns the value of the equation and the error of the value. The value is 0 if joints 1 and
-    # 2 can move w to the target. It is quadratic in w and |w|^2, which are linear in the cosine
-    # and sine of joint 3.
+    # Evaluates the equation in joint 3 that remains when joint 2 is eliminated, at the position of
+    # joint 3 that moves `point` to w. Returns the left side of the equation, and a bound of its
+    # error. The left side is 0 if joints 1 and 2 can move w to the target. It is a quadratic
+    # polynomial of w and |w|^2. If joint 3 is revolute, w and |w|^2 are linear in the cosine and
+    # sine of joint 3.
     error: float
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     if vectors.slides(screws, 1):
@@ -126,8 +128,8 @@ def _eliminated(
     across = vectors.dot(v, v)
     first, second = _right_side(F, b, across), _right_side(G, b, across)
     error_1, error_2 = _error_of(F, b, across, point_error), _error_of(G, b, across, point_error)
-    # If the normal of an equation is zero within its error, the equation does not depend on joint
-    # 2. Then return the right side of this equation.
+    # F and G are equations n . v = r (see the module's docstring), and only v depends on joint 2.
+    # If n is zero within its error, the equation does not depend on joint 2. Then return r.
     if F[8] == 0.0:
         return first, error_1 + F[9] * math.sqrt(across)
     if G[8] == 0.0:
@@ -208,15 +210,16 @@ def _third_joint(
         radius = complex_numbers.absolute(pairs.pair(z, k))
         value_error = error * max(1.0, radius * radius * radius * radius)
         if slides_3:
-            # Recompute the error at this root. `error` is for the largest of the five positions of
-            # joint 3, so it is larger than the error at this root.
+            # `error` is the largest error at the five positions of joint 3. The error at this root
+            # is smaller, so compute it anew.
             w = vectors.moved(screws, 2, unit * math.copysign(radius, z[2 * k]), point)
             value_error = _eliminated(screws, F, G, w, turn, point_error)[1] + ROUND_OFF * largest
         bounds[k] = roots.root_bound(c, degree, value_error, z, k)
     # Keep the roots on the unit circle (or the real line). Round-off splits a double root into two
-    # roots: both on the circle (or line), or one on each side of it. Two roots inside and outside
-    # the circle would give the same angle. So a small angle is added: the logarithm of the root's
-    # absolute value, which is positive outside the circle and negative inside.
+    # roots: both on the circle (or line), or one on each side of it. Two roots on the two sides of
+    # the circle have the same angle. To get two distinct angles, add to the angle of each root the
+    # logarithm of its absolute value. This number is small, positive outside the circle, and
+    # negative inside.
     count = 0
     thirds[4] = 0.0
     for k in range(degree):
@@ -225,9 +228,10 @@ def _third_joint(
         distance = abs(y) if slides_3 else abs(radius - 1.0)
         if bounds[k] < distance:
             continue
-        # The mirror image of a root in the unit circle (or the real line) is also a root. Both lie
-        # in the error disc of root k. If this disc contains only one root of the exact polynomial,
-        # the root is its own mirror image, so it is on the circle (or line).
+        # Each exact root has a mirror image in the unit circle (or the real line), which is also a
+        # root. The error disc of root k, enlarged by DISC_MARGIN, contains an exact root and its
+        # mirror image. If the enlarged disc is apart from all other discs, it contains only one
+        # root. Then the root is its own mirror image, so it is on the circle (or line).
         if roots.is_apart(z, bounds, degree, k):
             thirds[4] = max(thirds[4], 2.0 * bounds[k] * unit)
         else:
@@ -262,8 +266,9 @@ def _second_joint_slides(
     if G[0] == 0.0:
         seconds[0], seconds[2] = free, places.INFINITY
         return 1
-    # Joint 2 is prismatic and moves w to w + d z2. Equation G gives the length of w + d z2, so d
-    # solves a quadratic equation.
+    # Joint 3 has moved `point` to w. The prismatic joint 2 moves w along its axis z2 by the
+    # distance d, to w + d z2. Equation G prescribes the length of the vector w + d z2, so d solves
+    # a quadratic equation.
     middle = -vectors.dot(w, z2)
     square = middle * middle - _residual(G, w)
     error = 4.0 * point_error * (abs(middle) + math.sqrt(vectors.dot(w, w) + abs(G[4])))
@@ -282,9 +287,9 @@ def _second_joint(
     free: float,
     seconds: Numbers,
 ) -> int:
-    # Writes to `seconds` up to two positions of joint 2. They move w onto a circle (or line) on
-    # which joint 1 can move w to the target. Writes the error of these positions to seconds[2],
-    # and returns the number of positions.
+    # Joint 3 has moved `point` to w. Writes to `seconds` up to two positions of joint 2 that move
+    # w to a point from which joint 1 can reach the target. Writes the error of these positions to
+    # seconds[2]. Returns the number of positions.
     error: float
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     if vectors.slides(screws, 1):
@@ -341,13 +346,15 @@ def first_three(
     Fill `psi` (8, 3) with the positions of three joints that move `point` to p; return the number
     of solutions.
 
-    psi[24] is a bound of the errors of these positions, rad; infinite if a solution may be
-    missing. `turn` and `point_error` are the errors of directions and points, rad and m. If every
-    position of a joint is a solution, the joint gets its position in `free`.
+    The number after the eight rows, psi[24], is a bound of the errors of these positions, rad. It
+    is infinite if a solution may be missing. `turn` and `point_error` are the errors of directions
+    and points, rad and m. If every position of a joint is a solution, the function takes the
+    position that `free` (3,) has for this joint.
     """
-    # Use the feet of the common perpendicular of axes 1 and 2 as the points of these axes. Then
-    # the normals n of the equations F and G (see the module's docstring) are perpendicular, as the
-    # formulas for joint 2 require.
+    # Move the origin to the point of axis 1. In `screws`, the points of axes 1 and 2 are the end
+    # points of the common perpendicular of the two axes. Therefore the normal n of equation F is
+    # perpendicular to the normal n of equation G (see the module's docstring). The formulas for
+    # joint 2 require this.
     o1 = vectors.point_of(screws, 0)
     local, F, G = [0.0] * 21, [0.0] * 10, [0.0] * 10
     arrays.copy(local, 21, screws)
