@@ -128,8 +128,8 @@ def without_lock() -> np.errstate:
     Return a context in which the compiled kernel releases the interpreter's lock, so that other
     threads run.
 
-    In plain Python this context only switches off numpy's warnings, because the compiled kernel
-    gives no warnings either.
+    In plain Python this context releases no lock. It switches off numpy's warnings, so that plain
+    Python gives no warnings, like the compiled kernel.
     """
     return np.errstate(all='ignore')
 

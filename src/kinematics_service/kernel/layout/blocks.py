@@ -21,8 +21,10 @@ def put_side_by_side(rows: Flat, width: int, count: int, lanes: Flat) -> None:
 
 def put_one_by_one(lanes: Flat, count: int, rows: Flat, width: int) -> None:
     """
-    Copy `count` interleaved numbers of each lane to the beginning of the row of the lane; rows
-    have length `width`.
+    Copy `count` numbers of each pose from the interleaved array `lanes` to the pose's own row.
+
+    `rows` has one row of length `width` for each of LANES poses. The numbers go to the beginning
+    of the row.
     """
     for lane in range(places.LANES):
         row, of_lane = arrays.after(rows, lane * width), arrays.after(lanes, lane)

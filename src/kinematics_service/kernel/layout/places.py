@@ -13,11 +13,12 @@ import math
 # interleaved arrays.
 LANES = 16
 
-# Forms of a chain. The kernel has different code for each form. An entry is one joint that moves
-# one element (`ChainTable`). MIXED: entry k does not always belong to joint k. PLAIN: entry k
-# belongs to joint k. TWISTED: entry k belongs to joint k, each joint has its own element, and the
-# motion between two elements is Rx(alpha) Tx(a). CLOSED: passive variables of closed loops move
-# some entries.
+# Forms of a chain. The kernel has different code for each form. A chain consists of elements,
+# which are screw motions about z. An entry is a joint together with an element that the joint
+# moves (`ChainTable`). MIXED: entry k does not always belong to joint k. PLAIN: entry k belongs to
+# joint k. TWISTED: entry k belongs to joint k, each element has exactly one entry, and the
+# transform between two elements is Rx(alpha) Tx(a). CLOSED: passive variables of closed loops move
+# some elements.
 MIXED, PLAIN, TWISTED, CLOSED = range(4)
 
 # Limits on the size of closed loops. The kernel stores the numbers of loops in arrays of fixed
@@ -46,8 +47,9 @@ POSE, JACOBIAN, ALL_FRAMES = range(3)
 # QUATERNION_AT.
 ROW_TAIL = 4
 
-# Indices of the first numbers in a row of singularity measures. Six scalars come first, then
-# lost_direction (6,), joint_motion (n,), way_out (n,) and the singular values.
+# Indices in a row of singularity measures. Six scalars come first: DETERMINANT to RANK. At index
+# LOST_AT, lost_direction (6,) begins. Then follow joint_motion (n,), way_out (n,) and the singular
+# values.
 (
     DETERMINANT,
     MANIPULABILITY,
@@ -58,12 +60,12 @@ ROW_TAIL = 4
     LOST_AT,
 ) = range(7)
 
-# In a row of measures, four numbers follow the singular values: the watched measure, which is
-# compared with the thresholds; its level without hysteresis; the index of the factor nearest to
-# zero; and the first-order distance. The first four constants are the indices of these numbers,
-# counted from the end of the singular values; JUDGED is 4. The next numbers are the distances to
-# the zeros of the factors, rad, then the value and gradient of each factor. Last comes the nearest
-# singular pose (n,), NaN if none was found.
+# In a row of measures, four numbers follow the singular values. WATCHED is the measure that is
+# compared with the thresholds. LEVEL is the level of this measure, without hysteresis.
+# NEAREST_FACTOR is the index of the factor nearest to zero. FIRST_ORDER is the first-order
+# distance. These constants are indices, counted from the first of the four numbers. At index
+# JUDGED the distances to the zeros of the factors begin, rad. Then follow the value and gradient
+# of each factor. Last comes the nearest singular pose (n,), NaN if none was found.
 WATCHED, LEVEL, NEAREST_FACTOR, FIRST_ORDER, JUDGED = range(5)
 
 # Number of latest jumps of a joint whose times are stored.
@@ -119,8 +121,9 @@ LARGEST_STAMP = 2**62
 POSITION_3, SPHERICAL_WRIST, PARALLEL_AXES = range(3)
 
 # Number of candidate solutions that arrays for one target can hold. The number is twice 16, the
-# largest number of solutions of six joints. A closed form has at most 16 candidates: up to 4
-# positions of joint 3, 2 of joint 2 for each, and 2 of a wrist for each.
+# largest number of solutions of six joints. A closed form has at most 4 * 2 * 2 = 16 candidates: 4
+# positions of joint 3, for each of them 2 positions of joint 2, and for each of these pairs 2
+# positions of the wrist.
 MAX_CANDIDATES = 32
 
 # Results of `take_target`, which checks a target of inverse kinematics.
@@ -153,7 +156,7 @@ SINGULAR_VALUE_RATIO = 1e-7
 # singular pose.
 NEARLY_SINGULAR = 1e4
 # Largest joint position or velocity that the kernel accepts. At 1e15 rad the spacing of doubles is
-# an eighth of a turn.
+# 0.125 rad.
 LARGEST = 1e15
 # A joint position is taken as inside its limits if it exceeds a limit by at most this, rad or m.
 # The tolerance covers the round-off of a solution.
