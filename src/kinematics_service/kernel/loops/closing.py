@@ -31,21 +31,24 @@ from . import residual
 # The loops are taken as closed if no component of the residual exceeds this. Position components
 # are divided by the size of the loops; rotation components are in rad.
 CLOSED_TOLERANCE = 1e-13
-# Newton's method stops if the residual of the loops is at most this, because such a residual is
+# Newton's method stops if the residual of the loops is at most this, because a smaller residual is
 # round-off (two machine epsilons).
 ROUND_OFF = 4e-16
 MAX_NEWTON_STEPS = 12
-# Largest correction of a passive variable by one Newton step of the continuation, rad. The motion
-# of a prismatic variable is divided by its unit in `LoopGroup`.
+# The continuation moves the joints in small steps, and corrects the passive variables after each
+# step by Newton's method (see the module's docstring). This is the largest correction of a passive
+# variable by one Newton step, rad. The correction of a prismatic variable is divided by the length
+# that is taken as equal to 1 rad (`units` of `LoopGroup`).
 MAX_CORRECTION = 0.1
 # Largest correction of a passive variable by one Newton step, rad, if Newton's method starts from
-# positions in a robot file. The correction may be larger than in the continuation, because
-# positions in a robot file are only approximate.
+# positions in a robot file. It is larger than MAX_CORRECTION, because positions in a robot file
+# are only approximate.
 MAX_FILE_CORRECTION = 0.35
-# Largest step of the continuation, rad. The length of a step is the largest motion of a joint.
+# The continuation moves the joints in steps. This is the largest length of a step, rad. The length
+# is the largest motion of a joint.
 MAX_STEP_LENGTH = 0.25
-# Smallest step of the continuation, rad. If a step would have to be shorter, the branch of
-# solutions ends.
+# Smallest length of a step of the continuation, rad. If a step would have to be shorter, the
+# branch of solutions ends.
 MIN_STEP_LENGTH = 1e-8
 MAX_STEPS = 1000
 # Least ratio of a loop determinant after a step to the determinant before the step. If a ratio is
@@ -55,21 +58,25 @@ MIN_DET_RATIO = 0.4
 # of MIN_DET_RATIO.
 MAX_DET_RATIO = 2.5
 # A dimensionless loop determinant is taken as round-off if it is below this number times the
-# result of `_slope_product`: the product of the largest derivatives of the residual by each
-# passive variable.
+# result of `_slope_product`. The result is a product with one factor for each passive variable.
+# The factor is the largest component of the derivative of the residual by this variable.
 DETERMINANT_TOLERANCE = 1e-9
-# Least factor in `_slope_product`, dimensionless. It replaces smaller derivatives of the residual.
+# `_slope_product` returns a product of dimensionless factors, one for each passive variable. A
+# factor below this number is replaced by this number.
 MIN_SLOPE = 0.01
-# If the largest motion of a joint from the last joint positions at which the loops were closed is
-# at most this, rad, the continuation begins at these joint positions. Otherwise it begins at the
-# joint positions of the robot file.
+# The continuation follows the passive variables in small steps, from joint positions at which the
+# loops are closed to the wanted joint positions. If all joints must move by at most this, rad, it
+# begins at the last joint positions at which the loops closed. Otherwise it begins at the joint
+# positions of the robot file.
 MAX_MOTION = 1.0
-# If the continuation along the straight line fails, it is repeated with some joints turning the
-# other way round: a joint without limits can reach its position by a positive or a negative turn.
-# Largest number of joints for which both ways are tried.
+# The continuation follows the passive variables along a straight line in joint space. If this
+# fails, other lines are tried: a joint without limits can reach its position by a positive or a
+# negative turn. This is the largest number of joints for which both directions are tried.
 MAX_OTHER_WAYS = 4
-# If the loop equations are singular at a point of the straight line, the continuation goes through
-# a point beside the middle of the line. There one joint is offset from the line by BEND, rad.
+# The continuation follows the passive variables along a straight line in joint space, from the
+# start to the wanted joint positions. If the loop equations are singular at a point of the line,
+# the continuation takes another way, through a point beside the middle of the line. At this point
+# one joint is offset from the line by BEND, rad.
 BEND = 0.3
 
 
@@ -108,9 +115,10 @@ def _solve(
 
 
 def _slope_product(group: LoopGroup, slopes: Numbers) -> float:
-    # Returns the product to which DETERMINANT_TOLERANCE is relative. Each passive variable of the
-    # group gives one factor: the largest derivative of the residual by the variable,
-    # dimensionless.
+    # Returns the number to which the loop determinant is compared: the determinant is taken as 0
+    # if it is below DETERMINANT_TOLERANCE times this number. The number is a product with one
+    # factor for each passive variable of the group. The factor is the largest component of the
+    # derivative of the residual by this variable, dimensionless.
     product: float = 1.0
     for k in range(group.count):
         longest: float = MIN_SLOPE
@@ -133,9 +141,9 @@ def _solve_all(
     at: int,
 ) -> int:
     # Solves this group of loops and the `left` - 1 groups after it. Returns 0 if all groups are
-    # solved, otherwise the number of groups from the first unsolved group to the last. If `known`
-    # is set, `before` has the status of each group at the previous joint positions. The status is
-    # the determinant, the residual and the number of Newton steps.
+    # solved, otherwise the number of groups that remain: the first unsolved group and all groups
+    # after it. If `known` is set, `before` has the status of each group at the previous joint
+    # positions. The status is the determinant, the residual and the number of Newton steps.
     largest = MAX_CORRECTION if known else MAX_FILE_CORRECTION
     steps = _solve(group, x, largest, screws, slopes, status, at)
     if steps < 0 or known and not MIN_DET_RATIO < status[at] / before[at] < MAX_DET_RATIO:
@@ -150,8 +158,9 @@ def _solve_all(
 def _couple(
     group: LoopGroup, left: int, n: int, section: Flat, screws: Flat, slopes: Numbers
 ) -> None:
-    # Fills the derivatives of the passive variables by the joints into a section (the numbers
-    # about loops in a row of results), from the screws.
+    # Computes the derivatives of the passive variables by the joint positions, from the screws.
+    # Writes the derivatives to `section`, the array that describes the loops at one pose (see
+    # `Closure`).
     count = group.count
     gap, order = [0.0] * 18, [0] * 18
     residual.write_slopes(group, screws, slopes)
@@ -179,10 +188,10 @@ def _farthest(group: LoopGroup, dof: int, q: Numbers, section: Flat) -> float:
 
 def _continue(closure: Closure, q: Numbers, section: Flat) -> int:
     # Follows the passive variables, step by step, from the joint positions in `section` to the
-    # joint positions q. `section` has the numbers of the loops and is updated. Returns 0 if all
-    # loops close at q, otherwise the number of groups from the first open group to the last. If a
-    # loop does not close, the section belongs to the last joint positions at which all loops
-    # closed.
+    # joint positions q. `section` describes the loops at one pose (see `Closure`) and is updated
+    # after each step. Returns 0 if all loops close at q, otherwise the number of groups that
+    # remain: the first group that does not close, and all groups after it. In this case `section`
+    # describes the last pose at which all loops closed.
     n, variables = closure.dof, closure.variables
     status_at = closure.status_at
     screws = arrays.after(section, closure.screws_at)
@@ -219,10 +228,13 @@ def _continue(closure: Closure, q: Numbers, section: Flat) -> int:
 
 
 def _begin(closure: Closure, numbers: Flat, q: Flat, other_ways: int, section: Flat) -> int:
-    # Copies the section `numbers` to `section`, and adds full turns to joints without limits, so
-    # that these joints are nearest to q. Each of the first MAX_OTHER_WAYS joints without limits
-    # that must move has a bit in `other_ways`. If the bit is set, one more full turn is added, so
-    # that the joint turns to q the other way round. Returns the number of joints that have a bit.
+    # The arrays `numbers` and `section` describe the loops at one pose (see `Closure`). Copies
+    # `numbers` to `section`, and adds full turns to joints without limits, so that these joints
+    # are nearest to q.
+    # Such a joint can reach q by a turn in either direction. The first MAX_OTHER_WAYS of these
+    # joints that are not yet at q have a bit in `other_ways`. If the bit of a joint is set, one
+    # more full turn is added, so that the joint turns to q in the opposite direction. Returns the
+    # number of joints that have a bit.
     ways = 0
     arrays.copy(section, closure.width, numbers)
     for j in range(closure.dof):
@@ -256,18 +268,21 @@ def _continue_beside(closure: Closure, q: Flat, joint: int, bend: float, section
 
 def close(closure: Closure, q: Flat, section: Flat) -> int:
     """
-    Fill `section` with the passive variables at joint positions q. They are on the branch of
-    solutions that contains the start, at which the loops are known to close.
+    Fill `section`, the array that describes the closed loops at one pose, for joint positions q.
 
-    The result depends on q only. The continuation goes along a straight line in joint space from
-    the start to q. If this fails, other straight lines are tried: on each of them, some joints
-    without limits turn the other way round to q. If all lines fail, two-part paths are tried,
-    which go around isolated joint positions at which a loop determinant is 0: from the start to a
-    point beside the middle of the first line, and from there to q.
+    The start is a pose at which the loops are known to close. The passive variables are followed
+    from the start to q (see the module's docstring). So the passive variables at q are on the
+    branch of solutions that contains the start, and the result depends on q only.
 
-    Returns 0 if all loops close. Otherwise returns the number of groups from the first open group
-    to the last group. The section then belongs to the last point of the first straight line that
-    the continuation reached.
+    The path is a straight line in joint space. If this fails, other straight lines are tried: on
+    each of them, some joints without limits turn to q in the opposite direction. If all lines
+    fail, paths of two straight parts are tried: from the start to a point beside the middle of the
+    first line, and from there to q. These paths go around isolated joint positions at which a loop
+    determinant is 0.
+
+    Returns 0 if all loops close. Otherwise returns the number of groups of loops that remain: the
+    first group that does not close, and all groups after it. In this case `section` describes the
+    last pose on the first straight line at which all loops closed.
     """
     ways = _begin(closure, closure.start, q, 0, section)
     failed = _continue(closure, q, section)
@@ -288,9 +303,11 @@ def close(closure: Closure, q: Flat, section: Flat) -> int:
 
 def close_next(closure: Closure, last: Flat, q: Flat, section: Flat) -> int:
     """
-    Fill `section` with the passive variables at joint positions q. If q is near the joint
-    positions of the section `last`, the continuation begins at the section `last`. Otherwise it
-    begins at the joint positions of the robot file. Return the result code of `close`.
+    Fill `section`, the array that describes the closed loops at one pose, for joint positions q.
+
+    The array `last` describes the loops at an earlier pose. If q is near the joint positions in
+    `last`, the passive variables are followed from `last` to q. Otherwise `close` follows them
+    from the joint positions of the robot file to q. Return the result code of `close`.
     """
     _begin(closure, last, q, 0, section)
     if _farthest(closure.first, closure.dof, q, section) <= MAX_MOTION:
@@ -300,11 +317,11 @@ def close_next(closure: Closure, last: Flat, q: Flat, section: Flat) -> int:
 
 def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
     """
-    Correct approximate passive variables by Newton's method, and fill the section of the closed
-    loops.
+    Correct approximate passive variables of closed loops by Newton's method, and fill `section`.
 
-    Returns 0 if all loops close, otherwise the number of groups from the first open group to the
-    last. If a loop is open, the section has the determinant and residual of the first open group.
+    Returns 0 if all loops close, otherwise the number of groups of loops that remain: the first
+    group that does not close, and all groups after it. In this case `section` has the determinant
+    and the residual of the first of these groups.
 
     Parameters
     ----------
@@ -313,8 +330,9 @@ def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
     dof
         Number of joints.
     section : shape (Closure.width,)
-        Section as in `Closure`: the numbers about closed loops. The caller must fill the variables
-        in the section; `assemble` fills the other numbers.
+        The numbers that describe the closed loops at one pose (see `Closure`). The caller must
+        fill in the joint positions and approximate passive variables; `assemble` fills the other
+        numbers.
     """
     known = len(groups_from(first))
     status, slopes = [0.0] * 72, [0.0] * 324
@@ -333,8 +351,10 @@ def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
 
 def close_at(chain: Chain, q: Floats, sections: Floats, closed: Floats) -> None:
     """
-    Compute the passive variables of a chain with loops at N joint positions. Each continuation
-    begins at the start, at which the loops are known to close.
+    Compute the passive variables of a chain with loops at N joint positions.
+
+    The passive variables are followed to each row of q from the start, a pose at which the loops
+    are known to close (see `close`).
 
     Parameters
     ----------
@@ -343,11 +363,13 @@ def close_at(chain: Chain, q: Floats, sections: Floats, closed: Floats) -> None:
     q : shape (N, n), rad or m
         Joint positions.
     sections : shape (N, width)
-        Filled with sections, the numbers about closed loops (see `Closure`). If a loop does not
-        close at q, the section belongs to the last point that the continuation reached on the
-        straight line from the start to q.
+        Each row is filled with the numbers that describe the closed loops at the same row of q
+        (see `Closure`). If a loop does not close at q, the row describes the last pose at which
+        all loops closed, on the straight line from the start to q.
     closed : shape (N,)
-        0 if all loops close, otherwise the number of groups from the first open group to the last.
+        0 if all loops close, otherwise the number of groups of loops that remain: the first group
+        that does not close, and all groups after it. A group is a set of loops that share passive
+        variables.
     """
     arrays.given(chain.closure)
     count, n, width = arrays.extent(q, 0), chain.dof, chain.closure.width

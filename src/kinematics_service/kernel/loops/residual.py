@@ -4,10 +4,13 @@
 Compute the residuals of closed loops, and the derivatives (slopes) of the residuals by the joints
 and passive variables.
 
-The residual of a loop is the pose of the end of one of its chains relative to the end of the other
-chain. Both chains begin in one frame, and all numbers are in the axes of this frame. The residuals
-of the loops of a group are stacked. The derivatives of a residual are the screws that move the end
-frames. The derivatives of the rotation part are exact only if the end frames are parallel.
+A loop has two chains, which begin in one frame. The residual of the loop is the pose of the second
+chain's end relative to the first chain's end, in the axes of the frame in which the chains begin.
+Loops that share passive variables form a group, and their residuals are stacked in one vector.
+
+The derivative of a residual by a joint or passive variable is a screw: the linear and angular
+velocity of an end frame. The rotation part of the derivative is exact only if the two end frames
+are parallel.
 """
 
 import math
@@ -19,9 +22,9 @@ from ..layout.arrays import Flat, Numbers
 
 
 def _write_end(chain: Chain, x: Numbers, T: Numbers, screws: Numbers, at: int) -> None:
-    # Writes to T the pose of the end of a chain, and to `screws` the screw of each entry. A screw
-    # has six numbers: linear velocity of the origin of the end frame, and angular velocity of the
-    # end frame.
+    # Writes to T the pose of the end of a chain, and to `screws` the screw of each entry. An entry
+    # is a joint or passive variable that moves an element of the chain. A screw has six numbers:
+    # linear velocity of the origin of the end frame, and angular velocity of the end frame.
     arrays.copy(T, 12, chain.before)
     for k in range(chain.elements):
         theta = chain.theta_0[k]
@@ -71,8 +74,7 @@ def _write_gap(there: Numbers, back: Numbers, gap: Numbers) -> None:
 
 def write_residual(group: LoopGroup, x: Numbers, residual: Numbers, screws: Flat) -> float:
     """
-    Fill the residual (p,) of a group of loops at the variables x, and the screws of the entries of
-    the group.
+    Fill the residual (p,) and the screws of a group of loops at the variables x.
 
     Returns the largest component of the residual, divided by the scale of the component.
 
@@ -85,8 +87,9 @@ def write_residual(group: LoopGroup, x: Numbers, residual: Numbers, screws: Flat
     residual : shape (p,), m or rad
         The components of the residual; they are 0 if the loops are closed.
     screws : shape (entries, 6)
-        For each loop, the screws of the joints of its first chain (`there`), then those of its
-        second chain (`back`). A screw is the motion of the end of its own chain.
+        For each loop, the screws of its first chain (`there`), then the screws of its second chain
+        (`back`). A chain has one screw for each entry, a joint or passive variable that moves an
+        element of the chain. The screw is the motion of the end of the chain.
     """
     _write_residuals(group.loop, x, residual, screws)
     largest: float = 0.0
@@ -135,11 +138,12 @@ def write_by_joint(
     loop: Loop, first: int, dof: int, joint: int, screws: Flat, section: Flat, slopes: Numbers
 ) -> None:
     """
-    Fill the derivative (p,) of the residual of a group by one joint, for `loop` and the later
-    loops of the group.
+    Fill the derivative (p,) of the residual of a group of loops by one joint.
 
-    The joint also moves the passive variables of earlier groups, whose indices are below `first`.
-    The derivatives of these variables are in `section`.
+    Only the components of `loop` and of the later loops of the group are filled. The joint also
+    moves the passive variables of the groups that were solved before this group.
+    The indices of these variables are below `first`. The derivatives of these variables are in
+    `section`, the array that describes the loops at one pose (see `Closure`).
     """
     back = arrays.after(screws, 6 * loop.there.entries)
     for i in range(loop.count):
