@@ -32,7 +32,7 @@ class Tape:
     """
     The list of elementary operations that computes the singular factors of an arm; immutable.
 
-    In the compiled kernel the arrays are addresses that Python does not see.
+    In the compiled kernel the attributes with a shape are pointers, which Python code cannot read.
 
     Attributes
     ----------

@@ -10,11 +10,17 @@ by q. Then J = J_q + J_psi C = J_x G, where G = [I; C] is the identity above C. 
 changes J_x (dJ_x) and C (dC), so dJ = dJ_x G + J_psi dC.
 
 Let Phi(x) be the residual of the loops, and Phi_x = [Phi_q, Phi_psi] its derivatives. The loops
-stay closed, so Phi_x G = 0 at all joint positions. So dC follows from Phi_psi dC = -dPhi_x G. Each
-entry of J has a weight in the array Y. The part J_psi dC adds a weighted sum of the entries of
-dPhi_x to the gradient: the weights are mu G^T with mu = -Phi_psi^-T J_psi^T Y. The columns of
-Phi_x are screws like the columns of J_x, so one function computes the gradients of both weighted
-sums.
+stay closed, so Phi_x G = 0 at all joint positions. The change of this product is 0, too:
+dPhi_x G + Phi_psi dC = 0. So dC = -Phi_psi^-1 dPhi_x G.
+
+Each entry of J has a weight in the array Y. The gradient is the weighted sum of the entries of dJ.
+It is the sum of two terms:
+
+- the sum of the entries of dJ_x with the weights Y G^T;
+- the sum of the entries of dPhi_x with the weights mu G^T, where mu = -Phi_psi^-T J_psi^T Y. This
+  term comes from J_psi dC.
+
+The columns of Phi_x are screws like the columns of J_x, so one function computes both terms.
 """
 
 from ..forward import linear_equations
@@ -31,8 +37,9 @@ def write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat) -> None
     """
     Fill gradient[k] = sum_j Y[j] . dJ[:, j]/dq_k for the geometric Jacobian J and weights Y.
 
-    `screws` are the screws of the entries, and Y is in base axes. If the arm has loops, j and k
-    run over all joints and passive variables.
+    `screws` has the screw of each entry of the chain; an entry is a joint that moves an element
+    (see `ChainTable`). Y is in base axes. If the arm has loops, j and k run over all joints and
+    passive variables.
     """
     _write_of_screws(chain, screws, Y, gradient, 1)
 
@@ -43,13 +50,16 @@ def write_side_by_side(chain: Chain, screws: Flat, Y: Flat, gradient: Flat) -> N
 
 
 def _write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat, lanes: int) -> None:
-    # Derivation: let (v_e, w_e) be the linear and angular parts of the screw of entry e, and Yv,
-    # Yw the parts of the weights of its joint. A unit motion of entry f changes the screw of f and
-    # of each entry e nearer to the tool: dv_e = w_f x v_e, dw_e = w_f x w_e. It changes each entry
-    # e nearer to the base, because the tool moves: dv_e = w_e x v_f. The gradient by f is g_f =
-    # w_f . later + v_f . earlier: `later` is the sum of v_e x Yv + w_e x Yw over f and the entries
-    # nearer to the tool, `earlier` the sum of Yv x w_e over the entries nearer to the base. So the
-    # function needs only these two running sums.
+    # Derivation: an entry is a joint that moves an element of the chain. Let v_e (velocity of the
+    # tool's origin) and w_e (angular velocity) be the screw of entry e. Let Yv and Yw be the
+    # linear and angular part of the weights of the joint of entry e.
+    # A unit motion of entry f rotates each entry e nearer to the tool: dv_e = w_f x v_e and dw_e =
+    # w_f x w_e. These formulas also hold for e = f. For each entry e nearer to the base, the
+    # motion of f only moves the tool's origin: dv_e = w_e x v_f.
+    # The derivative of the weighted sum by f is w_f . later + v_f . earlier. Here `later` is the
+    # sum of v_e x Yv + w_e x Yw over f and the entries nearer to the tool. `earlier` is the sum of
+    # Yv x w_e over the entries nearer to the base. So the function needs only these two running
+    # sums.
     step = chain.entries * lanes
     earlier, later = [0.0] * 48, [0.0] * 48  # three numbers for each of LANES poses
     arrays.fill(gradient, chain.variables * lanes, 0.0)
@@ -72,8 +82,9 @@ def _write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat, lanes:
 
 
 def _add_turned(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> None:
-    # Adds Yv x w of one entry to `total`, where Yv is the linear part of Y and w the angular part
-    # of the screw. The components of the screw are `step` numbers apart.
+    # Adds the vector product Yv x w to `total`. Here w is the angular part of `screw`, and Yv is
+    # the linear part of Y, the weights of the joint of this screw. The components of the screw are
+    # `step` numbers apart.
     w = arrays.after(screw, 3 * step)
     for lane in range(lanes):
         x, y, z = Y[lane], Y[lanes + lane], Y[2 * lanes + lane]
@@ -84,8 +95,9 @@ def _add_turned(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> 
 
 
 def _add_carried(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> None:
-    # Adds v x Yv + w x Yw of one entry to `total`. The linear and angular parts of the screw are v
-    # and w, those of Y are Yv and Yw.
+    # Adds v x Yv + w x Yw (vector products) to `total`. Here v and w are the linear and angular
+    # part of `screw`. Yv and Yw are the linear and angular part of Y, the weights of the joint of
+    # this screw.
     w = arrays.after(screw, 3 * step)
     for lane in range(lanes):
         x, y, z = Y[lane], Y[lanes + lane], Y[2 * lanes + lane]
@@ -98,8 +110,8 @@ def _add_carried(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) ->
 
 
 def _add_along(screw: Flat, step: int, total: Numbers, gradient: Flat, lanes: int) -> None:
-    # Adds to the gradient the scalar product of `total` with three numbers of a screw. `screw`
-    # begins at these numbers, which are the linear or the angular part.
+    # Adds to the gradient the scalar product of `total` and one half of a screw: the linear or the
+    # angular part. The array `screw` begins at this half.
     for lane in range(lanes):
         x, y, z = total[lane], total[lanes + lane], total[2 * lanes + lane]
         gradient[lane] += screw[lane] * x + screw[step + lane] * y + screw[2 * step + lane] * z
@@ -146,9 +158,9 @@ def _write_closed(
             for j in range(n):
                 weights[6 * (n + a) + i] += coupling[a * n + j] * Y[6 * j + i]
     write_of_screws(chain, screws, weights, work)
-    # Fill mu with J_psi^T Y: the weight of each derivative of a passive variable by a joint in the
-    # weighted sum of the entries of J. `_add_groups` later multiplies mu by -Phi_psi^-T (see the
-    # module's docstring).
+    # Let C[a, j] be the derivative of passive variable a by joint j. Fill mu with J_psi^T Y: mu[a,
+    # j] is the weight of C[a, j] in the weighted sum of the entries of J. `_add_groups` later
+    # multiplies mu by -Phi_psi^-T (see the module's docstring).
     arrays.fill(mu, passive * n, 0.0)
     for e in range(chain.entries):
         a = chain.joint[e] - n
@@ -223,8 +235,9 @@ def _add_loops(
             for a in range(first + group.count - n):
                 weights[6 * (n + a) + axis] += own[i * n + j] * coupling[a * n + j]
     _add_residual(loop, screws, work)
-    # Passive variables of earlier groups change the residual of this group. So add to mu the
-    # weights of the derivatives of these variables by the joints.
+    # mu has a weight for the derivative of each passive variable by each joint. Passive variables
+    # of earlier groups change the residual of this group. So increase the weights of these
+    # variables in mu.
     back = arrays.after(screws, 6 * loop.there.entries)
     _add_to_earlier_groups(loop, loop.there, -1.0, first, n, screws, own, mu)
     _add_to_earlier_groups(loop, loop.back, 1.0, first, n, back, own, mu)
@@ -246,9 +259,10 @@ def _add_to_earlier_groups(
 
 
 def _add_residual(loop: Loop, screws: Flat, work: Flat) -> None:
-    # Adds the gradient of the weighted sum of the derivatives of a loop's residual to the first
-    # numbers of `work`, one number for each variable. The next numbers of `work` are the weights,
-    # six for each variable. The rest of `work` is scratch memory.
+    # Each derivative of the loop's residual by a variable has a weight. Adds the gradient of the
+    # weighted sum of these derivatives to the first numbers of `work`, one number for each
+    # variable. The next numbers of `work` are the weights, six for each variable. The rest of
+    # `work` is scratch memory.
     _add_end(loop.there, -1.0, screws, work)
     _add_end(loop.back, 1.0, arrays.after(screws, 6 * loop.there.entries), work)
 
@@ -284,8 +298,9 @@ def write_determinants(chain: Chain, row: Flat, results: Flat, work: Flat) -> No
 def _write_determinant(
     group: LoopGroup, left: int, n: int, coupling: Flat, screws: Flat, results: Flat, work: Flat
 ) -> None:
-    # Writes a loop determinant and its gradient. `slopes` are the derivatives of the residual by
-    # the passive variables, and Jacobi's formula is d det = det trace(slopes^-1 d slopes).
+    # Writes a loop determinant and its gradient. Let S be the matrix of the derivatives of the
+    # residual by the passive variables (`slopes`). Its determinant changes by
+    # det(S) trace(S^-1 dS) if S changes by dS (Jacobi's formula).
     order = [0] * 18
     slopes = _slopes_in(work, group.variables)
     residual.write_slopes(group, screws, slopes)
@@ -308,10 +323,10 @@ def _add_inverse(
     screws: Flat,
     work: Flat,
 ) -> None:
-    # Slopes are the derivatives of the group's residual by its passive variables. Adds to `work`
-    # the gradient of a weighted sum of the slopes, for this loop and the following loops of the
-    # group. The weights are the cofactors of the matrix `slopes`, so that the gradient is that of
-    # its determinant.
+    # `slopes` is the matrix of the derivatives of the group's residual by the group's passive
+    # variables. The gradient of the determinant is a weighted sum of the gradients of the entries
+    # of `slopes`. The weight of an entry is its cofactor. Adds to `work` the terms of this sum for
+    # this loop and for the following loops of the group.
     gap = [0.0] * 18
     weights = arrays.after(work, group.variables)
     arrays.fill(weights, 6 * group.variables, 0.0)

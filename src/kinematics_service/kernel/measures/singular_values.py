@@ -4,10 +4,10 @@
 Compute determinants of small matrices, and their singular values by one-sided Jacobi rotations.
 
 The array W has a matrix A of `count` rows, and to its right the matrix V, the product of the
-rotations: each row has `length` numbers of A, then `count` numbers of V. Several matrices can be
-interleaved: each number of a matrix is stored `lanes` times in sequence, once for each matrix. A
-matrix has bit for bit the same results, alone or interleaved with others, if no number is -0.0. In
-interleaved matrices a rotation by zero changes -0.0 to 0.0.
+rotations: each row has `length` numbers of A, then `count` numbers of V. W can also have `lanes`
+interleaved matrices: first the first number of each matrix, then the second number of each matrix,
+and so on. A matrix has bit for bit the same results, alone or interleaved with others, if no
+number is -0.0. In interleaved matrices a rotation by zero changes -0.0 to 0.0.
 """
 
 import math
@@ -15,15 +15,15 @@ import math
 from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Int32, Numbers
 
-# Largest number of sweeps; a sweep rotates all pairs of rows. In experiments, matrices of six rows
-# with 6 to 96 numbers needed at most 8 sweeps.
+# Largest number of sweeps; a sweep rotates all pairs of rows. In experiments, matrices of six
+# rows, with 6 to 96 numbers in a row, needed at most 8 sweeps.
 MAX_SWEEPS = 60
 # Largest squared cosine, (a.b)^2 / (|a|^2 |b|^2), between two rows a and b that are taken as
 # orthogonal: the square of 4.5 machine epsilons.
 SQUARED_COSINE_TOLERANCE = 1e-15 * 1e-15
-# The iteration ends after a sweep in which all squared cosines between rows were at most this.
-# Convergence is quadratic, so the next sweep would only square this number. If two singular values
-# are equal, the next sweep would not reduce the squared cosines.
+# The iteration ends after a sweep in which all squared cosines between rows were at most this. The
+# next sweep would not improve the result. Convergence is quadratic, so the remaining squared
+# cosines are round-off. If two singular values are equal, more sweeps do not reduce the round-off.
 LAST_SQUARED_COSINE = 1e-26
 # Tolerance that switches off the rotations of a matrix that has converged. It exceeds 1, the
 # largest squared cosine between two rows.
@@ -88,10 +88,11 @@ def orthogonalise(W: Flat, count: int, length: int, width: int, lanes: int) -> N
     """
     Rotate the rows of A until they are orthogonal, and rotate the rows of V by the same rotations.
 
-    The method is one-sided Jacobi (Hestenes, 1958). The method keeps all digits of small singular
-    values; the eigenvalues of A A^T would lose digits. V is to the right of A in the array W, so
-    that one loop rotates A and V. If `width` equals `length`, W contains only A. If several
-    matrices are interleaved, a matrix that has converged is not rotated while the others continue.
+    W contains the matrix A, and to its right the matrix V, so that one loop rotates the rows of
+    both matrices. If `width` equals `length`, W contains only A. The method is one-sided Jacobi
+    (Hestenes, 1958). It keeps all digits of small singular values; the eigenvalues of A A^T would
+    lose digits. W may have several interleaved matrices. A matrix that has converged is not
+    rotated any more while the iteration continues for the others.
     """
     if lanes == 1:
         room = [0.0] * 3
@@ -184,11 +185,11 @@ def _sort_by_norm(W: Flat, sigma: Flat, count: int, length: int, width: int, lan
 
 def unit_rows(W: Flat, sigma: Flat, count: int, length: int, lanes: int) -> None:
     """
-    Divide each row of A by its norm in `sigma`.
+    Divide each row of A, the left part of W, by its norm in `sigma`.
 
-    The direction of a row that is only round-off is meaningless. If there is one lane, such a row
-    is replaced by a unit vector orthogonal to the rows above it. If there are several lanes, no
-    row may be only round-off.
+    The direction of a row that is only round-off is meaningless. If W has one matrix, such a row
+    is replaced by a unit vector orthogonal to the rows above it. If W has several interleaved
+    matrices, the caller must discard the results of each matrix with such a row.
     """
     if lanes == 1:
         _unit_rows(W, sigma, count, length, 1)
@@ -214,10 +215,10 @@ def _unit_rows(W: Flat, sigma: Flat, count: int, length: int, lanes: int) -> Non
 
 def write_orthogonal_row(W: Flat, i: int, length: int, width: int) -> None:
     """
-    Make row i of A a unit vector orthogonal to the unit rows above it (Gram-Schmidt).
+    Make row i of A, the left part of W, a unit vector orthogonal to the rows above row i.
 
-    The method starts from the coordinate vector with the smallest projection onto the rows above
-    row i.
+    The rows above must be unit vectors. The method is Gram-Schmidt. It starts from the coordinate
+    vector with the smallest projection onto the rows above.
     """
     row = arrays.after(W, i * width)
     axis, least = 0, 2.0
@@ -244,8 +245,9 @@ def write_orthogonal_row(W: Flat, i: int, length: int, width: int) -> None:
 
 def write_determinant(A: Flat, size: int, determinants: Numbers, lanes: int) -> None:
     """
-    Write the determinant of the matrix A of each lane. The method is elimination with partial
-    pivoting, which overwrites A.
+    Write the determinants of the matrices in A: one matrix, or several interleaved matrices.
+
+    The method is elimination with partial pivoting, which overwrites A.
     """
     if lanes == 1:
         _write_determinant(A, size, determinants, 1)

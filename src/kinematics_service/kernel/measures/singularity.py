@@ -43,8 +43,10 @@ def _to_base_axes(task: TaskRows, vectors: Numbers, lanes: int) -> None:
 
 def task_component(task: TaskRows, r: int, linear: Vector, angular: Vector) -> float:
     """
-    Return the weighted component of a velocity (linear, angular), given in base axes, that row r
-    of the task Jacobian J_t describes.
+    Return the component of a velocity along the axis of row r of the task Jacobian J_t.
+
+    The component is multiplied by the weight of the row. The velocity (linear, angular) is in base
+    axes.
     """
     axis = task.axis[r]
     v = linear if axis < 3 else angular
@@ -86,9 +88,10 @@ def _scale_task_rows(n: int, task: TaskRows, W: Flat, width: int, lanes: int) ->
             into = arrays.after(W, (i * width + j if n > m else j * width + i) * lanes)
             scale = task.row_scale[i] * task.column_scale[j]
             for lane in range(lanes):
-                # Add 0.0, which changes -0.0 to 0.0. If several poses are computed at once, a
-                # rotation by 0 changes -0.0, too. So the results of one pose and of several poses
-                # have equal bits.
+                # Add 0.0, which changes -0.0 to 0.0. If several poses are computed at once, a pose
+                # that has converged is rotated by 0 while the others continue. A rotation by 0
+                # changes -0.0 to 0.0, too. So the results of a pose have equal bits, whether it is
+                # computed alone or together with others.
                 into[lane] = into[lane] * scale + 0.0
 
 
@@ -219,10 +222,10 @@ def _fill_slopes(
 
 
 def _write_way_out(n: int, task: TaskRows, way_out: Flat, distances: Flat, lanes: int) -> None:
-    # `way_out` has the gradient of the logarithm of the manipulability. If J_t has lost rank, it
-    # has the gradient of the smallest singular value instead. Scales the gradient to a joint
-    # motion of length 1. Writes to `distances` the first-order distance to a singular pose, rad: 1
-    # over the norm of the gradient, at most pi.
+    # `way_out` has a gradient: the gradient of the logarithm of the manipulability, or the
+    # gradient of the smallest singular value if J_t has lost rank. Scales the gradient to a joint
+    # motion of length 1. Writes to `distances` the first-order distance to a singular pose, rad:
+    # the smaller of pi and 1 / |gradient|.
     norms = [0.0] * 16
     for lane in range(lanes):
         norms[lane] = 0.0
@@ -276,8 +279,9 @@ def _write_scalars(
     lanes: int,
 ) -> int:
     # Writes the scalar measures except the distance, and fills W and sigma with the singular value
-    # decomposition of the scaled J_t. Returns a bit mask. The first LANES bits are the lanes whose
-    # rank is below the generic rank, the next LANES bits those whose poses must be measured alone.
+    # decomposition of the scaled J_t. Returns a bit mask with two bits for each lane. Bit `lane`
+    # is set if the rank of J_t is below the generic rank. Bit LANES + `lane` is set if powers of
+    # numbers overflow, so that the pose must be measured alone, without other poses.
     m = task.count
     count, length, large = min(m, n), max(m, n), 0
     by_determinant = m == n and task.generic_rank == n
@@ -299,11 +303,12 @@ def measure_row(chain: Chain, task: TaskRows, row: Flat, measures: Flat, work: F
 
 def measure_rows(chain: Chain, task: TaskRows, rows: Flat, measures: Flat, work: Flat) -> int:
     """
-    Fill the singularity measures of LANES interleaved rows of an open chain, with the numbers that
-    `measure_row` writes for one row.
+    Fill the singularity measures of LANES poses at once; the arm must be an open chain.
 
-    Return a bit mask of the lanes that must be measured alone. The generic rank must be full.
-    `work` has LANES (min(m, n) (m + n) + 6 n) numbers.
+    `rows` and `measures` are interleaved: first the first number of each pose, then the second
+    number of each pose, and so on. Each pose gets the numbers that `measure_row` writes. Return a
+    bit mask of the poses that the caller must measure one by one, by `measure_row`. The generic
+    rank of J_t must be full. `work` has LANES (min(m, n) (m + n) + 6 n) numbers.
     """
     # The length is 6 * LANES, which C needs as a literal. The array is local, because the compiler
     # then knows that it overlaps with no other array.

@@ -13,7 +13,7 @@ class TaskRows:
     The rows of the Jacobian that the task uses, and their scale factors; immutable. The rows form
     the task Jacobian J_t, in the axes of frame 0.
 
-    In the compiled kernel the arrays are addresses that Python does not see.
+    In the compiled kernel the attributes with a shape are pointers, which Python code cannot read.
 
     Attributes
     ----------
@@ -27,9 +27,9 @@ class TaskRows:
         The rotation of frame 0 in the base frame, row by row.
     row_scale : shape (m,), column_scale : shape (n,)
         Factors of the rows and columns of the scaled J_t.
-    zero : m
-        Singular values up to this are taken as zero. This bound does not depend on the largest
-        singular value.
+    zero
+        Singular values up to this number, in meters, are taken as zero. This bound does not depend
+        on the largest singular value.
     """
 
     def __init__(
