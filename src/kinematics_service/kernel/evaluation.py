@@ -78,8 +78,9 @@ def evaluate_one(chain: Chain, q: Floats, qdot: Floats, row: Floats) -> int:
     Fill `row` with the results of `evaluate` at one q, followed by q, qdot and a copy of the
     quaternion.
 
-    Return -1 if the row was computed. Return 0 if a number of q, qdot or the results is not finite
-    or too large, or if a loop does not close. Return -2 if q or qdot does not have n numbers.
+    Return -1 if the row was computed. Return 0 if q or qdot has a number that is NaN or infinite,
+    if they are so large that a result is not finite, or if a loop does not close. Return -2 if q
+    or qdot does not have n numbers.
 
     Parameters
     ----------
@@ -118,8 +119,8 @@ def evaluate_tail(chain: Chain, row: Flat, at: int, closed: bool) -> int:
     this index with the results of `evaluate`.
 
     `closed` says whether the row already has the passive variables of the loops. Return -1 if the
-    row was computed. Return 0 if a number of q, qdot or the results is not finite or too large, or
-    if a loop does not close.
+    row was computed. Return 0 if q or qdot has a number that is NaN or infinite, if they are so
+    large that a result is not finite, or if a loop does not close.
     """
     n = chain.dof
     nothing = 0.0

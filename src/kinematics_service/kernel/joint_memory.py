@@ -70,15 +70,15 @@ class JointMemory:
     joints
         Number of joints n.
     closure
-        Length of a section, the numbers that describe the closed loops of the arm
-        (`Closure.width`); 0 if the arm has no loops.
+        Number of values that describe the closed loops of the arm at one pose (`Closure.width`); 0
+        if the arm has no loops.
 
     Attributes
     ----------
     columns
-        The arrays of the memory. The kernel uses each array, flat, through the field of
-        `JointMemory` that has the name of the array. In the compiled kernel these fields are
-        addresses that Python does not see.
+        The arrays of the memory. `JointMemory` also has one field for each array, with the same
+        name. The kernel uses the array through this field, as a flat array. In the compiled kernel
+        these fields are pointers, which Python code cannot read.
     timeout : ns
         A joint is missing if no message has reported it for longer than this. If a stamp steps
         back by more than this, all joints are forgotten.

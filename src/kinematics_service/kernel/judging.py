@@ -17,13 +17,14 @@ from .singular_search.nearest_search import NearestSearch
 
 def _judge_loops(arm: Arm, row: Flat, measures: Flat, work: Flat) -> None:
     # Writes the distances to the zeros of the loop determinants. In the row of measures they
-    # follow the distances to the zeros of the factors of the robot file. At a zero of a loop
-    # determinant, a branch of solutions of the loop equations ends. Near this end, the determinant
-    # is proportional to the square root of the distance to the end. So the determinant divided by
-    # its slope is twice the distance; half of it is written. J grows toward the end of a branch,
-    # so the gradient of the manipulability leads to this end, not away from it. Therefore, if the
-    # end of a branch is the nearest singular pose, the way out is computed from the loop
-    # determinant.
+    # follow the distances to the zeros of the factors of the robot file.
+    # At a zero of a loop determinant, a branch of solutions of the loop equations ends. Let s be
+    # the distance to the end. Near the end, the determinant is c sqrt(s) with a constant c. Its
+    # slope is c / (2 sqrt(s)), so the determinant divided by its slope is 2 s. Therefore half of
+    # this quotient is written.
+    # J grows toward the end of a branch, so the gradient of the manipulability leads to this end,
+    # not away from it. Therefore, if the end of a branch is the nearest singular pose, the measure
+    # `way_out` is computed from the loop determinant.
     n, count = arm.chain.dof, _factors(arm)
     distances = arrays.after(measures, _judged_at(arm) + places.JUDGED)
     nearest, first = measures[places.DISTANCE], -1
@@ -100,8 +101,8 @@ def _first_order(arm: Arm, measures: Flat) -> float:
 
 
 def _judge_first_order(arm: Arm, measures: Flat) -> None:
-    # Writes the measures before a search: the first-order distance as the distance to a singular
-    # pose, and NaN as the nearest singular pose.
+    # Writes preliminary values, which a search for the nearest singular pose later replaces. The
+    # distance to a singular pose is the first-order distance. The nearest singular pose is NaN.
     judged = arrays.after(measures, _judged_at(arm))
     pose = arrays.after(measures, width(arm) - arm.chain.dof)
     estimate = _first_order(arm, measures)
@@ -130,7 +131,8 @@ def _write_loop_results(
     arm: Arm, row: Flat, measures: Flat, work: Flat, search: NearestSearch
 ) -> None:
     # The search has found distances to joint positions at which the loop equations are singular.
-    # Writes these distances, and then the way out of the nearest singular pose.
+    # Writes these distances. Then writes `way_out`, the joint motion that leads away from the
+    # nearest singular pose.
     n, first = arm.chain.dof, -1
     judged = arrays.after(measures, _judged_at(arm))
     distances = arrays.after(judged, places.JUDGED + arm.tape.factors)
@@ -154,11 +156,12 @@ def judge_row(
     arm: Arm, row: Flat, q: Flat, measures: Flat, work: Flat, search: NearestSearch
 ) -> None:
     """
-    Fill `measures` with the singularity measures of the pose at q, the factors of the determinant,
-    the level (without hysteresis), and the nearest singular pose, for which a search runs.
+    Fill `measures` with the singularity measures at q, including the nearest singular pose.
 
-    `row` has the results of `evaluate` at q. `work` is scratch memory; the function `room` returns
-    its size. `search` is the search of the previous pose, or a new one.
+    The measures include the factors of the determinant and the level (without hysteresis). A
+    search finds the nearest singular pose. `row` has the results of `evaluate` at q. `work` is
+    scratch memory; the function `room` returns its size. `search` is a new `NearestSearch`, or the
+    one that was used for the previous pose of the same motion.
     """
     _judge_one(arm, row, q, measures, work)
     search.follow(q, row)
@@ -166,8 +169,8 @@ def judge_row(
 
 
 def _judge_one(arm: Arm, row: Flat, q: Flat, measures: Flat, work: Flat) -> None:
-    # Fills the measures of one pose. The distance to a singular pose is of first order, because no
-    # search runs. The singular vectors stay in `work`.
+    # Fills the measures of one pose. No search runs, so the distance to a singular pose is only
+    # the first-order estimate. The singular vectors stay in `work`.
     singularity.measure_row(arm.chain, arm.task, row, measures, work)
     if arm.tape.factors > 0:
         steps = arrays.after(work, _directions(arm))
@@ -263,26 +266,26 @@ def _check_rows(arm: Arm, rows: Floats, measures: Floats) -> None:
 
 def measure(arm: Arm, rows: Floats, q: Floats, measures: Floats) -> None:
     """
-    Fill `measures` with the singularity measures of N poses. `evaluate` has filled the rows of the
-    poses with depth JACOBIAN or more.
+    Fill `measures` with the singularity measures of N poses.
 
-    The distance to a singular pose is a first-order estimate; `find_nearest` replaces it by the
-    result of a search.
+    The distance to a singular pose is a first-order estimate. `find_nearest` later replaces it by
+    the result of a search.
 
     Parameters
     ----------
     arm
         The arm.
     rows : shape (N, width)
-        Rows that `evaluate` has filled.
+        The results of `evaluate` at the poses, with depth JACOBIAN or ALL_FRAMES.
     q : shape (N, n), rad or m
         Joint positions of the rows.
     measures : shape (N, 6 + 6 + 2 n + min(m, n) + 4 + F (2 + n) + n)
-        Six scalars, DETERMINANT (NaN if J_t is not square) to RANK. The lost direction (6,) in
-        base axes, the joint motion (n,) and the way out (n,) in rad or m, and the singular values.
-        Then the numbers WATCHED to FIRST_ORDER, and the distances to the zeros of the F factors
-        (first the factors of the robot file, then those of loops). Last come value and gradient of
-        each factor, and the nearest singular pose (n,).
+        First six scalars: DETERMINANT (NaN if J_t is not square) to RANK. Then the lost direction
+        (6,) in base axes, the joint motion (n,) and the way out (n,) in rad or m, and the singular
+        values. Then four numbers: WATCHED, LEVEL, NEAREST_FACTOR and FIRST_ORDER. Then the
+        distances to the zeros of the F factors (first the factors of the robot file, then the loop
+        determinants), and the value and gradient of each factor. Last comes the nearest singular
+        pose (n,).
     """
     _check_rows(arm, rows, measures)
     n, columns, regular = arm.chain.dof, width(arm), _is_regular(arm)
@@ -316,22 +319,22 @@ def find_nearest(
     search: NearestSearch, rows: Floats, q: Floats, measures: Floats, in_order: bool
 ) -> None:
     """
-    Search the singular pose nearest to each of N poses, and write the distances into the rows that
-    `measure` has filled.
+    Search the singular pose nearest to each of N poses, and write the results into `measures`.
 
     Parameters
     ----------
     search
         The search for singular poses, which knows the arm.
     rows : shape (N, width)
-        Rows that `evaluate` has filled with depth JACOBIAN or more.
+        The results of `evaluate` at the poses, with depth JACOBIAN or ALL_FRAMES.
     q : shape (N, n), rad or m
         Joint positions of the rows.
     measures
-        The rows that `measure` has filled.
+        The rows that `measure` has filled for the poses. The results of the search replace the
+        first-order distances to singular poses.
     in_order
-        Whether the rows are successive poses of a motion. If so, each search continues from the
-        previous pose.
+        Whether the poses are successive poses of a motion. If so, each search continues from the
+        search of the previous pose.
     """
     arm = search.arm
     _check_rows(arm, rows, measures)

@@ -28,10 +28,11 @@ def _note_jump(memory: JointMemory, j: int, arrival: Nanoseconds) -> None:
 
 
 def _note_late(memory: JointMemory, reported: ReportedJoints) -> None:
-    # Records a jump for each joint whose reported position is impossible. The message was refused,
-    # because its stamp is not newer than the stamp of an earlier message. A publisher whose clock
-    # is late loses all its messages in this way. A position is impossible if the joint cannot have
-    # had it at the time of the stamp, even at twice its present velocity.
+    # The message was refused, because its stamp is not newer than the stamp of an earlier message.
+    # If the clock of a publisher is late, all its messages are refused for this reason. So look
+    # for signs of a second publisher: record a jump for each joint whose reported position is
+    # impossible. A position is impossible if the joint could not reach it between the two stamps,
+    # even at twice its present velocity.
     for k in range(reported.ours.count):
         j = reported.ours.joint[k]
         if memory.known[j] == 0:
@@ -197,9 +198,9 @@ def check_fit(arm: Arm, memory: JointMemory, ours: OurJoints, at: int) -> None:
     """
     Raise TypeError if the arm, the memory and the joints `ours` of a message do not fit.
 
-    The memory must have the joints and the closed loops of the arm, and `ours` no other joints.
-    `at`, the count of numbers before q in the row of results, must be 0 or large enough for a
-    pose.
+    The memory must have the joints and the closed loops of the arm. `ours` must not have a joint
+    that the arm does not have. `at` is the index of q in the row of results. It must be 0 (the row
+    has only q and qdot) or large enough for a pose before q.
     """
     if (
         memory.joints != arm.chain.dof

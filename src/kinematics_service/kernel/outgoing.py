@@ -54,13 +54,14 @@ class OutgoingMessages:
     Attributes
     ----------
     table
-        The arrays of the messages. The kernel uses each array, flat, through the field of
-        `OutgoingMessages` that has the name of the array. In the compiled kernel these fields are
-        addresses that Python does not see.
+        The arrays of the messages. `OutgoingMessages` also has one field for each array, with the
+        same name. The kernel uses the array through this field, as a flat array. In the compiled
+        kernel these fields are pointers, which Python code cannot read.
     stamped, count
         Number of stamps, and number of doubles, in all messages together.
     needed
-        Least total length of a row of results, its measures and the covariances.
+        Smallest length of the array from which the messages take their numbers. The array has a
+        row of results, then the measures of this row, then the covariances.
     """
 
     def __init__(
@@ -111,11 +112,11 @@ def fill_messages(
 
 def check_fit(messages: OutgoingMessages, chain: Chain, width: int, numbers: int) -> None:
     """
-    Raise TypeError if the outgoing messages do not fit the arm: they need more than `numbers`
-    numbers, or have the errors of another arm.
+    Raise TypeError if the outgoing messages do not fit the arm.
 
-    `width` is the length of a row of results; `numbers` is the length of a row of results with its
-    tail and measures.
+    The messages must not need more numbers than a tool state has, and their covariances must be
+    those of this arm. `width` is the length of a row of results. `numbers` is the total length of
+    the row, its tail (q, qdot and a quaternion) and its measures.
     """
     if messages.errors is not None:
         if messages.errors.chain is not chain or width < chain.width:
@@ -134,11 +135,13 @@ def fill(
     measured: int,
 ) -> None:
     """
-    Write a stamp to outgoing messages, and those numbers of a row of results and its measures that
-    the messages contain.
+    Write a stamp and the numbers of a tool state into outgoing messages.
+
+    The numbers come from a row of results, from the measures of this row, and from the covariances
+    in `messages`. Only the numbers that the messages contain are written.
     """
     seconds = stamp // 1_000_000_000
-    if seconds * 1_000_000_000 > stamp:  # round down, because C rounds quotients towards zero
+    if seconds * 1_000_000_000 > stamp:  # C rounds a negative quotient up: subtract 1
         seconds -= 1
     nanoseconds = stamp - seconds * 1_000_000_000
     seconds = max(-places.LARGEST_SECOND - 1, min(places.LARGEST_SECOND, seconds))

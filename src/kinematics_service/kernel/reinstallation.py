@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Find the command that compiles the kernel again, by reinstalling this copy of the package."""
+"""Find the command that reinstalls this copy of the package, so that its kernel is compiled."""
 
 import json
 import shlex
