@@ -211,8 +211,8 @@ def parse_robot(text: str, file: str) -> RobotDescription:
 
     top.report.raise_faults()
     if not (entry.robot and entry.convention and links and base and tool and singularity):
-        # This line never runs, because a missing part has a fault, and `raise_faults` above has
-        # raised the error. mypy needs the check.
+        # This line never runs. If a part is missing, a fault was reported, and `raise_faults`
+        # above has raised an error. mypy needs the check.
         refuse(file, 'is incomplete', 'missing-key')
     _remark(entry, names, links)
     return RobotDescription(

@@ -295,8 +295,8 @@ class Factor:
     Parameters
     ----------
     approximate
-        Whether the zeros of the factor are only near singular poses. This is so if the factor was
-        derived from the table before the table was calibrated.
+        Whether the zeros of the factor are close to singular poses, but not exactly singular. This
+        is so if the factor was derived from the table before the table was calibrated.
     """
 
     name: str

@@ -19,8 +19,8 @@ DEFAULT_TOLERANCE = 1e-6
 # Joint positions that exceed a limit by less than this (rad or m) count as inside the limits.
 LIMIT_TOLERANCE = 1e-9
 DECIMALS = re.compile(r'[-+]?\d*\.(\d+)')
-# Numbers with few decimals, such as 0.45 m or 22.5 deg, count as exact. A number counts as rounded
-# if half a unit of its last digit is at most this limit, m or rad.
+# A number such as 0.4512 m counts as rounded, because half a unit of its last digit is at most
+# this limit, m or rad. A number with fewer decimals, such as 0.45 m, counts as exact.
 MAX_ROUNDING = 1e-3
 
 

@@ -18,8 +18,8 @@ from .quantities import LARGEST_USUAL_LENGTH, Kind, Quantities
 from .schema import ShapeRowEntry, dh_row_entry
 
 MAX_ROWS = 512
-# Smallest plausible sum of the lengths of a table, m. If the lengths of a file in mm add up to
-# less, they are probably in m.
+# Smallest plausible sum of the lengths of a table, m. If the file's unit is mm and the sum of the
+# lengths is below this (10 mm), the numbers are probably in m.
 MIN_USUAL_LENGTH = 0.01
 ELEMENTARY = re.compile(r'\s*([RT][xyz])\s*\((.*)\)\s*', re.DOTALL)
 AXES: tuple[Axis, ...] = get_args(Axis)

@@ -21,9 +21,9 @@ def loop_groups(loops: Sequence[LoopDescription]) -> tuple[tuple[LoopDescription
     """
     Return the closed loops of an arm in groups. The loops of a group are solved together.
 
-    Most groups have one loop. A loop needs another loop if a passive joint of the other loop moves
-    one of its two chains, directly or through further loops. Two loops are in one group if each
-    needs the other. Groups are in the order of the file.
+    Most groups have one loop. Loop A needs loop B if a passive joint of B moves one of the two
+    chains of A, directly or through further loops. A and B are in one group if A needs B and B
+    needs A. Groups are in the order of the file.
     """
     needed = _needed(loops)
     groups: list[list[int]] = []
@@ -37,8 +37,8 @@ def loop_groups(loops: Sequence[LoopDescription]) -> tuple[tuple[LoopDescription
 
 
 def _needed(loops: Sequence[LoopDescription]) -> list[set[int]]:
-    # Return, for each loop, the indices of the loops that it needs: loops whose passive joints
-    # move one of its two chains, directly or through other loops.
+    # Return, for each loop A, the indices of the loops that A needs. A needs loop B if a passive
+    # joint of B moves one of the two chains of A, directly or through other loops.
     owner = {joint.name: k for k, loop in enumerate(loops) for joint in loop.passive}
     needed = [
         {owner[name] for name in names_in_loop(loop) if name in owner} - {k}

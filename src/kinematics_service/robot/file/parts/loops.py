@@ -152,9 +152,9 @@ def read_loops(
 
 
 def _check_effect(loops: Sequence[LoopDescription], table: Sequence[Link], at: Place) -> None:
-    # Report three faults. A passive joint moves no row of its loop. A passive joint of a loop
-    # moves a loop that comes earlier in the file, and both loops are not in one group. A group of
-    # loops moves neither the table nor a later loop.
+    # Report three kinds of faults: a passive joint that moves no row of its loop; a passive joint
+    # of loop A that moves an earlier loop B of the file, if A and B are not in one group; a group
+    # of loops that moves neither the table nor a later loop.
     places = {loop.name: k for k, loop in enumerate(loops)}
     used = names_in_rows(table)
     for group in reversed(loop_groups(loops)):

@@ -77,8 +77,10 @@ class Measure:
 
     def farther(self, value: float) -> str:
         """
-        Return a text such as `none found within 1 rad (57 deg)` if `value` is the largest value of
-        the measure, else ''.
+        Return a text such as `none found within 1 rad (57 deg)` if no singular pose was found near
+        the arm's pose, else ''.
+
+        If the search found no singular pose, `value` is `most`, the radius of the search (1 rad).
         """
         if not value >= self.most < math.inf:
             return ''

@@ -25,8 +25,9 @@ LENGTH = 1e-3  # m
 ANGLE = np.radians(0.2)  # rad
 RATIO = 1e-3  # relative error of a gear ratio
 AXES = 'xyz'
-# Conventions in which a calibration may correct a row by an angle `beta` and a length `b`, for
-# which the row has no quantity. The calibrated table holds them in an additional row.
+# Conventions in which a table row has no rotation about y and no translation along y. In these
+# conventions a calibration may add a rotation `beta` about y and a translation `b` along y to a
+# row. The calibrated table has an additional row for `beta` and `b`.
 WITH_EXTRA = ('standard', 'modified')
 ENDS = ('base', 'tool')
 GEARS = 'gears'
@@ -71,7 +72,8 @@ class ArmParameter:
     @property
     def scale(self) -> float:
         """
-        Return the usual standard deviation of the parameter's error, in rad, in m, or relative.
+        Return the usual standard deviation of the parameter's error: in rad for an angle, in m for
+        a length, and as a fraction of the gear ratio for a gear.
         """
         if self.group == GEARS:
             return RATIO
@@ -80,8 +82,10 @@ class ArmParameter:
 
 class PlacedParameter(NamedTuple):
     """
-    A calibration parameter, and the axis (x, y or z) of its motion. `extra` is true if the
-    parameter corrects no number of the table, such as `beta2`.
+    A calibration parameter, and the axis (x, y or z) of its motion.
+
+    `extra` is true for a parameter that is not a number of the table. An example is `beta2`, an
+    additional rotation about y in row 2.
     """
 
     parameter: ArmParameter

@@ -238,8 +238,8 @@ class Quantities:
             hidden |= strange
         if not hidden:
             return True
-        # `hidden` has names whose definitions have faults. Accept them as joint variables, because
-        # the definitions may be those of joints.
+        # `hidden` has names whose definitions have faults. Such a name may be a joint variable, so
+        # accept all names in `hidden` as joint variables.
         varying = tuple(dict.fromkeys((*scope.variables, *sorted(hidden))))
         refused = {name: why for name, why in scope.refused.items() if name not in hidden}
         check_function(text, replace(scope, variables=varying, refused=refused, wanted=None))
@@ -281,9 +281,10 @@ class Quantities:
         self, length: float, least: float, most: float, words: str, at: Place
     ) -> None:
         """
-        Warn of a length, m, that is implausible in the unit of the file.
+        Warn if a length, m, shows that the file probably has the wrong unit (m or mm).
 
-        The lengths `least` and `most` are plausible; `words` has {} for the length and its unit.
+        Lengths from `least` to `most` are plausible. In the text `words`, {} is replaced by the
+        length and its unit.
         """
         if self.units.length == 'm' and most < length < math.inf:
             at.warn(f'{words.format(f"{number(length)} m")}: {MILLIMETRES}', 'wrong-unit')

@@ -215,7 +215,7 @@ class LoopEntry(entries.Entry):
 
 
 class PassiveEntry(entries.Entry):
-    """A passive joint: a joint without a motor that a closed loop moves."""
+    """A passive joint: it has no motor, and the closed loop determines its position."""
 
     noun = 'a passive joint'
     required = ('name',)
@@ -226,7 +226,7 @@ class PassiveEntry(entries.Entry):
 
 
 class LoopEndEntry(PoseEntry):
-    """The frame of the table in which the second chain of a closed loop begins or ends."""
+    """A frame on the arm at which the second chain of a closed loop begins or ends."""
 
     noun = 'an end of a loop'
     also = {**POSE_KEYS, **entries.called(row=ROWS)}

@@ -13,9 +13,9 @@ from .quantities import Kind, Quantities
 from .schema import TableToleranceEntry
 
 NAME = re.compile(r'([A-Za-z]+)([1-9][0-9]{0,3})')
-# Names of calibration parameters that are not quantities of table rows, without the number of the
-# row. EXTRA has the angle `beta` and the length `b` of a row, with their elementary motions. GEAR
-# is the relative error of a gear ratio, such as `gear2`.
+# Some calibration parameters are not numbers of the table: `beta2`, `b2` and `gear2`. EXTRA and
+# GEAR have the words in these names. `beta2` adds a rotation about y (Ry) to row 2, `b2` adds a
+# translation along y (Ty). `gear2` is the relative error of the gear ratio of joint 2.
 EXTRA = {'beta': 'Ry', 'b': 'Ty'}
 GEAR = 'gear'
 AXES = tuple(f'{kind}{axis}' for kind in 'RT' for axis in 'xyz')

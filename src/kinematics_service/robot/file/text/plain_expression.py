@@ -31,8 +31,9 @@ def plain_expression(
     text
         The expression, ASCII except for degree signs.
     known
-        Defined names. `theta_1` becomes the defined `theta1` if this is the only defined name that
-        differs by underscores alone.
+        Defined names. A name in the expression, such as `theta_1`, becomes the defined name
+        `theta1` if the two names are equal without underscores. If several defined names fit, the
+        name stays unchanged.
     angle_unit
         The file's unit of angles: 90° becomes `pi/2` for 'rad', and `90` for 'deg'.
     wanted

@@ -146,7 +146,7 @@ def _angle(quarters: int, units: Units) -> str:
 
 def _quantities(links: Sequence[_Link], convention: Convention, units: Units) -> Iterator[str]:
     # Yield the rows of a table with named quantities. In Craig's convention, a and alpha come
-    # before the joint, so write a and alpha of a link in the next row.
+    # before the joint of a row. So row i + 1 has a and alpha of link i.
     late = bool(convention.before_joint)
     before = _Link(0, 0, 0)
     for i, link in enumerate(links, 1):
@@ -182,8 +182,8 @@ def _elementary(links: Sequence[_Link], _: Convention, units: Units) -> Iterator
 
 
 def _shape(links: Sequence[_Link], _: Convention, units: Units) -> Iterator[str]:
-    # Yield rows in the convention of Sheth and Uicker. The key `in` is the fixed motion before a
-    # joint: this motion has d, a and alpha of the previous row in the standard table.
+    # Yield rows in the convention of Sheth and Uicker. The key `in` of row i is the fixed motion
+    # before joint i. It is made from d, a and alpha of row i - 1 of the standard DH table.
     way = ''
     for i, link in enumerate(links, 1):
         yield f'{{{way}joint: Rz(q{i})}}'
