@@ -149,9 +149,9 @@ def sum_of(variable: str, constant: str) -> str:
 def _lengths(
     rows: Sequence[NumberedRow], known: Collection[str], starred: set[str], report: TableReport
 ) -> set[str]:
-    # Return the names in column d that are constant lengths, not variables. A name such as d2 is a
-    # length if the joint of its row turns, or if a joint turns by a variable with the same number
-    # (theta2). In a table with stars, names without a star are lengths.
+    # Return the names in column d that are constant lengths, not variables. The name d2 is a
+    # length if the joint in the row of d2 turns, or if a joint of the table has the variable
+    # theta2. If the table marks variables by stars, a name without a star is a length.
     turning = {name for row in rows for name in _moving(row, 'theta', known)}
     numbers = {_number(name) for name in turning}
     found = set[str]()

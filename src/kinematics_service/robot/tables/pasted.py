@@ -90,8 +90,8 @@ def blocks_of(text: str) -> list[ScriptMatrix]:
     """
     Return the matrices in a script or text.
 
-    A matrix has brackets around each row, or one pair of brackets around all rows, which end at
-    `;` or a new line.
+    A matrix has one of two forms. Either each row is in brackets, or all rows are in one pair of
+    brackets, and each row ends at `;` or a new line.
     """
     text = re.sub(r'\.\.\.[ \t]*\n', ' ', without_comments(text))
     blocks: list[ScriptMatrix] = []

@@ -37,8 +37,8 @@ class _Pair(NamedTuple):
 
 def rows_of_records(text: str, report: TableReport) -> list[PastedRow]:
     """
-    Return the column heads and the rows of a table in which the name of its quantity stands before
-    each number, such as `alpha: 0`; [] for any other text.
+    Return the column heads and the rows of a table in which each number has a name, such as
+    `alpha: 0`; [] for any other text.
     """
     text = _with_lists(text)
     pairs = _pairs(text)

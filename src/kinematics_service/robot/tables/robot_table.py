@@ -70,7 +70,7 @@ def read_table(
         Heads, separated by commas, that replace the heads of the table; `-` leaves a column out.
         Units and subscripts i-1 in the heads of the table still apply.
     round_angles
-        Whether a rounded number such as 1.5708 is replaced by the exact part of pi, here pi/2.
+        Whether a rounded number such as 1.5708 is replaced by the exact angle, here pi/2.
 
     Raises
     ------

@@ -74,9 +74,9 @@ def end_lines(text: str, settings: Mapping[str, str], report: TableReport) -> It
                 report.refuse(f'{fault}, or write {end} into the robot file', 'syntax')
             yield _line(end, *found)
     for end, xyz, order, angles in BOXED.findall(text):
-        # In Corke's toolbox, the order xyz means R = Rx(yaw) Ry(pitch) Rz(roll). Its first angle
-        # turns about z, but the first angle in a robot file turns about x: reverse the order of
-        # the angles.
+        # In Corke's toolbox, the order xyz means R = Rx(yaw) Ry(pitch) Rz(roll). The text lists
+        # roll first, which is the angle about z. A robot file lists the angle about x first. So
+        # reverse the order of the angles.
         rpy = angles.replace(' ', '').split(',')[:: -1 if order == 'xyz' else 1]
         if order == 'xyz' and sum(re.search('[1-9a-z]', angle) is not None for angle in rpy) > 1:
             message = f'{end}: rpy/xyz has several angles; write {end} into the robot file'

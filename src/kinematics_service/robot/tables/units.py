@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Find the units of a table's angles and lengths from heads, marks, or the size of numbers."""
+"""
+Find the units of the angles and lengths in a table. The column heads or the cells show the units,
+for example by a degree sign or by pi. Otherwise the size of the numbers decides.
+"""
 
 import math
 import re
@@ -83,7 +86,7 @@ def in_one_unit(
 
 
 def _likely_unit(kind: str, texts: Sequence[str], whole: str, report: TableReport) -> str:
-    # Choose the unit by marks in the cells: degree signs, parts of pi, or unit words. If the cells
+    # Choose the unit by marks in the cells: degree signs, the name pi, or unit words. If the cells
     # have no marks, choose the unit by the size of the numbers.
     _, (small, large), most = KINDS[kind]
     words = {unit: said[0] for unit, one in WORDS.items() if (said := one.search(whole))}
@@ -121,8 +124,8 @@ def _likely_unit(kind: str, texts: Sequence[str], whole: str, report: TableRepor
 
 def in_unit(cell: str, unit: str) -> str:
     """
-    Return a cell in which numbers with a unit, such as `350 mm` or `pi/2`, are converted to
-    `unit`.
+    Return the text of a cell in which numbers with a unit, such as `350 mm`, are converted to
+    `unit`. The name pi in an angle, such as `pi/2`, means that the angle is in rad.
     """
     if unit == 'deg':
         cell = re.sub(r'\bpi\b', '180', cell.replace(DEGREE, ''))
@@ -140,7 +143,9 @@ def in_unit(cell: str, unit: str) -> str:
 
 def rounded(cell: str, unit: str) -> str:
     """
-    Return the text of an angle in which each rounded part of pi, such as 1.5708, becomes exact.
+    Return the text of an angle in which rounded numbers are exact: `1.5708` becomes `pi/2`.
+
+    In degrees, numbers are rounded to DEGREE_DECIMALS decimals.
     """
 
     def part(found: re.Match[str]) -> str:
