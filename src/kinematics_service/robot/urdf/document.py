@@ -162,7 +162,9 @@ class _XmlReader:
                 reason += '; delete the text before <?xml, or delete <?xml ...?>'
             refuse(self.file, f'not valid XML: {reason}', 'syntax', error.lineno)
         except UrdfError:
-            raise  # a handler of the parser refused the file; UrdfError is also a ValueError
+            # A handler of the parser refused the file. UrdfError is a ValueError, so without this
+            # clause the next clause would catch the error and change the message.
+            raise
         except (ValueError, LookupError) as error:
             # The file declares an encoding that expat does not know.
             refuse(self.file, f'not valid XML: {error}', 'syntax')

@@ -71,8 +71,10 @@ def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
     2. at a link that carries a fixed link whose name has a word for a tool, unless another tool is
        farther along the arm;
     3. at a link with three or more similar branches, or with two branches of one or two moving
-       joints each, if no branch has more moving joints than the path from the base to the link.
-       Two longer branches may be two arms on a torso.
+       joints each. Two longer branches may be two arms on a torso.
+
+    In cases 2 and 3, no branch after the link may have more moving joints than the path from the
+    base to the link. Otherwise the branches are limbs.
 
     Parameters
     ----------
@@ -203,7 +205,9 @@ def _before_branches(
         if any(_of_hand(tree.joints[one], FINGER) for one in fingers):
             return k
         if most > shared or arm[: k + 1] in tools:
-            continue  # the hand begins later: joint k carries limbs, or a tool link comes later
+            # No hand begins after the first k joints. Either a branch after these joints has more
+            # than k moving joints, so it is a limb, or a tool link is farther along the arm.
+            continue
         similar = len(fingers) > 1 and fewest >= most - 1
         short = fewest == most <= MAX_FINGER_JOINTS
         if arm[:k] in tools or (similar and (len(fingers) > 2 or short)):

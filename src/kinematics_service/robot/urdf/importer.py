@@ -94,9 +94,9 @@ def import_urdf(
     convention
         Convention of the table.
     round_angles
-        Replace rounded parts of pi by exact angles: `1.5708` becomes pi/2. Remove the noise of CAD
-        programs from axes: `2e-08 0 -1` becomes `0 0 -1`. The certificate compares the robot with
-        the unchanged URDF, and therefore shows the effect.
+        Replace rounded fractions of pi by exact angles: `1.5708` becomes pi/2. Remove the noise of
+        CAD programs from axes: `2e-08 0 -1` becomes `0 0 -1`. The certificate compares the robot
+        with the unchanged URDF, and therefore shows the effect.
 
     Raises
     ------
@@ -192,8 +192,8 @@ def _imported(
     written = text(str(certificate))
     _refuse_large(root, written)
     doubts = chain_doubts(tree, chain, robot.description.warnings)
-    # `robot` was made from a text without the certificate. Put the certificate into its `source`,
-    # so that the robot is that of the written text.
+    # `robot` was made from a text without the certificate. Put the certificate into the field
+    # `source`, so that `robot` is equal to the robot in the text `written`.
     certified = printable_source(source(str(certificate)))
     description = replace(robot.description, source=certified)
     robot = replace(robot, source=certified, description=description)

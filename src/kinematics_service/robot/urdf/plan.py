@@ -7,8 +7,9 @@ Every frame of the table becomes a link. The expressions `theta` and `d` are sum
 factor times a joint variable. The first term of a variable in the table becomes the variable's
 joint, about z or -z. The other terms become joints that mimic this joint; each is on the z axis of
 its own row. For `theta3 - theta2`, two joints turn: by theta3, and by -1 times theta2. A helical
-joint becomes a joint that turns and a joint that slides. For `q1/3` (a gear), two joints turn: by
-q1, and by -2/3 times q1. Therefore a URDF can express every robot file without loops.
+joint becomes a joint that turns and a joint that slides. For `q1/3` (a gear), two joints on one
+axis turn. The variable's joint must turn by q1 itself, so a mimic joint adds -2/3 times q1.
+Therefore a URDF can express every robot file without loops.
 """
 
 import itertools
@@ -29,9 +30,10 @@ IDENTITY = np.eye(4)
 
 @dataclass(frozen=True)
 class _JointTerm:
-    # One term of theta or d in a table row: a factor times the variable with the index `joint`. If
-    # `leads` is true, the term becomes the joint of its variable. Each variable has one such term.
-    # Other terms become joints that mimic this joint.
+    # One term of theta or d in a table row: a factor times the variable with the index `joint`.
+    # The term becomes a joint of the URDF. For each variable, one term has `leads` true: its URDF
+    # joint has the position of the variable. The URDF joints of the variable's other terms mimic
+    # this joint.
     joint: int
     turns: bool
     factor: float
@@ -53,10 +55,11 @@ def _motions(row: Row, index_of: Mapping[str, int]) -> list[_JointTerm]:
 
 
 def _with_leaders(robot: Robot, rows: list[list[_JointTerm]]) -> list[list[_JointTerm]]:
-    # Mark the first term of each variable (in theta or d) as the variable's joint, with the factor
-    # 1 or -1. If the factor in the table is another number, add a second term with the rest of the
-    # factor, which becomes a mimic joint. In each row, put joints before mimic joints, because
-    # Pinocchio needs this order.
+    # Choose the first term of each variable (in theta or d) as its leader. The leader becomes the
+    # joint of the variable, and other terms become mimic joints. A leader has the factor 1 or -1.
+    # If the term has another factor, split the term into a leader and a second term:
+    # q/3 = q - 2/3 q. In each row, put leaders before other terms, because Pinocchio needs this
+    # order.
     led: set[int] = set()
     result = []
     for row in rows:
@@ -145,9 +148,11 @@ class _Planner:
     ) -> PlannedJoint:
         j, factor, name = term.joint, term.factor, self.robot.joint_names[term.joint]
         limits, velocity = self.robot.limits[j], float(self.robot.velocity_limits[j])
-        # Give a helical joint the type `revolute` even if it has no limits. Pinocchio represents a
-        # continuous joint by (cos, sin), which a sliding joint cannot mimic. Give a turning mimic
-        # joint the type of its leader, because Pinocchio requires this.
+        # A helical joint becomes a turning joint and a sliding joint that mimics it. Give the
+        # turning joint the type `revolute` even if it has no limits. The type `continuous` would
+        # be wrong: Pinocchio represents the angle of a continuous joint by (cos, sin), and a
+        # sliding joint cannot mimic this pair. Give a turning mimic joint the same type as the
+        # joint that it mimics, because Pinocchio requires this.
         helical = self.robot.joint_types[j] == 'helical'
         kind = 'revolute' if helical or np.isfinite(limits).any() else 'continuous'
         kind = kind if term.turns else 'prismatic'

@@ -12,8 +12,9 @@ from ...typography import number_text
 ROUND_OFF = 2e-15
 DECIMALS = 12  # round a value to 12 decimals if the change is at most ROUND_OFF
 PARTS = 12  # write multiples of pi/12 (15 degrees) as fractions of pi
-# An angle such as 1.57 counts as a rounded multiple of pi/12 if it differs from the multiple by
-# less than ROUNDED, and by less than LAST_DIGITS units of its last written digit (0.01 for 1.57).
+# An angle such as 1.57 counts as a rounded multiple of pi/12 if its difference from the multiple
+# is below two limits. One limit is ROUNDED. The other limit is LAST_DIGITS times the unit of the
+# last written digit. For 1.57 this unit is 0.01, and the limit 0.025.
 LAST_DIGITS = 2.5
 ROUNDED = 1e-3  # rad
 # Largest error of a right angle from a CAD program, rad. The value is the round-off of 32 bit
@@ -39,7 +40,7 @@ def length_of(value: float) -> WrittenNumber:
 
 
 def angle_of(value: float) -> WrittenNumber:
-    """Return an angle, rad, without round-off, and its text, such as `-pi/2` for a part of pi."""
+    """Return an angle, rad, without round-off, and its text: `-pi/2` for -1.5707963267948966."""
     part = Fraction(round(value / math.pi * PARTS), PARTS)
     over, under = part.numerator, part.denominator
     exact = over * math.pi / under
@@ -51,11 +52,12 @@ def angle_of(value: float) -> WrittenNumber:
 
 def as_rounded_part_of_pi(text: str) -> float:
     """
-    Return the multiple of pi/12 (rad) of which `text` is a rounded value, or the number `text`.
+    Return the angle in a text, rad. If the text is a rounded multiple of pi/12, return the
+    multiple.
 
-    For `1.57`, `1.5707` (cut off) and `1.570796325` (half of a rounded pi), the result is pi/2. An
-    angle that differs from the multiple by more than its rounding, such as a calibrated angle, is
-    not changed. The noise of CAD programs is removed: for `-9.4e-08` the result is 0.
+    For `1.57`, `1.5707` (cut off) and `1.570796325` (3.14159265 / 2), the result is pi/2. If the
+    difference from each multiple is larger than a rounding error, as for a calibrated angle, the
+    angle is not changed. The noise of CAD programs is removed: for `-9.4e-08` the result is 0.
     """
     near = min(LAST_DIGITS * 10.0 ** -len(text.partition('.')[2]), ROUNDED)
     return part_of_pi(float(text), CAD_NOISE if 'e' in text.lower() else max(near, CAD_NOISE))

@@ -17,7 +17,9 @@ from .table import ConstantPose, UrdfRow, UrdfTable
 # If a joint name has more characters than this, the variables in the table are q1, q2, ... and not
 # the joint names.
 MAX_VARIABLE = 8
-MAX_SOURCE_LENGTH = 2000  # characters; a robot file accepts no longer text of the key `source`
+# Largest length of the text `source` in a robot file, characters. A file with a longer text is
+# refused.
+MAX_SOURCE_LENGTH = 2000
 # Words that YAML 1.1 or 1.2 reads as text only if they are in quotes.
 WORDS = ('true', 'false', 'null', 'yes', 'no', 'on', 'off')
 

@@ -20,15 +20,18 @@ from .quantity import ROUND_OFF, WrittenNumber, angle_of, length_of
 # Axes count as parallel if the angle between them is less than this, rad. Such a small angle is
 # round-off. It would put the common normal of the axes at an arbitrary position.
 PARALLEL_TOLERANCE = 1e-13
-# Largest distance from a joint to a common normal, relative to the length of the chain. Nearly
-# parallel axes (a URDF with rpy="1.5708") have their common normal kilometres away. With lengths
-# of kilometres in the table, the pose would lose digits. If the distance is larger, use two rows,
-# with an additional z axis between them that crosses the next axis at a right angle.
+# Largest distance from a joint to the common normal of its axis and the previous joint axis,
+# relative to the length of the chain. If two axes are nearly parallel (a URDF with rpy="1.5708"),
+# their common normal may be kilometres away. With lengths of kilometres in the table, the pose
+# would lose digits. If the distance is above this limit, use two rows with an additional z axis
+# between the two joint axes. The additional axis crosses the second joint axis at a right angle.
 MAX_NORMAL_DISTANCE = 2.0
 # Limit, rad, of the angle from the last joint's axis to the tip's z axis. An angle below the limit
 # becomes part of the tool pose. A larger angle becomes alpha of the last row.
 TOOL_AXIS_TOLERANCE = 1e-3
-# A right angle plus a tolerance. Without the tolerance, round-off could add pi to theta of a row.
+# If |theta| of a row would be above this, rad, theta is changed by pi, and the sign of a or alpha
+# is changed. The value is a right angle plus a tolerance. Without the tolerance, round-off could
+# change a theta of exactly pi/2.
 RIGHT_ANGLE = math.pi / 2.0 + 1e-9
 
 
@@ -112,13 +115,14 @@ def table_of(chain: UrdfChain) -> UrdfTable:
     for here, there, line in zip(chain.motions, [*chain.motions[1:], None], lines[1:]):
         line = line.seen_from(T)
         if there is not None and not there.turns:
-            # Only the direction of a prismatic joint has an effect. So use an axis through the
-            # origin of the frame before it.
+            # The joint `there` is prismatic, so only the direction of its axis has an effect. Use
+            # an axis through the origin of the present frame.
             line = _Line(np.zeros(3), line.direction)
         next_sign = 1.0
         if there is not None and (here.follows or there.follows) and _coincide(line):
-            # The joints `here` and `there` have one axis and will be in one row, about z. If the
-            # joint `there` is about -z, its term gets a minus sign.
+            # The axes of the two joints `here` and `there` are one line, so the joints will be in
+            # one row of the table. If the axis of `there` has the direction of -z, the term of
+            # `there` gets a minus sign.
             next_sign = math.copysign(1.0, line.direction[2])
         line = _Line(line.point, next_sign * line.direction)
         steps = _last_steps(line, size) if there is None else _steps(line, size)
@@ -161,8 +165,9 @@ def _lines(chain: UrdfChain) -> tuple[list[_Line], Floats]:
 
 
 def _base(line: _Line) -> ConstantPose:
-    # Return the pose of frame 0 in the base link. Its z axis is the first joint axis. Its origin
-    # is the point of this axis that is nearest to the origin of the base link.
+    # Return the pose of frame 0 in the base link. The z axis of frame 0 is the first joint axis.
+    # The origin of frame 0 is the point on the first joint axis that is nearest to the origin of
+    # the base link.
     theta, alpha = _turns(line.direction)
     nearest = line.point - (line.point @ line.direction) * line.direction
     zero = length_of(0.0)
@@ -204,11 +209,12 @@ def _turns(direction: Floats) -> tuple[float, float]:
 
 
 def _step(line: _Line) -> tuple[UrdfRow, float]:
-    # Return the row after which the z axis is the line `line`, and the distance of the new origin
-    # from `line.point`. The line is given in the frame before the row. Let the common normal have
-    # the direction n = (cos theta, sin theta, 0), and let m = (-sin theta, cos theta, 0). The
-    # direction of the line is W = -sin(alpha) m + cos(alpha) z. The new origin point + t W lies on
-    # the common normal, so its component along m is 0, and t = point.m / sin(alpha).
+    # Return a row that leads to a frame whose z axis is the line `line`, and the distance from
+    # `line.point` to the origin of this frame. The line is given in the frame before the row. The
+    # common normal of the old z axis and the line has the direction n = (cos theta, sin theta, 0).
+    # Let m = (-sin theta, cos theta, 0). The direction of the line is
+    # W = -sin(alpha) m + cos(alpha) z. The new origin is point + t W. It lies on the common
+    # normal, which crosses the old z axis. So (point + t W).m = 0, and t = point.m / sin(alpha).
     x, y, z = line.point
     theta, alpha = _turns(line.direction)
     if _parallel(line.direction):
@@ -228,10 +234,10 @@ def _steps(line: _Line, size: float) -> list[UrdfRow]:
     row, away = _step(line)
     if _parallel(line.direction) or away <= MAX_NORMAL_DISTANCE * size:
         return [row]
-    # The present z axis and the next axis are nearly parallel. Return two rows, with an additional
-    # z axis between them. The additional axis goes through the point where the next axis crosses
-    # the present xy plane. It is perpendicular to the next axis, and nearly to the line from the
-    # origin to this point.
+    # The present z axis and the next axis are nearly parallel. Return two rows with an additional
+    # z axis between the two axes. The additional axis goes through the point P where the next axis
+    # crosses the present xy plane. The additional axis is perpendicular to the next axis, and
+    # nearly perpendicular to the line from the present origin to P.
     W = line.direction
     point = line.point - line.point[2] / W[2] * W
     distance = math.hypot(point[0], point[1])

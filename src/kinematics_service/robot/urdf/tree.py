@@ -85,8 +85,8 @@ class UrdfTree:
         return UrdfWay(up, tuple(reversed(joints[: links.index(meets)])))
 
     def _joints_above(self, link: str, *ends: str) -> tuple[XmlElement, ...]:
-        # Return the joints on the path from a link upwards. The path ends at the root, or before
-        # it at one of the links `ends`.
+        # Return the joints on the path upwards from a link. The path ends at the first link that
+        # is in `ends`, or at the root if the path has no link in `ends`.
         joints: list[XmlElement] = []
         while link not in ends and (above := self.above.get(link, ())):
             if len(above) > 1:
