@@ -66,15 +66,15 @@ def grouped_robots() -> Mapping[str, Mapping[str, Path]]:
 
 class RobotSource(NamedTuple):
     """
-    The file that describes a robot, and the two ends of the arm that is read from it. Only a URDF
-    or a cell (a file with several arms) needs the ends.
+    The file that describes a robot, and the two ends of the arm that is read from the file.
 
     Attributes
     ----------
     base, tip
-        In a URDF, the names of the first and the last link of the arm. In a cell, arms or points
-        of arms, such as `left/elbow`: the result is the motion of `tip` relative to `base`. A name
-        is empty if the user did not give it.
+        For a URDF, names of links: the arm goes from the link `base` to the link `tip`. For a cell
+        (a file with several arms), names of frames: the robot is the motion of the frame `tip`
+        relative to the frame `base`. The name `left` of an arm means the tool of the arm;
+        `left/elbow` means the point `elbow` of the arm. Empty if the user gave no names.
     """
 
     file: Path
@@ -96,10 +96,11 @@ def find_robot_file(name: str | os.PathLike[str]) -> Path:
 
 def find_robot(name: str | os.PathLike[str]) -> RobotSource:
     """
-    Return the file of a robot and the two ends of the arm in it, given the robot as text.
+    Return the file of a robot and the two ends of the arm, given a text that names the robot.
 
-    The text is a bundled name, a path, or FILE:BASE:TIP. BASE and TIP are links of a URDF, or arms
-    or points of a cell.
+    The text is a bundled name, a path, or FILE:BASE:TIP. If FILE is a URDF, BASE and TIP are
+    links. If FILE is a cell (a file with several arms), BASE and TIP are arms, or points of arms
+    such as `left/elbow`.
 
     Raises
     ------
@@ -138,10 +139,9 @@ def find_robot(name: str | os.PathLike[str]) -> RobotSource:
 
 
 def _other_model(text: str, name: str) -> bool:
-    # Return whether two similar robot names are probably two models, not one name with a typing
-    # mistake. They are two models if their digits differ (ur5, ur10), or if one name only has more
-    # letters at the end (ur5, ur5e). Otherwise, as for equal digits in another order, it is a
-    # mistake.
+    # Return whether two similar robot names probably mean two models. They do if the digits in the
+    # two names differ (ur5, ur10), or if one name has additional letters at the end (ur5, ur5e).
+    # Otherwise one of the names probably has a typing mistake, for example two swapped digits.
     (digits, behind), (others, other_behind) = (
         (sorted(re.findall(r'\d', one)), re.sub(r'^.*\d|[\W_]', '', one.lower()))
         for one in (text, name)

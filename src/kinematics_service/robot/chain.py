@@ -3,10 +3,10 @@
 """
 Make the kernel's chain from a DH table: multiply the fixed transforms between two joints together.
 
-The chain is C_0 screw_z(1) C_1 screw_z(2) ... C_K. Here screw_z(k) is the screw motion about z of
-the k-th table row that a joint moves. Everything constant between two screws is multiplied into
-one matrix C_k: the constant factors of the rows, rows without a joint, base and tool. So the
-kernel needs neither conventions nor joint types.
+The chain is the product C_0 S_1 C_1 S_2 ... S_K C_K. K rows of the table have a joint. The screw
+motion S_k is the motion about and along z in the k-th of these K rows. Everything constant between
+two screw motions is multiplied into one matrix C_k: the constant factors of the rows, rows without
+a joint, base and tool. So the kernel needs neither conventions nor joint types.
 """
 
 import itertools
@@ -131,7 +131,12 @@ def poses_and_jacobians(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
 
 
 def evaluated(chain: Chain, q: Floats) -> Floats:
-    """Return the rows that the kernel fills for a chain at rest at q (N, n), without frames."""
+    """
+    Return the kernel's results for a chain at rest, one row for each configuration in q (N, n).
+
+    A row has the results that `kernel.evaluate` lists (tool pose, Jacobian, screws, and others),
+    but not the frames of the DH table.
+    """
     rows, rates = np.empty((len(q), chain.widths[kernel.JACOBIAN])), chain.at_rest.reshape(1, -1)
     kernel.evaluate(chain, np.ascontiguousarray(q), rates, kernel.JACOBIAN, rows)
     return rows
@@ -139,10 +144,10 @@ def evaluated(chain: Chain, q: Floats) -> Floats:
 
 def first_entries(chain: Chain) -> Integers:
     """
-    Return, for each entry of a chain, the index of the first entry that moves the same screw.
+    Return, for each entry of a chain, the index of the first entry of its screw.
 
-    An entry is one joint variable that moves one screw. If several joints move a screw, the screw
-    has several entries.
+    An entry is a pair of a screw and a joint that moves the screw. A screw that several joints
+    move has several entries, one after the other.
     """
     first = chain.table.first_entry
     return np.repeat(first[:-1], np.diff(first))

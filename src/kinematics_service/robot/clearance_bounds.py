@@ -13,10 +13,10 @@ from ..kernel import Chain, ChainTable, Floats, Integers
 from .chain import evaluated
 from .task import Task
 
-# Largest number of entries of a chain for which bounds of the third and fourth derivatives of J_t
-# by the joints are computed. An entry is a pair of a screw and a joint that moves it. The fourth
-# derivative has entries^5 components, so for longer chains only a bound of the second derivative
-# is computed.
+# Largest number E of entries of a chain for which the third and fourth derivatives of J_t by the
+# joint positions are bounded. An entry is a pair of a screw and a joint that moves the screw. The
+# fourth derivative has E**5 components, so for longer chains only the second derivative is
+# bounded.
 MAX_BOUNDED_ENTRIES = 12
 # Two axes count as parallel if the sine of the angle between them is below this number. Parallel
 # axes have no unique nearest points.
@@ -28,8 +28,10 @@ LENGTH_SUM_ERROR = 1e-12
 
 class ClearanceBounds(NamedTuple):
     """
-    The constants of an arm with which `kernel.Clearance` proves that no pose is singular within
-    some distance (a joint motion) of a pose.
+    Constants of an arm from which `kernel.Clearance` computes a radius without singular poses.
+
+    The radius is the length of a joint motion, rad. It is proved that no shorter joint motion from
+    a given pose leads to a singular pose.
 
     Attributes
     ----------
@@ -108,8 +110,9 @@ class _Feet(NamedTuple):
     """
     Upper bounds of the distance from a given point to the axis of each screw of a chain.
 
-    `farthest` has the bounds, shape (screws,), m. `first` is a point on the first axis of
-    rotation, shape (3,), m: the foot of the perpendicular from the foot on the next axis.
+    `farthest` has the bounds, shape (screws,), m. `first`, shape (3,), m, is a point on the first
+    axis of rotation. To find `first`, `_feet` drops a perpendicular from the given point to the
+    last axis, then from the end of the perpendicular to the previous axis, up to the first axis.
     """
 
     farthest: Floats
@@ -117,10 +120,10 @@ class _Feet(NamedTuple):
 
 
 def _feet(chain: Chain, elements: _Elements, point: Floats, strokes: Floats) -> _Feet:
-    # Drop a perpendicular from `point` to the last joint axis, then from the foot of this
-    # perpendicular to the previous axis, and so on. The perpendiculars have constant lengths. So
-    # the distance to an axis is at most the sum of these lengths and of the strokes of sliding
-    # joints.
+    # Drop a perpendicular from `point` to the last axis of rotation, then from the end of this
+    # perpendicular to the previous axis, and so on. Joint motions do not change the lengths of the
+    # perpendiculars. So the distance from `point` to the axis of screw k is at most a sum over
+    # screw k and all later screws: lengths of perpendiculars, and strokes of sliding joints.
     count = len(elements.turns)
     first = chain.table.first_entry
     hops, foot = np.zeros(count), point
@@ -164,11 +167,15 @@ def moving_joints(chain: Chain, task: Task) -> Integers:
     """
     Return the indices of the joints that can change the rank of J_t, shape (d,).
 
-    The first joint moves the arm as one rigid body. It is left out if it slides, or if J_t has the
-    rows x y z, the rows rx ry rz, or all six. If J_t has six rows, the last joint is also left
-    out, because it moves no joint axis. Together with the first (last) joint, the joints that
-    follow (precede) it on the same axis are left out. A joint is kept if it moves two rows of the
-    table, or is part of a closed loop.
+    Two joints may be left out:
+
+    - the first joint, because it moves the arm as one rigid body. A first joint that turns is left
+      out only if the rows of J_t are x y z, or rx ry rz, or all six.
+    - the last joint, because it moves no joint axis. It is left out only if J_t has six rows.
+
+    If the first joint is left out, the next joints on the axis of the first joint are left out by
+    the same rule. If the last joint is left out, the joints before it on the same axis are left
+    out, too. A joint is kept if it moves two rows of the table, or is part of a closed loop.
     """
     six_rows = len(task.rows) == 6
     table = chain.table
@@ -188,9 +195,10 @@ def moving_joints(chain: Chain, task: Task) -> Integers:
 
 
 def _alone_about_one_axis(table: ChainTable, order: range) -> Iterator[int]:
-    # Take the screws in the given order, and yield the entries (joints) of the screws before the
-    # axis changes. Stop at a screw that several joints move, or whose joint also moves another
-    # screw.
+    # Go through the screws in the given order. For each screw, yield the index of its entry, the
+    # pair of the screw and the joint that moves the screw. Stop before the first screw that is not
+    # on the axis of the screws before it. Stop also before a screw that several joints move, and
+    # before a screw whose joint moves a second screw.
     for place, k in enumerate(order):
         entry = table.first_entry[k]
         alone = table.first_entry[k + 1] == entry + 1
@@ -205,13 +213,13 @@ def _alone_about_one_axis(table: ChainTable, order: range) -> Iterator[int]:
 
 def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Floats:
     # Return upper bounds of the norms of the derivatives of each column of J_t by `order` joints,
-    # shape (n, ..., n). First compute the bounds for entries (pairs of a screw and a joint that
-    # moves it). A derivative involves `order` + 1 entries of the chain: one for the column, and
-    # one for each joint of the derivative. Let w be the angular velocity that an entry causes at
-    # unit joint speed, and v the largest speed of the reference point. The linear part is at most
-    # v of the entry that is last in the chain, times w of the other entries. The angular part is
-    # at most the product of all w. It is zero unless the entry of the column comes after all other
-    # entries in the chain.
+    # shape (n, ..., n). First compute bounds for entries. An entry is a pair of a screw and a
+    # joint that moves the screw. A derivative belongs to `order` + 1 entries: one entry of the
+    # column, and one entry of each joint by which the column is differentiated. At unit joint
+    # speed, an entry causes the angular velocity w and at most the speed v of the reference point.
+    # Bound of the linear part: v of the entry that is last in the chain, times the product of w
+    # over the other entries. Bound of the angular part: the product of w over all entries. But if
+    # the entry of the column is not after all other entries in the chain, the angular part is 0.
     table, E = chain.table, chain.entries
     element = np.repeat(np.arange(len(table.theta_0)), np.diff(table.first_entry))
     w = np.abs(table.by_theta)
@@ -224,8 +232,9 @@ def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Fl
     has_linear = any(axis < 3 for axis in task.axes)
     has_angular = any(axis >= 3 for axis in task.axes)
     parts = np.hypot(linear * has_linear, angular * task.length * has_angular)
-    # A joint has several entries if it moves several screws. Add up the bounds of all entries of a
-    # joint. Multiply the bounds of sliding joints by the characteristic length.
+    # So far each bound belongs to entries, which are pairs of a screw and a joint. A joint that
+    # moves several screws has several entries: add up the bounds of all entries of a joint.
+    # Multiply the bounds of sliding joints by the characteristic length.
     scales = np.zeros((chain.dof, E))
     scales[table.joint, np.arange(E)] = task.column_scales[table.joint]
     for axis in range(order + 1):
@@ -271,10 +280,10 @@ def find_bounds(chain: Chain, task: Task, strokes: Floats) -> ClearanceBounds:
     for order in (2, 3, 4) if chain.entries <= MAX_BOUNDED_ENTRIES else (2,):
         parts = _largest_parts(chain, task, farthest, order)
         parts = parts[np.ix_(np.arange(n), *[moving] * order)]
-        # The first dimension of the array `parts` is the column of J_t, and each other dimension
-        # is a joint of the derivative. Flatten the first k + 1 dimensions to rows and the others
-        # to columns of a matrix. The 2-norm of the matrix bounds the derivative along joint
-        # motions of norm 1. Take the smallest norm over k.
+        # parts[i, j1, j2, ...] bounds the derivative of column i of J_t by joint j1, joint j2, and
+        # so on. Reshape `parts` to a matrix: the first k + 1 dimensions become the rows. The
+        # 2-norm of the matrix bounds the derivative of J_t along joint motions of norm 1. Compute
+        # this bound for each k, and take the smallest bound.
         flat = (parts.reshape(n * d**k, -1) for k in range(order))
         flat = (part if len(part) < len(part.T) else part.T for part in flat)
         bounds[order - 2] = min(float(np.linalg.norm(part, 2)) for part in flat)

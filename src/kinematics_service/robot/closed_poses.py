@@ -21,8 +21,7 @@ SEED = 20240523
 
 def close_at(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
     """
-    Return the kernel's solution of the loop equations of a chain at joint positions, and whether
-    the loops close.
+    Solve the loop equations of a chain at joint positions, and return whether the loops close.
 
     Parameters
     ----------
@@ -33,11 +32,11 @@ def close_at(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
 
     Returns
     -------
-    Two arrays with a row for each row of q. The first array, shape (N, width), has the section of
-    each pose: positions and rates of all joints, the derivatives of the passive joints, and the
-    other numbers that `kernel.Closure` documents. The second array, shape (N,), is 0 if all loops
-    close, and k if the k-th group of loops from the end cannot be closed (k = 1 is the last
-    group).
+    Two arrays. The first, shape (N, width), has one row for each row of q: the positions and rates
+    of all joints, the derivatives of the passive joints, and more numbers. `kernel.Closure` lists
+    the numbers of such a row, and calls the row a section. The second array, shape (N,), is 0 if
+    all loops close. Otherwise it is the number of a group of loops that cannot be closed, counted
+    from the last group: 1 is the last group.
     """
     sections = np.empty((len(q), chain.closure.width))
     failed = np.empty(len(q))

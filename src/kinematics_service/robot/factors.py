@@ -55,17 +55,19 @@ class Factors(FrozenArrays):
     names, texts
         Names and expressions of the factors in the robot file, then of the factors of closed
         loops. The factor of a loop is the determinant of the derivatives of the loop equations by
-        the passive joints. The tape does not contain the factors of loops.
+        the passive joints.
     approximate
         For each factor, whether it was derived from the table before the table was calibrated.
     complete
         Whether a product of powers of the factors is the determinant of J_t up to a constant. If
         so, every singular pose is a zero of a factor.
     operations : shape (steps, 3), constants : shape (steps,)
-        For each step of the tape, `operations` has the operation and the indices of the two steps
-        that are its operands. `constants` has the number that the step needs. For a constant, it
-        is the constant. For a joint position, it converts rad or m to the file's unit. For a
-        function such as sin, it is the size of the file's unit of angles in rad.
+        The tape: a list of elementary operations (steps) that computes the factors of the robot
+        file. The tape does not compute the factors of loops. For each step, `operations` has the
+        operation and the indices of the two steps that are its operands, and `constants` has a
+        number c. The value of a constant is c. A step that reads a joint position multiplies the
+        position (rad or m) by c, which converts it to the file's unit. For sin, cos and atan2, c
+        is the file's unit of angles in rad.
     ends : shape (factors,)
         For each factor on the tape, the index of the step that computes its value.
     """

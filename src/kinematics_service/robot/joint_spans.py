@@ -11,7 +11,9 @@ from ..kernel import Chain, Floats
 from .clearance_bounds import moving_joints
 from .task import Task
 
-MAX_TURNS = 4  # largest tried period of a joint, in turns
+# If a gear turns a row of the table by a fraction of the joint's angle, all links have the same
+# poses again only after several turns of the joint. At most this number of turns is tried.
+MAX_TURNS = 4
 
 
 def joint_spans(chain: Chain, task: Task, limits: Floats) -> Floats:

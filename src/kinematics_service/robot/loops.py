@@ -34,8 +34,9 @@ from .file.reader import refuse
 # A rotation (rad) or translation (m) between the ends of a loop's two chains counts as zero up to
 # this number.
 ROTATION_TOLERANCE = 1e-9
-# The two chains of a loop must meet at their ends. To find which components of the relative pose
-# of the two ends a passive joint changes, the joint is moved by this step, rad or m.
+# The two chains of a loop must meet at their ends. A passive joint changes some components of the
+# pose of one end relative to the other end. To find these components, the joint is moved by this
+# step, rad or m.
 JOINT_STEP = 0.1
 
 

@@ -20,12 +20,14 @@ class MeasurePlaces(NamedTuple):
         the joint motion `motion` does not move the tool. `way` is the joint motion away from the
         nearest singular pose. `sigma` are the singular values.
     judged
-        First column of four numbers in the order of kernel.WATCHED to kernel.FIRST_ORDER: the
-        value of the watched measure, its level (OK, WARN, ERROR), the index of the factor that is
-        nearest to zero, and the first-order distance to a singular pose.
+        First of four columns: the value of the watched measure, the level of this value (OK, WARN,
+        ERROR), the index of the factor that is nearest to zero, and the first-order distance to a
+        singular pose. The offsets from this column are kernel.WATCHED (0), LEVEL, NEAREST_FACTOR
+        and FIRST_ORDER (3).
     distances, results
-        First column of the distances to zeros of the factors, and first column of the values and
-        gradients of the factors.
+        `distances`: first of the columns that have, for each factor, the distance from the pose to
+        a zero of the factor. `results`: first of the columns that have value and gradient of each
+        factor.
     pose
         First column of the joint positions of the nearest singular pose.
     width

@@ -55,8 +55,10 @@ class Point:
     @cached_property
     def first_entries(self) -> Integers:
         """
-        Return, for each entry of the chain (a joint that moves a screw), the index of the first
-        entry that moves the same screw.
+        Return, for each entry of the chain, the index of the first entry of its screw.
+
+        An entry is a pair of a screw and a joint that moves the screw. A screw that several joints
+        move has several entries, one after the other.
         """
         return first_entries(self.chain)
 
@@ -68,7 +70,9 @@ def known_points(description: RobotDescription) -> tuple[str, ...]:
 
 def described_point(description: RobotDescription, of: str | int) -> PointDescription:
     """
-    Return the point named `of`, or the frame after table row `of` (the number 0 is frame 0).
+    Return a point of an arm, given the name of the point or the number of a table row in `of`.
+
+    The number k means the frame after row k of the table; 0 means frame 0.
 
     Raises
     ------

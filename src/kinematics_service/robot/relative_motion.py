@@ -149,17 +149,20 @@ def relative_motion(
 
 
 def _joined(first: _JointChain, second: _JointChain) -> _JointChain:
-    # Join two chains. A joint that carries both arms is last in the first chain and first in the
-    # second chain, with opposite signs. Leave out such a joint, because it does not change the
-    # relative motion.
+    # Join two chains: from the tool of the first arm to the frame of the cell, and from this frame
+    # to the tool of the second arm. A joint that moves both arms, such as a torso joint, is last
+    # in the first chain and first in the second chain, with opposite signs. Leave out such a
+    # joint, because it does not change the pose of one tool relative to the other.
     motions = [*first.motions[:-1], first.motions[-1] @ second.motions[0], *second.motions[1:]]
     screws = [*first.screws, *second.screws]
     size = sum(float(np.linalg.norm(motion[:3, 3])) for motion in motions)
     k = len(first.screws)
     while 0 < k < len(screws):
         here, there, between = screws[k - 1], screws[k], motions[k]
-        # Two opposite screws about z cancel if the constant motion between them moves the z axis
-        # only within itself. If the constant motion reverses the z axis, two equal screws cancel.
+        # `here` and `there` are two screw motions, each about its own z axis. They can cancel if
+        # the two z axes are one line. If both z axes have the same direction, opposite screws
+        # cancel. If the directions are opposite, equal screws cancel. Screws that only slide can
+        # also cancel if the z axes are parallel.
         round_z = between[2, 2] < 0.0
         undone = there == (here if round_z else tuple(map(_negative, here)))
         parallel = np.abs(between[:2, 2]).max() <= AXIS_TOLERANCE

@@ -291,8 +291,8 @@ def with_tool(
     """
     Return an arm with another tool, given by the tool's position or orientation.
 
-    The section `singularity` of the robot file applies to the new tool, except factors whose zeros
-    are not singular poses of the new tool.
+    The section `singularity` of the robot file applies to the new tool, too. A singular factor in
+    this section is left out if its zeros are not singular poses of the arm with the new tool.
 
     Parameters
     ----------
@@ -326,8 +326,8 @@ def _with_factors(description: RobotDescription, factors: tuple[Factor, ...]) ->
 
 
 def _is_accepted(description: RobotDescription, factor: Factor) -> bool:
-    # Return whether a robot with this factor can be built: the checked zeros of the factor are
-    # singular poses of the arm.
+    # Return whether `build_robot` accepts this factor. `build_robot` refuses a factor that is zero
+    # at a pose that is not singular.
     with suppress(RobotFileError):
         return build_robot(_with_factors(description, (factor,))) is not None
     return False
@@ -356,7 +356,8 @@ def load_robot(name: str | os.PathLike[str]) -> Robot:
     RobotFileError
         The file is not a valid robot; the message has a line for each fault.
     UrdfError
-        The URDF has no such chain, or a joint that no robot file can express.
+        The URDF has no chain from BASE to TIP. Or the chain has a joint that a robot file cannot
+        express.
     """
     source = find_robot(name)
     if os.fspath(name) in bundled_robots():
@@ -389,7 +390,7 @@ def as_robot(robot: AnyRobot) -> Robot:
         parts = _robot_of(source, *state).description.parts
         return _robot_of(source, *state, *(k for part in parts for k in file_state(part)))
     except OSError:
-        # This call raises an error with the reason, because the file cannot be read.
+        # The file cannot be read. This call raises an error that says why.
         return load_robot(robot)
 
 

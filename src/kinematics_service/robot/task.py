@@ -23,18 +23,19 @@ TWIST_ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
 SEEDED_POSES = 1000
 SEED = 20240523
 
-# A row of J is zero but for round-off if no joint moves the tool in the row's direction. A linear
-# row counts as moved if it has an entry above this fraction of the largest entry of the three
-# linear rows, and above `least_motion`. An angular row counts as moved if it has an entry above
-# this fraction of the largest entry of the three angular rows.
+# A row of J contains only round-off if no joint moves the tool along (or about) the axis of the
+# row. Entries count as round-off up to this fraction of the largest entry in the three linear
+# rows. For an angular row it is this fraction of the largest entry in the three angular rows. In
+# linear rows, entries up to `least_motion` also count as round-off.
 MOVED_ROW_RATIO = 1e-9
 # Round-off of the tool's position, relative to the sum of the constant lengths before the first
 # joint.
 ROUND_OFF_RATIO = 1e-14
 
-# If all entries of a row of J are below this fraction of the largest entry, the row probably moves
-# only because joint axes are not exactly parallel. The value is the largest angle between two axes
-# that are taken as nearly parallel: 0.01 rad, or 0.57 deg.
+# A row of J may be nonzero only because joint axes are not exactly parallel. This is probable if
+# all entries of the row are below this fraction of the largest entry in the three linear (or
+# angular) rows. The value is the largest angle between two axes that are taken as nearly parallel:
+# 0.01 rad, or 0.57 deg.
 TILT_RATIO = 0.01
 
 # Number of joint configurations at which the rank of J is computed first. Nearly all arms have
@@ -63,9 +64,9 @@ class Task(FrozenArrays):
     generic_rank
         Rank of J_t at random joint positions.
     dependent_joints
-        Names of joints that can move together without moving the tool, at every configuration;
-        empty for most arms. If joints share an axis, this joint motion is constant. If J_t never
-        has full rank (four parallel axes), the joint motion depends on q.
+        Names of joints that can move at every configuration while the tool rests; empty for most
+        arms. If joints share an axis, the ratios of the joint velocities in such a motion are
+        constant. If J_t never has full rank (four parallel axes), the ratios depend on q.
     reach
         Largest distance from frame 0 to the tool over random joint positions, in m.
     axes : shape (m,)
@@ -184,9 +185,10 @@ def least_motion(chain: Chain) -> float:
 
 
 def _moved(J: Floats, least: float, share: float = MOVED_ROW_RATIO) -> list[bool]:
-    # Return, for each of the six rows of J, (N, 6, n), whether a joint moves the row. A joint
-    # moves the row if an entry exceeds `share` times the largest entry of all linear rows (or of
-    # all angular rows). An entry of a linear row must also exceed `least`, m.
+    # Return, for each of the six rows of J, (N, 6, n), whether a joint moves the tool along (or
+    # about) the axis of the row. The answer is yes if an entry of the row exceeds `share` times
+    # the largest entry of all linear rows (or of all angular rows). An entry of a linear row must
+    # also exceed `least`, m.
     largest = np.max(np.abs(J), axis=(0, 2))
     linear, angular = np.max(largest[:3]), np.max(largest[3:])
     limits = [max(share * linear, least)] * 3 + [share * angular] * 3
@@ -196,7 +198,8 @@ def _moved(J: Floats, least: float, share: float = MOVED_ROW_RATIO) -> list[bool
 def _default_rows(J: Floats, moved: Sequence[bool]) -> tuple[str, ...]:
     n = J.shape[2]
     names = tuple(name for name, moves in zip(ROW_NAMES, moved) if moves)
-    # Use only rows that a joint moves, because the other rows contain only round-off.
+    # Leave out rows that contain only round-off: no joint moves the tool along (or about) the axis
+    # of such a row.
     for half in (ROW_NAMES[:3], ROW_NAMES[3:]) if n < 6 else ():
         kind = tuple(name for name in names if name in half)
         if kind and _rank(J[:, [ROW_NAMES.index(name) for name in kind]]) >= n:
@@ -225,15 +228,15 @@ def find_task(
         Random joint positions of the arm, as `generic_poses` returns them.
     rows
         Names of the rows. Default for n < 6 joints: the linear rows if their generic rank is at
-        least n, else the angular rows if their generic rank is at least n, else all rows that a
-        joint moves. Default for six joints or more: all rows that a joint moves.
+        least n, else the angular rows if their generic rank is at least n, else all rows. Default
+        for six joints or more: all rows. Rows that are zero at every q are left out.
     length
         Characteristic length in m; default: the RMS distance of the tool from frame 0.
 
     Raises
     ------
     KinematicsError
-        No joint moves the tool, or no joint moves the given rows.
+        No joint moves the tool, or the given rows are zero at every q.
     """
     T, J = poses_and_jacobians(chain, q)
     frame_0 = chain.table.frame_offset[0]
@@ -281,9 +284,10 @@ def _dependent_joints(J_t: Floats, joint_names: Sequence[str], rank: int) -> tup
     _, sigma, right = np.linalg.svd(J_t.reshape(-1, n), full_matrices=False)
     idle = right[sigma <= kernel.RANK_TOLERANCE * sigma[0]]
     if len(idle) < n - rank and n <= m:
-        # `idle` has only null directions of J_t that are the same at every q. Compute the other
-        # null directions at the configurations where the smallest nonzero singular value is
-        # largest, because the null directions are most accurate there.
+        # J_t has more null directions than `idle`, which has only null directions that are the
+        # same at every q. Replace `idle` by all null directions at some configurations. Choose the
+        # configurations where the smallest nonzero singular value is largest, because null
+        # directions are most accurate there.
         _, sigma, right = np.linalg.svd(J_t)
         clearest = np.argsort(sigma[:, rank - 1])[-CLEAREST_POSES:]
         idle = right[clearest, rank:].reshape(-1, n)
