@@ -68,12 +68,11 @@ def join_numbers(argv: Sequence[str]) -> list[str]:
 
 def name_robots(argv: Sequence[str]) -> list[str]:
     """
-    Move the topic, or the base and tip link, of a robot into the value of `--robot`.
+    Return all arguments, with base and tip link joined to the argument that names the robot.
 
-    The result has all arguments.
-
-    `--robot-description` becomes `--robot topic:/robot_description`. With `--base a --tip b`, the
-    argument `arm.urdf` becomes `arm.urdf:a:b`; a topic is changed in this way too.
+    `arm.urdf --base a --tip b` becomes `arm.urdf:a:b`. `--robot-description` becomes
+    `--robot topic:/robot_description`, and with `--base a --tip b` it becomes
+    `--robot topic:/robot_description:a:b`.
 
     Raises
     ------

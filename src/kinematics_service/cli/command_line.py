@@ -105,8 +105,9 @@ def _code_of(argv: Sequence[str] | None) -> int:
 
 
 def _typer_fault() -> str | None:
-    # Return a sentence if typer is too old for click. Before version 0.13, typer takes each flag
-    # as given if click is 8.3 or newer: any command would only print the version.
+    # Return a sentence if typer is too old for click. With typer before 0.13 and click 8.3 or
+    # newer, typer behaves as if the user had typed every flag, also --version. So any command
+    # would only print the version.
     import typer
 
     if tuple(map(int, typer.__version__.split('.')[:2])) >= (0, 13):

@@ -93,7 +93,7 @@ for _command, _app in APPS.items():
 # Largest width of a help text, in columns.
 WIDE = {'max_content_width': 100}
 # Names of the Python functions that run the commands `import` and `set`. A function cannot have
-# the name `import`, a keyword of Python, and would hide the built-in type `set`.
+# the name `import`, a keyword of Python. A function `set` would hide the built-in type `set`.
 RENAMED = {'import': 'import_urdf', 'set': 'set_parameter'}
 # Commands that take ROS arguments.
 WITH_ROS = ('calibrate-live', 'demo', 'echo', 'reload', 'set', 'view')
@@ -214,7 +214,7 @@ class CommandGroup(typer.core.TyperGroup):
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """
-        Return the command that the first argument names (its name and its object), and the other
+        Return the name and the object of the command that the first argument names, and the other
         arguments.
         """
         name, others = args[0], args[1:]

@@ -107,8 +107,8 @@ def ik(
     --family: an arm with one joint more than the target needs, for example seven for a pose, can
     move while the tool rests. The joint limits cut this motion into arcs. The command prints for
     each arc the joints and limits at which it ends, its length, the range of each joint, and the
-    positions farthest from the limits. The key `complete` has the value found, because a search
-    may miss arcs.
+    positions farthest from the limits. A search may miss arcs, so the key `complete` of --json has
+    the value `found`, not `proved`.
 
     --one: the first solution found inside the limits, or the nearest one if the arm has a
     closed form. Without a closed form the search starts at --near; --seed gives other starts.

@@ -62,9 +62,10 @@ def import_urdf(
     error is printed and written into the file. Expand a xacro file first: xacro FILE > arm.urdf
 
     --ur-calibration is the controller's calibration.conf, or the YAML file of ur_calibration, and
-    --robot is the nominal arm. The numbers of the nominal arm get corrections of millimetres, and
-    an extra angle between parallel axes. For parallel axes, the calibration itself has lengths of
-    hundreds of metres that cancel each other. The poses of both tables agree to 1e-9 (m and rad).
+    --robot is the nominal arm. The calibration file has its own table; for parallel axes, this
+    table has lengths of hundreds of metres that cancel each other. The robot file has the numbers
+    of the nominal arm with corrections of millimetres, and an extra angle between parallel axes.
+    The poses of the two tables agree to 1e-9 (m and rad).
     """
     if name and not re.fullmatch(r'[A-Za-z0-9_]+', name):
         raise WrongUsage(f'--name: {name!r} is not a name of letters, digits and underscores')

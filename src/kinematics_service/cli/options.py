@@ -187,7 +187,9 @@ def given_robot(name: str, in_letters: bool = False) -> Robot:
 
 
 def doubt_text(doubt: Fault) -> str:
-    """Return a warning about a file (allowed, but probably a mistake) as one line of text."""
+    """
+    Return a warning as one line of text: something in a file is allowed, but probably a mistake.
+    """
     return str(replace(doubt, where=f'WARN {doubt.where}'))
 
 
