@@ -77,8 +77,10 @@ class BestSubscription:
     take
         A function that is called with each message.
     size
-        A function that returns the size (bytes) of the last message, or 0 if it is not known. The
-        caller need not call `fit` for a message with the joint names and sizes of the last one.
+        A function that returns the size (bytes) of the last message, or 0 if the size is unknown.
+        The method `settle` calls this function periodically and shortens the queue if messages are
+        large. So the caller need not call `fit` for a message of the same size as the message
+        before.
     """
 
     def __init__(
@@ -93,16 +95,16 @@ class BestSubscription:
         self._node, self.given_topic, self._take = node, topic, take
         self._size = size
         self._adapts = False
-        # Number of messages that replaced subscriptions had lost. `_lost_more` is true if the
-        # number is a lower bound.
+        # Number of messages that were lost by earlier subscriptions, before each was replaced.
+        # `_lost_more` is true if this number is a lower bound.
         self._lost: int | None = 0
         self._lost_more = False
         # The remembered messages; None if no message can arrive from two subscriptions.
         self._recent: Recent | None = None
         self._former: _CountedSubscription | None = None
         self._all_connected_since = 0.0  # time since which all publishers are connected, s
-        # Time of arrival (s) of the last message so large that a queue of full depth could exceed
-        # `MAX_QUEUE_SIZE`.
+        # Time of arrival (s) of the last large message. A message is large if a full queue of such
+        # messages would exceed `MAX_QUEUE_SIZE`.
         self._large_message_time = 0.0
         self._qos = copy.copy(qos)  # a copy, because rclpy writes overrides into this profile
         self._open = partial(_CountedSubscription, node, kind, topic, self._on_message)

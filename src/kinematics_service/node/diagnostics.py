@@ -35,8 +35,8 @@ REJECTED = (
 # second only if velocities are integrated. The status shows a reason only after it occurred.
 RARE = (outcomes.NOT_CLOSED, outcomes.TOO_FAST)
 INTERNAL_ERROR = 'internal error'
-# Time (s) for which the status reports lost messages, and resets of the estimator, after they
-# occurred.
+# After the loss of a message or a reset of the estimator, the status reports this event for this
+# time, s.
 REPORTED_TIME = 10.0
 # Largest number of resets of the estimator within `REPORTED_TIME` that cause no warning. A
 # recording that is played in a loop also causes resets.

@@ -29,8 +29,9 @@ from .steady_time import Throttle, steady_timer
 
 # Period of the diagnostics, s.
 DIAGNOSTICS_PERIOD = 1.0
-# Shortest time over which a rate of messages is computed, s. Diagnostics that are due after a
-# shorter time are skipped. After a stall of the process, the timer makes several calls at once.
+# Shortest time between two diagnostics, s. Message rates are computed over the time between two
+# diagnostics. After a stall of the process, the timer makes the delayed calls one right after
+# another; calls that come too soon publish nothing.
 MIN_INTERVAL = 0.5 * DIAGNOSTICS_PERIOD
 # If the time between two diagnostics is above this, s, the process was stalled and cannot have
 # received messages.
@@ -144,8 +145,9 @@ class Health:
         self._published_at = self._answered = time.monotonic()
         self._throttle, self._first_time = Throttle(LOG_PERIOD), Throttle(math.inf)
         self.warnings: list[str] = []
-        # For each diagnostics within `REPORTED_TIME`: its time (s), and the numbers, since the
-        # start of the node, of lost messages and of estimator resets.
+        # An item for each time within `REPORTED_TIME` at which diagnostics were made: the time
+        # (s), the number of lost messages, and the number of estimator resets. Both numbers are
+        # counted since the start of the node.
         self._losses: deque[tuple[float, int, int]] = deque([(self._published_at, 0, 0)])
         steady_timer(node, DIAGNOSTICS_PERIOD, self.say_when_due)
 
@@ -183,8 +185,10 @@ class Health:
 
     def say_when_due(self) -> None:
         """
-        Publish the status, unless the last status was published less than MIN_INTERVAL ago. After
-        the node was blocked, the timer makes late calls one after another.
+        Publish the status, if the last status was published at least MIN_INTERVAL ago.
+
+        If the node was blocked, the timer makes the delayed calls one right after another. Only
+        the first of these calls publishes a status.
         """
         if time.monotonic() - self._published_at >= MIN_INTERVAL:
             self.say()

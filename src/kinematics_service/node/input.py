@@ -32,10 +32,10 @@ class Input:
     transport
         `bytes` or `messages`.
     take
-        A function that is called with each message, and returns whether it accepts the message. If
-        the form of the message (size, joint names, offsets of numbers) is remembered, the argument
-        is the bytes of the message. If the function does not accept the bytes, it is called with
-        the decoded message.
+        A function that is called with each message, and returns whether it accepts the message.
+        With the transport `bytes`, it gets the bytes of the message if an earlier message had the
+        same form (size, joint names, offsets of numbers). In all other cases, and if it does not
+        accept the bytes, it gets the decoded message.
     refuse
         A function that is called with a sentence if bytes are not a JointState.
 

@@ -12,8 +12,8 @@ NANOSECOND = 1e-9  # s
 MIN_RATE_MESSAGES = 20
 # Time (s) by which a message may be sent earlier or later than the publisher's rate predicts.
 SEND_TIME_TOLERANCE = 0.02
-# A message may follow a publisher's last message after a gap of at most this number of messages,
-# at any rate of the publisher.
+# A message can come from a known publisher if the sequence number of the message exceeds the last
+# number of the publisher by at most this. A larger difference must also fit the publisher's rate.
 MAX_GAP_AT_ANY_RATE = 3
 # Largest rate that is assumed for a publisher before any rate has been measured, messages per s.
 MAX_RATE = 20_000.0
@@ -35,8 +35,11 @@ class _Publisher:
 
     def look_back(self) -> None:
         """
-        The rate is computed from the last message and an earlier one. Take a newer message as the
-        earlier one, if at least 4 MIN_RATE_MESSAGES messages were sent after the newer message.
+        Replace the older of the two messages from which the rate is computed, if it is too old.
+
+        The rate is computed from the last message and an older message, `_from`. A third message,
+        `_between`, was sent between the two. If at least 4 MIN_RATE_MESSAGES messages were sent
+        after `_between`, the message `_between` replaces `_from`.
         """
         if self.number - self._between[0] >= 4 * MIN_RATE_MESSAGES:
             self._from, self._between = self._between, (self.number, self.stamp)
@@ -69,22 +72,23 @@ class Losses:
     Counts lost messages of a topic, as gaps in the sequence numbers of each publisher.
 
     A message does not name its publisher. This class attributes a message to the publisher with
-    the nearest smaller number, if that publisher can have sent the missing messages in the time
-    since its last message. If two publishers have similar numbers, a message may be attributed to
-    the wrong publisher, which does not change the sum of all gaps.
+    the nearest smaller sequence number, if that publisher can have sent the missing messages in
+    the time since its last message. If two publishers have similar sequence numbers, a message may
+    be attributed to the wrong publisher. This error does not change the sum of all gaps.
 
     Parameters
     ----------
     publishers
-        A function that returns the number of publishers; it is called if a message's number does
-        not follow a known number.
+        A function that returns how many publishers the topic has. It is called if a message's
+        sequence number is not the next one of a known publisher.
 
     Attributes
     ----------
     count
         Messages lost since the start; None if the middleware does not number messages.
     is_lower_bound
-        Whether more messages may be lost, because a gap could not be attributed to a publisher.
+        Whether `count` may be smaller than the true number of lost messages, because a gap could
+        not be attributed to a publisher.
     """
 
     def __init__(self, publishers: Callable[[], int]) -> None:
@@ -126,9 +130,10 @@ class Losses:
             known_publisher.look_back()
         publisher = self._publisher_of(number, stamp, count)
         if publisher is None:
-            # Add a new publisher. If the list is full, the new one replaces the publisher that has
-            # been silent for longest. Either the replaced publisher has ended, or this message is
-            # its own after a gap too long for its rate. This gap is not counted.
+            # Add a new publisher to the list of known publishers. If the list is full, remove the
+            # publisher P that has been silent for longest. Either P has ended, or P has sent this
+            # message after a gap that is too long for the rate of P. The messages in the gap are
+            # not counted as lost.
             self.is_lower_bound |= len(known) >= count > 1 and not self._have_changed
             del known[: max(len(known) + 1 - count, 0)]
             publisher = _Publisher(number, stamp)
@@ -140,8 +145,8 @@ class Losses:
         self._have_changed = False
 
     def _publisher_of(self, number: int, stamp: int, publishers: int) -> _Publisher | None:
-        # Return the publisher that sent this message after a gap; None if this is the first
-        # message of a publisher.
+        # Return the known publisher that probably sent this message. Some sequence numbers before
+        # `number` are missing. Return None if this is the first message of a new publisher.
         below = [publisher for publisher in self._publishers if publisher.number < number]
         largest_rate = max((publisher.rate() for publisher in self._publishers), default=0.0)
         rate = MAX_RATE_RATIO * largest_rate or MAX_RATE
@@ -152,8 +157,9 @@ class Losses:
 
         fitting = [*filter(fits, below)]
         if len(self._publishers) < publishers:
-            # Not all publishers are known yet. Attribute the message to an unknown one, unless a
-            # known publisher should send the message `number` at the time `stamp`.
+            # Not all publishers are known yet. If the rate of a known publisher predicts the
+            # message `number` at the time `stamp`, attribute the message to this publisher.
+            # Otherwise attribute it to an unknown publisher.
             below = [publisher for publisher in below if publisher.is_due(number, stamp)]
             self.is_lower_bound |= len(fitting) > 0 and not below
         elif publishers > 1 or self._have_changed:

@@ -171,7 +171,7 @@ class Outputs:
         self._settings, self._active = settings, None
         self.channels = [self._configured(channel) for channel in self._offered(settings)]
         if settings.values['publish_tf'] and self._tf is None:
-            # Import the type only if needed, because the wheels of ROS lack it.
+            # Import the type only if needed. ROS from Python wheels (pip) does not have tf2_msgs.
             from tf2_msgs.msg import TFMessage
 
             self._tf = self._node.create_publisher(TFMessage, '/tf', OUTPUT_QOS)

@@ -48,8 +48,10 @@ class Reload:
         self, node: Node, parameters: NodeParameters, apply: Callable[[NodeSettings], None]
     ) -> None:
         self._node, self._parameters, self._apply = node, parameters, apply
-        self._asked: list[Any] = []  # headers of requests that the next reading answers
-        self._answered: list[Any] = []  # headers of requests that the present reading answers
+        # Headers of service requests. The requests `_asked` are answered after the next reading of
+        # the robot, the requests `_answered` after the reading that is now running.
+        self._asked: list[Any] = []
+        self._answered: list[Any] = []
         # whether a thread is reading the robot, and whether it must be read again after that
         self._reading = self._again = False
         self._outcome: CheckedArm | Exception | None = None
@@ -61,9 +63,9 @@ class Reload:
         self._service = node.create_service(
             Trigger, RELOAD, lambda request, response: response, qos_profile=SERVICE_QOS
         )
-        # Replace `send_response` of the service, so that the answer is sent after the reading. An
-        # executor sends the result of a service callback at once, and `EventsExecutor` of Jazzy
-        # cannot wait for a coroutine.
+        # Replace `send_response` of the service, so that the answer is sent only after the robot
+        # has been read again. An executor sends the result of a service callback at once, and
+        # `EventsExecutor` of Jazzy cannot wait for a coroutine.
         self._send = self._service.send_response
         setattr(self._service, 'send_response', self._on_request)  # noqa: B010
 

@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute the scale of a commanded joint velocity: the allowed fraction, 0 to 1, and the limit or
-singular pose that is the reason. The scale is not a safety function.
+Compute the scale of a commanded joint velocity: the fraction of the velocity, 0 to 1, that is
+allowed. The limit or singular pose that makes the scale less than 1 is published, too. The scale
+is not a safety function.
 """
 
 import math
@@ -115,8 +116,7 @@ class Scaling:
                 f'states; at most {1e-9 * timeout:g} s (joint_state_timeout) is accepted',
                 code='too-old',
             )
-        # Pass a batch of one pose, because the search for singular poses is shorter for a batch
-        # than for a single pose.
+        # Pass a batch of one pose, because the fields of the result are then arrays.
         return scale(
             settings.robot,
             present.state.q[None],
@@ -127,8 +127,7 @@ class Scaling:
         )
 
     def _limit_rise(self, value: float) -> float:
-        # Limit the rate at which the scale rises to the parameter `scale.rise`. The scale falls at
-        # once.
+        # The scale may rise by at most `scale.rise` (a parameter) per second. It may fall at once.
         now = time.monotonic()
         if self._last is not None:
             before, at = self._last

@@ -23,5 +23,5 @@ class StampGrid:
         return True
 
     def forget(self) -> None:
-        """Forget the last interval, so that the next result passes."""
+        """Forget the last interval, so that `passes` returns True for the next stamp."""
         self._last = None

@@ -53,10 +53,12 @@ from .target_status import pose_status, twist_status
 # Period of the check that target twists still arrive, divided by `ik.target_timeout`. So the
 # joints stop at most a quarter of the time-out too late.
 WATCHDOG_TIMEOUT_RATIO = 0.25
-# Longest wait until subscribers have acknowledged the last message, when the node ends.
+# When the node ends, it waits at most this time until subscribers have acknowledged its last
+# message.
 ACKNOWLEDGEMENT_TIMEOUT = Duration(seconds=0.2)
-# Longest wait of the node at its end for the thread that answers a pose (s). Also the longest wait
-# of this thread, before it computes an answer, until the executor has emptied its queue (s).
+# A thread computes the answers to target poses. When the node ends, it waits at most this time (s)
+# for the thread. Before each answer, the thread waits at most this time until the executor has
+# handled the events in the executor's queue.
 ANSWER_TIMEOUT = 0.5
 
 
@@ -118,8 +120,8 @@ class Targets:
 
     def stop(self) -> None:
         """
-        Stop the motion of the last target twist; wait for the answer to a pose that is being
-        published.
+        Stop the motion of the last target twist. If the answer to a target pose is being
+        published, wait until this is done.
         """
         with self.in_force:
             pass

@@ -28,8 +28,8 @@ class RowAxis(NamedTuple):
     Attributes
     ----------
     point : shape (3,), m
-        The foot of a perpendicular on the axis. It starts at the origin of the link frame before
-        or after the row: at the origin that is nearer to the axis.
+        The projection of a frame's origin onto the axis. The frame is the link frame before or
+        after the row: the frame whose origin is nearer to the axis.
     direction : shape (3,)
         Unit vector, along the positive motion of the first joint in `joints`.
     slides
@@ -47,9 +47,10 @@ class RowAxis(NamedTuple):
 
 def axes_of(state: ToolState) -> Iterator[RowAxis]:
     """
-    Yield the axes of the moving rows of the DH table, from base to tool. `state` must contain all
-    link frames. Rows that describe coordinates of a platform carried by loops, not links, are left
-    out.
+    Yield the axes of the moving rows of the DH table, from base to tool.
+
+    `state` must contain all link frames. If closed loops carry a platform, some rows describe
+    coordinates of the platform and no links. Such rows are left out.
     """
     chain = state.robot.chain
     first, joints = chain.table.first_entry, chain.table.joint
@@ -81,9 +82,9 @@ def _axis(screw: Floats, tool: Floats, beside: Floats, joints: tuple[int, ...]) 
         return RowAxis(beside[0].copy(), v / np.linalg.norm(v), True, joints)
     direction = w / speed
     point = tool + np.cross(w, v) / speed**2
-    # Project the origins of the link frames before and after the row onto the axis, and take the
-    # projection that is nearer to its origin. In every convention one of the two origins is on the
-    # axis.
+    # Project two origins onto the axis: of the link frame before the row, and of the link frame
+    # after the row. Take the projection of the origin that is nearer to the axis. In every
+    # convention one of the two origins is on the axis.
     feet = point + np.outer((beside - point) @ direction, direction)
     return RowAxis(
         feet[int(np.argmin(np.linalg.norm(feet - beside, axis=1)))], direction, False, joints

@@ -27,14 +27,16 @@ MEDIAN_POSES = 200
 
 class Ellipsoid(NamedTuple):
     """
-    A manipulability ellipsoid of tool velocities.
+    A manipulability ellipsoid of tool velocities, from the three linear or angular rows of J.
 
     Attributes
     ----------
     axes : shape (3, 3)
-        Columns are unit vectors in the base frame, right-handed: left singular vectors.
+        The principal axes, one in each column: unit vectors in the base frame. They are left
+        singular vectors of the rows of J, with signs so that the three axes are right-handed.
     radii : shape (3,), m/s or rad/s per unit of joint velocity (rad/s or m/s)
-        Singular values, descending; 0 for directions in which the tool cannot move.
+        Singular values of the rows of J, largest first; 0 for a direction in which the tool cannot
+        move.
     """
 
     axes: Floats

@@ -48,7 +48,8 @@ class Observation:
     twist : shape (6,), m/s and rad/s, or None
         The twist J qdot of the tool in base axes; None if the joint velocities are unknown.
     axes
-        The axes of the moving rows, and of the motors of closed loops.
+        The axes of the moving rows of the DH table, then the axes of the motor-driven joints in
+        closed loops.
     loops : shape (k, 2, 3), m
         Segments of the links of closed loops. Some have length 0; k is constant for an arm.
     singularity
@@ -56,7 +57,8 @@ class Observation:
     level
         OK, WARN, ERROR, or STALE if no new joint states arrive.
     scale
-        The scale of the last command to the node; None before the first command.
+        The scale, 0 to 1, of the last joint velocity that was commanded; None before the first
+        command.
     """
 
     robot: Robot

@@ -49,8 +49,8 @@ JOINT_RADIUS = 0.034  # radius of the cylinder of a joint
 JOINT_LENGTH = 0.1  # length of the cylinder of a joint
 AXIS_RADIUS = 0.005  # radius of the line along an axis
 AXIS_LENGTH = 0.34  # length of the line along an axis
-LOST_LENGTH = 0.42  # half length of the line along a null direction
-RING_RADIUS = 0.2  # radius of the ring about a null axis of rotation
+LOST_LENGTH = 0.42  # half length of the line along a direction in which the tool loses mobility
+RING_RADIUS = 0.2  # radius of the ring about an axis about which the tool cannot turn
 MIN_ELLIPSOID_RADIUS = 0.003  # least drawn radius, so that a flat ellipsoid is visible
 MAX_ARROW_LENGTH = 0.8  # largest length of the arrows of velocity and rotation
 MIN_ARROW_LENGTH = 1e-4  # length below which arrows and links are not drawn
@@ -93,14 +93,16 @@ class Scene(NamedTuple):
     size
         The arm's size, m, with which the thickness of lines is multiplied.
     links : shape (k, 2, 3)
-        Segments from the base to frame 0, between successive frames, from the last frame to the
-        tool, and of closed loops. Some segments have length 0; k is constant for an arm.
+        Line segments. They connect the base with frame 0, successive frames, and the last frame
+        with the tool; further segments are the links of closed loops. Some segments have length 0;
+        k is constant for an arm.
     frames : shape (m, 4, 4)
         Link frames.
     tool : shape (4, 4)
         The pose of the tool.
-    axes
-        Axes of the moving rows, and their labels.
+    axes, axis_labels
+        The joint axes: those of the moving rows of the DH table, and those of the motor-driven
+        joints in closed loops. Each axis has a label.
     velocity, rotation : shape (2, 3), or None
         Arrows from the tool along its velocity and its angular velocity.
     linear, angular

@@ -33,7 +33,7 @@ class Copied:
         Whether `columns` are indices in the singularity measures; otherwise they are indices in
         the row of results.
     of_motion
-        Whether the numbers exist only if the joint velocities are known.
+        Whether the joint velocities are needed to compute the numbers.
     """
 
     columns: Integers
@@ -57,9 +57,10 @@ class Copied:
 
     def sources(self, row: int, measures: int) -> Integers:
         """
-        Return, for each number of the message, its index in an array of the kernel. The array
-        contains the results for a state (`row` is how many), then the singularity measures
-        (`measures` is how many).
+        Return, for each number of the message, its index in an array of the kernel.
+
+        The array has `row` numbers that are results for a state, then `measures` numbers that are
+        singularity measures.
         """
         return self.columns + row if self.of_measures else self.columns % row
 
@@ -90,7 +91,7 @@ class WithCovariance:
 
     @property
     def of_motion(self) -> bool:
-        """Return whether the numbers exist only if the joint velocities are known."""
+        """Return whether the joint velocities are needed to compute the numbers."""
         return self.copied.of_motion
 
     def of(self, report: StateReport) -> Floats | None:
@@ -106,9 +107,11 @@ class WithCovariance:
 
     def sources(self, row: int, measures: int) -> Integers:
         """
-        Return the indices of the numbers and of their covariance in an array of the kernel: `row`
-        results for a state, `measures` singularity measures, then the covariances of pose and
-        twist (36 numbers each).
+        Return, for each number of the message, its index in an array of the kernel.
+
+        The message has the pose (or twist), then the covariance (36 numbers). The array has `row`
+        numbers that are results for a state, then `measures` singularity measures, the covariance
+        of the pose (36 numbers), and the covariance of the twist (36 numbers).
         """
         begin = row + measures + (36 if self.of_motion else 0)
         return np.concatenate([self.copied.sources(row, measures), begin + np.arange(36)])
@@ -122,7 +125,8 @@ class Computed:
     Attributes
     ----------
     of
-        A function that returns the numbers for a state report, an array of any shape, or None.
+        A function of a state report. It returns an array of any shape with the topic's numbers, or
+        None if it cannot compute the numbers.
     depth
         `kernel.JACOBIAN`, or `kernel.ALL_FRAMES` if `of` needs the link frames.
     quantities
@@ -175,6 +179,9 @@ def computed(
     depth: int = kernel.JACOBIAN,
 ) -> ContentOf:
     """
-    Return a function that returns, for any settings, `Computed` content with the function `of`.
+    Return a function that takes the settings and returns the content of a topic.
+
+    The settings have no effect: the content is always `Computed`, and the function `of` computes
+    its numbers.
     """
     return lambda settings: Computed(of, depth, quantities)

@@ -31,7 +31,8 @@ class JointStateReader:
         """
         Return the content of a serialized JointState, but without the time of receipt.
 
-        All messages of a remembered form share one tuple of joint names. Numbers are read-only
+        The reader remembers the forms of recent messages: size, joint names, and offsets of
+        numbers. All messages of one form share one tuple of joint names. Numbers are read-only
         arrays.
 
         Raises

@@ -125,7 +125,7 @@ class _Maker:
     def text(
         self, namespace: str, at: Floats | None, words: str, height: float, colour: Colour
     ) -> None:
-        """Append a text at the point `at`, (3,), m. If `at` is None, it is marked as deleted."""
+        """Append a text at the point `at`, (3,), m. If `at` is None, the text is deleted."""
         marker = self.add(namespace, Marker.TEXT_VIEW_FACING, at is not None, colour)
         if at is not None:
             _set_vector(marker.pose.position, at)

@@ -61,17 +61,19 @@ _Message = TypeVar('_Message')
 
 
 def in_base_frame(kind: Callable[..., _Message]) -> Callable[[NodeSettings], _Message]:
-    """Return a function of the settings that makes a message template in the base frame."""
+    """Return a function that makes, from the settings, a message template in the base frame."""
     return lambda settings: kind(header=Header(frame_id=settings.base_frame))
 
 
 def in_tool_frame(kind: Callable[..., _Message]) -> Callable[[NodeSettings], _Message]:
-    """Return a function of the settings that makes a message template in the tool frame."""
+    """Return a function that makes, from the settings, a message template in the tool frame."""
     return lambda settings: kind(header=Header(frame_id=settings.tool_frame))
 
 
 def in_twist_frame(kind: Callable[..., _Message]) -> Callable[[NodeSettings], _Message]:
-    """Return a function of the settings that makes a message template in the axes of the twist."""
+    """
+    Return a function that makes, from the settings, a message template in the axes of the twist.
+    """
     return lambda settings: kind(header=Header(frame_id=_twist_frame(settings)))
 
 
@@ -192,9 +194,10 @@ def _self_motions(settings: NodeSettings) -> int:
 
 def of_null_space(part: Callable[[ToolState, Floats], Floats]) -> ContentOf:
     """
-    Return a function of the settings that returns the content of a null space topic. `part`
-    computes the topic's numbers from a state and a basis of the self-motions. For an arm without
-    self-motions the content is None.
+    Return a function that takes the settings and returns the content of a null space topic.
+
+    The numbers of the topic are computed by `part` from a state and a basis of the self-motions.
+    For an arm without self-motions the content is None.
     """
 
     def numbers(report: StateReport) -> Floats | None:
@@ -242,8 +245,10 @@ def twist_with_covariance_numbers(settings: NodeSettings) -> Content | None:
 
 def measure_numbers(measure: Measure) -> ContentOf:
     """
-    Return a function of the settings that returns the content of the topic of a singularity
-    measure: one number of the singularity measures, or `SILENT` if the arm lacks this measure.
+    Return a function that takes the settings and returns the content of a measure's topic.
+
+    The content is one number, the value of the singularity measure. If the arm does not have this
+    measure, the content is `SILENT`.
     """
 
     def numbers(settings: NodeSettings) -> Content:
@@ -281,10 +286,10 @@ class OutputTopic(NamedTuple):
     name, type
         The name and the message type of the topic.
     content
-        A function of the settings that returns the content of the messages; None if the arm does
-        not have the topic.
+        A function that takes the settings and returns the content of the messages; None if the arm
+        does not have the topic.
     template
-        A function of the settings that returns the message without stamp and numbers.
+        A function that takes the settings and returns the message without stamp and numbers.
     of
         Name of the point whose states are published on the topic; empty for the tool.
     """

@@ -72,8 +72,10 @@ def choice_of(result: IkResult, robot: Robot, near: Floats) -> Choice:
 
 def best_choice(choice: Choice, T: Floats, settings: NodeSettings) -> Choice:
     """
-    Return the choice with its first answer moved along its solution curve, as `ik.redundancy`
-    selects.
+    Return a choice whose first answer is the best posture by the criterion `ik.redundancy`.
+
+    The solutions of a redundant arm form curves. The first answer of `choice` is moved along its
+    curve. If the criterion is `near`, or the first answer is not on a curve, `choice` is returned.
     """
     robot, near = settings.robot, choice.answers[0] if choice.answers else None
     if settings.redundancy == 'near' or not isinstance(near, IkFamily):
@@ -188,8 +190,9 @@ def solutions_message(choice: Choice, settings: NodeSettings) -> Float64MultiArr
     """
     Return all answers as a message: a row for each solution, a column for each joint, and labels.
 
-    The label of the rows names their postures, separated by commas: `left/up/no_flip,...`, or
-    `solution` for arms without postures. The posture of a family is marked `family`.
+    The rows have one common label: the posture of each row, separated by commas, as in
+    `left/up/no_flip,...`. A row without a named posture has the text `solution`. If the solutions
+    form a curve (a family), the row is one solution of the curve, and its text ends with `family`.
     """
     rows = ','.join(map(_row_label, choice.answers))
     joints = ','.join(settings.joint_names), settings.robot.dof

@@ -38,10 +38,10 @@ SERVICE_QOS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 
 def overridable(qos: QoSProfile) -> dict[str, Any]:
     """
-    Return arguments for a publisher or a subscription, with which parameters of the node can
-    override the quality of service `qos`.
+    Return arguments that give a publisher or a subscription the quality of service `qos`.
 
-    Each topic gets a copy of the profile, because rclpy writes overrides into it.
+    Parameters of the node can override this quality of service. Each topic gets a copy of `qos`,
+    because rclpy writes overrides into the copy.
     """
     overrides = QoSOverridingOptions.with_default_policies()
     return {'qos_profile': copy.copy(qos), 'qos_overriding_options': overrides}

@@ -22,10 +22,10 @@ KIND = 'std_msgs/msg/String'
 QOS = QoSProfile(
     depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
 )
-# Period (s) of the check whether to stop, while no description has arrived.
+# While the node waits for a description, it checks with this period (s) whether it must stop.
 STOP_CHECK_PERIOD = 0.1
-# Time (s) without a description after which the reason is logged, and shortest time between two
-# log lines.
+# If no description arrives within this time (s), the node logs why. This is also the shortest time
+# between two log lines.
 LOG_PERIOD = 5.0
 # Period (s) of the reports that say why the node still waits.
 REPORT_PERIOD = 1.0

@@ -79,11 +79,13 @@ class NodeSettings:
     reference
         Thresholds for poses of a second source.
     scale_reduced
-        Whether the reduced speeds of the robot file apply.
+        Whether the reduced speed limits in the robot file apply.
     scale_rule
-        The rule of MoveIt Servo for the scale; None if the scale follows the distance.
+        The rule by which MoveIt Servo slows a motion; None if the motion is slowed by the distance
+        to singular poses.
     points
-        For each point with topics, by name, settings with the point as tool frame.
+        The settings for each point that has topics, by the point's name. In these settings, the
+        point is the tool frame.
     doubts
         Sentences on parameters whose values may be in mm or degrees.
     values

@@ -28,10 +28,10 @@ def read_settled(read: Callable[[], Content], files: Sequence[str | os.PathLike[
     Raises
     ------
     SettingsError
-        The files change for longer than `SETTLING_TIMEOUT` s.
+        The files change for longer than `SETTLING_TIMEOUT` s. Or `read` failed, and the last
+        change of a file was less than 1 s before, so the file may be incomplete.
     KinematicsError
-        `read` failed although the files did not change; a SettingsError if a file changed
-        recently.
+        `read` failed, and no file has changed for 1 s.
     """
     end = time.monotonic() + SETTLING_TIMEOUT
     while time.monotonic() < end:

@@ -76,9 +76,11 @@ class Parameter(NamedTuple):
     description: str
     choices: tuple[str, ...] = ()
     range: tuple[float, float] | None = None
-    least: float = 0.0  # smallest allowed value other than 0, if the value 0 has a special meaning
+    # If this is not 0, the value 0 has a special meaning, and other values must be at least this.
+    least: float = 0.0
     numbers: int = 0  # required length of a list of numbers; the list may also be empty
-    # kind of the number; a warning asks whether a too large length is in mm, an angle in degrees
+    # Kind of the number. If a length is implausibly large, a warning asks whether it is in mm. If
+    # an angle is implausibly large, a warning asks whether it is in degrees.
     kind: Kind = 'number'
     read_only: bool = False
 

@@ -17,8 +17,8 @@ def security_refusal() -> str | None:
     """
     Return the reason not to start if ROS_SECURITY_ENABLE requests security that is not installed.
 
-    Fast DDS in the wheels of ROS is built without DDS security. With ROS's default strategy,
-    Permissive, the node would start unsecured without a message.
+    If ROS was installed from Python wheels (pip), Fast DDS is built without DDS security. With
+    ROS's default strategy, Permissive, the node would start unsecured without a message.
     """
     if os.environ.get('ROS_SECURITY_ENABLE', '').lower() != 'true' or not rclpy_is_a_wheel():
         return None

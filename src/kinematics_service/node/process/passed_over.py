@@ -15,17 +15,18 @@ from rclpy.subscription import Subscription
 
 from ..waiting_messages import take_waiting
 
-# When messages are skipped, the node still answers this number of newest messages of the
-# subscription that has received the most messages.
+# If messages arrive too fast, the node skips old messages. It keeps and handles this number of
+# newest messages of one subscription: the subscription that has received the most messages.
 KEPT_OF_FULLEST = 10
-# When the node skips joint states, it still answers this number of newest messages of each of its
-# other subscriptions: the messages of 2.5 s at 200 Hz.
+# If messages arrive too fast, the node skips old messages. It keeps and handles this number of
+# newest messages of each subscription, except the one that has received the most messages. The
+# number means the messages of 2.5 s at 200 Hz.
 KEPT_OF_OTHERS = 500
 
 
 class _Passed:
-    # A subscription of a node, changed so that it keeps its newest messages unanswered until the
-    # executor's queue is empty.
+    # A subscription of a node with another callback. Until the executor's queue is empty, the
+    # callback only stores the newest messages. Then the node's own callback handles them.
 
     def __init__(
         self, node: Node, subscription: Subscription, at_first: Callable[[], None]
@@ -67,15 +68,19 @@ class _Passed:
 
 class PassedOver:
     """
-    Removes the messages, and no other events, from the queue of an events executor.
+    Removes the events of messages, and no other events, from the queue of an events executor.
 
-    The queue has an event for every message. First the executor handles the events in the queue,
-    while the subscriptions keep or throw away the messages. New messages may arrive as fast as the
-    executor handles events. So the subscriptions are then removed from the executor, and the
-    remaining events of their messages take nearly no time. After these events the executor gets
-    the subscriptions back, and all messages that wait in the middleware are taken. If a message
-    stayed in the middleware without its event, it would be taken at the event of the next message,
-    and every later message would also be one event late.
+    The queue has an event for every message. New messages may arrive as fast as the executor
+    handles events, so the queue may never become empty. This class empties the queue in steps:
+
+    1. The subscriptions get callbacks that only store the newest messages.
+    2. The subscriptions are removed from the executor. The remaining events of their messages now
+       take nearly no time.
+    3. After these events the executor gets the subscriptions back. All messages that wait in the
+       middleware are taken, and the newest are stored. If a message stayed in the middleware
+       without its event, it would be taken at the event of the next message, and every later
+       message would also be one event late.
+    4. The node handles the stored messages.
 
     Parameters
     ----------
@@ -96,8 +101,9 @@ class PassedOver:
             for node in nodes
             for subscription in node.subscriptions
         ]
-        # Remove the subscriptions from the executor after the events that are now in the queue. If
-        # a message comes first, `_Passed.keep` removes them at this message.
+        # This task removes the subscriptions from the executor when the events that are now in the
+        # queue are handled. If one of these events is a message, `_Passed.keep` removes the
+        # subscriptions already at this message.
         executor.create_task(self._let_go)
 
     def _let_go(self) -> None:
@@ -118,10 +124,11 @@ class PassedOver:
             passed.take_waiting()
             passed.node._subscriptions.append(passed.subscription)
         self._executor.wake()
-        # Call `_end` after the executor has twice handled all events that were in its queue.
-        # Messages that arrive before the executor has woken share one event; `_Passed.keep` must
-        # receive them too. If the executor answered them all at once now, it could handle no other
-        # event meanwhile.
+        # Call `_end`, which restores the node's callbacks, only after two rounds: the executor
+        # handles all events in its queue, and then all events that were added meanwhile. Messages
+        # that arrive before the executor has woken share one event. At this event `_Passed.keep`
+        # must store the messages. The node's callbacks would handle all of them in this one event,
+        # and the executor could handle no other event meanwhile.
         self._executor.create_task(lambda: self._executor.create_task(self._end))
 
     def _end(self) -> None:

@@ -29,9 +29,9 @@ QOS_PROFILE = 'rmw_qos_profile_t'
 # Period (s) of the check for a stop. The period may be long, because a signal interrupts the
 # executor at once.
 STOP_CHECK_PERIOD = 60.0
-# Longest time (s) for which a thread keeps the interpreter while another thread waits. Other
-# threads read robots and answer target poses. With this value the 90th percentile of the
-# executor's wait is 0.35 ms; with Python's default, 5 ms, it is 5.2 ms.
+# Longest time (s) for which a thread keeps the interpreter while another thread waits for it. The
+# executor waits for threads that read robots and answer target poses. With this value, the 90th
+# percentile of the executor's wait is 0.35 ms. With Python's default, 5 ms, it is 5.2 ms.
 SWITCH_INTERVAL = 1e-4
 # Name of the node that publishes the motion of a cell's second arm relative to its first arm.
 RELATIVE = 'relative'
@@ -56,10 +56,11 @@ def arms_from(choices: Sequence[str]) -> tuple[ArmChoice, ...]:
     """
     Return the nodes to start for the values of `--robot`, each `ROBOT` or `NAMESPACE=ROBOT`.
 
-    If there are several arms, the default namespace of an arm is the name of its robot. Each arm
-    of a cell has a node in the namespace of its name. The node `kinematics/relative` publishes the
-    motion of the second arm relative to the first arm, unless one of the two arms has closed
-    loops. All nodes of a cell subscribe to `joint_states` in the namespace of the cell.
+    If there are several arms, the default namespace of an arm is the name of its robot. A cell (a
+    file with several arms) gets a node for each arm; the arm's name is the namespace of the node.
+    The node `kinematics/relative` publishes the motion of the second arm relative to the first
+    arm, unless one of the two arms has closed loops. All nodes of a cell subscribe to
+    `joint_states` in the namespace of the cell.
 
     Raises
     ------

@@ -4,9 +4,9 @@
 Run the executor of the nodes until a stop is requested.
 
 For each message, `EventsExecutor` takes a fifth of the processor time of the default executor. But
-its queue of events has no bound, and the executor checks time-outs and stops only when the queue
-is empty. In the wheels of ROS, the `spin()` of the executor keeps a processor core busy and
-ignores signals.
+its queue of events has no bound. The executor checks for a time-out, or for a request to stop,
+only when the queue is empty. If rclpy comes from a Python wheel (pip), `EventsExecutor.spin()`
+also keeps a processor core busy and ignores signals.
 """
 
 import threading
@@ -36,8 +36,8 @@ MAX_FAILURES = 100
 # keeps the messages of one second, so a process that stalled for a moment catches up without a
 # loss.
 MAX_QUEUE_DELAY = 2.5
-# Messages are also skipped if the events before a newly appended one take more processor time than
-# this, s. The messages of one second at 1 kHz take less than half of this time.
+# Messages are skipped if the events in the executor's queue take a processor time above this, s.
+# The messages of one second at 1 kHz take less than half of this time.
 MAX_QUEUE_PROCESSOR_TIME = 0.25
 
 
@@ -55,10 +55,10 @@ class Spinner:
     Runs the executor of some nodes. The executor can be stopped under any load, and its queue is
     bounded if `watch` is called periodically.
 
-    Every event in the queue is handled, but messages may be skipped. The spinner never makes a new
-    executor with an empty queue, because service requests whose events were lost would stay in the
-    middleware. Each request would be taken only at the event of the next request, and every later
-    answer would be one call late.
+    Every event in the queue is handled, but messages may be skipped. The spinner never replaces
+    the executor by a new one, because all events in the queue of the old executor would be lost.
+    Service requests whose events were lost would stay in the middleware. Each request would be
+    taken only at the event of the next request, and every later answer would be one call late.
 
     Parameters
     ----------
@@ -107,9 +107,9 @@ class Spinner:
         failures = 0
         self._thread = threading.get_ident()
         while True:
-            # A turn is one call of the executor, which `interrupt` ends by setting a future. Renew
-            # the future before `stopped` is called, so that an interrupt after this call ends the
-            # next turn.
+            # A turn is one call of the executor. `interrupt` ends a turn by the future `_over`.
+            # Renew this future before the call of `stopped`: if an interrupt comes after `stopped`
+            # has returned False, it ends the next turn.
             self._over = Future()
             if stopped():
                 return True
@@ -136,8 +136,9 @@ class Spinner:
 
     def obey(self, stop: StopSignal) -> None:
         """
-        Register with the stop signal: it will end the present turn of `spin`, and will call
-        `watch` periodically until a signal arrives.
+        Register with a stop signal, so that the signal ends the running call of the executor.
+
+        Until the signal arrives, `watch` is called periodically.
         """
         stop.then, stop.meanwhile = self.interrupt, self.watch
 
