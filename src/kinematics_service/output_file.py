@@ -22,8 +22,8 @@ from typing import BinaryIO, TextIO
 from .errors import KinematicsError
 
 # Errors of the operating system after which an existing file is overwritten instead of replaced.
-# Causes are: the file has another owner; the file is a mount, as single files in containers are;
-# or the new file is on another disk (EXDEV).
+# Causes are: the file has another owner; the file is a mount point, for example a single file that
+# is mounted into a container; the new file is on another disk (EXDEV).
 OVERWRITE_ERRORS = (errno.EPERM, errno.EACCES, errno.EBUSY, errno.EXDEV, errno.EROFS)
 # File descriptors of standard output and standard error.
 STREAMS = (1, 2)

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-# Define this type here. An import of the kernel's type would load the kernel, which reading a
-# robot file does not need.
+# Define this type here. An import of the kernel's type would load the kernel, but a robot file can
+# be read without the kernel.
 Floats = npt.NDArray[np.float64]
 
 # If the difference between pitch and +-pi/2 is below this, rad, `roll_pitch_yaw` sets yaw to 0,
@@ -121,8 +121,9 @@ def rotation_vector(R: Floats) -> Floats:
     vectors: Floats = skew * ratio[..., None]
     half_turns = cosine < HALF_TURN_COSINE
     if np.any(half_turns):
-        # R + R^T = 2 cos I + 2 (1 - cos) axis axis^T. The column with the largest diagonal element
-        # gives the axis with the least error. The skew part gives the sign of the axis.
+        # R + R^T = 2 cos(angle) I + 2 (1 - cos(angle)) axis axis^T. The column with the largest
+        # diagonal element gives the axis with the least error. The skew part gives the sign of the
+        # axis.
         outer = (
             R[half_turns]
             + np.swapaxes(R[half_turns], -1, -2)

@@ -87,8 +87,8 @@ class StopSignal:
         if not os.read(signals, 1):
             return
         first = time.monotonic()
-        # Start an alarm. SIGALRM ends the process even if the clean-up holds the interpreter lock,
-        # which would stop this thread.
+        # Start an alarm. If the clean-up holds the interpreter lock, this thread cannot run, but
+        # SIGALRM still ends the process.
         signal.alarm(0 if self.time_out is None else math.ceil(self.time_out + GRACE))
         self.came = True
         self.then()
