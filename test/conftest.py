@@ -191,6 +191,7 @@ def ros_domain(domain_candidates: Iterator[int]) -> Iterator[int]:
 
     A process that a test killed is listed by others for 20 s more, so each file has its own.
     """
+    pytest.importorskip('rclpy')
     coordinator = pytest.importorskip('domain_coordinator', reason='needs ros-domain-coordinator')
     before = dict(os.environ)
     from kinematics_service.node.process import middleware

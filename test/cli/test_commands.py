@@ -338,7 +338,8 @@ def test_a_pipe_for_a_robot_is_refused_at_once(capsys, tmp_path):
     sentence = f'{pipe}: is a named pipe; give the robot file itself\n'
     assert refusal(capsys, 'fk', '--robot', str(pipe), '--q', '1', code=1) == sentence
     assert refusal(capsys, 'check', str(pipe), code=1) == sentence
-    assert refusal(capsys, '--robot', str(pipe), code=1).endswith(sentence)
+    if find_spec('rclpy'):
+        assert refusal(capsys, '--robot', str(pipe), code=1).endswith(sentence)
 
 
 def test_a_known_pose_that_the_table_misses_is_a_fault(capsys, tmp_path):
