@@ -148,9 +148,9 @@ class TouchingArm(NamedTuple):
 
 
 def touching_positions(robot, point, count, seed, noise=0.0):
-    """Return joint positions (count, n) at which the tip is within noise of a point; two seeds."""
+    """Return joint positions (count, n) at which the tip is within noise of a point."""
     q = positions_within(robot, 8 * count, seed)
-    random = np.random.default_rng([*seed, 5])
+    random = np.random.default_rng([*np.ravel(seed), 5])
     targets = np.asarray(point) + noise * random.normal(size=(len(q), 3))
     off = np.arange(len(q))  # rows that are not there yet
     for _ in range(40):
