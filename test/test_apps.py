@@ -16,7 +16,7 @@ from kinematics_service.app_modules import APP_MODULES, app_module
 from kinematics_service.cli.commands import APPS, COMMANDS, home_of
 
 PACKAGE = Path(ks.__file__).parent
-ALL = sorted(folder.name for folder in PACKAGE.glob('apps/*/') if folder.name != '__pycache__')
+ALL = sorted(file.parent.name for file in PACKAGE.glob('apps/*/__init__.py'))
 RUN = """
 import contextlib, io, json, sys
 
