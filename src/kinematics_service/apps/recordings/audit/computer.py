@@ -121,6 +121,8 @@ class Computer:
         signs = np.cumprod(turns)
         for k in np.flatnonzero(fresh | (dots == 0.0)):
             # After a reset of the estimator, or if two successive quaternions are orthogonal, the
-            # node publishes the kernel's quaternion unchanged, so the factor of row k becomes 1.
+            # node publishes the kernel's quaternion unchanged. So row k needs the factor 1.
+            # Multiply the factors of row k and of all later rows by signs[k], which is 1 or -1.
+            # Then the factor of row k is signs[k]**2 = 1.
             signs[k:] *= signs[k]
         return np.asarray(signs, dtype=np.float64)

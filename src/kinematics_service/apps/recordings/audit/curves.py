@@ -95,8 +95,8 @@ def _thinned(end: float, t: Floats, values: Floats, group: np.ndarray) -> tuple[
     edges = np.flatnonzero(np.diff(column, prepend=-1) | (np.diff(group, prepend=-1) != 0))
     low, high = np.minimum.reduceat(values, edges), np.maximum.reduceat(values, edges)
     counts = np.diff(edges, append=len(values))
-    # Keep in each column the first point with the least value, and the first point with the
-    # largest value.
+    # In a pixel column of the chart, a polyline may have its least value at several points. Keep
+    # only the first of these points. Do the same for the largest value.
     least = _first_where(values == np.repeat(low, counts), edges)
     largest = _first_where(values == np.repeat(high, counts), edges)
     kept = np.unique(np.concatenate([edges, edges + counts - 1, least, largest]))

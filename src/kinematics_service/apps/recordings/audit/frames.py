@@ -27,11 +27,11 @@ from .timeline import Timeline
 # and after it. By default, the time between these two states may be at most this many median
 # intervals of the joint states, so that one or two lost messages do no harm.
 GAP_INTERVALS = 3.0
-# Lower limit (s) of the default of `FrameSettings.gap`, the largest time between the joint states
-# before and after a pose.
+# By default, the joint states before and after a pose may be GAP_INTERVALS median intervals of the
+# joint states apart in time. If this is less than MIN_GAP (s), they may be MIN_GAP apart.
 MIN_GAP = 0.05
-# Upper limit (s) of the default of `FrameSettings.gap`, the largest time between the joint states
-# before and after a pose.
+# By default, the joint states before and after a pose may be GAP_INTERVALS median intervals of the
+# joint states apart in time, but never more than MAX_GAP (s).
 MAX_GAP = 0.5
 # Least number of poses for a comparison. A measured pose counts only if the joint positions at its
 # time are known.

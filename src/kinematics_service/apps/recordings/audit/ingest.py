@@ -93,7 +93,10 @@ class KnownJoints:
 
 
 class RefusedExample(NamedTuple):
-    """The first message that was refused for a reason, and the code of the reason."""
+    """
+    An example for one reason to refuse messages, such as a missing joint: the first message that
+    was refused for this reason. `code` is the error code of the reason.
+    """
 
     message: int
     stamp: int
@@ -160,8 +163,10 @@ class Ingest:
         self.examples.setdefault(reason, example)
 
     def _runs(self, block: Block) -> Iterator[tuple[int, int]]:
-        # Yields begin and end of each run of messages with complete positions and rising stamps.
-        # Every other message forms a run of its own.
+        # Splits the block into runs of successive messages, and yields `begin` and `end` of each
+        # run: messages begin to end - 1. Message k continues the run of message k - 1 if the
+        # positions of both messages are complete and the stamp of message k is later. Otherwise
+        # message k begins a new run.
         count = len(block)
         columns = self._joint_columns(block)
         if columns is None:

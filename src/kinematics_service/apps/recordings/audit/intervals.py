@@ -155,9 +155,9 @@ def _interval(robot: Robot, timeline: Timeline, run: Stretch) -> Interval:
 
 
 def _nearest(robot: Robot, near: Singularity) -> str:
-    # Returns the name of the singular factor nearest to zero, '' without factors. If the factor
-    # belongs to a closed loop, returns the loop's name only if the loop equations are singular at
-    # the nearest singular pose, otherwise ''.
+    # Returns the name of the singular factor nearest to zero, or '' if the arm has no factors. A
+    # factor of a closed loop has the loop's name. If the loop equations are not singular at the
+    # nearest singular pose, returns '' instead of the loop's name.
     if near.factors is None:
         return ''
     k = near.factors.nearest

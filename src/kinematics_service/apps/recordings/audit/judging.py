@@ -42,7 +42,8 @@ class Judge:
 
     def judge(self, known: KnownJoints, singularity: Singularities) -> Judged:
         """
-        Return the levels of the next states, and the states and time-outs that cause a warning.
+        Return the singularity level (OK, WARN, ERROR) of each state in `known`, and the states and
+        time-outs at which the node would publish a warning.
         """
         directions, factors = singularity.lost_direction, singularity.factors
         nearest = None if factors is None else np.argmin(factors.estimates, axis=1)

@@ -20,8 +20,9 @@ from ..readers.source import MAX_POSES, PoseTrack
 from ..readers.stored_columns import spans
 from .reported_velocities import MotionColumns
 
-# Joint states are kept in memory if they are within this time (ns) of a measured pose. The frame
-# check tries delays between joint states and poses; the largest tried delay is within this time.
+# Joint states within this time (ns) of a measured pose are kept in memory. The frame check shifts
+# the pose in time by at most REACH (s), and fits lines to the joint states in a window of length
+# WINDOW (s) around the shifted time. So it needs no joint state farther away.
 WINDOW_AROUND_POSES = round((REACH + 2.0 * WINDOW) * 1e9)
 
 
@@ -107,7 +108,8 @@ def _around(states: MotionColumns, at: Times) -> Iterator[tuple[Times, Floats, F
     last, keep = (states.stamps[none], states.t[none], states.q[none]), np.zeros(0, dtype=bool)
     for rows in spans(len(states), LARGEST_BLOCK):
         stamps = states.stamps[rows]
-        # Stamps may step back, so skip a state whose stamp is not later than all stamps before it.
+        # Stamps may step back. Keep a state only if its stamp is later than every earlier stamp
+        # in the recording.
         before = last[0] if len(last[0]) else np.array([-1])
         highest = np.maximum.accumulate(np.concatenate([before, stamps[:-1]]))
         rising = np.flatnonzero(stamps > highest)

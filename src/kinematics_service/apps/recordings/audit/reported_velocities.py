@@ -6,9 +6,12 @@ positions.
 
 A regression of the reported velocities on the velocities from differences finds a wrong scale
 (unit or sign). A search over time shifts finds a lag of the reported velocities behind the
-positions. The noise of two nearby differences is independent if the differences have no position
-in common. Then the mean product of the two differences is free of noise. `smooth_products` returns
-such products, from which the noise is estimated.
+positions.
+
+Let v[k] be the velocity computed from positions k and k + 1. The noise of v[k] and the noise of
+v[k + 2] are independent, because v[k] and v[k + 2] have no position in common. So the noise
+cancels in the mean of the products `v[k] * v[k + 2]`, but not in the mean of the squares
+`v[k]**2`. The mean of the squares minus the mean of the products estimates the mean square noise.
 """
 
 import math
@@ -29,16 +32,17 @@ LAG_INTERVALS = 12
 # spread over the recording.
 LAG_MESSAGES = 50_000
 LAG_PIECE = 5_000
-# A lag or scale is accepted only if `corrected < EXPLAINED_SHARE * uncorrected`. Here `corrected`
-# and `uncorrected` are the RMS differences between reported velocities and velocities computed
-# from positions, with and without a correction of the lag or scale.
+# A lag or scale is reported as the cause of a difference only if
+# `corrected < EXPLAINED_SHARE * uncorrected`. Here `corrected` and `uncorrected` are the RMS
+# differences between reported velocities and velocities computed from positions, with and without
+# a correction of the lag or scale.
 EXPLAINED_SHARE = 0.6
 # No lag or scale is searched if `difference <= DIFFERENCE_SHARE * speed`. Here `difference` is the
 # RMS difference between reported velocities and velocities computed from positions; `speed` is the
 # RMS of the velocities computed from positions.
 DIFFERENCE_SHARE = 0.002
-# A scale is accepted only if `|scale - 1| > SCALE_TOLERANCE`. The scale is the reported velocity
-# divided by the velocity computed from positions.
+# Let `scale` be the reported velocity divided by the velocity computed from positions. If
+# `|scale - 1| <= SCALE_TOLERANCE`, the scale counts as correct, and no wrong scale is reported.
 SCALE_TOLERANCE = 0.05
 # The velocities of a joint are compared only if its RMS speed is at least this (rad/s, m/s).
 SPEED_MINIMUM = 1e-3
@@ -56,9 +60,10 @@ RANGE_MINIMUM = 1e-3
 # A velocity is computed from the positions of two successive states only if the time between them
 # is at most this many median intervals.
 INTERVAL_FACTOR = 5.0
-# If no lag or scale explains the difference between reported velocities and velocities from
-# positions, a finding gives the difference only if `median > noise + VELOCITY_SHARE * speed`. Here
-# `noise` and `speed` are RMS values of the velocities from positions.
+# Velocities computed from positions may differ from reported velocities without a lag or a wrong
+# scale. The difference is reported only if `median > noise + VELOCITY_SHARE * speed`. Here
+# `median` is the median of the absolute differences, `speed` is the RMS of the computed
+# velocities, and `noise` is the RMS noise in the computed velocities.
 VELOCITY_SHARE = 0.2
 
 
@@ -235,8 +240,8 @@ def _lag(samples: StateTable, wraps: bool, usual: float, least: float) -> float:
         t, q, qdot, _ = samples[begin : begin + LAG_PIECE].T
         path = np.append(0.0, np.cumsum(joint_steps(q, wraps)))
         steps, errors = np.diff(t), np.diff(path_errors(t, path, qdot, lags), axis=1)
-        # Use an interval between two states only if, within the largest lag before and after it,
-        # the recording has no gap in time.
+        # Use an interval between two states only if the recording has no gap in time near it:
+        # from (begin of the interval - largest lag) to (end of the interval + largest lag).
         gaps = np.append(0.0, np.cumsum((steps <= 0.0) | (steps > INTERVAL_FACTOR * usual)))
         ends = t[:-1] + lags[0], t[1:] + lags[-1]
         use = np.ptp(np.interp(ends, t, gaps, left=math.nan, right=math.nan), axis=0) == 0.0

@@ -95,7 +95,8 @@ def slowing_of(robot: Robot, timeline: Timeline, settings: SlowingSettings) -> S
     Raises
     ------
     RecordingError
-        The robot file lacks reduced speeds; MoveIt Servo's rule does not support closed loops.
+        `settings.reduced` is true, but the robot file has no reduced speeds. Or `settings.rule` is
+        given, but the arm has closed loops, which MoveIt Servo's rule does not support.
     """
     values, causes = Column(np.float64), Column(np.int16)
     words: list[str] = []

@@ -23,11 +23,11 @@ from .reported_velocities import MotionColumns
 
 class Stretch(NamedTuple):
     """
-    Consecutive states, in the rows `first` to `last`, that have the same label, such as their
-    level.
+    Consecutive states with the same label, such as the level WARN: rows `first` to `last`.
 
-    The stretch lasts until the time of row `until`: the row of the next state, or `last` if the
-    messages are interrupted after it or the recording ends.
+    The stretch lasts until the time of row `until`. Usually `until` is `last` + 1, the row of the
+    next state. If the recording ends after row `last`, or if messages are interrupted after row
+    `last`, `until` is `last`.
     """
 
     label: int
@@ -40,8 +40,14 @@ def stretches_of(
     pieces: Iterable[tuple[npt.NDArray[np.integer[Any]], Flags]],
 ) -> Iterator[Stretch]:
     """
-    Split a recording into stretches of states that have the same label. Each piece has the labels
-    (N,) of N states, and flags (N,) that mark an interruption of the messages before a state.
+    Split a recording into stretches: consecutive states with the same label.
+
+    Parameters
+    ----------
+    pieces
+        Successive blocks of states. A block has two arrays: the label of each state (N,), and
+        flags (N,) that mark an interruption of the messages before a state. A stretch may begin in
+        one block and end in a later block.
     """
     label = first = count = 0
     for labels, breaks in pieces:

@@ -96,8 +96,8 @@ def _singular(audit: Audit) -> Finding:
 
 
 def _away(audit: Audit) -> str:
-    # Returns a sentence which says that no state is near a singular pose. The sentence claims no
-    # proof between states.
+    # Returns a sentence which says that no state is near a singular pose. The sentence says
+    # nothing about the motion between the states.
     who = 'planned motion' if audit.planned else 'arm'
     which = f'its {judged_in_words(audit)}'
     if audit.planned and audit.refused:

@@ -21,8 +21,9 @@ from ..findings import Finding
 MULTIPLE_TOLERANCE = 0.25
 # Largest ratio of a step over missing frames to the mean size of the steps before and after it.
 MAX_MULTIPLE = 6.0
-# Least cosine of the angle, in joint space, between a step over missing frames and the steps
-# before and after it. The limit excludes sudden fast steps, which occur in a person's motion.
+# Least cosine of the angle, in joint space, between a step over missing frames and the mean of the
+# steps before and after it. A person who moves the arm also makes sudden large steps. If a large
+# step changes the direction of motion, no frames are reported as missing.
 MIN_COSINE = 0.97
 # Largest difference between the step before missing frames and the step after them, divided by the
 # mean size of these two steps. In a motion whose steps vary more, a large step does not prove that
@@ -57,7 +58,9 @@ class Breaks(NamedTuple):
 
 def breaks_of(q: Floats) -> Breaks:
     """
-    Return the rows of missing, repeated and outlying frames of a motion.
+    Find missing, repeated and outlying frames in a motion, and return row numbers.
+
+    Missing frames have no row in `q`: the row before the missing frames is returned.
 
     Parameters
     ----------

@@ -86,7 +86,7 @@ class EpisodeRow(NamedTuple):
     rows, seconds
         Number of rows of the episode, and time (s) from the first to the last row.
     failed
-        Whether a finding fails the episode, or the episode cannot be read.
+        Whether the episode meets a condition of `--fail-on`, or cannot be judged.
     error, code
         The reason why the episode cannot be judged, and its code; empty if it was judged.
     disagrees

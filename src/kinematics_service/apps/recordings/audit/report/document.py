@@ -33,8 +33,10 @@ MAX_ROWS = 10_000
 
 def thinned_rows(count: int, most: int, worse: Callable[[slice], Floats]) -> Times:
     """
-    Select at most `most` of the row numbers 0 to `count` - 1. Divide them into equal intervals,
-    and return for each interval the first row and the row at which `worse` is largest.
+    Return row numbers from 0 to `count` - 1: all of them, or a selection of at most `most`.
+
+    If `count` exceeds `most`, divide all rows into `most` / 2 equal intervals. Select two rows of
+    each interval: the first row, and the row at which `worse` is largest.
 
     Parameters
     ----------

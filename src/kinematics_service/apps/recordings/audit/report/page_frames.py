@@ -19,7 +19,7 @@ from .page_charts import frame_charts
 
 def frame_section(audit: Audit) -> str:
     """
-    Return the section that compares measured with computed poses as HTML; empty without measured
+    Return the HTML section that compares measured with computed poses; empty without measured
     poses.
     """
     report = audit.frames

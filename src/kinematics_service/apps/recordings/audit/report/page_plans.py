@@ -21,7 +21,7 @@ HEADERS = ('', 'verdict', 'proved', 'found', 'at', 'after point', 'joints there'
 
 
 def plan_section(audit: Audit) -> str:
-    """Return the section on planned trajectories as HTML; empty for a recording."""
+    """Return the HTML section on planned trajectories; empty for a recording."""
     if not audit.plans:
         return ''
     rows = [row for number, plan in audit.plans.items() for row in _rows(audit, number, plan)]
