@@ -137,10 +137,10 @@ def audit(
                      singular poses, or that its speed keeps below --speed-limit
       limits         a joint is beyond its position limits
       speed          a joint is above its velocity limit, or a plan above --speed-limit
-      frames         no second source of tool poses is given, it cannot be compared,
-                     or it disagrees with the computed poses: the check finds a cause,
-                     or with the best constant offsets of base and tool the difference
-                     exceeds --pose-stop
+      frames         no second source of tool poses is given, or it cannot be compared,
+                     or the check finds why measured poses differ from computed poses,
+                     or the difference exceeds --pose-stop after correction by the best
+                     constant offsets of base and tool
       never          the default for a recording; the default for a plan is
                      stop,undecided, and speed with --speed-limit
     An audit also fails, unless --fail-on is never, if a sample of a plan could not be
