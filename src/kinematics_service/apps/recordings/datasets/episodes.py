@@ -20,14 +20,15 @@ from ..readers.plan_reader import json_of, text_of
 SUFFIXES = ('.parquet', '.hdf5', '.h5', '.npz')
 # Accepted names of the column that holds the episode number of each row.
 NUMBERS = ('episode_index', 'episode_id', 'episode')
-# Largest count of numbers that are read at once (2 GiB of memory): those of an episode, or of a
-# row group of a parquet file. The limit is needed because a small file may claim more numbers than
-# fit in memory.
+# Largest number of values that are read at once (2 GiB of memory). All values of an episode are
+# read at once, and so are all values of a row group of a parquet file. The limit is needed because
+# a small file may claim more values than fit in memory.
 MAX_NUMBERS = 2**28
 # Largest header, in bytes, that is read for an array in an npz file; numpy refuses headers above
 # 10,000.
 MAX_HEADER_BYTES = 2**14
-# Largest number of episodes in a file. Larger datasets have many files, so no dataset needs more.
+# Largest number of episodes in one file. Large datasets are split into many files, so no file
+# needs more episodes.
 MAX_EPISODES = 2**20
 # Largest size of a dataset's description, info.json, 1 MiB; LeRobot writes some kilobytes.
 MAX_INFO_BYTES = 2**20
@@ -147,8 +148,8 @@ def _names(names: Any, deepest: int) -> tuple[str, ...]:
 
 def fault_of(file: Path, error: Exception) -> RecordingError:
     """
-    Convert any exception that reading `file` raised to an error that says why the file cannot be
-    read.
+    Return an error that says why `file` cannot be read. `error` is the exception that occurred
+    when the file was read.
     """
     if isinstance(error, RecordingError):
         if str(error).startswith(f'{file}:'):
@@ -265,8 +266,9 @@ def _of_parquet(whole: Episode) -> Iterator[Episode]:
 
 def headers_of(file: Path) -> dict[str, npt.NDArray[np.generic]]:
     """
-    Return the shape and type of each array in an npz file, by name, without reading its data. Each
-    is given as an array whose elements have no meaning.
+    Return for each array in an npz file, by name, a placeholder array of the same shape and type.
+
+    The data are not read. The elements of a placeholder have no meaning.
     """
     headers = {}
     with ZipFile(file) as packed:

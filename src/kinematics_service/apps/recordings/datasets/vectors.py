@@ -73,8 +73,10 @@ def columns_of_episode(episode: Episode) -> Columns:
 
 def taken_apart(vectors: Mapping[str, Floats], elements: Mapping[str, Sequence[str]]) -> Columns:
     """
-    Split each vector (N, k) into k columns. The name of a column is the name of the vector, a dot,
-    and the name of the element; if elements have no names, their number from 0.
+    Split each vector (N, k) into k columns.
+
+    The name of a column consists of the vector's name, a dot, and the element's name, such as
+    `state.elbow`. If the elements have no names, their numbers from 0 are used, such as `state.0`.
 
     Parameters
     ----------
@@ -100,7 +102,9 @@ def taken_apart(vectors: Mapping[str, Floats], elements: Mapping[str, Sequence[s
 
 def vectors_of_table(table: 'pa.RecordBatch | pa.Table') -> dict[str, Floats]:
     """
-    Return the columns of an Arrow table or batch by name: numbers (N,), lists of k numbers (N, k).
+    Return the numeric columns of an Arrow table or batch of N rows as arrays, by column name.
+
+    A column of numbers becomes an array (N,), a column of lists of k numbers an array (N, k).
     """
     import pyarrow as pa
 
