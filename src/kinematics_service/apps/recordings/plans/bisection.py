@@ -4,8 +4,9 @@
 Bound the largest value of a quantity over a motion from below and above, by branch and bound
 (Land and Doig, 1960).
 
-A piece of the motion is halved if the upper bound of the quantity in this piece exceeds a limit.
-The bounds in the two halves are tighter than the bound in the piece.
+The motion is divided into pieces, which are intervals of time. If the upper bound of the quantity
+in a piece exceeds a limit, the piece is halved. The bounds in the two halves are tighter than the
+bound in the piece.
 """
 
 import math
@@ -21,8 +22,8 @@ from .verdicts import PlanVerdict
 
 # Largest number of times that a segment between two points of the motion is halved.
 MAX_HALVINGS = 40
-# Largest number of pieces for which a quantity is evaluated at once. The number is limited to
-# bound the memory.
+# Largest number of pieces (intervals of time) for which a quantity is evaluated at once. The
+# number is limited to bound the memory.
 MAX_ROWS = 16_384
 
 
@@ -41,7 +42,8 @@ class Extreme(NamedTuple):
 
 class Bounded(NamedTuple):
     """
-    The values of a quantity in N pieces of a motion, with an upper bound in each piece.
+    The values of a quantity in N pieces of a motion (intervals of time), with an upper bound for
+    each piece.
 
     Attributes
     ----------
@@ -65,14 +67,16 @@ class Bracket(NamedTuple):
     """
     Lower and upper bound of the largest value of a quantity over a motion.
 
+    The motion is divided into pieces, which are intervals of time.
+
     Attributes
     ----------
     seen
-        The largest value of the quantity at the middles of pieces and the ends of segments: a
-        lower bound.
+        The lower bound: the largest value of the quantity at the middles of pieces and the ends of
+        segments.
     bound
-        An upper bound of the quantity over the motion: the largest number in `most`. Its place is
-        the middle of the piece that has the largest number.
+        The upper bound: the largest of the upper bounds of all pieces. `segment` and `s` of
+        `bound` give the middle of the piece with the largest upper bound.
     pieces, most
         Pieces that cover the whole motion, and the upper bound of the quantity in each piece.
     """
@@ -102,8 +106,8 @@ def bracketed(
     Parameters
     ----------
     quantity
-        A function that evaluates the quantity in pieces of the motion. For a piece of length 0 at
-        an end of a segment, it evaluates the quantity at this end.
+        A function that evaluates the quantity in pieces of the motion (intervals of time). For a
+        piece of length 0 at an end of a segment, it evaluates the quantity at this end.
     enough
         A function of the largest value of the quantity that was found so far. The function returns
         a limit. If the upper bound of the quantity in a piece exceeds the limit, the piece is

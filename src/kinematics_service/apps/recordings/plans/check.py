@@ -22,8 +22,9 @@ from .polynomials import Pieces, PolynomialMotion, moment_at, polynomial_motion
 from .singular_proof import singularity_of_plan
 from .verdicts import JointExtreme, PlanCheck, PlanJoint, PlanVerdict
 
-# Tolerance of the largest and least position and the largest speed of a joint over a plan. It is
-# absolute (rad, m, rad/s, m/s) for values up to 1, and relative for larger values.
+# Tolerance of three values of each joint over a plan: largest position, least position, and
+# largest speed. The tolerance is absolute (rad, m, rad/s, m/s) for values up to 1, and relative
+# for larger values.
 EXTREME_TOLERANCE = 1e-12
 DISTANCE = 'distance'
 
@@ -189,9 +190,9 @@ def _joint(robot: Robot, motion: PolynomialMotion, j: int) -> PlanJoint:
 def _extreme(
     motion: PolynomialMotion, coefficients: Floats, measure: np.ufunc, name: str
 ) -> JointExtreme:
-    # Returns the largest value over the plan of `measure` (a function such as abs), applied to one
-    # joint's position or speed, and the moment of this value. The position or speed is given by
-    # the polynomial `coefficients` (S, degree + 1) in each of S segments.
+    # Let x be the position or the velocity of one joint. In each of the S segments of the plan, x
+    # is a polynomial with one row of `coefficients` (S, degree + 1). Returns the largest value of
+    # measure(x) over the plan, and when it occurs. `measure` is a function such as abs.
     polynomials = motion._replace(coefficients=coefficients[:, :, None])
 
     def bounded(pieces: Pieces) -> Bounded:

@@ -52,11 +52,12 @@ class ClosedPlan:
     Attributes
     ----------
     x : shape (N,)
-        Places of the samples along the plan: 1.25 is a quarter of the duration of the segment with
-        index 1 (the second), as in `PolynomialMotion.place`.
+        Position of each sample along the plan: the number of the segment (from 0), plus the
+        fraction of the segment's duration. For example, 1.25 means a quarter of the duration of
+        segment 1.
     closed : shape (N,)
-        Whether the loops close at each sample. False for all samples after the first batch with an
-        open loop.
+        Whether the loops close at each sample. The samples are tested in groups of `BATCH`. After
+        a group with an open loop the test stops, and all samples of later groups are False.
     """
 
     def __init__(self, robot: Robot, motion: PolynomialMotion, threshold: float) -> None:

@@ -3,10 +3,11 @@
 """
 Compute bounds of the largest speed of a point of the arm over a plan.
 
-Taylor's theorem with Lagrange's remainder bounds the speed in each piece of the plan. The velocity
-of the point is expanded to first order in time about the middle of the piece's duration. The bound
-is the largest norm of this linear function in the piece, plus a bound of the remainder. The
-remainder follows from a bound of the third time derivative of the point's position.
+The plan is divided into pieces, which are intervals of time. Taylor's theorem with Lagrange's
+remainder bounds the speed in each piece. The velocity of the point is expanded to first order in
+time about the middle of the piece. The bound is the largest norm of this linear function in the
+piece, plus a bound of the remainder. The remainder follows from a bound of the third time
+derivative of the point's position.
 """
 
 import math
@@ -28,7 +29,8 @@ TOOL = 'tool'
 RELATIVE_TOLERANCE = 0.01
 # Bisection also stops if upper and lower bound of the largest speed differ by at most this, m/s.
 ABSOLUTE_TOLERANCE = 1e-9
-# Largest number of pieces in the bisection, in addition to the segments of the plan.
+# Largest number of time intervals that bisection makes by halving. Bisection begins with one
+# interval for each segment of the plan, and these first intervals are not counted.
 MAX_PIECES = 500_000
 
 
@@ -62,9 +64,10 @@ def speed_over_plan(
         good = seen * (1.0 + RELATIVE_TOLERANCE) + ABSOLUTE_TOLERANCE
         if seen > allowed:
             return good
-        # No speed above the limit was found so far. Halve pieces until two conditions hold: lower
-        # and upper bound are nearly equal, and the upper bound is at most the limit. The second
-        # condition proves that the speed keeps within the limit.
+        # No speed above the limit was found so far. Halve time intervals of the plan until two
+        # conditions hold: the lower and the upper bound of the largest speed are nearly equal, and
+        # the upper bound is at most the limit. The second condition proves that the speed keeps
+        # within the limit.
         return min(good, max(allowed, seen + ABSOLUTE_TOLERANCE))
 
     seen, bound, *_ = bracketed(motion, _Speeds(chain, motion).bounded, enough, MAX_PIECES)
@@ -142,7 +145,7 @@ def _shortened(robot: Robot, last: int, offset: Floats) -> Chain | None:
 
 
 class _Speeds:
-    """The speed of a chain's tool along a motion, with an upper bound in each piece."""
+    """The speed of a chain's tool along a motion, with upper bounds in intervals of time."""
 
     def __init__(self, chain: Chain, motion: PolynomialMotion) -> None:
         self._motion = motion
@@ -158,25 +161,26 @@ class _Speeds:
 
     def bounded(self, pieces: Pieces) -> Bounded:
         """
-        Return the speed of the tool at the middles of pieces, and an upper bound of the speed in
-        each piece, m/s.
+        Return the speed of the tool at the middle of each piece (an interval of time), and an
+        upper bound of the speed in each piece, m/s.
         """
         taylor, T = self._motion.taylor(pieces), self._motion.seconds(pieces.segment)
         v, a = self._velocity(taylor, T)
         seconds = pieces.half * T
         swing = a * seconds[:, None]
-        # To first order, the velocity at time t from the middle is v + a t. Evaluate its norm at
-        # both ends of each piece: the norm is convex in t, so its maximum is at an end.
+        # Let v and a be the velocity and the acceleration at the middle of a piece. At time t
+        # after the middle, the velocity is v + a t to first order. The norm of v + a t is convex
+        # in t, so the norm is largest at an end of the piece. Evaluate the norm at both ends.
         ends = np.maximum(np.linalg.norm(v + swing, axis=1), np.linalg.norm(v - swing, axis=1))
         most = ends + 0.5 * self._third(taylor, pieces.half, T) * seconds**2
         most = np.where(np.isnan(most), np.inf, most)
         return Bounded(np.linalg.norm(v, axis=1), most, pieces.half == 0.0)
 
     def _velocity(self, taylor: Floats, T: Floats) -> tuple[Floats, Floats]:
-        # Returns velocity and acceleration of the point at the middles of the pieces. The
-        # acceleration follows from the derivatives of the Jacobian columns (v, w), which are two
-        # vectors (3,): dv_f/dq_e = w_e x v_f if e <= f. Here e and f are indices of moving
-        # elements (`chain.entries`), counted from base to tool.
+        # Returns velocity and acceleration of the point at the middle of each piece. Let e and f
+        # be indices of entries of the chain (joints that move an axis), counted from base to tool.
+        # The Jacobian column of entry f has the linear part v_f (3,) and the angular part w_f
+        # (3,). If e <= f, dv_f/dq_e = w_e x v_f. The acceleration follows from these derivatives.
         chain, E = self._chain, self._chain.entries
         q, rates, accelerations = (derivative(taylor, order, T) for order in (0, 1, 2))
         rows = np.empty((len(q), chain.widths[kernel.JACOBIAN]))
@@ -191,17 +195,17 @@ class _Speeds:
         return np.sum(moved, axis=1), np.sum(acceleration, axis=1)
 
     def _third(self, taylor: Floats, half: Floats, T: Floats) -> Floats:
-        # Returns a bound of the third derivative of the point's position in each piece. The
-        # position is a sum of vectors, one along each element of the chain. Each vector is turned
-        # by a rotation: the product of the rotations of the vector's element and of all elements
-        # nearer to the base. Let s, a and j be the sums of the absolute first, second and third
-        # time derivatives of the angles of these elements. Then the norms of the first three time
-        # derivatives of the product are at most s, s^2 + a and s^3 + 3 s a + j.
+        # Returns a bound of the third time derivative of the point's position in each piece. The
+        # position is a sum of vectors from one element of the chain (a moving axis) to the next.
+        # Let R be the product of the rotations of elements 0 to k. R turns the vector that begins
+        # at element k. Let s, a and j be sums over elements 0 to k: the sums of the absolute
+        # first, second and third time derivatives of the rotation angles. Then the norms of the
+        # first three time derivatives of R are at most s, s^2 + a and s^3 + 3 s a + j.
         table = self._chain.table
         turns, slides = taylor @ self._by_theta, taylor @ self._by_d
         s, a, j = (np.cumsum(_most(turns, order, half, T), axis=1) for order in (1, 2, 3))
-        # Bound the length of each element's vector in each piece of the motion. The length changes
-        # only if the element slides along the element's axis.
+        # In each piece, bound the length of the vector from each element to the next element. The
+        # length changes only if the next element slides along its axis.
         moves, axes = table.before[1:, :, 3], table.before[1:-1, :, 2]
         stroke = table.d_0[1:] + slides[:, 0, 1:]
         lengths = np.linalg.norm(moves[:-1] + axes * stroke[:, :, None], axis=2)
@@ -215,8 +219,9 @@ class _Speeds:
 
 
 def _most(taylor: Floats, order: int, half: Floats, T: Floats) -> Floats:
-    # Returns a bound, in each piece, of the absolute value of the time derivative of order
-    # `order`. The function of time is given by its Taylor coefficients at the middle of the piece.
+    # Returns for each interval of time (piece) a bound of the absolute value of a function's time
+    # derivative of order `order`. `taylor` has the function's Taylor coefficients about the middle
+    # of each interval.
     most = np.zeros_like(taylor[:, 0])
     for i in range(order, taylor.shape[1]):
         most += math.perm(i, order) * np.abs(taylor[:, i]) * half[:, None] ** (i - order)

@@ -18,7 +18,7 @@ Which: TypeAlias = npt.NDArray[np.bool_] | slice
 
 class Pieces(NamedTuple):
     """
-    N pieces of a motion, each within the segment of one polynomial.
+    N pieces of a motion: intervals of time, each within the segment of one polynomial.
 
     Attributes
     ----------
@@ -108,10 +108,12 @@ class PolynomialMotion(NamedTuple):
 
     def taylor(self, pieces: Pieces) -> Floats:
         """
-        Return the Taylor coefficients of the joint positions at the middle of each piece, shape
+        Return the Taylor coefficients of the joint positions about the middle of each piece, shape
         (N, degree + 1, n).
 
-        The coefficients belong to powers of s - `middle`, with s from 0 to 1 in the segment.
+        A piece is an interval of time within a segment. Let s be the fraction of the segment's
+        duration, 0 to 1, and let m be s at the middle of the piece. Then the joint positions are
+        the sum over k of coefficient[k] * (s - m)**k.
         """
         moved = self.coefficients[pieces.segment]
         degree = moved.shape[1] - 1
@@ -124,8 +126,8 @@ class PolynomialMotion(NamedTuple):
 
 def derivative(taylor: Floats, order: int, seconds: Floats) -> Floats:
     """
-    Return the time derivative of order `order` of the joint positions, at the middle of each
-    piece, shape (N, n).
+    Return the time derivative of order `order` of the joint positions, at the middle of each piece
+    (an interval of time), shape (N, n).
 
     `taylor` (N, degree + 1, n) holds Taylor coefficients of the joint positions at the middle of
     each piece. `seconds` (N,) holds the duration of the whole segment in which each piece lies.

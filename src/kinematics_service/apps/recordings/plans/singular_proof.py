@@ -1,15 +1,15 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Decide whether a plan comes within a threshold of a singular pose. The verdict is proved, refuted
-or not decided.
+Prove or refute the claim that a plan keeps at least a given distance from singular poses.
 
-The clearance of a configuration q is the radius of a ball around q, in joint space. It is proved
-that no configuration in the ball is singular. If the joints move by d, the distance to singular
-poses changes by at most d. So at any moment of a piece of the plan, `distance >= clearance - d`.
-Here `clearance` is the clearance at the middle of the piece, and d is the joint motion from the
-middle to the moment. The plan is refuted if, for a pose of the plan, a singular pose is found
-within the threshold.
+The clearance of joint positions q is a lower bound of the distance, in joint space, from q to the
+nearest singular pose. If the joints move by d, this distance changes by at most d. So in an
+interval of time, `distance >= clearance - d`. Here `clearance` is the clearance at the middle of
+the interval, and d is the largest joint motion from the middle. Bisection makes the intervals
+shorter. If `clearance - d` is at least the given distance in all intervals, the claim is proved.
+If the distance from a pose of the plan to a singular pose is found to be less, the claim is
+refuted. Otherwise the claim is not decided.
 """
 
 import math
@@ -25,21 +25,25 @@ from .bisection import Bounded, Extreme, bracketed, verdict_of
 from .polynomials import Pieces, PolynomialMotion, moment_at
 from .verdicts import PlanSingularity
 
-# A piece of the plan is not halved if the joint motion in it is less than this ratio of the
-# threshold of the distance to singular poses.
+# Bisection does not halve a time interval if the clearance at the interval's middle is at most
+# `threshold`, and the joints move from the middle by less than MIN_SPAN_RATIO * threshold. Here
+# the clearance is a proved lower bound of the distance to singular poses, and `threshold` is the
+# least allowed distance.
 MIN_SPAN_RATIO = 0.05
 # The round-off (rad) of joint positions along the plan is at most ROUND_OFF + RELATIVE_ROUND_OFF *
 # total. Here `total` is the largest sum of the absolute coefficients of a joint's polynomial.
 ROUND_OFF = 1e-9
 # 45 machine epsilons, see ROUND_OFF.
 RELATIVE_ROUND_OFF = 1e-14
-# Largest number of clearances that are evaluated for a plan: this constant, plus
-# MAX_CLEARANCES_OF_SEGMENT for each segment of the plan.
+# Bisection begins with the S segments of a plan as intervals of time. It makes at most
+# MAX_CLEARANCES + MAX_CLEARANCES_OF_SEGMENT * S intervals by halving. Each interval needs one
+# clearance.
 MAX_CLEARANCES = 5_000
-# Additional number of clearances for each segment of the plan, see MAX_CLEARANCES.
+# For each segment of a plan, bisection may make this many intervals in addition to MAX_CLEARANCES.
 MAX_CLEARANCES_OF_SEGMENT = 20
-# Bisection raises the proved lower bound of the distance to singular poses. The lower bound cannot
-# exceed the least clearance that was computed in any piece of the plan. Bisection stops when
+# Bisection raises the proved lower bound of the distance from the plan to singular poses. The
+# lower bound cannot exceed `least_clearance`, the least clearance of all poses at which the
+# clearance was computed. Bisection stops when
 # `lower_bound >= max(threshold, BOUND_RATIO * least_clearance)`.
 BOUND_RATIO = 0.95
 # Number of sampled moments in each search for the moment of least distance to singular poses. The
@@ -88,8 +92,8 @@ class _Distance:
 
     def __init__(self, robot: Robot, motion: PolynomialMotion, threshold: float) -> None:
         self._robot, self._motion, self._threshold = robot, motion, threshold
-        # In the joint motion within a piece, count only joints that can change the rank of the
-        # Jacobian.
+        # In the joint motion within an interval of time, count only joints that can change the
+        # rank of the Jacobian.
         self._moving = moving_joints(robot.chain, robot.singularity.task)
         size = np.max(np.sum(np.abs(motion.coefficients), axis=1))
         self._round_off = ROUND_OFF + RELATIVE_ROUND_OFF * float(size)
@@ -99,15 +103,16 @@ class _Distance:
     def negative(self, pieces: Pieces) -> Bounded:
         """
         Return -distance at the middle of each piece, and an upper bound of -distance in each
-        piece. Here `distance` is the distance to singular poses.
+        piece. A piece is an interval of time, and `distance` is the distance to the nearest
+        singular pose. The sign is negative because `bracketed` searches for a largest value.
 
-        The search for the nearest singular pose is slow, so it is done only at points of the plan
-        and at middles where the clearance is at most the threshold. At other middles the value is
-        -inf.
+        The search for the nearest singular pose is slow. So it is done only at the begin of each
+        segment, and at middles whose clearance is at most the threshold. At all other middles,
+        -distance is not computed, and -inf is returned instead.
         """
         q = self._motion.positions(pieces.segment, pieces.middle)
-        # Do not compute the clearance at points of the plan, because the pieces before and after a
-        # point cover the point.
+        # Pieces of length 0 are ends of segments. They need no clearance, because the longer
+        # pieces cover the whole plan.
         inside, clearance = pieces.half > 0.0, np.full(len(q), np.inf)
         clearance[inside] = np.maximum(clearances(self._robot, q[inside]) - self._round_off, 0.0)
         self.evaluations += int(np.sum(inside))
@@ -121,10 +126,12 @@ class _Distance:
 
     def enough(self, seen: float) -> float:
         """
-        Return the largest accepted upper bound of -distance, where `distance` is the distance to
-        singular poses. Pieces with a larger upper bound are halved.
+        Return the limit at which bisection stops: it halves an interval of time if the upper bound
+        of -distance in the interval exceeds the limit.
 
-        If the plan is refuted, the result is infinite, which stops the bisection.
+        Here `distance` is the distance to the nearest singular pose, and `seen` is the largest
+        value of -distance found so far. If `seen` refutes the plan, the limit is infinite, so that
+        no interval is halved.
         """
         if -seen < self._threshold:
             return math.inf
@@ -159,8 +166,9 @@ class _Distance:
 
 
 def _span(taylor: Floats, reach: Floats) -> Floats:
-    # Returns a bound of the joint motion (norm) from the middle of each piece to any moment that
-    # is at most `reach` before or after the middle. `reach` is a ratio of the segment's duration.
+    # Returns for each interval of time (piece) a bound of the joint motion (norm) from the middle
+    # of the interval to any moment at most `reach` before or after the middle. `reach` is a ratio
+    # of the segment's duration.
     powers = reach[:, None] ** np.arange(1, taylor.shape[1])
     most = np.sum(np.abs(taylor[:, 1:]) * powers[:, :, None], axis=1)
     return np.asarray(np.linalg.norm(most, axis=1))

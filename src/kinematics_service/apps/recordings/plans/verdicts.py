@@ -51,7 +51,8 @@ class PlanSingularity:
     lower
         Proved lower bound of the distance over the whole plan, rad; 0 without a proof.
     upper
-        The least distance to a singular pose that was found, rad; infinite if none was found.
+        Upper bound of the distance, rad: the least distance from the plan to any of the singular
+        poses that the search found. Infinite if the search found no singular pose.
     moment
         If the plan is refuted, the moment at which the distance is `upper`. Otherwise the moment
         at which the proved lower bound of the distance is least.
@@ -81,8 +82,8 @@ class PlanSingularity:
 
 class JointExtreme(NamedTuple):
     """
-    An extreme value of a joint, and its moment: largest or least position (rad, m), or largest
-    speed (rad/s, m/s).
+    The largest position, the least position (rad, m) or the largest speed (rad/s, m/s) of a joint
+    over a plan. `moment` is when the value occurs.
     """
 
     value: float
