@@ -62,13 +62,13 @@ class ColumnNames(NamedTuple):
 
 class Layout(NamedTuple):
     """
-    A known layout of tables: how the columns are called, and in whose units the numbers are.
+    A known layout of tables: the names of the columns, and the units of the numbers.
 
     Attributes
     ----------
     maker
-        The maker of the robot controller, one of `MAKERS`, in whose units the numbers are; empty:
-        rad and m.
+        Maker of the robot controller, one of `MAKERS`: the numbers have the units of this maker.
+        If `maker` is empty, the units are rad and m.
     needed
         Names of further columns, in small letters, that the table must have.
     numbered
@@ -376,8 +376,8 @@ class _Search:
             for ends in (self.joints, self.wanted.robot.joint_names, range(n), range(1, n + 1)):
                 columns = [f'{start}{end}' for end in ends]
                 if all(column in self.header for column in columns):
-                    # Numbers from 0 are tried before numbers from 1. So if both fit the n joints,
-                    # because the table has columns 0 to n, the joints are columns 0 to n - 1.
+                    # If the table has columns 0 to n, the n joints could be columns 0 to n - 1 or
+                    # columns 1 to n. Columns 0 to n - 1 are tried first, so they are returned.
                     return columns
         return []
 

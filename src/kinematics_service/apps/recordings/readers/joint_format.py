@@ -159,8 +159,9 @@ def _is_motor(content: Any) -> bool:
 
 
 def _take_calibration(units: JointUnits, robot: Robot, motors: Mapping[str, Any]) -> None:
-    # Sets scale and zero of servo joints. In the column, -100 to 100 is the range of the servo
-    # from `range_min` to `range_max` (ticks), and 0, in the middle, is joint position 0.
+    # Sets scale and zero of servo joints. The position column of a servo has -100 at `range_min`
+    # (ticks) and 100 at `range_max`; with `drive_mode` the signs are reversed. The middle of the
+    # range, 0 in the column, is joint position 0.
     for j, name in enumerate(robot.joint_names):
         one = motors[name]
         reach = 0.5 * (float(one['range_max']) - float(one['range_min']))

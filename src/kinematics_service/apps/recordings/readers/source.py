@@ -100,8 +100,8 @@ class Selection(NamedTuple):
 
 class Remark(NamedTuple):
     """
-    A remark on a file, not on the motion in it. `level` is OK, WARN, or ERROR if the file is
-    damaged; `code` names the fault, empty without a fault.
+    A remark on a file, not on the motion in it. `level` is ERROR if the file is damaged, otherwise
+    OK or WARN. `code` is the code of the fault; empty without a fault.
     """
 
     level: Level

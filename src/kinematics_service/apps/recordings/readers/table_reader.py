@@ -78,8 +78,8 @@ class TableReader:
 
     def pieces(self, columns: Sequence[str]) -> Iterator[TableRows]:
         """
-        Yield stamps and the given columns of the rows in their order, in pieces of at most
-        `LARGEST_BLOCK` rows.
+        Yield the rows of the table in file order, in blocks of at most `LARGEST_BLOCK` rows. Each
+        block has the stamps of its rows, and their numbers in the given columns.
 
         Raises
         ------
