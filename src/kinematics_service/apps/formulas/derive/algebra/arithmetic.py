@@ -43,20 +43,22 @@ class Arithmetic:
     """
     The ring of polynomials of an arm, and the generators of its joint variables.
 
+    Let q be the variable of a revolute joint. The table may add a constant angle to q, so let
+    theta = q + offset. The generator of the joint is exp(i theta / u) with an integer u.
+
     Attributes
     ----------
     ring
         The ring with its generators.
     units
-        An integer u for each joint variable theta, so that its generator is exp(i theta / u). u is
-        `ring.parts` times the common denominator of the gear ratios of the joint.
+        The integer u of each joint variable: `ring.parts` times the common denominator of the gear
+        ratios of the joint.
     steps
-        For each joint variable, the largest integer that divides all exponents of the variable's
-        generator in the matrices of the table's rows.
+        An integer for each joint variable. The rows of the table contain powers of the variable's
+        generator. The integer is the greatest common divisor of the exponents of these powers.
     offsets
-        The constant angle (rad) that the table adds to each joint variable q: theta = q + offset.
-        The offset is 0 if the table adds only whole quarter turns. Formulas in theta are as short
-        as those of a table without offsets.
+        The offset (rad) of each joint variable; 0 if the table adds only whole quarter turns.
+        Formulas in theta are as short as those of a table without offsets.
     angles
         The symbol theta of each joint variable q, or q itself if the offset is 0.
     """

@@ -248,11 +248,11 @@ def _factor_list(element: PolyElement) -> list[tuple[PolyElement, int]]:
 
 
 def _stays_whole(element: PolyElement) -> bool:
-    # Return whether a polynomial that is irreducible over the integers is proved not to be a
-    # product of two complex factors. Such a product must be found, because two complex factors may
-    # be real functions of the angles: cos 2q = (cos q + sin q) (cos q - sin q). Two complex
-    # factors would be conjugate and have equal degrees in every generator. So an odd degree proves
-    # that the product does not exist.
+    # The polynomial `element` is irreducible over the integers. Return whether it is proved to be
+    # irreducible over the Gaussian integers, too. If not, it may be a product g conj(g) of factors
+    # that are real functions of the angles, as in cos 2q = (cos q + sin q) (cos q - sin q). The
+    # degrees of g and conj(g) are equal in every generator, so all degrees of g conj(g) are even.
+    # Hence an odd degree of `element` proves that it is irreducible.
     odd = any(degree % 2 for degree in [*_degrees(element), max(sum(e) for e in element)])
     return odd or _irreducible_on_a_line(element, ZZ, stays_whole_beside_i)
 
@@ -288,11 +288,14 @@ def stays_whole_beside_i(cut: PolyElement) -> bool:
     """
     Return whether an integer polynomial of t is proved irreducible over the Gaussian integers.
 
-    If the polynomial f is irreducible over the integers but not over the Gaussian integers, then
-    f = g conj(g). Let p be a prime with p = 3 mod 4, and h an irreducible factor of f modulo p
-    with odd degree. Then h stays irreducible with i, and conj(h) = h. So h divides both g and
-    conj(g), and h^2 divides f. Hence f is irreducible over the Gaussian integers if f is
-    square-free modulo p and has a factor h. The polynomial f must be primitive.
+    Let f be the polynomial `cut`. It must be primitive. If f is irreducible over the integers, but
+    not over the Gaussian integers, then f = g conj(g). An odd degree of f excludes this case.
+
+    If the degree of f is even, let p be a prime with p = 3 mod 4. Suppose that h is an irreducible
+    factor of f modulo p, and that the degree of h is odd. Then h is also irreducible over the
+    Gaussian integers modulo p, and conj(h) = h. So if f = g conj(g), then h divides g and conj(g),
+    and h^2 divides f modulo p. Hence f is irreducible over the Gaussian integers if h exists and f
+    is square-free modulo p.
     """
     if not cut.is_irreducible:
         return False

@@ -31,8 +31,8 @@ class RealFactor:
         The two half-angle factors whose product is the factor, such as sin q/2 and cos q/2 for sin
         q; empty if there are none. In a ring with half angles, both are real.
     alone
-        Whether the factor contains half angles, or splits into factors with half angles, although
-        the ring has whole angles only.
+        Whether `paired` found no partner for a half-angle factor of this factor. Then the factor
+        can be split only in a ring with half angles.
     splits
         Whether `halves` are real polynomials in whole angles, as in cos 2q = (cos q + sin q) (cos
         q - sin q). A row of the table that turns by twice the angle of a joint gives such a
@@ -48,15 +48,15 @@ class RealFactor:
 
 def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[RealFactor] | None:
     """
-    Multiply pairs of irreducible half-angle factors (terms, power), and return whole-angle
-    factors.
-
-    Return None if a factor in half angles has no partner.
+    Multiply half-angle factors (terms, power) in pairs, and return whole-angle factors.
 
     A factor is whole if it equals its conjugate and its degree in exp(i q) is even for every angle
-    q. The other factors form pairs of equal power. The partner of a factor is its conjugate, or
-    the factor with half a turn added to one angle q. For this angle q, the degree of the factor in
-    exp(i q) is odd.
+    q. A factor that is not whole needs a partner of equal power, so that the product is whole.
+    Return None if a factor that is not whole has no partner.
+
+    Two partners of a factor are possible. One is the conjugate of the factor. To get the other,
+    choose an angle q for which the degree of the factor in exp(i q) is odd, and replace q by
+    q + pi in the factor.
     """
     indices, parts = _angle_indices(arithmetic), arithmetic.ring.parts
     joints = [
@@ -104,10 +104,10 @@ def _is_whole(terms: Terms, indices: Sequence[int]) -> bool:
 
 
 def _half_turned(terms: Terms, joints: Sequence[tuple[int, int]]) -> Terms | None:
-    # Add half a turn to one angle q, and return the new terms. The degree of the polynomial in
-    # exp(i q) must be odd for this angle q; return None if no angle has this property. Turn only
-    # one angle. Half a turn of both q1 and q2 would turn the sum q1 + q2 by a full turn, which
-    # changes nothing.
+    # Find the first angle q for which the degree of the polynomial in exp(i q) is odd. Add half a
+    # turn to q, and return the new terms. Return None if no angle fits. Turn only one angle:
+    # half a turn of both q1 and q2 would turn the sum q1 + q2 by a full turn, which changes
+    # nothing.
     for k, step in joints:
         lowest = min(e[k] for e in terms)
         if _turns(terms, k) % (2 * step) == step and all(
@@ -179,8 +179,9 @@ def _upright(terms: Terms, arithmetic: Arithmetic) -> Laurent:
         common = -common
     real = {e: (a // common, b // common) for e, (a, b) in real.items()}
     result = from_terms(arithmetic.ring, real)
-    # Halve the polynomial, because two terms with exponents e and -e sum to 2 cos or 2 sin. Do not
-    # halve it if a term without angles has an odd coefficient, because the half is a fraction.
+    # The terms z and 1/z with z = exp(i q) sum to 2 cos q. So halve `result`, to get cos q and not
+    # 2 cos q. But if a term without angles has an odd coefficient, halving would make this
+    # coefficient a fraction. Then do not halve `result`.
     still = [c for e, c in real.items() if not any(e[k] for k in indices)]
     turning = len(still) < len(real)
     balanced = all(a % 2 == 0 and b % 2 == 0 for a, b in still)
@@ -212,9 +213,10 @@ def _unit(one: tuple[int, int], opposite: tuple[int, int]) -> tuple[int, int]:
 
 def _upright_half(terms: Terms, arithmetic: Arithmetic) -> Laurent:
     """
-    Return a half-angle factor, multiplied by a monomial and a number that make it real. If the
-    factor contains half angles, and the polynomials of `arithmetic` only whole angles, return the
-    factor unchanged.
+    Return a half-angle factor, multiplied by a monomial and a number that make it real.
+
+    A factor such as sin q/2 becomes real only if the ring of `arithmetic` has half angles. If the
+    ring has whole angles only, return sin q/2 unchanged.
     """
     if _is_whole(terms, _angle_indices(arithmetic)):
         return _upright(terms, arithmetic)

@@ -102,12 +102,12 @@ class Ring:
 
     def length(self, expression: sympy.Expr) -> 'Laurent':
         """
-        Return the polynomial of a sympy expression without angles: sums and products of numbers
-        and symbols.
+        Return a sympy expression of numbers and symbols, without angles, as a polynomial.
 
-        A square root or a decimal becomes a generator, that is, a variable of the polynomial. So
-        no other denominators than powers of 2 occur in the coefficients, and polynomials factor as
-        if roots and decimals were symbols.
+        Integers, halves and quarters become coefficients. Any other number, such as a square root
+        or a decimal, becomes a generator, that is, a variable of the polynomial. So polynomials
+        factor as if roots and decimals were symbols. All denominators of coefficients are powers
+        of 2.
         """
         if expression.is_Integer:
             return self.number(int(expression))
@@ -129,7 +129,11 @@ class Ring:
 
 @dataclass(frozen=True, eq=False)
 class Laurent:
-    """A polynomial with complex coefficients (real + i imaginary) / divisor, all integers."""
+    """
+    A polynomial with complex coefficients (real + i imaginary) / divisor.
+
+    `real` and `imaginary` map each monomial, stored as an integer, to an integer.
+    """
 
     ring: Ring
     real: Mapping[int, int]
@@ -175,7 +179,7 @@ class Laurent:
         )
 
     def times_i(self, power: int = 1) -> 'Laurent':
-        """Return the polynomial times a power of i."""
+        """Return the polynomial times i^power, with the imaginary unit i."""
         result = self
         for _ in range(power % 4):
             minus = {m: -c for m, c in result.imaginary.items()}

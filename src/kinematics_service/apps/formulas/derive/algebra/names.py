@@ -42,8 +42,8 @@ class Names:
     angle_unit
         The file's unit of angles, 'rad' or 'deg'.
     length_unit
-        The file's unit of length in the length unit of the symbols: 1/1000 for a file in mm and
-        symbols that stand for metres.
+        Factor that converts a length from the file's unit to the unit of the symbols. It is 1/1000
+        if the file is in mm and the symbols stand for metres.
     """
 
     variables: tuple[sympy.Symbol, ...]
