@@ -73,8 +73,10 @@ class LoopEquations:
 
 def simplified(expression: sympy.Expr) -> sympy.Expr:
     """
-    Return a quotient. Replace products of sines and cosines in its numerator by sines and cosines
-    of sums of angles, if that makes the numerator shorter.
+    Return a quotient of two expressions, with a shorter numerator if one is found.
+
+    In the shorter numerator, sines and cosines of sums of angles replace products of sines and
+    cosines.
     """
     numerator, denominator = sympy.fraction(expression)
     forms = [sympy.factor_terms(form, clear=False) for form in _forms(numerator)]
@@ -198,8 +200,10 @@ def closed_determinant(
     symbols = writer.arithmetic.names.variables
     if not robot.singularity.task.square or len(symbols) > MAX_VARIABLES:
         return None
-    # Use the axes of the frame in which the first loop begins, because the loop equations do not
-    # depend on the joints before this frame.
+    # Express J in the axes of the frame in which the first loop begins. In these axes, the joints
+    # before the frame occur neither in the columns of later joints nor in the loop equations, so
+    # the determinant is shorter. If `may_turn` is false, the determinant depends on the axes, so
+    # keep the axes of frame 0.
     task = robot.singularity.task.axes.tolist()
     frame = robot.description.loops[0].start.row if may_turn(task) else 0
     turned = in_axes_of(J, frames.in_base[frame])

@@ -153,7 +153,11 @@ class Derivation:
 
     @cached_property
     def jacobian(self) -> sympy.Matrix:
-        """Return the Jacobian, 6 x n, with one column for each joint; closed loops stay closed."""
+        """
+        Return the Jacobian, 6 x n, with a column for each joint that is not passive.
+
+        In an arm with closed loops, passive joints move along and keep the loops closed.
+        """
         return self._by_joints(self.jacobian_open)
 
     @property
@@ -341,8 +345,9 @@ def _closed_set(exact: Exact, loops: tuple[LoopEquations, ...], tell: Progress) 
 
 
 def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
-    # Return the singular set. Return None if a family of singular poses belongs to a half-angle
-    # factor, and the ring of `exact` has whole angles only.
+    # Return the singular set. Return None if polynomials in half angles are needed, but `exact`
+    # has polynomials in sin q and cos q only. Half angles are needed if a factor such as sin(q/2)
+    # has a family of singular poses of its own.
     sampler, arithmetic, writer = exact.sampler, exact.arithmetic, exact.writer
     n = len(sampler.moving)
     search = FamilySearch(sampler, sampler.in_random_letters)

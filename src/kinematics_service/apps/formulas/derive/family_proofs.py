@@ -35,17 +35,18 @@ MAX_TERMS = 3000
 @dataclass(frozen=True)
 class CommonZeros:
     """
-    The set of configurations at which several factors are all 0, and the exact Jacobian of the
-    arm.
+    The set of configurations at which several polynomials are all 0.
+
+    The methods prove statements about the exact Jacobian J on this set.
 
     Attributes
     ----------
     J
         The task rows of the Jacobian, m x n.
     generic_rank
-        Rank of J at almost all configurations; each factor divides all minors of this size.
+        Rank r of J at almost all configurations. All r x r minors of J are 0 on the set.
     factors
-        The factors; all are 0 on the set.
+        The polynomials that are all 0 on the set.
     """
 
     J: Matrix
@@ -91,11 +92,10 @@ class CommonZeros:
 
 @dataclass(frozen=True)
 class _Branch:
-    # A part of the set of configurations at which several factors are 0. Each element of
-    # `replaced` is a generator and the expression that equals the generator in this part. If the
-    # replacements are made one after another, the polynomial `factor` remains, and it is 0 in this
-    # part. If the replacements alone make all factors 0, no polynomial remains, and `factor` has
-    # the value None.
+    # A part of the common zeros of several polynomials, as `_branches` finds it. Each element of
+    # `replaced` solves one polynomial for one variable (generator), and inserts the solution into
+    # the other polynomials. At the end, one equation remains: factor = 0. If `factor` is None, no
+    # equation remains.
     replaced: tuple['_Replaced', ...]
     factor: Laurent | None
 
@@ -130,9 +130,9 @@ class _Replaced:
 
 
 def _branches(factors: Sequence[Laurent], arithmetic: Arithmetic) -> list[_Branch] | None:
-    # Split the set of common zeros of factors into branches. Solve one factor for a generator,
-    # insert the solution into the other factors, and repeat until one factor remains. Return None
-    # if no factor can be solved.
+    # Split the set of common zeros of several polynomials into branches. Solve one polynomial for
+    # a variable of the ring, and insert the solution into the other polynomials. Repeat until one
+    # polynomial remains. Return None if no polynomial can be solved.
     if len(factors) < 2:
         return [_Branch((), next(iter(factors), None))]
     for k, factor in enumerate(factors):
@@ -190,9 +190,10 @@ def _solutions(factor: Laurent, arithmetic: Arithmetic) -> list[_Replaced]:
 
 
 def _quarter_turns(terms: Terms) -> list[_Replaced]:
-    # Solve c z^e + d z^-e = 0, where z^e is the product of all generators with exponents e. If c =
-    # d or c = -d, the equation says that z^e is a power of i. Then a generator with exponent 1 or
-    # -1 is a product of powers of the other generators and of i. Return no solution otherwise.
+    # Let z_1 to z_n be the generators, and z^e the product z_1^e_1 ... z_n^e_n. Let c and d be the
+    # coefficients of the two terms. Solve c z^e + d z^-e = 0 for a generator z_k. This is possible
+    # if c = d or c = -d, and if e_k is 1 or -1. Then z^e is a power of i, so z_k is a product of
+    # powers of i and of the other generators. In all other cases, return no solution.
     (e, c), (opposite, d) = terms.items()
     k = next((k for k, x in enumerate(e) if abs(x) == 1), None)
     if k is None or any(x + y for x, y in zip(e, opposite)):
@@ -220,11 +221,12 @@ def proves_lost(lost: Lost, zeros: CommonZeros, frames: Frames) -> bool:
     if not lost.held:
         rows = [i for i in range(3) if (i == lost.axis) != lost.others]
         return zeros.are_zero(e for i in rows for e in J[i + 3 * lost.angular])
-    # If J^T w = 0, the joints do no work against the wrench w, so the tool cannot make a motion
-    # that does work against w. A rotation that holds the reference point of J still does work only
-    # against the moments of w. If the moments about the two other axes of the frame are 0, w has
-    # only a moment about `lost.axis`, so the rotation about `lost.axis` is lost. Entry i of w is,
-    # up to its sign, the 5 x 5 minor of J without row i.
+    # Let w be a wrench with J^T w = 0. The joints do no work against w, so the tool cannot make a
+    # motion that does work against w. Let the tool rotate, and let the reference point of J not
+    # move. This rotation does work against the moments of w only. Suppose that w has a moment
+    # about `lost.axis`, but none about the two other axes of the frame. Then the rotation about
+    # `lost.axis` does work against w, so it is lost. Entry i of w is, up to its sign, the 5 x 5
+    # minor of J without row i. So prove that the minors of the two other moments are 0.
     whole = CommonZeros(J, zeros.generic_rank, zeros.factors, arithmetic)
     others = [i for i in (3, 4, 5) if i != lost.axis + 3]
     left = [[i for i in range(6) if i != other] for other in others]

@@ -90,8 +90,9 @@ def jacobian_of(frames: Frames, axes: Sequence[Axis], linear: Sequence[Matrix]) 
     """
     Return the Jacobian J = J_open C, in the frame in which `axes` are given.
 
-    J_open has a column for each theta or d of the table that joints change. `coupling` returns C,
-    which maps joint velocities to the rates of theta and d.
+    Joints change some of the entries theta and d of the table. J_open has a column for each theta
+    or d that changes. The matrix C = `coupling(frames)` maps joint velocities to the rates of
+    theta and d.
 
     Parameters
     ----------
@@ -111,9 +112,10 @@ def jacobian_of(frames: Frames, axes: Sequence[Axis], linear: Sequence[Matrix]) 
 
 def about(frames: Frames, axes: Sequence[Axis], point: Matrix) -> Matrix:
     """
-    Return J with the reference point `point`, in the frame in which `axes` are given. The column
-    of a revolute joint is [z x (p - o); z], with the direction z of its axis, a point o on the
-    axis, and p = `point`.
+    Return J with the reference point `point`, in the frame in which `axes` are given.
+
+    Let z be the direction of a joint axis, o a point on the axis, and p = `point`. The column of a
+    revolute joint is [z x (p - o); z].
     """
     linear = [np.cross(axis.z, point - axis.o) for axis in axes]
     return jacobian_of(frames, axes, linear)
@@ -121,9 +123,10 @@ def about(frames: Frames, axes: Sequence[Axis], point: Matrix) -> Matrix:
 
 def geometric(frames: Frames) -> Matrix:
     """
-    Return J in base axes. The column of a revolute joint is [z x (p - o); z], that of a prismatic
-    joint is [z; 0]. Here z is the direction of the joint axis, o a point on it, and p the tool's
-    origin.
+    Return J in base axes, from the directions and points of the joint axes.
+
+    Let z be the direction of a joint axis, o a point on the axis, and p the tool's origin. The
+    column of a revolute joint is [z x (p - o); z]. The column of a prismatic joint is [z; 0].
     """
     axes = axes_seen_from(frames, -1)
     return about(frames, axes, frames.T_base_tool[:3, 3])
@@ -131,13 +134,17 @@ def geometric(frames: Frames) -> Matrix:
 
 def screw_based(frames: Frames) -> Matrix:
     """
-    Return J by screws [s_o x s; s]. Here s is the direction of an axis, and s_o is the vector from
-    the tool's origin to a point on the axis.
+    Return J in base axes, from the screws of the joint axes.
 
-    The vectors s_o(k) from the tool's origin to the origin of frame k are computed from the last
-    frame backwards: s_o(k) = s_o(k + 1) - R_k p_k. Here R_k is the rotation of frame k in the base
-    frame, and p_k is the position of frame k + 1 in frame k. The golden cases s000a to s000c
-    (test/golden) come from a document with this method; it writes angular rows first.
+    Let s be the direction of a joint axis, and s_o the vector from the tool's origin to a point on
+    the axis. The column of a revolute joint is the screw [s_o x s; s].
+
+    The vectors s_o are computed from the last frame backwards. Let s_o(k) be the vector from the
+    tool's origin to the origin of frame k. Let R_k be the rotation of frame k in the base frame,
+    and p_k the position of frame k + 1 in frame k. Then s_o(k) = s_o(k + 1) - R_k p_k.
+
+    The golden cases s000a to s000c (test/golden) come from a document with this method. The
+    document writes the angular rows of J first.
     """
     seen = -(frames.in_base[-1][:3, :3] @ frames.tool[:3, 3])
     s_o: dict[int, Matrix] = {}
@@ -213,10 +220,10 @@ METHODS: dict[str, Callable[[Frames], Matrix]] = {
 
 def may_turn(rows: Collection[int]) -> bool:
     """
-    Return whether the axes of J have no influence on minors in the rows `rows` of J.
+    Return whether minors of J in the rows `rows` stay equal if J is expressed in other axes.
 
-    This is true if `rows` contain all three linear rows or none, and all three angular rows or
-    none.
+    The result is true if `rows` contain all three linear rows or none of them, and all three
+    angular rows or none of them.
     """
     return all(len(set(part) & set(rows)) in (0, 3) for part in ((0, 1, 2), (3, 4, 5)))
 

@@ -263,10 +263,11 @@ def _without_pythagoras(terms: Sequence[sympy.Expr]) -> list[sympy.Expr]:
 
 def independent_columns(sampler: PoseSampler) -> tuple[int, ...]:
     """
-    Return the indices of the columns of J without the columns of dependent joints.
+    Return the indices of linearly independent columns of J, as many as possible.
 
-    The task rows of J are stacked over all sampled configurations. A joint is dependent if the
-    stacked matrix keeps its rank without the joint's column.
+    The task rows of J at all sampled configurations are stacked in one matrix. Each column of the
+    matrix is tested, the first column first. A column is removed if the rank of the matrix stays
+    equal without the column.
     """
     J_t = sampler.elsewhere.J_t
     stacked = J_t.reshape(-1, J_t.shape[2])

@@ -153,9 +153,9 @@ def _zeros(value: Values, times: Floats) -> list[tuple[float, float, bool]]:
 
 
 def _bottom(value: Values, low: float, high: float) -> float:
-    # Let f be the function `value`. Return the time between `low` and `high` at which |f| is
-    # smallest. If f becomes 0 or changes its sign after `low`, return a time at which f is 0 or
-    # has the other sign instead.
+    # Let f be the function `value`. Search the time between `low` and `high` at which |f| is
+    # smallest. If the search meets a time at which f is 0, or at which the sign of f differs from
+    # the sign at `low`, return this time at once.
     for _ in range(NARROWING_STEPS):
         times = np.linspace(low, high, 33)
         f = value(times)

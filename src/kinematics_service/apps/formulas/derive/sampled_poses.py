@@ -166,8 +166,9 @@ class PoseSampler:
             by_name = {s.name: float(f) for s, f in zip(names.values, factors)}
             values = {s: v * by_name[s.name] for s, v in names.values.items()}
             other = replace(self.arithmetic, names=replace(names, values=values))
-            # The table has SI units, and `names.values` have the file's units. So multiply the
-            # constants of the table by the same random factors instead of copying `values`.
+            # `values` have the units of the file, and the constants of the table have SI units. So
+            # do not copy `values` into the table. Multiply each constant of the table by the
+            # random factor of its name.
             given = {s: v * by_name.get(s.name, 1.0) for s, v in self.table.given.items()}
             found.append(replace(self, arithmetic=other, table=replace(self.table, given=given)))
         return tuple(found) or (self,)

@@ -70,11 +70,12 @@ class Lost:
     angular
         Whether the lost motion is a rotation.
     point
-        Number of a frame. A lost translation is a translation of the origin of this frame. A lost
-        rotation holds the origin of this frame still if `held`. None: the tool's origin.
+        Number of a frame; None means the tool. If the lost motion is a translation, the origin of
+        this frame cannot move in the lost direction.
     held
-        Whether a rotation is lost only if it holds the origin of frame `point` still. If not,
-        every rotation about the axis is lost.
+        Whether a lost rotation becomes possible if the origin of frame `point` may move. True: the
+        tool cannot turn about the axis while the origin stays at its place. False: the tool cannot
+        turn about the axis at all.
     others
         Whether all translations are lost except the translation along the axis `axis`.
     """
@@ -151,7 +152,9 @@ def name_of(
     arm
         The arm at configurations of the family.
     elsewhere
-        The arm at other configurations, at which the test of a name must fail.
+        The arm at random configurations. Each name has a geometric condition, such as parallel
+        wrist axes. A name fits if its condition is true at all configurations in `arm`, and false
+        at some configuration in `elsewhere`.
     joints
         Indices of the joints in the factor of the determinant that is 0 on the family.
     angular
@@ -298,9 +301,9 @@ def _lost_screw(force: Floats, moment: Floats, frames: Floats, tool: Floats) -> 
 
 
 def _direction(vectors: Floats, frames: Floats) -> Lost | None:
-    # Express `vectors` (N, 3), a direction at each configuration, in the axes of a frame in which
-    # the direction is equal at all configurations. Prefer a frame with an axis along the
-    # direction. Return None if no frame has this property.
+    # Let `vectors` (N, 3) be a direction in base axes at each of N configurations. Find a frame in
+    # whose axes the direction is equal at all configurations. Return None if no frame
+    # fits. If several frames fit, prefer a frame with an axis along the direction.
     length = np.linalg.norm(vectors, axis=1)
     if np.any(length < ZERO):
         return None

@@ -28,11 +28,13 @@ from .frames import Frames
 from .sampled_poses import POSES, PoseSampler
 from .trigonometry import Writer
 
-# The minors are divided by their common factors. The common zeros of the quotients are computed
-# only if each quotient has at most MAX_REST_TERMS terms. All quotients are 0 if one factor of each
-# quotient is 0. The common zeros are computed only if at most MAX_HITTING_SETS choices of one
-# factor of each quotient exist. Longer results would be unreadable.
+# Each minor is divided by the common factors of all minors. The common zeros of the quotients are
+# computed only if each quotient has at most this number of terms. Longer results would be
+# unreadable.
 MAX_REST_TERMS = 40
+# A hitting set contains at least one factor of each quotient. If all factors in a hitting set are
+# 0, all quotients are 0. The common zeros of the quotients are computed only if the number of
+# minimal hitting sets is at most this.
 MAX_HITTING_SETS = 20
 
 
@@ -169,7 +171,7 @@ class SingularSet:
     crossings
         Crossings of two or more families.
     generic_rank
-        Rank of the task rows at almost all configurations.
+        Rank of the task rows at almost all configurations, with random lengths.
     dependent
         Joints whose columns of J are linearly dependent at every configuration; empty for most
         arms.
@@ -180,8 +182,8 @@ class SingularSet:
         Sets of configurations at which `determinant.remainder` is 0. The field `names` of a set
         contains the expressions that are 0 in this set. None: not solved.
     special
-        Text if the rank is below `generic_rank` at every configuration with the lengths of this
-        file, but not with random lengths; otherwise None.
+        Text if the lengths of the robot file make the rank of the task rows smaller than
+        `generic_rank` at every configuration; otherwise None.
     """
 
     determinant: Determinant
@@ -299,7 +301,9 @@ class FamilySearch:
         """
         Return whether the zeros of a factor are one family: J has equal rank at all sampled zeros.
 
-        A factor without half-angle factors cannot be split, so its zeros are taken as one family.
+        If a factor is the product of two half-angle factors (`halves`), as sin q is, the zeros of
+        the two half-angle factors may be separate families. The zeros of any other factor are
+        taken as one family.
         """
         if not factor.halves:
             return True
@@ -478,8 +482,8 @@ def crossings_of(
 def _crossing(
     named: Sequence[tuple[Laurent, str]], search: FamilySearch, J_t: Matrix
 ) -> FamilyCrossing | None:
-    # Return the crossing of the families of several factors. Return None if it is proved that the
-    # factors have no common zero.
+    # Return the set of configurations at which several factors of the determinant are all 0.
+    # `named` has each factor with its name. Return None if it is proved that the set is empty.
     values, names = zip(*named)
     functions = [search.numbers(value) for value in values]
     poses, meet = search.poses(functions), None

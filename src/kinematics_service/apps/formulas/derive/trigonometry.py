@@ -1,8 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Write polynomials in exp(i q) as sums C + P cos u + S sin u in an angle u. C, P and S are sums of
-this form in the other angles.
+Write polynomials in exp(i q) as sympy expressions in sines and cosines.
+
+The angles are treated one after another. For the first angle u, a polynomial is written as
+C + P cos u + S sin u. The coefficients C, P and S contain the remaining angles, and are written in
+the same way for the next angle.
 """
 
 import math
@@ -35,16 +38,16 @@ MAX_TIDIED_TERMS = 1000
 @dataclass(frozen=True)
 class Basis:
     """
-    The arguments of sines and cosines: integer combinations of the joint angles.
+    The arguments u_j of sines and cosines: integer combinations of the joint angles.
 
     Attributes
     ----------
     angles
-        Sympy expressions u_j: the arguments, one for each joint.
+        The arguments u_j as sympy expressions, one for each joint.
     to_angles
-        Integer matrix E. The polynomials contain exp(i q_k / n_k) for joint k, with an integer n_k
-        from `Arithmetic.units` and the imaginary unit i. This power of e is the product of
-        exp(i u_j)^E[k][j] over all arguments u_j.
+        Integer matrix E. Let q_k be the angle of joint k, n_k the integer of joint k in
+        `Arithmetic.units`, and i the imaginary unit. Then the generator exp(i q_k / n_k) of joint
+        k is the product of the powers exp(i u_j)^E[k][j] over all j.
     """
 
     angles: tuple[sympy.Expr, ...]
@@ -59,8 +62,8 @@ class Writer:
     Attributes
     ----------
     sums, singles
-        Two choices of angles in whose sines and cosines polynomials are written: sums of the
-        angles of parallel joints, or the single joint angles.
+        The arguments of the sines and cosines, in two versions. In `sums`, the arguments are sums
+        of the angles of parallel joints. In `singles`, each argument is the angle of one joint.
     divisor
         None if expressions are simplified. Otherwise the common denominator of the coefficients of
         the polynomial that is being written.
@@ -93,8 +96,9 @@ class Writer:
         if len(value) <= MAX_COMPARED_TERMS and self.singles != self.sums:
             candidates.append(self._products(value, self.singles))
         lengths = [sympy.count_ops(form) for form in candidates]
-        # Group the terms by their exponents of angles. The coefficient of each group is then a
-        # polynomial in lengths.
+        # Each angle q has a generator exp(i q). Group the terms that have equal exponents of all
+        # generators of angles. The terms of a group differ in lengths only, so each group is a
+        # polynomial in lengths, times a product of generators.
         moving = range(len(self.arithmetic.names.variables))
         split = value.grouped([*moving, *self._fixed_places()])
         if len(value) <= MAX_COMPARED_TERMS and self._fewest_operations(split) < min(lengths):
@@ -104,8 +108,8 @@ class Writer:
         return self._with_numbers(shortest / value.divisor)
 
     def _with_numbers(self, expression: sympy.Expr) -> sympy.Expr:
-        # Replace theta by q + offset only after `_shortest` has chosen the form of the polynomial
-        # with the fewest operations. Otherwise the sums q + offset would be counted as operations.
+        # Replace theta by q + offset. `_shortest` calls this method after it has counted the
+        # operations in each form of the polynomial, so the sums q + offset are not counted.
         numbers = {symbol: number for number, symbol in self._numbers.items()}
         return expression.xreplace(numbers | self.arithmetic.in_variables)
 
@@ -266,7 +270,8 @@ def writer_of(frames: Frames) -> Writer:
 
 
 def _parallel_sums(frames: Frames) -> list[tuple[int, ...]]:
-    # Return sums of the angles of successive rows whose z axes are parallel, as integer vectors.
+    # Add up the angles of successive rows with parallel z axes. Return each sum as a tuple with an
+    # integer coefficient for each joint angle.
     arithmetic, variables = frames.arithmetic, frames.arithmetic.names.variables
     total = [0] * len(variables)
     found: list[tuple[int, ...]] = []

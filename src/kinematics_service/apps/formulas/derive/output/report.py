@@ -16,8 +16,8 @@ from ..family import Family
 from ..path import Path
 from ..singular_set import FamilyCrossing, SingularFactor
 
-# Largest number of operations of a short factor of the determinant. The report mentions that a
-# factor is irreducible only if the factor is not short.
+# A factor of the determinant is long if its number of operations exceeds this constant. If a long
+# factor is irreducible, the report says so.
 LONG_EXPRESSION_OPERATIONS = 60
 
 
