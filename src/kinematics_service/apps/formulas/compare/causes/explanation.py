@@ -107,8 +107,8 @@ def _of_matrix(check: QuantityCheck, right: Floats, tried: list[str]) -> list[Ex
 
 
 def _few(found: list[Explanation], wrong: int) -> list[Explanation]:
-    # Return no mistakes if their number exceeds both 2 and a third of the number of wrong entries,
-    # because many mistakes may fit by chance.
+    # Many mistakes may fit by chance. So return no mistakes if more than max(2, wrong / 3) were
+    # found, where `wrong` is the number of wrong entries.
     return found if len(found) <= max(2, wrong // 3) else []
 
 
@@ -150,8 +150,8 @@ def _best_whole(
 
 
 def _parts(scope: str, check: QuantityCheck) -> Iterator[tuple[str, sp.Expr]]:
-    # Yield the name and the numpy index of each part of the matrix that `scope` selects: the
-    # whole, blocks, columns, rows or entries.
+    # Yield all parts of one kind of the user's matrix, each with its name and its numpy index. The
+    # kind is `scope`: the whole matrix, a block, a column, a row or an entry.
     rows, columns = check.shape
     if scope == WHOLE:
         yield '', np.s_[:]
@@ -175,10 +175,11 @@ def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> tuple[list[E
     # Greedy set cover: repeatedly choose the mistake that explains the largest number of wrong
     # entries that are still unexplained. If two mistakes explain equally many entries, choose the
     # first in `CAUSES`. Return the chosen mistakes and the entries that stay unexplained.
-    # An alternative to a chosen mistake is a mistake that explains the same entries. Normally it
-    # belongs to another cause. If `one` is true, the user's values are known at one configuration
-    # only, and several mistakes of one cause may fit by chance. Then alternatives may belong to
-    # the cause of the chosen mistake, too.
+    # A chosen mistake gets a list of alternatives: other mistakes that explain the same entries. A
+    # cause, such as a wrong row of the table, consists of many similar mistakes. If `one` is
+    # false, the list has mistakes of other causes only. If `one` is true, the user's values are
+    # known at one configuration only. One configuration may not show which of several similar
+    # mistakes the user made. So the list also has mistakes of the same cause.
     left = wrong.copy()
     chosen: list[Explanation] = []
     while left.any() and candidates:
@@ -286,8 +287,8 @@ def _missing_factor(
     check: QuantityCheck, terms: Sequence[sp.Expr], values: Floats, i: int, j: int
 ) -> list[Explanation]:
     if check.agrees(np.zeros_like(values[:, i, j]), values[:, i, j]):
-        # The correct entry is 0. A dropped factor 0 would explain any entry of the user, so do not
-        # offer this cause.
+        # The correct entry is 0. So the cause "a factor is dropped" would explain any entry of the
+        # user, because the dropped factor may be 0. Do not offer this cause.
         return []
     factors = {f for term in terms for f in sp.Mul.make_args(term)}
     for factor in sorted(factors, key=str):

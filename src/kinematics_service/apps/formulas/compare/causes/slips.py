@@ -84,7 +84,7 @@ def base_and_tool(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def bottom_row(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the derivative of a pose with 1 instead of 0 in the lower right corner."""
+    """Yield the derivative of the tool's pose with a mistake: entry (4,4) is 1 instead of 0."""
     values = check.right.copy()
     values[:, 3, 3] = 1.0
     yield Variant('(4,4) is the derivative of the constant 1: it is 0, not 1', values)

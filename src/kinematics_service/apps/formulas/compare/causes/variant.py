@@ -28,7 +28,8 @@ class Variant:
     Parameters
     ----------
     sentence
-        The mistake as a sentence; a report prints it if the user's formula has these values.
+        The mistake as a sentence, for the report. The report prints the sentence if the values of
+        the user's formula equal `values`.
     values : shape (N, rows, columns)
         Values of the mistaken version at the N configurations.
     columns

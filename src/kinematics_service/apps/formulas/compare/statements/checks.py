@@ -147,7 +147,11 @@ class Check(ABC):
 
     @cached_property
     def is_one_configuration(self) -> bool:
-        """Return whether all configurations are equal. Entries may then agree by coincidence."""
+        """
+        Return whether all N configurations are equal, as after `at: q1=0, q2=90 deg` in the file.
+
+        At a single configuration, a wrong entry may equal the correct entry by coincidence.
+        """
         given = {*self.poses.chosen, *(s.name for s in self.names.table.constants)}
         still = not self.poses.randomised and not self.expressions.free_symbols - {
             s for s in self.poses.values if s.name in given

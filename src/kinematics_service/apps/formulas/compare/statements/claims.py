@@ -164,8 +164,8 @@ def _sound(arm: _ArmOfLetters, claim: Statement) -> Claim:
     ]
     if equations:
         q = poses_on(equations, q, free)
-    # Drop configurations at which the claim gives no real joint position, as in acos(2). For some
-    # positions of the other joints, the family may have no configuration.
+    # A claim such as q3 = acos(2 cos(q2)) gives no real q3 at some values of q2. Drop the
+    # configurations without a real joint position.
     q = q[np.isfinite(q).all(axis=1)]
     q = q[_belongs(names, claim, q)] if equations else q
     if not len(q):

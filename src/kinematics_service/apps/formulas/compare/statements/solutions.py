@@ -1,8 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Check equations and inverse kinematics formulas. A damped Newton search decides whether a formula
-gives another branch of the inverse kinematics.
+Check equations and inverse kinematics formulas.
+
+An inverse kinematics formula gives the position of one joint from the tool's pose. The formula is
+right if the tool can reach the pose while the joint has this position. A damped Newton search
+tests whether the tool can.
 """
 
 from collections.abc import Mapping
@@ -53,8 +56,8 @@ MAX_CHOICES = 16
 # If a joint moves a point by less than this (m/rad), the motion is round-off, and the joint does
 # not move the point.
 STILL_SPEED = 1e-9
-# Largest difference between entries of two rotation matrices that count as equal. If the search
-# ends half a turn away from the target rotation, an entry differs by 2.
+# Two rotation matrices count as equal if their entries differ by at most this. If the search ends
+# half a turn away from the target rotation, some entry differs by more than 0.9.
 ROTATION_TOLERANCE = 1e-3
 
 
@@ -367,21 +370,22 @@ class SolutionCheck(Check):
     @cached_property
     def solved(self) -> float:
         """
-        Return the fraction of configurations at which the formula gives any solution.
+        Return the fraction of configurations at which the formula's value is right.
 
-        A solution is the joint's position in the configuration, or the joint's position in another
-        solution of the inverse kinematics.
+        The value is right if it equals the joint's position at the configuration. It is also right
+        if the arm can reach the same tool pose with this value as the joint's position.
         """
         return self.share + (1.0 - self.share) * self.branches(self.robot.limits)
 
     @cached_property
     def is_a_root(self) -> bool:
         """
-        Return whether the formula gives a solution of the arm's equations, reachable or not.
+        Return whether the formula solves the arm's equations, even where the arm is too short.
 
-        Joint limits or link lengths may make a solution unreachable at some configurations. An
-        example is the branch in which an arm reaches back over its shoulder. At a fraction of at
-        least MIN_HIT_RATIO of the configurations, the arm must reach the solution.
+        At some configurations, the arm may be too short for the solution that the formula gives.
+        For example, it may be too short to reach back over its shoulder. Joint limits may also
+        exclude the solution. At the fraction MIN_HIT_RATIO of the configurations or more, the arm
+        must reach the solution.
         """
         return (
             self.solved >= MIN_HIT_RATIO
@@ -390,16 +394,18 @@ class SolutionCheck(Check):
 
     def branches(self, limits: Limits | None, out_of_reach: bool = False) -> float:
         """
-        Return the fraction of missed configurations at which the formula gives another solution.
+        Return how often a value that differs from the joint's position is still a solution.
 
-        A configuration is missed if the formula's value differs from the joint's position. The
-        formula gives another solution if the tool can reach its pose while the joint has the
-        formula's value.
+        The formula misses a configuration if its value differs from the joint's position. At each
+        missed configuration, a search (`PoseSearch`) gives the joint the formula's value, and
+        tries to bring the tool back to its pose. The result is the fraction of the missed
+        configurations at which the search succeeds.
 
-        Joints in the expression of the formula keep their positions. All joints that are neither
-        in the expression nor given by the formula may move. Prismatic joints stay inside `limits`,
-        if given. If the moving joints can always bring the tool's origin to its target, the search
-        also compares rotations. With `out_of_reach`, configurations at which the formula is
+        Joints in the expression of the formula keep their positions, and all remaining joints may
+        move. Prismatic joints stay inside `limits`, if given. The search compares positions of the
+        tool's origin. If the moving joints can always bring the tool's origin to its target, or if
+        the formula depends on the rotation, the search also compares rotations. With
+        `out_of_reach`, joint positions may be complex, and configurations at which the formula is
         undefined are left out.
         """
         joint, table = self.statement.joint, self.names.table
@@ -425,9 +431,9 @@ class SolutionCheck(Check):
         """
         Return whether the values (N,) of a repaired formula are better than the user's values.
 
-        Let h be the fraction of the N configurations at which the repaired formula returns the
-        joint's position. The repaired formula is better if h > `share` + MIN_HIT_RATIO. The
-        argument `right` is not used.
+        The hit ratio of a formula is the fraction of the N configurations at which the formula
+        returns the joint's position. The repaired formula is better if its hit ratio exceeds the
+        user's hit ratio by more than MIN_HIT_RATIO. The argument `right` is not used.
         """
         share = float(np.mean(self.hits(values)))
         return share >= MIN_HIT_RATIO and share > self.share + MIN_HIT_RATIO

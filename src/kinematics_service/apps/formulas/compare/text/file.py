@@ -190,7 +190,7 @@ def _chunks(lines: Sequence[str]) -> Iterator[_Chunk]:
             elif depth <= 0 and not GOES_ON.search(before):
                 break
             elif depth > 0 and (_begins_another(text) or SETTING.fullmatch(text)):
-                break  # a bracket is open: end this formula here
+                break  # the next formula begins, although a bracket was not closed
             depth += _depth(lines[at])
             at += 1
         yield _Chunk('\n'.join(lines[first:at]), first + 1, by_lines)

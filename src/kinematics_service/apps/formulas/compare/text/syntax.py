@@ -28,8 +28,9 @@ FUNCTIONS = {
 MATRIX_CALLS = frozenset(('Matrix', 'ImmutableMatrix', 'array'))
 INVERSE = {'sin': 'asin', 'cos': 'acos', 'tan': 'atan'}
 MAX_DEPTH = 60
-# Binding powers with which an operator holds the operand on its left. It holds the operand on its
-# right with a power that is larger by 1, so a - b - c is (a - b) - c.
+# Binding powers of operators. An operand between two operators belongs to the operator with the
+# larger power. Toward its right operand, the power of an operator is larger by 1. So the b in
+# a - b - c belongs to the first minus: (a - b) - c.
 SUM, PRODUCT, SIGN, POWER, POSTFIX = range(1, 6)
 BINDING = {'+': SUM, '-': SUM, '*': PRODUCT, '/': PRODUCT, 'x': PRODUCT, '^': POWER, "'": POSTFIX}
 TRANSPOSE = (('T',), ('top',), ('{', 'T', '}'), ('{', 'top', '}'))
