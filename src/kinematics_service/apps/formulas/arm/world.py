@@ -68,8 +68,10 @@ class World:
     @cached_property
     def frames(self) -> list[Floats]:
         """
-        Return the poses of frame 0, of frames 1 to m for the m rows of the table, and of the tool
-        in the base frame. Row i leads from frame i - 1 to frame i. Each pose has shape (N, 4, 4).
+        Return the poses of all frames in the base frame, each of shape (N, 4, 4).
+
+        The list begins with frame 0 and ends with the tool. Between them are frames 1 to m: row i
+        of the table leads from frame i - 1 to frame i, and the table has m rows.
         """
         return [*accumulate((self.base, *self.rows, self.tool), np.matmul)]
 
@@ -167,8 +169,11 @@ def with_constants(
 
 def twist_of(derivative: Floats, pose: Floats) -> Floats:
     """
-    Return the twist (v, w) of a pose from the pose [R, p] and its derivative [dR, dp], shape (N,
-    6): v = dp, and the matrix of w is [w] = dR R^T.
+    Return the twist (v, w) of a moving frame, shape (N, 6).
+
+    `pose` contains the rotation R and the position p of the frame. The derivative of the pose
+    contains dR and dp. The linear part of the twist is v = dp. The cross product matrix of the
+    angular part w is dR R^T.
     """
     W = derivative[:, :3, :3] @ np.swapaxes(pose[:, :3, :3], 1, 2)
     w = np.stack([W[:, 2, 1], W[:, 0, 2], W[:, 1, 0]], axis=-1)
