@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Define the command `compare`, which checks formulas that a user wrote against the exact ones."""
+"""Define the command `compare`, which finds the errors in a user's formulas."""
 
 import sys
 from typing import Annotated
@@ -63,7 +63,8 @@ def compare(
                                 nonzero at some pose (for a planar arm x, y, phi)
       J_s, J_b, J_A             space, body (Lynch and Park: angular rows first), analytic
       det or det(J)             determinant of the task rows of J
-      s_o1, D_1                 o_0 - o_n; D_1 = dT/dq1 R^-1: column 1 of J as 4 x 4 matrix
+      s_o1                      vector from the tool's origin to o_0; s_o2: to o_1
+      D_1                       dT/dq1 R^-1: column 1 of J as 4 x 4 matrix
       q2 = ...                  inverse kinematics; all such lines must give one solution
       lhs = rhs                 an equation, such as tan(q1) = y/x; of matrices, each entry
       singular: q3 = k*pi       a family of singular poses, or L2*c2 + L3*c23 = 0; all such lines
