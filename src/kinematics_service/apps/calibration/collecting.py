@@ -99,7 +99,7 @@ class PoseCollector:
     unmatched
         Number of poses without a joint state shortly before and after them.
     different
-        Number of poses whose joint positions differed from those of the pose before. Poses that
+        Number of poses whose joint positions differed from those of the previous pose. Poses that
         were dropped later are counted.
     """
 
@@ -119,8 +119,8 @@ class PoseCollector:
         Store joint positions (n,) with their stamp, ns. Then match the waiting poses that have
         earlier stamps than these joint positions.
 
-        If the stamp is not later than the stamp of the joint positions before, the clock was
-        reset. Then earlier joint positions and waiting poses are dropped.
+        If the stamp is not later than the previous stamp, the clock was reset. Then all stored
+        joint positions and all waiting poses are dropped first.
         """
         if self._states and stamp <= self._states[-1][0]:
             self._states.clear()

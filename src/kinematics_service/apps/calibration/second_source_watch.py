@@ -39,7 +39,7 @@ CLOCK_DIFFERENCE = 1.0
 
 class SecondSourceWatch:
     """
-    Collects poses of a second source, and compares them with the poses of the robot file.
+    Collects poses of a second source, and compares them with poses computed from the robot file.
 
     Poses and joint states must have the same clock. The comparison runs in a separate thread: a
     diagnosis takes 20 ms, and the jump test of a new pose 1 ms.

@@ -3,12 +3,13 @@
 """
 Detect a jump of a joint zero by the generalized likelihood ratio (GLR) test of Willsky and Jones.
 
-Willsky and Jones 1976; Basseville and Nikiforov 1993, chapter 7. The residual of a pose is e = H x
-+ A delta + noise, with the derivatives H and A of the pose by x and delta. The unknown x contains
-base, tool, lag and the errors of the table, with Gaussian priors. The jump delta is a change of
-one parameter: a joint zero, base, tool or lag. delta acts on one pose of the window (the newest
-poses) and on all later poses. The test maximizes the likelihood ratio over the parameter that
-jumps, the first pose after the jump, and delta.
+Sources: Willsky and Jones 1976; Basseville and Nikiforov 1993, chapter 7. Let x be the unknown
+base, tool, lag and errors of the table, with Gaussian priors. Let delta be the jump: a change of
+one parameter (a joint zero, base, tool or lag). Let H and A be the derivatives of a pose by x and
+by delta. The residual e of a pose is e = H x + noise before the jump, and e = H x + A delta +
+noise after the jump. The newest poses are the window. The jump happens at one pose of the window.
+The test maximizes the likelihood ratio over the parameter that jumps, the first pose after the
+jump, and delta.
 
 x is estimated from the window and from the baseline. The baseline has the poses without a jump
 that came before the window. Errors of the table are part of x. So they raise no alarm when the arm
@@ -42,9 +43,9 @@ from .collecting import CollectedPoses
 # (joint zero, lag) and 6 (base, tool), exceeded with probability 1e-10. With some 1000 tests for
 # each pose, a healthy arm raises one false alarm in 1e7 poses.
 THRESHOLDS = {1: 41.8, 6: 58.4}
-# Poses enter the baseline only while no jump is suspected. So for each possible jump, the
-# likelihood ratio must be below t - FREEZE_RATIO * THRESHOLDS[1], with the threshold t of the
-# jump.
+# Each possible jump has a likelihood ratio, and a threshold from THRESHOLDS. A jump is suspected
+# if its likelihood ratio exceeds `threshold - FREEZE_RATIO * THRESHOLDS[1]`. While a jump is
+# suspected, no poses enter the baseline, because poses after a jump must not enter it.
 FREEZE_RATIO = 0.5
 # The window has the newest poses and is tested for a jump. It keeps at least WINDOW poses, and at
 # most WINDOW + BATCH - 1. WINDOW is above 100, because a slip of a joint must be detected from 100
@@ -56,8 +57,8 @@ MAX_FAILED = 5
 # A jump is proven only if at least this number of poses came after the jump and fit better with
 # the jump.
 MIN_POSES = MAX_FAILED + 1
-# Number of new poses that are tested together. When they are the oldest poses of the window, they
-# leave it and enter the baseline together.
+# New poses are added to the window and tested in groups of this number. The oldest poses of the
+# window also leave the window in groups, of this number or more.
 BATCH = 16
 # Lower bounds of the noise: the standard deviation of each coordinate of a position (m) and of a
 # rotation vector (rad). A good tracker has this noise.
@@ -84,18 +85,18 @@ ROUNDS = 8
 # A joint that moved less than this (rad) is never named as the joint that jumped. For a prismatic
 # joint, the value is multiplied by the characteristic length.
 MIN_RANGE = 0.02
-# MIN_RATIO * (1 + w) is added to the diagonal of the information matrix (inverse covariance) of a
-# jump's size, so that the matrix can be inverted. Base, tool, lag and table are estimated together
-# with the size. w is the information that the poses would give on the size if base, tool, lag and
-# table were known.
+# The information matrix (inverse covariance) of a jump's size may be singular, because base, tool,
+# lag and table are estimated together with the size. Let w be the largest diagonal entry that the
+# matrix would have if base, tool, lag and table were known. MIN_RATIO * (1 + w) is added to the
+# diagonal, so that the matrix can be inverted.
 MIN_RATIO = 1e-9
 # Two joints are rivals if their jumps explain the poses nearly equally well: the ratio of the two
-# likelihoods is at most 100. The gain of a jump is twice a log likelihood, so the gains of rivals
-# differ by at most 2 log(100).
+# likelihoods is at most 100. The gain of a jump is twice the increase of the log likelihood, so
+# the gains of rivals differ by at most 2 log(100).
 RIVAL_GAIN = 2.0 * math.log(100)
-# Let r be the square root of the threshold. A jump is detected if its estimated size is above r
-# standard deviations. If the true size of a jump is r + POWER_Z standard deviations, the
-# probability of the detection is 0.9.
+# A jump of a joint zero is detected if the estimated size is above sqrt(THRESHOLDS[1]) standard
+# deviations. If the true size is sqrt(THRESHOLDS[1]) + POWER_Z standard deviations, the jump is
+# detected with probability 0.9.
 POWER_Z = NormalDist().inv_cdf(0.9)
 # Number of the newest poses that are given to a diagnosis: half of the window.
 RECENT = WINDOW // 2
@@ -225,9 +226,10 @@ class Watched(NamedTuple):
 
 class _Baseline:
     # Estimates the unknown x (base, tool, lag, table) from poses without a jump. `mean` and
-    # `information` are the mean and the information matrix of x, in units of the prior of x. The
-    # noise is estimated from the residuals. Its degrees of freedom are the count of measured
-    # numbers minus the number of unknowns in x that the poses determine (MacKay 1992).
+    # `information` are the mean and the information matrix of x, in units of the prior of x.
+    # `noise` is estimated from the residuals. `freedom` has the degrees of freedom of this
+    # estimate: the count of measured numbers minus the number of unknowns in x that the poses
+    # determine (MacKay 1992).
     def __init__(self, rows: Floats, unknown: Integers, floor: Floats) -> None:
         e, H = rows[:, :, 0], rows[:, :, 1:][:, :, unknown]
         r = np.moveaxis(e.reshape(len(e), 2, 3), 1, 0).reshape(2, -1, 1)
@@ -248,12 +250,11 @@ class _Baseline:
 
 def poses_of_one_error(residuals: Floats) -> Floats:
     """
-    Return how many successive poses weigh together as much as one pose with an independent error,
-    shape (2,): for positions and for rotations.
+    Return how many successive poses contain as much information as one pose with its own error.
 
-    Successive poses may have a common error that no parameter corrects, for example because the
-    arm is elastic or the image is distorted. The number of poses is estimated by the ratio of von
-    Neumann (1941).
+    The array (2,) has one number for positions and one for rotations. Successive poses may have a
+    common error that no parameter corrects, for example because the arm is elastic or the image is
+    distorted. The number of poses is estimated by the ratio of von Neumann (1941).
 
     Parameters
     ----------
@@ -294,8 +295,8 @@ class _LikelihoodRatios:
         G = baseline.information + K.T @ K
         G += np.finfo(np.float64).eps * np.trace(G) * np.eye(len(G))
         whitening = np.linalg.inv(np.linalg.cholesky(G))
-        # Transform the unknown x (base, tool, lag, table) to components that are uncorrelated with
-        # variance 1. The columns of B are the derivatives of the residuals by these components.
+        # Transform the unknown x (base, tool, lag, table) to uncorrelated components, each with
+        # variance 1. The columns of B are the derivatives of the residuals by the components.
         B, y = K @ whitening.T, whitening @ (prior + K.T @ r)
         self.A, self.B, self.left = A, B.reshape(H.shape), (r - B @ y).reshape(e.shape)
         products = np.concatenate([A, self.B, self.left[:, :, None]], axis=2)
@@ -309,9 +310,9 @@ class _LikelihoodRatios:
         self.freedom = told + 6.0 * float(np.sum(used))
 
     def information(self, sums: Floats, own: slice) -> Floats:
-        # Return the information matrix (inverse covariance) of the size of each of K jumps, shape
-        # (K, k, k). The size has k numbers: 1 for a joint zero or the lag, 6 for base or tool. The
-        # unknown x (base, tool, lag, table) is estimated together with the size.
+        # Return the information matrices (inverse covariances), shape (K, c, c), of K possible
+        # jumps. A jump is described by c numbers: 1 for a joint zero or the lag, 6 for base or
+        # tool. The unknown x (base, tool, lag, table) is estimated together with the jump.
         D, whole = sums[:, own, self.A.shape[2] : -1], sums[:, own, own]
         least = MIN_RATIO * (1.0 + np.max(np.einsum('kii->ki', whole), axis=1))
         unit = least[:, None, None] * np.eye(whole.shape[1])
@@ -333,22 +334,26 @@ class _LikelihoodRatios:
         return _JumpCandidate(own, first + at, sizes[at], gain, ratio - THRESHOLDS[dof], scale)
 
     def parts(self, jump: _JumpCandidate) -> tuple[Floats, Floats]:
-        # Return two arrays: the residuals (N, 6) of the window with the effect of a jump removed,
-        # and the contribution of each pose to the gain of the jump, (N,). The gain is twice the
-        # increase of the log likelihood by the jump.
+        # The gain of a jump is twice the increase of the log likelihood if the jump is assumed.
+        # Return two arrays: the residuals (N, 6) of the N tested poses after the effect of the
+        # jump is subtracted, and the contribution (N,) of each pose to the gain.
         jumped = self.A[:, :, jump.own] @ jump.size
         jumped[: jump.begin] = 0.0
         x = jump.size @ self.sums[jump.begin, jump.own, self.A.shape[2] : -1]
         return self.left - jumped + self.B @ x, np.sum(jumped * self.left, axis=1)
 
     def is_proven(self, jump: _JumpCandidate) -> bool:
-        # Return whether a jump is proven. The gain of a jump (twice the increase of the log
-        # likelihood) is a sum of contributions, one for each pose. Each contribution is clipped,
-        # so that MAX_FAILED poses cannot prove a jump. Also, more than half of the poses after the
-        # jump must fit better with the jump. If only a few outliers suggest a jump, the other
-        # poses fit worse with the jump, and the jump is not proven. `noise` is m * s: m is the
-        # number of successive poses that share an error, and s is the mean squared residual after
-        # the jump is removed. The threshold is multiplied by max(jump.scale, noise).
+        # Return whether a jump is proven. Let m be the number of successive poses that share an
+        # error, and s the mean squared residual after the effect of the jump is subtracted.
+        # `noise` is m * s for positions or for rotations, whichever is larger. `least` is the
+        # raised threshold of the jump: the threshold times max(jump.scale, noise). A proven jump
+        # satisfies three conditions:
+        # 1. The test statistic is above `least`.
+        # 2. The gain (twice the increase of the log likelihood) is at least `least`. The gain is a
+        # sum with one contribution for each pose. Each contribution is clipped, so that MAX_FAILED
+        # poses cannot prove a jump.
+        # 3. At least MIN_POSES poses, and more than half of the poses after the jump, fit better
+        # with the jump than without it. Outliers alone cannot meet this condition.
         left, (after, shares) = self.left, self.parts(jump)
         blocks = after.reshape(-1, 2, 3)
         left, after, shares = (part[jump.begin :] for part in (left, after, shares))
@@ -499,9 +504,9 @@ class JumpDetector:
             if is_proven := ratios.is_proven(best):
                 if self._jump:
                     break
-                # A few wrong poses may look like this jump. So test again without two kinds of
-                # poses. Poses of the first kind do not fit the jump. Poses of the second kind
-                # increase the likelihood of the jump far more than usual poses do.
+                # A few wrong poses may look like this jump. So leave out suspicious poses, and
+                # test again. A pose is suspicious if it does not fit the jump, or if its
+                # contribution to the gain of the jump is far above the median contribution.
                 (after, shares), begin = ratios.parts(best), best.begin
                 usual = np.median(shares[begin:][self._used[begin:]])
                 gains = np.maximum(np.sum(after**2, axis=1), MEDIAN * shares / max(usual, 1e-9))
@@ -555,10 +560,10 @@ class JumpDetector:
         joints.sort(key=lambda one: -one.gain)
         if best.own in (BASE, TOOL) and joints:
             # The model is linear in the size of a jump. If a joint jumps by an angle, the model
-            # explains less than the whole jump: the joint's gain is too small by `bent`, about
-            # angle^2 * gain. A jump of base or tool has a higher threshold than a jump of a joint;
-            # `fewer` is the difference. So name base or tool only if its gain exceeds the joint's
-            # gain by bent + fewer or more.
+            # explains less than the whole jump: the gain of the joint is too small by `bent`,
+            # about angle^2 * gain. The threshold of base and tool is higher than that of a joint;
+            # `fewer` is the difference. So name base or tool only if
+            # gain of base or tool >= gain of the joint + bent + fewer.
             bent = joints[0].gain * float(joints[0].size[0]) ** 2
             fewer = best.scale * (THRESHOLDS[6] - THRESHOLDS[1])
             best = joints[0] if best.gain - joints[0].gain < bent + fewer else best

@@ -29,8 +29,8 @@ from .result import Calibration
 # The zero of a joint is identified if its standard deviation is below this value: first for
 # revolute joints (rad), then for prismatic joints (m).
 TOLERANCES = (float(np.radians(1.0)), 0.003)
-# Standard deviation (m) of each coordinate of a touched position, which is assumed if the touches
-# are too few to estimate it.
+# If the touches are too few to estimate their noise, this standard deviation (m) is assumed for
+# each coordinate of a touched position.
 TOUCH_NOISE = 1e-3
 
 
@@ -136,8 +136,8 @@ def zeros_of(found: Calibration) -> tuple[JointZero, ...]:
     _, _, by_theta, by_d = arm.chain.screws
     moved = np.where(np.array([one.angle for one in offsets])[:, None], by_theta, by_d)
     rows, columns = found.fitted_of([one.name for one in offsets])
-    # If the offset of a table row is not fitted, its correction is taken as 0. Then the zeros of
-    # the joints that move this row are not known, and are marked as not known.
+    # If the offset of a table row is not fitted, the zeros of the joints that move the row cannot
+    # be computed. `stays` marks these joints.
     by_rows = np.linalg.pinv(moved)
     stays = np.abs(np.delete(by_rows, rows, axis=1)).max(axis=1, initial=0.0) > ROUND_OFF
     by_rows = by_rows[:, rows]
