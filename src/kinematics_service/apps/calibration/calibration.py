@@ -86,8 +86,8 @@ def calibrate(
     sets : shape (N,)
         The set of each pose, from 0, if the poses were measured in several sets.
     qdot : shape (N, n), rad/s or m/s
-        Joint velocities, if the arm moved. If they are given, a small lag is fitted, too. The
-        joints reach the measured pose `lag` seconds after `q`.
+        Joint velocities, if the arm moved. If they are given, a small delay `lag` (s) is fitted,
+        too: the fit predicts each pose at the joint positions `q + lag * qdot`.
     approach : shape (N, n)
         The sign of the last velocity of each joint, if the arm stands still. If the signs are
         given, one backlash for all joints is fitted, too: each joint stops half of the backlash
@@ -113,8 +113,9 @@ def calibrate(
         and not to fit. Default: all but gear ratios; `all` includes gear ratios. Numbers that are
         not fitted stay as in the robot file.
     tolerances
-        Standard deviations of nominal numbers (m, rad, shares of gear ratios) by group or name.
-        Default: `tolerance` of the robot file, or else 1 mm, 0.2 degrees and a thousandth.
+        Standard deviations of nominal numbers, by group or name: of lengths (m), of angles (rad),
+        and of the relative errors of gear ratios. Default: `tolerance` of the robot file, or else
+        1 mm, 0.2 degrees and 0.001.
     noise
         Standard deviations of the instrument's noise: of each coordinate of a position (m), and of
         each coordinate of a rotation vector (rad). They are lower bounds of the noise that the fit

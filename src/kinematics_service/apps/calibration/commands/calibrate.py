@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The command `calibrate`: identify the numbers of one arm from measured poses of its tool."""
+"""The command `calibrate`: identify the kinematic parameters of an arm from measured poses."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -71,7 +71,7 @@ def calibrate(
     files: FilesArgument = None,
 ) -> None:
     """
-    Identify the numbers of an arm from measured poses of its tool, and write its robot file.
+    Identify the kinematic parameters of an arm from measured tool poses, and write its robot file.
 
     FILE has joint states and poses, as for audit: a bag, or a table (.csv). The numbers in the
     robot file have priors. A number that the poses do not identify keeps its nominal value. Exit

@@ -42,8 +42,8 @@ class CalibratedPoses(NamedTuple):
     files, remarks
         Names of the files with measured poses, and remarks on reading them.
     q, poses : shapes (N, n) and (N, 4, 4)
-        Joint positions and measured poses of the first set, from which the known poses of the
-        robot file are taken.
+        Joint positions and poses of the first set of measured poses. Some of these poses are
+        written to the section `known_poses` of the calibrated robot file.
     zeros
         Identified zeros of the joints; empty unless the command is `calibrate-zeros`.
     """
