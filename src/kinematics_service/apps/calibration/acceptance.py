@@ -155,12 +155,13 @@ def joint_remarks(robot: Robot, problem: FitProblem, found: Identified) -> Itera
 
 
 def _nearly_still(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
-    # Yield a sentence that names the joints which move too little. Let e be the error of a joint
-    # axis: a distance (m) for a revolute joint, an angle (rad) for a prismatic joint. If the joint
-    # is at a distance d from its mean position, the tool's position has the error e * d. So the
-    # fit estimates e with the standard deviation s = noise / |d|. Here |d| is the norm of d over
-    # the used rows, and the noise is that of a measured position. With the usual size u of e, name
-    # the joint if s > u / MIN_DEVIATION_RATIO.
+    # Yield a sentence that names the joints which move too little. If the axis of a revolute joint
+    # has the position error e (m), a turn by d (rad) causes the position error e * d of the tool.
+    # If the axis of a prismatic joint has the direction error e (rad), a slide by d (m) causes the
+    # position error e * d, too. Let d be measured from the mean joint position, and let D be the
+    # square root of the sum of d^2 over the used rows. Then the fit estimates e with the standard
+    # deviation s = noise / D, where the noise is that of a measured position. Let u be the usual
+    # size of e. The joint is named if s > u / MIN_DEVIATION_RATIO.
     q = problem.given.q[found.used]
     seen = np.linalg.norm(q - np.mean(q, axis=0), axis=0)
     usual = np.where(robot.prismatic, float(ANGLE), LENGTH)

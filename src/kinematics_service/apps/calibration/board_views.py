@@ -144,10 +144,11 @@ class BoardViews(FrozenArrays):
     @property
     def whitening(self) -> Floats:
         """
-        Return a whitening matrix (6, 6) for each of N poses of the board.
+        Return N whitening matrices (N, 6, 6), one for each pose of the board.
 
-        The matrix times the residual of a pose gives six uncorrelated numbers. These six numbers
-        have the standard deviations of `instrument`, equal in all poses.
+        The matrix times the residual of the pose gives six uncorrelated numbers. For every
+        pose, the first three numbers have the standard deviation `instrument[0]` (m), and the last
+        three have `instrument[1]` (rad).
         """
         return self.whitening_at(self.poses, self.seen)
 

@@ -89,11 +89,11 @@ def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) 
         return given
     A, B = forward_kinematics(robot, given.q), given.poses
     X, Y, left = offsets_of(A, B, False, Free())
-    # The measured poses are B = X A Y, with the poses A of the robot file, the base offset X and
-    # the tool offset Y. If the true board is s times as large as given, the measured positions p_B
-    # must be multiplied by s. So solve s p_B = X (p_A + R_A y) for s, for the translation y of Y,
-    # and for the translation of X. The equation is linear in these unknowns, since the rotations
-    # of X and A do not depend on s.
+    # Let A be the poses of the robot file, B the measured poses, X the base offset and Y the tool
+    # offset: B = X A Y. Let p_A and R_A be the positions and rotations of A, p_B the positions of
+    # B, and y the translation of Y. If the true board is s times as large as given, p_B must be
+    # multiplied by s. So solve s p_B = X (p_A + R_A y) for s, for y, and for the translation of X.
+    # The equation is linear in these unknowns, since the rotations of X and A do not depend on s.
     R = X[:3, :3] @ A[:, :3, :3]
     ones = np.broadcast_to(np.eye(3), R.shape)
     M = np.concatenate([ones, R, -B[:, :3, 3, None]], axis=2).reshape(-1, 7)

@@ -66,8 +66,8 @@ ROUND_OFF = 1e-9
 # The sentence of an error: the file has positions in metres, but the positions were read as
 # millimetres and therefore divided by 1000.
 IN_METRES = 'the poses are in metres, not millimetres'
-# Maps the sentence of a mistake to the end of its error message. The end names the option or the
-# command that corrects the mistake.
+# Maps a mistake of the input to advice: which option or command corrects the mistake. The key is
+# the sentence by which an error message names the mistake. The advice ends the error message.
 OPTIONS = {
     INVERSE: '. Poses of a board take calibrate-camera, with the right --camera',
     DEGREES: '; add --joint-format deg',

@@ -75,10 +75,11 @@ class TouchedPoint:
 
 class PlacedEnds(NamedTuple):
     """
-    Base and tool of each set of measured poses: fitted offsets, and the poses before the fit.
+    Base and tool of each set of measured poses; each array has the shape (sets, 4, 4).
 
-    Each array has the shape (sets, 4, 4), as in `Calibration`. The starts are the poses before the
-    fit.
+    Let B and T be base and tool of the robot file. The fitted base of a set is `base_offset @ B`,
+    and the fitted tool is `T @ tool_offset`. `base_starts` and `tool_starts` are base and tool
+    before the fit.
     """
 
     base_offsets: Floats
@@ -103,8 +104,8 @@ class ChosenParameters:
         All parameters. The kinematic chains take an array with one correction for each parameter,
         in the order of this list.
     placed_groups
-        Groups of parameters, such as base and tool, that are fitted alone to compute the errors
-        before a calibration.
+        Groups of parameters that place the arm: base and tool, or tool and touched points. A fit
+        of these groups alone, with the nominal table, gives the errors before a calibration.
     """
 
     placed_groups: tuple[str, ...] = ENDS
@@ -125,7 +126,7 @@ class ChosenParameters:
         """
         Return the index in `every` at which the six corrections of base or tool begin.
 
-        `end` is `base` or `tool`, and k is the number of the set of measured poses.
+        `end` is `base` or `tool`, and k is the index of a set of measured poses, from 0.
         """
         number = k if end in self.own else 0
         before = self.ends['base'] if end == 'tool' else 0
@@ -213,12 +214,15 @@ class ChosenParameters:
 
     def possible(self, problem: FitProblem) -> int:
         """
-        Return how many combinations of parameters an unlimited number of poses would determine.
+        Return the number of independent combinations of the parameters that poses can determine.
+
+        The number is reached with enough different poses.
         """
-        # J is the Jacobian of the first chain. Columns of J are zero for parameters that act only
-        # on further sets or sessions, and for parameters that correct joint positions, such as a
-        # lag. Such a parameter is determined, too, so add the count of these columns. But subtract
-        # the parameters whose rates are zero in all rows.
+        # J is the Jacobian of the poses of the first chain. `elsewhere` counts the zero columns of
+        # J: parameters that act only on further sets or sessions, and parameters that correct
+        # joint positions, such as a lag. The poses determine each of these parameters, except the
+        # `idle` ones: parameters that correct no joint position in any row. So the result is
+        # rank(J) + elsewhere - idle.
         J = scaled_jacobian(self.robot, problem.chains[0], self.every, problem.given.positions)
         J = J[:, problem.columns]
         elsewhere = sum(not np.any(column) for column in J.T)
@@ -232,10 +236,7 @@ class ChosenParameters:
         return combinations_of(usual_motions(problem, noise, used), problem.parameters)
 
     def ends_of(self, problem: FitProblem, values: Floats) -> PlacedEnds:
-        """
-        Return base and tool of each set of measured poses: fitted offsets, and the poses before
-        the fit.
-        """
+        """Return base and tool of each set of measured poses, after the fit and before it."""
         description = self.robot.description
         B, T = description.base.motion.matrix, description.tool.motion.matrix
         chains, every = problem.chains[: self.given.set_count], problem.every(values)
@@ -259,7 +260,8 @@ class ChosenParameters:
 
     def undone(self, change: Hypothesis) -> dict[str, Any]:
         """
-        Correct a mistake of the input, and return the measured rows as arguments of `calibrate`.
+        Correct a mistake of the input, and return the corrected joint positions, poses and sets as
+        keyword arguments of `calibrate`.
         """
         T = change.seen(self.given.poses)
         poses = T[:, :3, 3] if self.given.positions else inverses(T) if self.given.from_tool else T
@@ -294,11 +296,10 @@ class ChosenParameters:
 
 def usual_motions(problem: FitProblem, noise: Noise, used: Flags) -> Floats:
     """
-    Return the QR factor R (P, P) of the Jacobian of the predicted poses by the parameters, scaled
-    by usual errors and noise.
+    Return the QR factor R (P, P) of a scaled Jacobian of the predicted poses by the parameters.
 
-    Column k of the scaled Jacobian is the motion of the poses that a usual error of parameter k
-    causes, in standard deviations of the noise. Priors are not used, since they must not decide
+    In the scaled Jacobian, column k is multiplied by the usual error of parameter k, and each row
+    is divided by the noise of its measured number. Priors are not used, since they must not decide
     which parameters are identifiable. The Jacobian is computed with all corrections zero, so axes
     that are parallel in the nominal arm are exactly parallel. If corrections tilted these axes by
     tiny angles, some parameters would wrongly seem identifiable.

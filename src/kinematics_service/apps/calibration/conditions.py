@@ -26,7 +26,8 @@ from . import checking
 # key is True for a turning joint (rad/Nm), False for a sliding joint (m/N).
 COMPLIANCE_PRIOR = {True: 1e-4, False: 1e-5}
 # Prior standard deviations of the drift of the instrument between sessions. They equal the usual
-# errors of a table. The key is True for an angle (rad), False for a length (m).
+# errors of the angles and lengths in a DH table. The key is True for an angle (rad), False for a
+# length (m).
 PLACEMENT_PRIOR = {True: float(ANGLE), False: LENGTH}
 # Prior standard deviation of the drift of a joint zero between sessions, as a multiple of the
 # usual error of a joint zero. Changes of temperature cause the drift.
@@ -77,8 +78,8 @@ def with_conditions(
     Raises
     ------
     CalibrationError
-        The number of session names or masses is not that of the rows, all names or all masses are
-        equal, or a number of the loads is not finite.
+        The number of session names, or of masses, differs from the number of rows; all session
+        names are equal; all masses are equal; or a number in `loads` is not finite.
     """
     q, n = given.q, robot.dof
     number, remarks, placements = np.zeros(len(q), dtype=np.int64), list[str](), []

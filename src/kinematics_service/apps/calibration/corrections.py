@@ -101,10 +101,11 @@ def with_ends(description: RobotDescription, base: Floats, tool: Floats) -> Robo
 
 def built_nearly(description: RobotDescription) -> Robot:
     """
-    Build a robot from a description that has the singular factors of a slightly different arm.
+    Build a robot from a corrected description that still has the nominal arm's singular factors.
 
-    The factors are marked as approximate. If a factor is zero at a pose that is far from all
-    singular poses of the built robot, all factors are left out.
+    The corrections are small. So the singular factors are kept, and marked as approximate. If a
+    factor is zero at a pose that is far from all singular poses of the built robot, all factors
+    are left out.
     """
     singularity = description.singularity
     nearly = tuple(replace(one, approximate=True) for one in singularity.factors)

@@ -3,8 +3,8 @@
 """
 Find mistakes of the input that would explain a refused calibration.
 
-Each possible mistake is corrected in the data, and the misfit between the measured rows and the
-robot file is computed. The mistakes with the least misfits are tried in a calibration.
+For each possible mistake, the data are corrected, and the misfit between the corrected data and
+the robot file is computed. Then calibrations are run with the corrected data of least misfit.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,7 +26,7 @@ from ..recordings.readers.block import Flags
 from .checking import NAMED_RATIO, RIVAL_RATIO, Measured, in_words
 from .placing import Free, offsets_of
 
-# Number of the likeliest mistakes that are tried in a calibration.
+# Number of the likeliest mistakes for which a calibration is run with corrected data.
 MISTAKE_TRIALS = 3
 
 
@@ -136,12 +136,17 @@ def misfits_of_poses(
     robot: Robot, given: Measured, used: Flags, changes: Sequence[Hypothesis]
 ) -> Floats:
     """
-    Return the misfit (H,) between measured poses and robot file after each of H supposed mistakes
-    of the input is corrected.
+    Return the misfit (H,) between measured poses and robot file for each of H possible mistakes,
+    after the mistake is corrected in the data.
 
-    Only the set with the most outliers is used. Base and tool are fitted to the rows of the set
-    that are not outliers. The squared error of a row is in units of 20 mm and 2 deg, and limited
-    to 1. The misfit is the mean of the squared errors over rows of the set, outliers included.
+    If the poses were measured in several sets, only the set with the most outliers is used. Base
+    and tool are fitted to the rows of this set that are not outliers. Let d be the position error
+    and a the rotation error of a row after this fit. The misfit is the mean over the rows,
+    outliers included, of
+
+        min((d / 20 mm)^2 + (a / 2 deg)^2, 1).
+
+    If only positions were measured, the term with a is left out.
     """
     set_ = given.sets == int(np.argmax(np.bincount(given.sets, weights=~used)))
     both = [np.flatnonzero(set_ & flags) for flags in (used, ~used)]

@@ -65,10 +65,10 @@ class FactoryImport:
     configurations
         Number of random configurations at which `robot` is compared with the factory's table.
     position_error, rotation_error
-        The largest differences of the poses of `robot` from those of the factory's table, m and
-        rad.
+        The largest differences between tool poses of `robot` and tool poses of the factory's
+        table, m and rad.
     nominal_error
-        The largest difference of the nominal positions from those of the factory's table, m.
+        The largest distance between nominal tool positions and those of the factory's table, m.
     """
 
     text: str
@@ -79,9 +79,7 @@ class FactoryImport:
     nominal_error: float
 
     def __str__(self) -> str:
-        """
-        Return a text with the largest differences of the poses from those of the factory's table.
-        """
+        """Return a text with the largest pose differences from the factory's table."""
         return (
             f'{self.position_error:.1e} m and {self.rotation_error:.1e} rad from the factory '
             f'table at most, over {self.configurations} configurations; the nominal table is '

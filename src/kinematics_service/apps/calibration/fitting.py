@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Fit the numbers of an arm to measured poses, with normal priors, and estimate their covariance.
+Fit the parameters of an arm to measured poses, with normal priors, and estimate the covariance.
 
 Gauss-Newton steps find the maximum a posteriori estimate. In the first phase, rows have Huber's
 weights, which follow from the median of the residuals (Huber 1964). In the second phase, rows that
@@ -54,8 +54,9 @@ STEP_TOLERANCE = 1e-3
 # Lower bound of the degrees of freedom f in Student's distribution. Because of this bound, the
 # variance f / (f - 2) stays finite; it would be infinite at f = 2.
 LEAST_STUDENT_FREEDOM = 3.0
-# Lower bound of the degrees of freedom of the estimated noise. If they are at this bound, the
-# measured rows contain too few numbers to estimate the noise.
+# Lower bound of the degrees of freedom of the noise: the count of measured numbers minus the
+# number of parameters that these numbers determine. If the degrees of freedom are at this bound,
+# the measured rows contain too few numbers to estimate the noise.
 UNKNOWN_NOISE_FREEDOM = 1.0
 # Standard deviation (m) with which the distance between two touched points is known.
 DISTANCE_DEVIATION = 1e-5
@@ -71,11 +72,11 @@ _ChainRows: TypeAlias = tuple[Flags, CorrectedChain, Floats, Floats]
 
 class KnownDistance(NamedTuple):
     """
-    A known distance (m) between two touched points, each moved by three corrections.
+    A known distance (m) between two touched points A and B.
 
-    `first` and `second` are the indices of the first correction of each point, among all
-    corrections. `between` (3,) is the vector from the first point to the second point without
-    corrections, m.
+    Each point has three corrections x y z. In the list of all corrections, those of A begin at the
+    index `first`, and those of B at the index `second`. `between` (3,) is the vector from A to B
+    before the points are corrected, m.
     """
 
     first: int
@@ -142,8 +143,8 @@ class FitProblem:
 
     def predicted(self, values: Floats) -> Floats:
         """
-        Return the poses (N, 4, 4) that the chains with corrections (P,) predict for the measured
-        rows.
+        Return the tool poses (N, 4, 4) that the chains predict at the joint positions of the N
+        measured rows. `values` (P,) has the corrections of the fitted parameters.
         """
         poses = np.empty_like(self.given.poses)
         for own, chain, every, q in self._by_chain(values):
@@ -308,8 +309,9 @@ class Identified:
         numbers minus the number of parameters that the measured numbers determine. Infinite if
         `noise` is the given noise of the instrument, which is not estimated.
     covariance : shape (P, P), rad and m
-        Covariance of `values` after the fit. It includes the priors. It is computed with a larger
-        noise, since the noise is only estimated (see `widened`).
+        Covariance of `values` after the fit; it includes the priors. If the noise is estimated,
+        the covariance is computed with a larger noise (see `widened`), because the estimate may be
+        too small.
     """
 
     values: Floats
@@ -436,14 +438,13 @@ def find_values(
 
 def normal_scores(distances: Floats, freedom: Noise) -> Floats:
     """
-    Convert the residual lengths of rows, in standard deviations of an estimated noise, to normal
-    scores.
+    Convert the lengths of the rows' residuals to normal scores.
 
-    A residual length d is divided by a noise whose estimate has f degrees of freedom, so d has a
-    Student distribution. Up to a factor that depends on f, the Student density is a normal density
-    with f log(1 + d^2 / f) instead of d^2. See Wallace, Bounds on normal approximations to
-    Student's distribution, 1959. If f is infinite, because the noise is given and not estimated, d
-    is returned unchanged.
+    `distances` has the lengths divided by the noise. The noise is an estimate with f degrees of
+    freedom (`freedom`), so a divided length d has a Student distribution. The score of d is
+    sqrt(f log(1 + d^2 / f)), which has nearly a normal distribution (Wallace, Bounds on normal
+    approximations to Student's distribution, 1959). If the noise is given and not estimated, f is
+    infinite, and the score is d.
     """
     f = min(freedom)
     return np.sqrt(f * np.log1p(distances**2 / f)) if np.isfinite(f) else distances
@@ -494,7 +495,7 @@ def held_out_remainders(
     are fitted to all other blocks. All rows with equal joint positions must be in one block.
     Otherwise the residuals would not test the corrections, because a fitted row predicts other
     rows with equal joint positions. Noise and outliers are taken from the fit of all rows. Each
-    fit starts from `values`, and ends when a step is below a thousandth of a standard deviation.
+    fit starts from `values`.
 
     Parameters
     ----------
@@ -598,8 +599,8 @@ def distances_of(problem: FitProblem, remainders: Floats, noise: Noise) -> Float
 
 def huber_weights(distances: Floats, kinds: int) -> Floats:
     """
-    Return Huber's weights (..., N) for N residual lengths `distances`, in standard deviations of
-    the noise.
+    Return Huber's weights (..., N) of N rows. `distances` (..., N) has the length of each row's
+    residual, in standard deviations of the noise.
     """
     huber = length_quantile(HUBER_QUANTILE, kinds)
     return np.asarray(huber / np.maximum(distances, huber))

@@ -93,7 +93,7 @@ class CalibratedParameter(ArmParameter):
     @property
     def identifiable(self) -> bool:
         """
-        Return whether the poses identify the parameter. If not, the parameter mostly keeps its
+        Return whether the poses identify the parameter. If not, its prior keeps it near the
         nominal value.
         """
         # Compare the standard deviation of the correction after the fit with the prior one. The
@@ -133,13 +133,14 @@ class IdentifiedTable(FrozenArrays):
 
     def table_errors(self, robot: Robot, q: Floats) -> TableErrors:
         """
-        Return the uncertainty of the calibrated table, at joint positions q of the calibrated
-        robot.
+        Return the uncertainty of the calibrated table.
+
+        `robot` must be the calibrated robot. This is tested at the joint positions q (..., n).
 
         Raises
         ------
         CalibrationError
-            The poses of `robot` at q (..., n) are not those of the calibrated robot.
+            At q, the poses of `robot` differ from the poses of the calibrated robot.
         """
         errors, own = calibrated_errors(robot, self), table_corrections(robot, self)
         state = evaluate(robot, np.reshape(q, (-1, robot.dof)), depth=kernel.POSE)
@@ -331,7 +332,8 @@ def _combination(
     if determined > 1:
         sentence = f'only {determined} combinations of {shown} are identifiable'
         return ParameterCombination(names, determined, (), sentence)
-    # Here the poses determine one combination. It is orthogonal to the null space of J.
+    # The poses determine one linear combination of the parameters. The coefficients of this
+    # combination are orthogonal to the null space of the Jacobian.
     seen = np.linalg.svd(block)[2][-1] / np.array([one.scale for one in chosen])
     seen = seen / seen[0]
     others = ' '.join(map(_term, seen[1:].tolist(), names[1:]))

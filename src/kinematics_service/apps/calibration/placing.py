@@ -14,7 +14,7 @@ from ...kernel import Floats
 from ..checking.offsets import fit_offsets, nearest_rotation
 
 # Number of rounds of least trimmed squares (Rousseeuw 1984). Each round fits the measured rows
-# that had the smallest residuals in the round before.
+# that had the smallest residuals in the previous round.
 TRIM_ROUNDS = 3
 # Each round of least trimmed squares fits this share of the measured rows.
 TRIMMED_SHARE = 0.7
@@ -29,9 +29,10 @@ MIN_RATIO = 1e-6
 
 class Offsets(NamedTuple):
     """
-    The base offset X and the tool offset Y, each (..., 4, 4), of B = X A Y: A are poses computed
-    from the robot file, B measured poses. `remainder` has the lengths (..., N) of the residuals of
-    the positions, m.
+    Base offset X and tool offset Y, each (..., 4, 4), from poses A of the robot file to measured
+    poses B: B = X A Y.
+
+    `remainder` has the lengths (..., N) of the position residuals, m.
     """
 
     base: Floats
@@ -51,8 +52,9 @@ class Free(NamedTuple):
 
 def offsets_of(A: Floats, B: Floats, positions: bool, free: Free) -> Offsets:
     """
-    Return the base offset X and the tool offset Y of B = X A Y, fitted by least trimmed squares. A
-    are poses of the robot file, B the measured poses.
+    Fit the base offset X and the tool offset Y by least trimmed squares.
+
+    Let A be poses of the robot file, and B the measured poses. The fit solves B = X A Y.
 
     Parameters
     ----------
@@ -93,11 +95,12 @@ def _with_remainder(X: Floats, Y: Floats, A: Floats, B: Floats) -> Offsets:
 
 
 def _of_positions(A: Floats, B: Floats, steps: int = PLACING_STEPS) -> tuple[Floats, Floats]:
-    # Solve p_B = X (p_A + R_A y) for the base offset X and the measured point y in the tool frame.
-    # p_B are measured positions; p_A and R_A are positions and rotations of the robot file's
-    # poses. Subtract from each its mean over the rows, which eliminates the translation of X. Each
-    # step solves for y (least squares), then for the rotation of X (Kabsch 1976). The steps need
-    # only sums over the measured rows, which are computed once.
+    # Let p_B be the measured positions, p_A and R_A the positions and rotations of the robot
+    # file's poses, and y the measured point in the tool frame. Solve p_B = X (p_A + R_A y) for the
+    # base offset X and for y. First subtract from p_B, p_A and R_A their means over the measured
+    # rows. This eliminates the translation of X. Each step then solves for y (least squares) and
+    # for the rotation of X (Kabsch 1976). The steps need only sums over the measured rows, which
+    # are computed once.
     p, p_A, R_A = B[..., :3, 3], A[..., :3, 3], A[..., :3, :3]
     to, of, by = (one - one.mean(axis=1, keepdims=True) for one in (p, p_A, R_A))
     still, turning = np.einsum('hni,hnj->hij', to, of), np.einsum('hni,hnjk->hkij', to, by)

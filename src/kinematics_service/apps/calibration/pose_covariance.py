@@ -159,12 +159,12 @@ def _products(moved: Floats) -> Floats:
 
 
 def _twist_derivatives(robot: Robot, state: ToolState, axes: str) -> tuple[Floats, Floats]:
-    # Return the derivatives of the twist by q and by qdot, (..., 6, n) each, for any arm, with or
-    # without loops. The derivative of the linear velocity by q equals dJ/dt, a second derivative
-    # of the position. The derivative of the angular velocity w by q_k is column k of dJ/dt plus
-    # w_k x w, where w_k is the angular part of column k of J, since rotations do not commute. If
-    # the twist is in tool axes, its derivative also contains the rotation of these axes by an
-    # error of q.
+    # Return the derivatives of the twist (v, w) by q and by qdot, (..., 6, n) each, for any arm,
+    # with or without loops. Let w_k be the angular part of column k of J. The derivative of v by
+    # q_k is the linear part of column k of dJ/dt. The derivative of w by q_k is the angular part
+    # of column k of dJ/dt plus w_k x w, since rotations do not commute. If the twist is in tool
+    # axes, a change of q_k also turns the tool axes, at the rate w_k. So subtract w_k x v from the
+    # derivative of v, and w_k x w from that of w.
     J, V = state.jacobian, state.twist[..., None]
     by_q = jacobian_rate(robot, state.q, velocities_of(state))
     by_q[..., 3:, :] += cross(J[..., 3:, :], V[..., 3:, :])

@@ -89,7 +89,8 @@ class LineOfSight(NamedTuple):
         """
         Return flags (N,): whether the instrument sees the tool at each of N tool poses (N, 4, 4).
 
-        The instrument sees the tool if it lies in the cone whose apex is the origin of the tool.
+        The cone has its apex at the origin of the tool. The instrument sees the tool if the
+        instrument lies in the cone.
         """
         axis = np.asarray(self.axis, dtype=np.float64)
         ways = np.asarray(self.point) - poses[:, :3, 3]
@@ -143,8 +144,9 @@ def propose_poses(
     count
         Number of poses.
     after
-        The calibration so far; None: nothing has been measured. If it has several sets, the
-        proposed poses continue the first set.
+        The calibration so far; None: nothing has been measured. If its poses were measured in
+        several sets, for example from several places of the instrument, the proposed poses
+        continue the first set.
     positions
         Whether only positions will be measured; ignored if `after` is given.
     among : shape (M, n), rad or m

@@ -202,7 +202,11 @@ class PlacedThing(NamedTuple):
 
 
 def placed_camera(found: Calibration) -> tuple[PlacedThing, ...]:
-    """Return the poses of camera and board in the first set; empty if no camera was used."""
+    """
+    Return the poses of camera and board; empty if no camera was used.
+
+    If the poses were measured in several sets, camera and board are those of the first set.
+    """
     if found.camera is None:
         return ()
     on_tool, still = ('camera', 'board') if found.camera == ON_TOOL else ('board', 'camera')
@@ -218,10 +222,10 @@ def placed_camera(found: Calibration) -> tuple[PlacedThing, ...]:
 
 def _deviation(found: Calibration, end: str, behind: Floats, R: Floats) -> Floats:
     # Return the standard deviations of the pose of a camera or board, shape (2, 3): position and
-    # rotation. The corrections of base or tool are a small translation t and a small rotation w.
-    # The camera or board has the pose `behind` in the frame of these corrections. So the position
-    # p of the camera or board moves by t + w x p. R rotates this motion into the axes in which the
-    # pose is written. Corrections that are not fitted are taken as exact.
+    # rotation. The corrections of base or tool translate a frame by t and rotate it by w. In this
+    # frame, the camera or board has the pose `behind`, with the position p. So the corrections
+    # move the camera or board by t + w x p. R rotates this motion into the axes in which the pose
+    # is written. Corrections that are not fitted are taken as exact.
     own, columns = found.fitted_of([one.name for one in end_parameters(end, 0)])
     moved = np.eye(6)
     moved[:3, 3:] = -np.cross(np.eye(3), behind[:3, 3])

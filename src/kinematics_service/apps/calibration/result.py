@@ -84,18 +84,20 @@ class Calibration(IdentifiedTable):
         `FitErrors` names, in the same order. A row has the residual of the position, and that of
         the rotation as a rotation vector, in the frame of the poses.
     spare
-        Count of measured numbers minus the number of parameters of base and tool. Only the rows
-        outside the largest block of the cross-validation are counted. Rows with equal joint
-        positions count as one.
+        Count of measured numbers minus the number of parameters of base and tool. Cross-validation
+        divides the rows into blocks; the rows of the largest block are not counted. Rows with
+        equal joint positions count as one.
     possible
-        How many combinations of parameters an unlimited number of poses would determine.
+        Number of independent combinations of the parameters that poses can determine. The number
+        is reached with enough different poses.
     singular_values : shape (P,)
         Singular values of the scaled Jacobian of the poses, descending. Rows of the Jacobian are
         divided by the noise, columns are multiplied by the parameters' prior standard deviations.
     combinations
         Sets of parameters that these poses do not determine separately.
     base_offsets, tool_offsets : shape (sets, 4, 4)
-        X and Y of B = X A Y; A are poses of the calibrated robot, B measured poses.
+        Base offset X and tool offset Y of each set. Poses A of the calibrated robot and measured
+        poses B satisfy B = X A Y, up to the residuals.
     base_starts, tool_starts : shape (sets, 4, 4)
         Poses of base and tool at which the fit started. The corrections of base and tool are along
         and about the axes of these poses.
@@ -104,7 +106,8 @@ class Calibration(IdentifiedTable):
     points
         The touched points, if the calibration is from touches without an instrument; else empty.
     frames
-        The result of the frame check; None for positions.
+        The result of the frame check; None without one, for example if only positions were
+        measured.
     remarks
         Remarks on the measured rows and on the fit, as sentences.
     refusals
@@ -264,12 +267,15 @@ class Calibration(IdentifiedTable):
 
     @property
     def held_out_before(self) -> Errors:
-        """Return the errors of held-out rows, predicted with only base and tool fitted."""
+        """
+        Return the errors of held-out rows. Base and tool are fitted to the other rows, with the
+        nominal table.
+        """
         return self.without.held_out_before
 
     @property
     def held_out(self) -> Errors:
-        """Return the errors of held-out rows, predicted with all corrections fitted."""
+        """Return the errors of held-out rows. All parameters are fitted to the other rows."""
         return self.without.held_out
 
     @property
@@ -287,6 +293,8 @@ class Calibration(IdentifiedTable):
 
     @property
     def not_identifiable(self) -> tuple[str, ...]:
-        """Return the names of table parameters that mostly keep their nominal values."""
+        """
+        Return the names of the fitted table parameters that the measured rows do not identify.
+        """
         table = (one for one in self.parameters if one.group in TABLE_GROUPS)
         return tuple(one.name for one in table if not one.identifiable)

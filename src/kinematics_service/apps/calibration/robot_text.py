@@ -78,9 +78,9 @@ def calibrated_text(
     """
     Return the text of the robot file of a calibration.
 
-    Every corrected number is written as the nominal number plus its correction. Known poses are
-    measured poses. Singular factors of the nominal table are marked as approximate. The section
-    `uncertainty` has the covariance of the fit.
+    Every corrected number is written as the nominal number plus its correction. The section
+    `known_poses` has some of the measured poses. Singular factors of the nominal table are marked
+    as approximate. The section `uncertainty` has the covariance of the fit.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def calibrated_text(
     text
         The text of the nominal robot file.
     q, poses : shapes (N, n) and (N, 4, 4)
-        Joint positions and measured poses of the first set.
+        Joint positions and poses of the first set of measured poses.
     origin
         Files and date for the certificate.
     frames
@@ -321,11 +321,10 @@ def named_factor(
     Return the parameters of a calibrated table, and the lower triangular factor L of their
     covariance L L^T.
 
-    The covariance of a calibration is for corrections of the nominal table. Most corrections
-    correspond to one parameter of the calibrated table. If rows were added to the table, this
-    parameter may be in another row. A table row has two halves, for example Rz Tz and Tx Rx. A
-    correction that is a rotation between the two halves corresponds to a combination of several
-    parameters.
+    A calibration gives the covariance of corrections of the nominal table. This function converts
+    the covariance to the parameters of the calibrated table, which may have additional rows. Most
+    corrections correspond to one parameter of the calibrated table. Each other correction moves
+    the tool like a combination of several parameters, which is found by least squares.
     """
     errors, known = calibrated_errors(robot, found, ends), named_errors(robot)
     made_of = np.zeros((len(known.frames), len(errors.frames)))
@@ -339,9 +338,9 @@ def named_factor(
             own = np.flatnonzero(there)
             made_of[own, column] = np.linalg.lstsq(known.screws[own].T, screw, rcond=None)[0]
     factor = made_of @ errors.factor
-    # A joint may move several rows of the table. The gear ratio of the joint acts in each of these
-    # rows, and has an entry in `known` for each. The rows of `factor` for these entries are equal;
-    # keep the first.
+    # A joint may move several rows of the table. Then the gear ratio of the joint has several
+    # entries in `known`, one for each of these table rows. The entries have equal rows in
+    # `factor`. Keep the first entry.
     _, first = np.unique(known.of, return_index=True)
     rows = first[np.any(made_of[first], axis=1)]
     triangle = np.linalg.qr(factor[rows].T, mode='r')

@@ -227,13 +227,19 @@ class SamePointParameters(ChosenParameters):
         return self.problem(chains, poses, chosen, tolerances, distances)
 
     def undone(self, change: Hypothesis) -> dict[str, Any]:
-        """Correct a mistake of the input, and return the rows as arguments of `calibrate`."""
+        """
+        Correct a mistake of the input, and return the corrected touches as keyword arguments of
+        `calibrate`.
+        """
         return {'q': change.joints(self.given.q), 'same_point': self.marks}
 
     def misfits(self, used: Flags, changes: Sequence[Hypothesis]) -> Floats:
         """
-        Return the misfit (H,) after each of H mistakes of the input is corrected: the mean over
-        the touches of min((distance / 20 mm)^2, 1), with the distance from tip to touched point.
+        Return the misfit (H,) of the touches for each of H possible mistakes, after the mistake is
+        corrected in the data.
+
+        Let d be the distance from the tip to the touched point. The misfit is the mean over all
+        touches of min((d / 20 mm)^2, 1).
         """
         distances = self._distances(np.stack([one.joints(self.given.q) for one in changes]))
         return truncated((distances / ERROR_LIMIT.position) ** 2)
@@ -274,8 +280,9 @@ class SamePointParameters(ChosenParameters):
                 )
 
     def _chain(self, k: int, tip: Floats) -> CorrectedChain:
-        # The chain goes from the base frame to the tip. The fit compares the tip with the initial
-        # position of point k, so a correction of point k moves the tip in the opposite direction.
+        # The chain goes from the base frame to the tip. The fit compares the tip with point k, and
+        # keeps point k at its initial position. So instead of moving point k by a correction c,
+        # the chain moves the tip by -c.
         description = self.robot.description
         tool = np.array(description.tool.motion.matrix)
         tool[:3, 3] += tool[:3, :3] @ tip
@@ -289,7 +296,9 @@ class SamePointParameters(ChosenParameters):
 
     def possible(self, problem: fitting.FitProblem) -> int:
         """
-        Return how many combinations of parameters an unlimited number of touches would determine.
+        Return the number of independent combinations of the parameters that touches can determine.
+
+        The number is reached with enough different touches.
         """
         q = seeded_poses(self.robot.limits, self.robot.prismatic)
         point = np.arange(len(q)) % len(self.names)
@@ -327,9 +336,10 @@ class SamePointParameters(ChosenParameters):
 
     def ends_of(self, problem: fitting.FitProblem, values: Floats) -> PlacedEnds:
         """
-        Return the offsets X and Y of B = X A Y, and the poses of base and tool before the fit. A
-        are poses of the calibrated robot, and B are poses of a tool with its origin at the fitted
-        tip. X is the identity, because the base is that of the robot file.
+        Return base and tool, after the fit and before it, as in `ChosenParameters.ends_of`.
+
+        The origin of the fitted tool is the fitted tip. The base offset is the identity, because
+        the base is that of the robot file.
         """
         _, tool_offsets, _, tool_starts = super().ends_of(problem, values)
         base = self.robot.description.base.motion.matrix[None]
@@ -407,8 +417,8 @@ def _touching(robot: Robot, q: Floats, targets: Floats, tip: Floats) -> tuple[Fl
 def _checked(
     apart: Mapping[tuple[str, str], float], names: Sequence[str]
 ) -> dict[tuple[int, int], float]:
-    # Check the known distances between points, given by the names of the points. Return the
-    # distances by the indices of the points.
+    # Check the known distances `apart` between points. The keys are pairs of point names. Return
+    # the distances with pairs of point indices as keys.
     for (one, other), distance in apart.items():
         if missing := [name for name in (one, other) if name not in names]:
             points = ', '.join(names)
