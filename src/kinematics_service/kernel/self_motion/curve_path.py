@@ -19,15 +19,14 @@ from .curve_point import CurvePoint
 
 # Largest number of steps of the Illinois method to find a root; ten steps are usual.
 MAX_ROOT_STEPS = 100
-# `CurvePath.root` searches the point of the curve at which a joint has a wanted position. The
-# search ends if the absolute difference between the joint position and the wanted position is
-# below this, rad or m. The tolerance is the round-off of 100 operations at 3 rad.
+# `CurvePath.root` finds the point of the curve at which a joint has a wanted position. The search
+# ends if the joint position differs from the wanted position by less than LEVEL_TOLERANCE, rad or
+# m. The tolerance is the round-off of 100 operations at 3 rad.
 LEVEL_TOLERANCE = 1e-13
-# `CurvePath.root` searches the point of the curve at which the derivative of a joint position
-# along the curve is zero. This is a turning point of the joint. The search ends if the absolute
-# derivative is below this. The error of the joint position is then of the order of the square of
-# the derivative. The search for the point nearest to a goal has the same tolerance: there the
-# derivative of half the squared distance to the goal is zero.
+# `CurvePath.root` finds a turning point of a joint: the derivative of the joint position along the
+# curve is zero there. The search ends if the absolute derivative is below SLOPE_TOLERANCE. The
+# error of the joint position is then about the square of the derivative. `nearest_place` uses the
+# same tolerance for the derivative of half the squared distance to a goal.
 SLOPE_TOLERANCE = 1e-9
 
 
@@ -61,8 +60,9 @@ class CurvePath:
 
     def interpolate(self, place: float) -> None:
         """
-        Move `point` to the place k + x of the curve, which is at the fraction x of the way from
-        sample k to sample k + 1.
+        Move `point` to a place on the curve.
+
+        `place` is the curve parameter: 2.25 is a quarter of the way from sample 2 to sample 3.
         """
         q, border, n, square = self.point.q, self.point.border, self.n, 0.0
         k: int = int(min(max(place, 0.0), self.m - 2.0))
@@ -93,10 +93,10 @@ class CurvePath:
 
     def root(self, a: float, low: float, b: float, high: float) -> float:
         """
-        Return the place between a and b where the function `value` is 0.
+        Return the curve parameter between a and b at which the function `value` is 0.
 
-        a and b are places on the curve. The function has the value `low` at a and the value `high`
-        at b. The two values differ in sign.
+        The function has the value `low` at a and the value `high` at b. The two values differ in
+        sign.
         """
         x = b
         tolerance: float = LEVEL_TOLERANCE if not math.isnan(self.level) else SLOPE_TOLERANCE
@@ -127,19 +127,22 @@ def write_places(path: CurvePath, places: Floats, q: Floats) -> None:
 
 def write_roots(path: CurvePath, brackets: Floats, roots: Floats) -> None:
     """
-    Find the places of a curve at which a joint has a given position or changes its direction.
+    Find the points of a curve at which a joint has a wanted position or changes its direction.
+
+    A point is given as curve parameter: 2.25 is a quarter of the way from sample 2 to sample 3.
 
     Parameters
     ----------
     path
         The curve.
     brackets : shape (6, m)
-        The rows are: the joint; its wanted position (NaN for a turning point); a place; the value
-        of `CurvePath.value` at this place; another place; the value at the other place, which has
-        the opposite sign.
+        Each column describes one point to find. The rows are: index of the joint; wanted joint
+        position (NaN to find a change of direction); curve parameter a on one side of the point;
+        value of `CurvePath.value` at a; curve parameter b on the other side; value at b. The
+        values at a and b differ in sign.
     roots : shape (m, k)
-        Filled with the place and the joint positions (n,) of each root; columns after these do not
-        change.
+        Row i is filled for column i of `brackets`: the curve parameter of the point, then the n
+        joint positions. Columns from 1 + n on do not change.
     """
     count, wide, n = arrays.extent(roots, 0), arrays.extent(roots, 1), path.n
     if wide < 1 + n:
@@ -155,17 +158,19 @@ def write_roots(path: CurvePath, brackets: Floats, roots: Floats) -> None:
 
 def nearest_place(path: CurvePath, goal: Floats, begin: float, end: float) -> float:
     """
-    Return the place of the curve, between two places, at which the joint positions are nearest to
-    a goal.
+    Return the curve parameter at which the joint positions are nearest to a goal.
+
+    The curve parameter 2.25 is a quarter of the way from sample 2 to sample 3.
 
     Parameters
     ----------
     path
         The curve.
     goal : shape (2, n)
-        Joint positions of the goal, and the weights of the squared differences.
+        Row 0 has the joint positions of the goal. Row 1 has the weight of each joint in the
+        squared distance.
     begin, end
-        The two places.
+        Range of the curve parameter.
     """
     path.goal, path.joint = arrays.numbers(goal, 2 * path.n), -1
     path.level = math.nan

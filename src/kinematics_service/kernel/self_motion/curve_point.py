@@ -72,11 +72,14 @@ class CurvePoint:
 
     def look_along(self, side: float) -> None:
         """
-        Set `border` to the unit tangent of the curve at q for which `orientation` equals `side`.
+        Set `border` to the unit tangent of the curve at q. `side` selects one of two directions.
 
-        `side` is 1 or -1. The tangent is the null vector of the Jacobian (n - 1, n) of the
-        target's equations. Element j of the null vector is a cofactor: the determinant of the
-        Jacobian with unit vector j as additional last row.
+        `side` is 1 or -1. The two unit tangents at q are opposite. The method takes the tangent
+        with which `orientation` equals `side`.
+
+        The tangent is the null vector of the Jacobian (n - 1, n) of the target's equations.
+        Element j of the null vector is the determinant of the Jacobian with unit vector j as
+        additional last row (a cofactor).
         """
         n, null = self.n, self.tangent
         arrays.fill(self.border, n, 0.0)

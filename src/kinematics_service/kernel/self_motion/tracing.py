@@ -55,8 +55,8 @@ def trace(point: CurvePoint, side: float, samples: Floats) -> int:
     point
         The arm and its target.
     side
-        1 or -1: the direction in which the curve is followed, as the orientation of the tangent
-        (see `CurvePoint`).
+        1 or -1: selects one of the two directions along the curve. `CurvePoint.orientation` is
+        equal to `side` at each sample.
     samples : shape (m, 2 n), rad or m
         Filled with joint positions and unit tangents. On input, the first joint positions must be
         near a solution.
