@@ -21,9 +21,12 @@ class Arm:
 
     Attributes
     ----------
-    chain, task, tape
-        The kinematic chain, the rows of the Jacobian for the measures, and the named singular
-        factors.
+    chain
+        The kinematic chain.
+    task
+        Selects and scales the rows of the Jacobian that form the task Jacobian J_t.
+    tape
+        Computes the singular factors that the robot file names.
     factors_complete
         Whether the product of the factors is the determinant of J_t. If so, only the zeros of the
         factors are singular poses.

@@ -36,13 +36,15 @@ DAMPING = 0.5
 # Newton's method searches joint positions at which the loop equations are singular. It has
 # converged if the length of the next step is at most this, rad.
 FLAT_TOLERANCE = 1e-4
-# `look` returns a joint motion towards a flat position (joint positions at which the loop
-# equations are singular). The loops may not close at the flat position itself. So the motion ends
-# at this distance before the flat position, rad. If the loops do not close there, the distance is
-# multiplied by ten.
+# `look` searches a flat position: joint positions at which the loop equations are singular. At
+# these joint positions, the attempt to close the loops can fail. So the motion that `look` returns
+# ends at this distance before the flat position, rad. If the attempt also fails at the end of the
+# motion, the distance is multiplied by ten.
 END_BEFORE = 1e-7
-# Largest number of Newton steps toward a flat position (D = 0). If D is linear in the distance to
-# the flat position, each step leaves at most 0.75 of the distance.
+# Largest number of Newton steps toward joint positions at which the loop equations are singular.
+# Let D be the determinant of the derivatives of the loop equations by the passive variables. The
+# Newton steps lead to a zero of D. If D is linear in the distance to the zero, each step leaves at
+# most 0.75 of the distance.
 FLAT_STEPS = 30
 
 
@@ -181,9 +183,9 @@ def _write_step(n: int, onto: float, back: float, slope: Flat, d: Flat, step: Fl
 
 
 def _write_half(equations: RankEquations, group: int, slope: Flat, work: Flat) -> float:
-    # Fills `slope` (n,) with the gradient of the loop determinant D and returns D / 2. A Newton
-    # step on D^2 = 0 needs D^2 divided by the gradient of D^2, which equals D / 2 divided by the
-    # gradient of D.
+    # Let D be the loop determinant. Fills `slope` (n,) with the gradient of D, and returns D / 2.
+    # A Newton step onto D^2 = 0 is computed from these two results, because its length is
+    # `D^2 / |gradient of D^2|`, which is equal to `|D / 2| / |gradient of D|`.
     n, groups = equations.n, equations.chain.groups
     free = arrays.after(work, groups * (1 + n))
     gradient.write_determinants(equations.chain, equations.row, work, free)

@@ -21,10 +21,11 @@ from ..layout.arrays import Flat, Numbers
 
 def write_changes(chain: Chain, row: Flat, x: Flat, changes: Flat) -> None:
     """
-    Fill `changes` (entries, 6) with derivatives of the tool velocity J x, one row for each entry.
+    Fill `changes` (entries, 6) with derivatives of the tool velocity J x by joint positions.
 
-    An entry of the chain is one joint that moves one element. The row of an entry has the
-    derivative by the joint position, as if the joint moved only this element.
+    An entry of the chain is a pair of a joint and an element (a screw) that the joint moves. If a
+    joint moves two elements, it has two entries. Row e of `changes` belongs to entry e. It has the
+    derivative by the position of the joint, as if the joint moved only this element.
 
     J is the geometric Jacobian in base axes. The joint velocities x (n,) are constant.
     """

@@ -53,18 +53,21 @@ DROP_MARGIN = 1.3
 # Largest number of singular poses that the search follows while the joints move.
 MEMORY = 6
 # Two singular poses are taken as one if the distance between them is at most this fraction of the
-# distance from the present joint positions to these poses. The search for joint positions with
-# singular loop equations is repeated if the joints have moved by more than SAME_POSE_RATIO times
-# the distance to the positions that it found last.
+# distance from the present joint positions to the pose that was found later. The fraction has a
+# second use, for an arm with closed loops. Let r be the distance to the nearest joint positions at
+# which the loop equations are singular. If the joints have moved by more than
+# `SAME_POSE_RATIO * r` since these positions were found, they are searched again.
 SAME_POSE_RATIO = 0.1
-# While the joints move, the search repeats the projections onto the set of singular poses, one
-# start after another. After a joint motion of this fraction of the distance to the nearest
-# singular pose, each start has been tried once.
+# While the joints move, the search runs projections onto the set of singular poses, from one start
+# after another. After a joint motion of this fraction of the distance to the nearest singular
+# pose, each start has been used once.
 SEARCH_RATIO = 0.25
-# After a joint motion of `SEARCH_RATIO * max(distance, SEARCH_FLOOR)`, rad, the search has tried
-# each of its starts once; `distance` is the distance to the nearest singular pose. Below
-# SEARCH_FLOOR, a more frequent search is not needed, because the singularity status is then
-# already ERROR (the default of the threshold `stop` is 0.03 rad).
+# While the joints move, the search runs projections onto the set of singular poses, from one start
+# after another. Each start has been used once after a joint motion of
+# `SEARCH_RATIO * max(distance, SEARCH_FLOOR)`, rad, where `distance` is the distance to the
+# nearest singular pose. Without SEARCH_FLOOR, this motion would be tiny near a singular pose, and
+# the search would run many projections. They are not needed, because below SEARCH_FLOOR the status
+# is already ERROR: the default of the threshold `stop` is 0.03 rad.
 SEARCH_FLOOR = 0.02
 
 
@@ -118,8 +121,9 @@ class NearestSearch:
 
     def look(self, q: Flat, row: Flat) -> None:
         """
-        Search the singular pose nearest to joint positions q (n,) from all starts; `row` has the
-        results of `evaluate` at q.
+        Find the singular pose nearest to joint positions q (n,) by projections from all starts.
+
+        The module's docstring lists the starts. `row` has the results of `evaluate` at q.
         """
         self._stand_at(q, row)
         self.pose_count, self.distance, self.is_following = 0, places.INFINITY, True
@@ -180,7 +184,8 @@ class NearestSearch:
                 self._begin()
 
     def _polish(self) -> None:
-        # Refines the nearest singular pose found to full accuracy.
+        # Runs one more projection from the nearest singular pose that was found so far. Its
+        # tolerance is `places.SOLUTION_TOLERANCE`, so that this pose gets full accuracy.
         nearest = -1
         for k in range(self.pose_count):
             nearest = k if self.lengths[k] == self.distance else nearest
@@ -342,8 +347,9 @@ class NearestSearch:
         return True
 
     def _write_start(self, k: int, limit: float) -> bool:
-        # Writes the motion from the present joint positions to start k into the array `d` of the
-        # projection. Returns False if start k cannot give a singular pose nearer than `limit`.
+        # Fills the array `d` of the projection with the joint motion from the present joint
+        # positions to start number k. Returns False if no singular pose nearer than `limit` can be
+        # found from this start.
         d = self.projection.d
         if k < self.values:
             r = self.values - 1 - k

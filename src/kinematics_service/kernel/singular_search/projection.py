@@ -26,18 +26,17 @@ from .rank_equations import RankEquations
 # Longest step of the projection, rad. The sine of this angle differs from the angle by 1.5 %, so
 # the equations that are linearised at the start of a step are nearly exact at its end.
 TRUST_RADIUS = 0.3
-# A projection has converged if the length of its next step onto the set of singular poses is at
-# most `STEP_TOLERANCE * max(|d|, MIN_MOTION)`. d is the whole joint motion so far; it begins at
-# the joint positions near which a singular pose is wanted.
+# Let d be the joint motion from the given joint positions to the present iterate. A projection has
+# converged if the next step onto the set of singular poses is at most
+# `STEP_TOLERANCE * max(|d|, MIN_MOTION)`, rad.
 STEP_TOLERANCE = 1e-9
-# A projection ends if the next step is at most `STEP_TOLERANCE * max(|d|, MIN_MOTION)`, rad. d is
-# the whole joint motion so far; it begins at the joint positions near which a singular pose is
-# wanted. With MIN_MOTION, the tolerance is never below 1e-12 rad, which is round-off.
+# Let d be the joint motion from the given joint positions to the present iterate. The tolerance of
+# a projection is `STEP_TOLERANCE * max(|d|, MIN_MOTION)`, rad. MIN_MOTION keeps the tolerance at
+# 1e-12 rad or above, because shorter steps are round-off.
 MIN_MOTION = 1e-3
-# The motion along the set of singular poses has converged if the length of the next step along the
-# set is at most this fraction of |d|. d is the whole joint motion so far; it begins at the joint
-# positions near which a singular pose is wanted. The relative error of the computed distance is
-# then at most about 1e-5.
+# Let d be the joint motion from the given joint positions to the present iterate. The steps along
+# the set of singular poses have converged if the next of these steps is at most
+# `SLIDE_TOLERANCE * |d|`. The relative error of the computed distance is then at most about 1e-5.
 SLIDE_TOLERANCE = 5e-3
 # Smallest factor by which the step along the set of singular poses is multiplied. With the factor
 # 1, the step leads to the nearest point of the linearised set.
@@ -82,10 +81,10 @@ class Projection:
 
     def run(self, limit: float, most: int, tolerance: float) -> float:
         """
-        Move d, the motion from the origin, to a locally nearest singular pose. Return the length
-        of d, rad.
+        Change the joint motion d until it leads to a locally nearest singular pose.
 
-        The length is infinite if the iteration does not converge, or if the linear estimate of the
+        The motion d begins at the joint positions `origin`. Returns the length of d, rad. The
+        length is infinite if the iteration does not converge, or if the linear estimate of the
         length exceeds `limit`.
 
         Parameters
@@ -93,10 +92,11 @@ class Projection:
         limit
             Length of d beyond which the iteration ends, rad.
         most
-            Largest number of steps along the set; 0 for Newton's method alone.
+            Largest number of steps along the set of singular poses. If it is 0, the run does only
+            Newton steps onto this set.
         tolerance
-            If the step along the set, relative to the length of d, is at most this, the run has
-            converged.
+            The run has converged if the step along the set of singular poses is at most
+            `tolerance` times the length of d.
         """
         # A round has two phases. In the first phase, each step leads onto the set of singular
         # poses and along the set. In the second phase, Newton steps lead only onto the set. If the
@@ -132,10 +132,10 @@ class Projection:
         return best
 
     def _is_singular(self, length: float, onto: float) -> bool:
-        # S = 0 are the equations of a singular pose (rank_equations.py). Returns whether the joint
-        # motion d leads to a singular pose: S and the next Newton step must be small. If S has a
-        # double zero, the Newton steps become short only slowly. So if S is as small as round-off,
-        # the step may be long.
+        # Let S = 0 be the equations of a singular pose (rank_equations.py). Returns whether the
+        # joint motion d leads to a singular pose. S must be small. Also, the next Newton step must
+        # be short, or S must be as small as round-off. The last condition is for a double zero of
+        # S: near it, the Newton steps are still long when S is already round-off.
         if not self.equations.are_singular(places.SINGULAR_VALUE_RATIO):
             return False
         is_small = onto <= STEP_TOLERANCE * max(length, MIN_MOTION)

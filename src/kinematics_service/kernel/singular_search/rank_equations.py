@@ -10,9 +10,12 @@ of rows and columns, where A has k - 1 rows and columns. The rank of J_t is belo
 complement S = D - C A^-1 B is zero.
 
 Let I be an identity matrix, Y^T = [-C A^-1, I] and X = [-A^-1 B; I]. Then S = Y^T J_t X, and the
-derivatives by the joints are dS = Y^T dJ_t X (Griewank and Reddien, 1984). The norm of S is an
-upper bound of the k-th singular value of J_t, because the columns of X have a length of at least
-1.
+derivatives by the joints are dS = Y^T dJ_t X (Griewank and Reddien, 1984).
+
+The norm of S is an upper bound of the k-th singular value of J_t. Proof: X contains an identity
+matrix, so |v| >= |z| for each vector v = X z. J_t X = [0; S], so |J_t v| = |S z| <= |S| |v|. X has
+n - k + 1 columns, where n is the number of joints. So the bound follows from the min-max theorem
+for singular values.
 """
 
 import math
@@ -26,10 +29,11 @@ from ..measures import gradient, singular_values, singularity
 from ..measures.task_rows import TaskRows
 from . import jacobian_changes
 
-# dS are the derivatives of the equations S by the joints. A singular value of dS is taken as zero
-# if its ratio to the largest singular value of dS is at most this. If the DH table has errors of
-# 1e-5, a singular value that would be 0 without the errors has a larger ratio, so it is not taken
-# as zero.
+# dS is the matrix of the derivatives of S by the joints, where S = 0 are the equations of a
+# singular pose. A singular value of dS is taken as zero if its ratio to the largest singular value
+# of dS is at most RANK_SHARE. If the DH table has errors of 1e-5, a singular value that should be
+# 0 gets a ratio of about 1e-5. This exceeds RANK_SHARE, so the singular value is not taken as
+# zero.
 RANK_SHARE = 1e-6
 
 
@@ -47,8 +51,8 @@ class RankEquations:
     chain, task
         The arm.
     spans : shape (n, 3)
-        First position, range and period of each joint, as in `SingularAtlas`. A joint of range 0
-        does not change the rank and is not moved.
+        First position, range and period of each joint, as in `SingularAtlas`. The range 0 marks a
+        joint that does not change the rank of J_t. Such a joint is not moved.
 
     Attributes
     ----------
@@ -255,11 +259,15 @@ class RankEquations:
 
     def are_singular(self, ratio: float) -> bool:
         """
-        Return whether J_t is singular: whether the norm of S is at most `ratio` times the largest
-        singular value of J_t, or at most `TaskRows.zero`.
+        Return whether the task Jacobian J_t is singular.
 
-        The largest singular value is not computed. It is taken as the larger of two numbers: its
-        lower bound `size`, and the largest singular value at the pose given to `decompose`.
+        S is the Schur complement of J_t (see the module's docstring). J_t is taken as singular if
+        the norm of S is at most `ratio` times the largest singular value of J_t, or at most
+        `TaskRows.zero`.
+
+        The largest singular value of J_t at the present pose is not computed. Instead, the larger
+        of two numbers is taken. The first is `size`, a lower bound of this singular value. The
+        second is the largest singular value at the pose given to `decompose`.
         """
         return self.residual <= max(ratio * max(self.size, self.sigma[0]), self.task.zero)
 
@@ -297,11 +305,12 @@ class RankEquations:
 
     def write_slope(self, x: Flat, y: Flat, slope: Flat) -> None:
         """
-        Fill `slope` (n,) with the gradient of y^T J x by the joint positions.
+        Fill `slope` (n,) with the gradient of y^T J x by the joint positions, rad.
 
         J (6, n) is the geometric Jacobian, a function of the joint positions. The joint motion x
-        (n,) and the tool motion y (6,) are constant. Component j of the gradient is multiplied by
-        the factor by which column j of J_t is scaled.
+        (n,) and the tool motion y (6,) are constant. In the gradient, the positions of prismatic
+        joints are divided by the characteristic length. If a joint never changes the rank of the
+        task Jacobian, its component of the gradient is 0.
         """
         if self.chain.loops == 0:
             jacobian_changes.write_slope(self.chain, self.changes, y, slope)
@@ -330,12 +339,13 @@ class RankEquations:
 
     def write_steps(self, d: Flat, onto: Flat, along: Flat) -> bool:
         """
-        Fill `onto` and `along` (n,), two steps that lead from a joint motion d to a singular pose.
+        Fill `onto` and `along` (n,), so that the motion d + onto + along leads to a singular pose.
 
-        S is zero at a singular pose, and dS is the derivative of S. To first order, a step leads
-        to a singular pose if S + dS step = 0. `onto` is the shortest such step. `along` is the
-        component of -d that does not change S. The sum d + onto + along is the shortest motion
-        that leads to a singular pose, to first order. Returns False if no motion changes S.
+        The result is correct to first order. S is zero at a singular pose, and dS is the
+        derivative of S by the joints. `onto` is the shortest joint motion with S + dS onto = 0.
+        `along` is the component of -d that does not change S: dS along = 0. The sum
+        d + onto + along is the shortest joint motion that leads to a singular pose. Returns False
+        if no joint motion changes S.
         """
         n, count = self.n, self.count
         for j in range(n):

@@ -40,8 +40,8 @@ class SingularAtlas:
         The arm.
     spans : shape (n, 3)
         First position, length and period of the range of each joint, rad; prismatic joints are
-        divided by the characteristic length. If the length of a range is 0, the joint never
-        changes the rank of J_t.
+        divided by the characteristic length. The length 0 marks a joint that never changes the
+        rank of the task Jacobian J_t.
 
     Attributes
     ----------

@@ -53,17 +53,19 @@ def write_zero_between(
     equations: RankEquations, origin: Flat, turn: float, limit: float, d: Flat
 ) -> float:
     """
-    Fill d (n,), rad, with the joint motion to the nearest pose that has lost a given direction.
+    Fill d (n,), rad, with the joint motion to the nearest pose with a given lost direction w.
 
-    The direction is a combination of two tool directions with the weights cos(turn) and sin(turn).
-    The two tool directions are those of the two least singular values.
+    A lost direction is a direction in which the tool cannot move. The direction w is a combination
+    of two tool directions, with the weights cos(turn) and sin(turn). The two tool directions
+    belong to the two least singular values of the task Jacobian J_t.
 
     Returns the length of d, rad; infinite if it exceeds `limit`, or if the generic rank is 1.
 
-    The elimination stops one pivot earlier than usual, so that the Schur complement S of J_t has
-    two rows (or two columns) S1 and S2. J_t has lost rank if cos(turn) S1 + sin(turn) S2 = 0.
-    Newton's method solves this equation. So the method never divides by the last pivot, which is
-    small if two singular values are nearly zero.
+    Gaussian elimination of J_t (rank_equations.py) stops one pivot earlier than usual. So the
+    Schur complement S of J_t has two rows S1 and S2 (or two columns, if J_t has more rows than
+    columns). The tool has lost w if cos(turn) S1 + sin(turn) S2 = 0. Newton's method solves this
+    equation. It never divides by the last pivot, which is small if two singular values are nearly
+    zero.
     """
     n, rank, length = equations.n, equations.task.generic_rank, places.INFINITY
     if rank < 2 or rank < min(equations.m, n):
@@ -94,9 +96,10 @@ def write_zero_between(
 
 
 def _mix(equations: RankEquations, turn: float) -> None:
-    # The Schur complement S has two rows (or two columns) S1 and S2. Replaces S1 and S2 by the sum
-    # cos(turn) S1 + sin(turn) S2. Replaces their derivatives in G by the derivatives of the sum,
-    # and makes the rows of G orthogonal.
+    # The Schur complement S of J_t has two rows (or two columns) S1 and S2. Replaces S by one row
+    # (or column), the sum cos(turn) S1 + sin(turn) S2. The first n columns of G are the
+    # derivatives of the entries of S by the joints. Replaces these columns by the derivatives of
+    # the entries of the sum, and makes the rows of G orthogonal.
     n = equations.n
     lines, width, other = equations.count // 2, n + equations.count, n + equations.count // 2
     by_rows = equations.lost == 2
