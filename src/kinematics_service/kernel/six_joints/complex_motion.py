@@ -35,9 +35,10 @@ SINGULAR_STEP = 1e6
 # Newton's method ends after a step below this length (in rad, or in the loop's unit of length).
 # Convergence is quadratic, so the next step would be about 1e-14, which is round-off.
 STEP_TOLERANCE = 1e-7
-# Largest element of the residual at a solution, without unit for rotations and in the loop's unit
-# of length for positions. The equations also hold if the product of screws differs from the goal
-# by a rotation of 180 degrees. Such a wrong solution has an element of at least 2/3.
+# Largest residual (`Motion.residual`) of a solution, without unit for rotations and in the loop's
+# unit of length for positions. Newton's method solves equations that compare only the skew part of
+# the rotation. They also hold if the rotation is wrong by 180 degrees. Then the residual is at
+# least 2/3, because it compares all elements of the rotation matrix.
 MAX_RESIDUAL = 0.5
 # Largest accepted h of the Newton-Kantorovich theorem. If h < 1/8, the distance between two
 # results of the iteration near one solution is below half the radius of uniqueness
@@ -57,10 +58,10 @@ def angle_left(loop: SixScrews, t: Numbers, k: int, v: Vector) -> Complex:
     """
     Return the complex angle of joint k, rad, for which joints 0 to k rotate v as the goal does.
 
-    The goal of the loop is a rigid motion. It rotates the vector v to a vector u, and joints 0 to
-    k together must also rotate v to u.
+    The goal of the loop is a rigid motion. It rotates the vector v to a vector u. Joints after k
+    do not change v, so joints 0 to k together must rotate v to u.
 
-    Joints before k are at positions t (6 complex numbers); joints after k do not change v.
+    `t` has six complex joint positions. Only the positions of joints 0 to k - 1 are used.
     """
     vector, turn = [0.0] * 6, [0.0] * 4
     axis = vectors.axis_of(loop.screws, k)
@@ -136,14 +137,15 @@ class Motion:
 
     def certify(self, loop: SixScrews, t: Numbers) -> bool:
         """
-        Return whether the Newton-Kantorovich theorem proves that a solution is near the joint
-        positions t (6 complex numbers).
+        Return whether a solution near t is proved to exist (Newton-Kantorovich theorem).
 
-        Fills `weights` and `radius`. If the longest prismatic motion exceeds the loop's unit of
-        length, this motion becomes the unit. If imaginary parts of joint positions are large, the
-        twists of the joints are long, and the proof may fail. So if the proof fails and round-off
-        grows by more than MIN_GROWTH, a second proof weights each joint by the length of its
-        twist.
+        `t` has six complex joint positions. Fills `weights` and `radius`. If the longest prismatic
+        motion exceeds the loop's unit of length, this motion becomes the unit.
+
+        In the first proof, all joints have the weight 1. This proof may fail if joint positions
+        have large imaginary parts, because they make the twists of the joints long. In the second
+        proof, the weight of each joint is the length of its twist. The second proof is tried only
+        if round-off grows by more than MIN_GROWTH, which shows that imaginary parts are large.
         """
         if not self.residual(loop, t) < MAX_RESIDUAL:
             return False
@@ -192,10 +194,10 @@ class Motion:
         return (math.sqrt(step) + beta * error) * beta * K < MAX_KANTOROVICH_H
 
     def _growth(self, loop: SixScrews) -> float:
-        # For each screw, let o be its point and F the complex rotation matrix of the screws before
-        # it. Let s be the mean squared length of the rows of F; it is 1 at real joint positions.
-        # Returns the sum of s (1 + |o|) over the six screws. The product of the screws increases
-        # round-off by this factor.
+        # Returns the growth of round-off in the product of the six screw motions: the sum of
+        # `s * (1 + |o|)` over the six screws. For each screw, o is the stored point of its axis.
+        # Let F be the product of the complex rotation matrices of the preceding screws. Then s is
+        # the mean squared length of the rows of F. If all joint positions are real, s is 1.
         growth = 0.0
         for k in range(6):
             square = 0.0
@@ -206,9 +208,10 @@ class Motion:
         return growth
 
     def _scale_by_slides(self, loop: SixScrews, t: Numbers) -> float:
-        # If the longest prismatic motion exceeds the loop's unit of length, it becomes the unit:
-        # the lengths in J and the residual are divided by it. Returns the unit in use, divided by
-        # the loop's unit of length.
+        # If the longest prismatic motion exceeds the loop's unit of length, this motion becomes
+        # the unit. Then the lengths in the linear system are divided by the new unit: the linear
+        # velocities of the revolute joints in J, and the position errors in the residual. Returns
+        # the new unit, divided by the loop's unit of length.
         unit = 1.0
         for k in range(6):
             if vectors.slides(loop.screws, k):

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute square roots and angles of complex numbers; define the limits of double precision.
+Compute complex square roots and complex angles; define the limits of double precision.
 
-Angles t and numbers z = e^(i t) are complex: t = -i log z, cos t = (z + 1/z) / 2.
+Solutions of the inverse kinematics may be complex. A joint angle t then has an imaginary part. It
+belongs to the complex number z = e^(i t), so t = -i log z and cos t = (z + 1/z) / 2.
 """
 
 import math

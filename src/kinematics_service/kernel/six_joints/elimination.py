@@ -36,9 +36,10 @@ EQUATIONS = 14
 # for each of the joints 3, 4 and 5. The factor is 1, the cosine or the sine of the joint's angle
 # (1, d or d^2 for a prismatic joint with position d).
 LEFT = 27
-# Number of different products on the right sides: 3^2 - 1. Each product has one factor for joint 1
-# and one factor for joint 2. The factor is 1, the cosine or the sine of the joint's angle (1, d or
-# d^2 for a prismatic joint with position d). The product 1 * 1 is a constant and does not count.
+# Number of different products on the right sides of the equations: 3^2 - 1. The right sides
+# contain joints 1 and 2. Each product has one factor for joint 1 and one factor for joint 2. The
+# factor is 1, the cosine or the sine of the joint's angle (1, d or d^2 for a prismatic joint with
+# position d). The product 1 * 1 is a constant and does not count.
 RIGHT = 8
 # A pivot is taken as zero if its ratio to the first pivot is at most this. If axes are parallel or
 # meet, some pivots should be zero. Round-off (1e-15) and the errors of a calibration make these
@@ -70,9 +71,9 @@ class Elimination:
     count
         Number of equations.
     rank
-        Rank of the eight columns that are eliminated. A column has the coefficients of one
-        product: a part of joint 1 times a part of joint 2. The rank is below 8, for example, if
-        axes are parallel or meet.
+        The elimination removes eight products, each a part of joint 1 times a part of joint 2.
+        `rank` is the rank of the matrix (14, 8) of the coefficients of these products. It is below
+        8, for example, if axes are parallel or meet.
     error
         Relative error of the equations from round-off and from pivots taken as zero.
     """
@@ -104,9 +105,10 @@ class Elimination:
         for b in range(3):
             line = arrays.after(self.fifth, 15 * b)
             lines.write_parts(screws, 3, line, arrays.after(self.fourth, 45 * b))
-        # Axis 6 after the motions by joints 5 and 4 is a sum of the nine rows of `fourth`. Each
-        # row is multiplied by two factors: row 3 b + a by f_a(t4) and f_b(t5), where f_0, f_1 and
-        # f_2 are 1, cos and sin. Move each row by joint 3.
+        # Let f_0, f_1 and f_2 be the functions 1, cos and sin. The motions by joints 5 and 4 move
+        # axis 6 to a line, the sum of the nine rows of `fourth`. In this sum, row `3 * b + a` is
+        # multiplied by `f_a(t4) * f_b(t5)`, where t4 and t5 are the angles of joints 4 and 5. Now
+        # move each row by joint 3.
         for a in range(3):
             for b in range(3):
                 line = arrays.after(self.fourth, 15 * (3 * b + a))
@@ -132,9 +134,10 @@ class Elimination:
             parts[15 * odd + i] = -parts[15 * odd + i]
 
     def _pivot(self, width: int) -> int:
-        # The first RIGHT columns of the table are the right sides of the equations: the
-        # coefficients of the products for joints 1 and 2. Eliminates these columns by Gaussian
-        # elimination with complete pivoting. Returns the rank of these columns.
+        # Each row of the table is one equation. Its first RIGHT numbers are the right side: the
+        # coefficients of the eight products of a part of joint 1 and a part of joint 2 (see the
+        # module's docstring). Eliminates these products by Gaussian elimination with complete
+        # pivoting. Returns the rank of the matrix of the right sides.
         A, largest = self.table, 0.0
         self.error = 0.0
         for k in range(RIGHT):

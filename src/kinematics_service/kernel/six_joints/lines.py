@@ -4,13 +4,13 @@
 Represent a line in space by 15 numbers, so that a rigid motion is a linear map of the numbers.
 
 M. Raghavan and B. Roth, "Inverse kinematics of the general 6R manipulator and related linkages",
-J. Mech. Des. 115 (1993) 502, use 14 numbers. In this module the number 1 comes before them. A line
-through the point p with the unit direction l is V = (1, p, p.p, l, p.l, m, h). The Pluecker moment
-is the vector product m = p x l, and h = (p.p) l - 2 (p.l) p.
+J. Mech. Des. 115 (1993) 502, use 14 numbers. In this module the number 1 comes before them. Let p
+be a point of the line and l its unit direction. Let m = p x l (the Pluecker moment) and
+h = (p.p) l - 2 (p.l) p. The line is the vector V = (1, p, p.p, l, p.l, m, h).
 
-A rotation by the angle t maps V to V0 + cos(t) V1 + sin(t) V2. A translation by the distance d
-maps V to V0 + d V1 + d^2 V2. V0, V1 and V2 are called the parts of the moved line; they are linear
-functions of V.
+If the line moves, V becomes a combination of three vectors V0, V1 and V2, called the parts of the
+moved line. The parts are linear functions of V. After a rotation by the angle t, the line is
+V0 + cos(t) V1 + sin(t) V2. After a translation by the distance d, it is V0 + d V1 + d^2 V2.
 """
 
 from ..forward import vectors
@@ -124,10 +124,10 @@ def _write_slide_parts(axis: Vector, V: Numbers, parts: Numbers) -> None:
 
 def write_invariants(screws: Numbers, k: int, V: Numbers, six: Numbers) -> None:
     """
-    Write to `six` the six invariants of the line V under motions by screw k.
+    Write to `six` six numbers of the line V that stay the same if screw k moves the line.
 
-    The invariants are linear combinations of the 15 numbers of the line. If screw k moves the
-    line, the invariants stay the same.
+    V has the 15 numbers that represent a line in this module. The six numbers, called invariants,
+    are linear combinations of the 15 numbers.
     """
     axis, point = vectors.axis_of(screws, k), vectors.point_of(screws, k)
     moved = [0.0] * 15

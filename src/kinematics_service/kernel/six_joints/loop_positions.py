@@ -8,9 +8,11 @@ The null vector of M(t) (pencils.py) contains powers of e^(i u), where u is the 
 5. The ratio of successive powers is e^(i u), which gives joints 4 and 5. The positions of joints
 3, 4 and 5 are then known. Let A be the line to which these joints move axis 6, and B the line of
 axis 6 at the goal. Joints 2 and 1 must move A to B. Six equations that do not contain joint 1 give
-the cosine and sine of joint 2 by least squares. Let joint 2 move A to the line C. Joint 1 must
-rotate a vector of the line C onto the same vector of the line B, which gives the angle of joint 1.
-In the same manner, a vector perpendicular to axis 6 gives the angle of joint 6.
+the cosine and sine of joint 2 by least squares. Let joint 2 move A to the line C. A line is
+represented by four vectors, for example its direction and its moment (lines.py). If the origin is
+on axis 1, joint 1 must rotate each vector of C onto the corresponding vector of B. So one of the
+four vectors gives the angle of joint 1. In the same manner, a vector perpendicular to axis 6 gives
+the angle of joint 6.
 """
 
 from ..forward import vectors
@@ -57,8 +59,8 @@ def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
         for i in range(4):
             value: Complex = pairs.pair(x, 3 * i + b)
             if not slides:
-                # Form the four terms e^(-3i u/2), e^(-i u/2), e^(i u/2), e^(3i u/2) for the loop
-                # index 0 to 3, where u is the angle of the joint.
+                # Let u be the angle of the joint, and w = e^(u times the imaginary unit). The
+                # terms for i = 0, 1, 2, 3 are w^(-3/2), w^(-1/2), w^(1/2) and w^(3/2).
                 k = 0 if i in (1, 2) else 2
                 cosine, sine = pairs.pair(x, 3 * k + b), pairs.pair(x, 3 * k + 3 + b)
                 value = _rotated(cosine, sine, -1.0 if i < 2 else 1.0)
@@ -120,8 +122,8 @@ class Positions:
         """
         Compute all joint positions, `self.t`, from z = e^(i a), where a is the angle of joint 3.
 
-        z is a root of the determinant of M. Returns False if the imaginary part of a joint
-        position is larger than MAX_IMAGINARY.
+        `pencil` has the matrix M(t). Its determinant is 0 at t = a. Returns False if the imaginary
+        part of a joint position is larger than MAX_IMAGINARY.
         """
         fifth: Complex
         fourth: Complex
@@ -228,8 +230,8 @@ class Positions:
         shared = (shared[0] / square, shared[1] / square)
         wanted: Complex = self._inner(longer, 2)
         wanted = (wanted[0] / square, wanted[1] / square)
-        # Make the shorter column of coefficients and the right side perpendicular to the longer
-        # column: subtract the components along the longer column.
+        # Let u be the longer column of coefficients, v the shorter column, and w the right side.
+        # Make v and w perpendicular to u: subtract from each of the two its component along u.
         for i in range(6):
             u = pairs.pair(self.C, 6 * longer + i)
             v = pairs.pair(self.C, 6 * shorter + i)

@@ -50,8 +50,10 @@ def over(a: Complex, b: Complex) -> Complex:
 
 def subtract(to: Numbers, row: Numbers, start: int, stop: int, factor: Complex) -> None:
     """
-    Subtract `factor` times `row` from the row `to`, both rows of pairs, in columns start to stop -
-    1.
+    Subtract `factor` times the row `row` from the row `to`, in columns `start` to `stop - 1`.
+
+    The two rows and the factor are complex. A row is an array of pairs (real part, imaginary
+    part).
     """
     for j in range(start, stop):
         x, y = row[2 * j], row[2 * j + 1]

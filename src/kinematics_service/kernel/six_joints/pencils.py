@@ -25,14 +25,16 @@ from . import complex_numbers, pairs, polynomials
 from .elimination import Elimination
 from .pairs import Complex
 
-# Number of products in which the equations are linear: four functions of the multiplied joint (4
-# or 5, see above) times three functions of the other of joints 4 and 5.
+# The equations are multiplied by functions of joint 4. They are then linear in twelve products:
+# one of four functions of joint 4 times one of three functions of joint 5. Joints 4 and 5 may be
+# exchanged. SIZE is the number of products.
 SIZE = 12
 # Number of entries of the matrix M: SIZE squared.
 SQUARE = 144
-# Degree of the determinant of M, a trigonometric polynomial, for six equations. A general arm has
-# 16 solutions (Raghavan and Roth), and a trigonometric polynomial of degree 8 has 16 roots. If
-# more equations are combined, the degree can be up to SIZE.
+# The determinant of M is a trigonometric polynomial. If `Elimination` gives six equations, this is
+# its degree. A trigonometric polynomial of degree 8 has 16 roots, and a general arm has 16
+# solutions (Raghavan and Roth). If `Elimination` gives more than six equations, the degree can be
+# up to SIZE.
 DEGREE = 8
 # Number of samples to interpolate the determinant, a trigonometric polynomial, if its degree is 8.
 # It then has 17 coefficients, for the harmonics -8 to 8. Eight more samples measure the round-off.
@@ -52,16 +54,18 @@ class Pencil:
     degree
         Degree of the determinant; 0 if there are fewer than six equations.
     coefficients : shape (13,)
-        Complex coefficients of e^(i k t) in the determinant; the coefficients of -k are conjugate.
+        Complex coefficients c[0] to c[12] of the determinant. The determinant is the sum of
+        c[k] e^(i k t) for k from -12 to 12, where c[-k] is the conjugate of c[k].
     noise
-        Bound of the round-off of the determinant, divided by the largest of its values at the
-        sampled angles t. If the determinant vanishes at every angle, `noise` is near 1.
+        Bound of the relative round-off of the determinant. It is the absolute round-off, divided
+        by the largest absolute value of the determinant at the sampled angles t. If the
+        determinant vanishes at every angle, `noise` is near 1.
     gap
         Second-last pivot of M(t), divided by the first pivot; the last pivot is taken as zero. If
         `gap` is near 0, the null vector of M(t) is inaccurate. `write_null_vector` sets it.
     count
-        Number of equations. If there are more than twelve, they are combined into twelve, the rows
-        of M.
+        Number of equations after the multiplication: two for each equation of `Elimination`. If
+        there are more than twelve, they are combined into twelve, the rows of M.
     error
         Relative error of the equations from round-off.
     """
@@ -78,8 +82,8 @@ class Pencil:
         """
         Fill the matrices M0, M1 and M2 from the equations in joints 3, 4 and 5.
 
-        If `swapped` is set, the equations are multiplied by functions of joint 5 instead of joint
-        4. `slides` says whether the multiplied joint is prismatic.
+        The equations are multiplied by functions of joint 4, or of joint 5 if `swapped` is set.
+        `slides` says whether this joint is prismatic.
         """
         count = elimination.count
         self.degree, self.count, self.error = 0, 2 * count, elimination.error
@@ -176,17 +180,19 @@ class Pencil:
         noise = polynomials.write_coefficients(
             self.samples, count, self.circle, largest, self.degree, self.coefficients
         )
-        # `noise` is measured from the harmonics above the degree of the determinant, because these
-        # harmonics should be 0. But an error of an entry of M changes the determinant by
-        # `error * minor of the entry`. A part of this change is in the harmonics up to the degree,
-        # so the measured `noise` does not show it. So `noise` must be at least a bound of this
-        # change.
+        # The harmonics above the degree of the determinant should be 0. The largest of them is
+        # `noise`. But an error of an entry of M also changes the other harmonics, which do not
+        # count in `noise`. The error changes the determinant by `error * minor of the entry`. So
+        # increase `noise` to a bound of this change.
         error = max(self.error, complex_numbers.ROUND_OFF)
         self.noise = max(noise, error * minor / largest)
 
     def write_null_vector(self, z: Complex, x: Numbers) -> None:
         """
-        Write to x the null vector (12 products, complex) of M(t) at e^(i t) = z.
+        Write to x (12 complex numbers) the null vector of M(t) at the angle t with e^(i t) = z.
+
+        The null vector is proportional to the twelve products of functions of joints 4 and 5 (see
+        the module's docstring).
 
         The method is Gaussian elimination with complete pivoting; the last pivot is taken as zero.
         """
@@ -251,7 +257,8 @@ class Pencil:
         return largest
 
     def _fill(self, z: Complex) -> None:
-        # Fills `work` with the matrix M at e^(i t) = z, divided by |cos t| if |cos t| exceeds 1.
+        # Fills `work` with the matrix M(t) at the complex angle t with e^(i t) = z. If |cos t|
+        # exceeds 1, which is possible for a complex t, the matrix is divided by |cos t|.
         inverse = pairs.over((1.0, 0.0), z)
         c_re, c_im = 0.5 * (z[0] + inverse[0]), 0.5 * (z[1] + inverse[1])
         s_re, s_im = 0.5 * (z[1] - inverse[1]), -0.5 * (z[0] - inverse[0])

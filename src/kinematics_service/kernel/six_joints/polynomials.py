@@ -41,11 +41,12 @@ def write_coefficients(
     values: Flat, count: int, circle: Flat, largest: float, degree: int, c: Flat
 ) -> float:
     """
-    Write to c the coefficients c[0] to c[degree] of a trigonometric polynomial, from samples
-    divided by `largest`.
+    Compute the coefficients c[0] to c[degree] of a trigonometric polynomial from its samples.
 
-    The coefficients above the degree would be 0 without round-off. Returns the largest absolute
-    value of these coefficients as a measure of the round-off.
+    The samples are the `count` numbers in `values`, divided by `largest`. A discrete Fourier
+    transform of the samples gives c[0] to c[degree], and also coefficients with higher indices.
+    Without round-off, the coefficients with higher indices would be 0. Returns the largest of
+    their absolute values as a measure of the round-off.
     """
     noise = 0.0
     for k in range((count + 1) // 2):
@@ -64,10 +65,11 @@ def write_coefficients(
 
 def write_both_halves(c: Numbers, degree: int, a: Numbers) -> None:
     """
-    Write to `a` the 2 degree + 1 coefficients of z^degree times a trigonometric polynomial.
+    Write to `a` the coefficients of the polynomial z^degree P(z), where P is trigonometric.
 
-    The trigonometric polynomial is the sum of c[k] z^k for k from -degree to degree. The array c
-    has only c[0] to c[degree], because c[-k] is the conjugate of c[k].
+    The trigonometric polynomial P(z) is the sum of c[k] z^k for k from -degree to degree. The
+    factor z^degree removes the negative powers of z. So `a` has `2 * degree + 1` coefficients. The
+    array c has only c[0] to c[degree], because c[-k] is the conjugate of c[k].
     """
     for k in range(degree, -1, -1):
         pairs.put(a, degree - k, (c[2 * k], -c[2 * k + 1]))
@@ -150,12 +152,15 @@ def _step(value: Complex, slope: Complex, z: Numbers, k: int, count: int) -> Com
 
 def write_bounds(c: Numbers, count: int, noise: float, z: Numbers, bounds: Numbers) -> None:
     """
-    Write to `bounds` the radius of an error disc about each root z[k], relative to |z[k]|.
+    Write to `bounds` a bound of the relative error of each root z[k] of a polynomial P.
 
-    The radius is count * |P(z[k])| / |c[count] * D|. P is the polynomial with the coefficients c.
-    D is the product of z[k] - z[i] over all roots i except k. The discs contain all exact roots,
-    and each connected set of m discs contains m exact roots (Smith 1970). Errors of the
-    coefficients, each up to `noise`, enlarge |P(z[k])|.
+    P has the degree `count` and the coefficients c. Each root z[k] has an error disc: its center
+    is z[k], and its radius, divided by |z[k]|, is bounds[k]. All exact roots of P are inside the
+    discs, and each connected set of m discs contains m exact roots (Smith 1970).
+
+    Let D be the product of z[k] - z[i] over all i except k. The radius is
+    `count * (|P(z[k])| + e) / |c[count] * D|`. The number e bounds the change of P(z[k]) if each
+    coefficient changes by at most `noise`.
     """
     leading = complex_numbers.absolute(pairs.pair(c, count))
     for k in range(count):
@@ -181,7 +186,12 @@ def write_bounds(c: Numbers, count: int, noise: float, z: Numbers, bounds: Numbe
 
 
 def is_alone(z: Numbers, bounds: Numbers, count: int, k: int) -> bool:
-    """Return whether the error disc of root k meets no other disc within `MAX_RADIUS` of 0."""
+    """
+    Return whether the error disc of root k meets no error disc of another root.
+
+    Roots z[i] with |z[i]| >= `MAX_RADIUS` are not compared with root k. `write_bounds` defines the
+    discs.
+    """
     here = pairs.pair(z, k)
     size = complex_numbers.absolute(here)
     for i in range(count):

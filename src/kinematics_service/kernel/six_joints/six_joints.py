@@ -38,9 +38,10 @@ MAX_NOISE = 1e-6
 # this radius; both have the center 0. Half of the starts are inside the unit circle, because roots
 # come in pairs z and 1 / conj(z), one inside the circle and one outside.
 START_RADIUS = 0.7
-# A root z may belong to a real solution if |log |z|| is at most this. Up to its sign, log |z| is
-# the imaginary part of the angle of z, rad. If the noise is 1e-6, a double root is off by
-# sqrt(1e-6) = 1e-3, a fourfold root by 3e-2.
+# A root z = e^(i a) has a complex angle a. If the solution of the root is real, the imaginary part
+# of a is 0, except for errors. The absolute value of the imaginary part is |log |z||. A root may
+# belong to a real solution if this value is at most MAX_REAL_DEVIATION, rad. If the noise is 1e-6,
+# a double root is off by sqrt(1e-6) = 1e-3, a fourfold root by 3e-2.
 MAX_REAL_DEVIATION = 0.05
 # If a root is near the unit circle, Newton's method starts first from the point of the circle
 # nearest to the root. It starts again from the root itself if the first start did not find the
@@ -50,9 +51,10 @@ SHARP_ROOT = 1e-6
 # most `max(error of the root, ANGLE_TOLERANCE)`, rad. The tolerance covers the round-off of a
 # solution near a singular pose.
 ANGLE_TOLERANCE = 1e-9
-# More than twelve equations are combined into twelve (pencils.py). The error of a root causes a
-# residual in the equations before this combination. A root is taken as spurious if the residual
-# exceeds this factor times the residual that the error can cause.
+# If there are more than twelve equations, only twelve combinations of them are solved
+# (pencils.py). A root is spurious if it solves the combinations, but not the original equations.
+# The error of a true root also causes a residual in the original equations. A root is taken as
+# spurious if its residual exceeds this factor times the residual that its error can cause.
 RESIDUAL_MARGIN = 1e3
 # The noise of the determinant times this factor bounds the error of a coefficient of the
 # determinant. The factor is above 1, because the noise is estimated from only a few harmonics.
@@ -64,17 +66,20 @@ HIDDEN_JOINT = 2
 
 class SixJoints:
     """
-    The screws of an arm of six joints, and the options of the elimination. The screw positions psi
-    are linear in the joint positions q.
+    The screws of an arm of six joints, and the options of the elimination.
+
+    The six screw positions psi are the angles (rad) or displacements (m) of the six screws. They
+    are linear functions of the six joint positions q.
 
     Parameters
     ----------
     screws : shape (6, 7)
-        For each joint at rest: its axis, a point on the axis, and 1 if the joint is prismatic.
+        For each screw at rest: the direction of its axis, a point on the axis, and 1 if the screw
+        is prismatic.
     home_inverse : shape (4, 4)
         Inverse of the tool's pose at rest.
     to_joints : shape (6, 6)
-        Matrix from screw positions to joint positions.
+        Matrix that gives the joint positions: q = to_joints psi.
     options : shape (k, 3)
         The screws and the target form a closed loop, which can begin at any joint (six_screws.py).
         Each row is one option to write the equations of the loop. The first number is the index of
@@ -126,7 +131,7 @@ class Roots:
     Attributes
     ----------
     psi : shape (MAX_CANDIDATES, 6)
-        Complex positions of the screws, rad or m.
+        Solutions: each row has the complex angles (rad) or displacements (m) of the six screws.
     is_real : shape (MAX_CANDIDATES,)
         1 if the positions of the solution are real, else 0.
     count
@@ -137,8 +142,9 @@ class Roots:
         Relative round-off of the last polynomial. `find` tries the options of the arm
         (`SixJoints.options`) in order; each option gives a polynomial.
     first_step
-        Longest first Newton step from a candidate to its solution, rad or the loop's unit of
-        length. The step measures the error of the candidates.
+        Measure of the errors of the candidates from which Newton's method starts. It is the length
+        of the first Newton step, the largest over the candidates that led to solutions, rad or the
+        loop's unit of length.
     """
 
     def __init__(self) -> None:
@@ -171,8 +177,8 @@ class Roots:
         """
         Find solutions for T, the motion of the tool from its rest pose to the target.
 
-        Newton's method starts from each row of `starts` (count, 6 complex numbers): the solutions
-        for a motion near T.
+        Each row of `starts` (count, 6 complex numbers) is a solution for another motion, which is
+        near T. Newton's method starts from each row.
         """
         self.count, self.proved = 0, False
         self.loop.close(arm.screws, T, 0, False)
@@ -278,9 +284,10 @@ class Roots:
         return self._refine(z, bound)
 
     def _refine(self, z: Complex, bound: float) -> bool:
-        # Adds the solution that Newton's method reaches from the joint positions `self.t`, if the
-        # solution is certified. Returns whether the hidden joint has the angle a in this solution,
-        # where a is the angle of the root z = e^(i a).
+        # z = e^(i a) is a root of the polynomial in the angle of joint `hidden`. `self.t` has
+        # joint positions for this root. Newton's method moves them to a solution. Adds the
+        # solution if it is certified. Returns whether joint `hidden` has the angle a in this
+        # solution.
         if not self.motion.improve(self.loop, self.t):
             return False
         first = self.motion.first
@@ -333,10 +340,12 @@ class Roots:
         self.count += 1
 
     def _is_same(self, i: int, radius: float, length: float) -> bool:
-        # Returns whether `solution` and stored solution i are equal up to full turns. Each of the
-        # two has a radius of uniqueness. They are equal if the distance between them is below half
-        # of one of the two radii. Each solution also has a unit of length, that of its loop.
-        # Prismatic positions are divided by the longer of the two units.
+        # Returns whether `solution` and stored solution i are equal up to full turns. Let d1 be
+        # the distance between the two, measured with the joint weights of `solution`. Let d2 be
+        # the same distance, measured with the joint weights of stored solution i. The two are
+        # equal if d1 is below half the radius of uniqueness of `solution`, or d2 below half the
+        # radius of uniqueness of stored solution i (`Motion.radius`). If the two come from loops
+        # with different units of length, prismatic positions are divided by the longer unit.
         mine, others = 0.0, 0.0
         for j in range(6):
             k = self.loop.order[j]
@@ -374,11 +383,13 @@ def complex_solutions(arm: SixJoints, T: Floats, psi: Floats, accuracy: Floats) 
     T : shape (4, 4)
         The motion of the tool from its rest pose to the target.
     psi : shape (MAX_CANDIDATES, 6, 2)
-        Positions of the screws: real and imaginary parts, rad or m.
+        For each solution, the complex angles (rad) or displacements (m) of the six screws, as real
+        and imaginary parts.
     accuracy : shape (3,)
-        Three numbers: the noise of the polynomial for the last option that was tried; the longest
-        first Newton step from a candidate to its solution; 1 if it is proved that no real solution
-        is missing, else 0.
+        Filled with three numbers. The first is the noise of the polynomial for the last option
+        that was tried. The second measures the errors of the candidates from which Newton's method
+        starts: the length of the first Newton step, the largest over the candidates that led to
+        solutions. The third is 1 if it is proved that no real solution is missing, else 0.
     """
     roots, positions = Roots(), arrays.results(psi, 12 * places.MAX_CANDIDATES)
     measures = arrays.results(accuracy, 3)
@@ -406,7 +417,8 @@ def followed_solutions(arm: SixJoints, T: Floats, count: int, psi: Floats) -> in
     count
         Number of given solutions.
     psi : shape (MAX_CANDIDATES, 6, 2)
-        Positions of the screws: real and imaginary parts, rad or m.
+        For each solution, the complex angles (rad) or displacements (m) of the six screws, as real
+        and imaginary parts.
     """
     if not 0 <= count <= places.MAX_CANDIDATES:
         raise TypeError('count is not 0 to 32 solutions')

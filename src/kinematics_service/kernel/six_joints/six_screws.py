@@ -16,9 +16,10 @@ from ..layout import arrays
 from ..layout.arrays import Flat, Numbers, Vector
 from . import lines
 
-# Least unit of length, relative to the largest distance of an axis from the origin. The unit is
-# the median distance. If four axes meet, the median distance is 0 or as small as the errors of a
-# calibration. Without the bound MIN_UNIT_RATIO, coordinates in this unit would then be huge.
+# A loop has a unit of length: the median of the distances from the origin to the six axes (to a
+# stored point of each axis). If four axes meet, this median may be 0 or as small as the errors of
+# a calibration. Coordinates in such a unit would be huge. So the unit is at least MIN_UNIT_RATIO
+# times the largest of the six distances.
 MIN_UNIT_RATIO = 1e-3
 
 
@@ -55,7 +56,7 @@ class SixScrews:
         prismatic. The point is the foot of the perpendicular from the origin; the origin is on
         axis 3.
     goal : shape (3, 4)
-        The product of the six screws.
+        The rigid motion that the product of the six screw motions must equal.
     order : shape (6,)
         Index in the arm, from 0, of each screw of the loop.
     length
@@ -100,7 +101,8 @@ class SixScrews:
         screw[6] = slides
 
     def _choose_unit(self) -> None:
-        # Choose the origin: the point of axis 3 nearest to the mean of the points of all axes.
+        # For each axis, a point on it is stored. Choose the origin: compute the mean of the six
+        # stored points, and project it onto axis 3.
         distances = [0.0] * 6
         origin, axis = vectors.point_of(self.screws, 2), vectors.axis_of(self.screws, 2)
         mean: Vector = (0.0, 0.0, 0.0)
@@ -108,8 +110,8 @@ class SixScrews:
             mean = vectors.plus(mean, 1.0 / 6, vectors.point_of(self.screws, k))
         along = vectors.dot(axis, vectors.plus(mean, -1.0, origin))
         origin = vectors.plus(origin, along, axis)
-        # Choose as unit the median distance of the points of the six axes from the origin, so that
-        # one long link does not change the unit.
+        # Choose the unit of length: the median of the distances from the origin to the six stored
+        # points. With the median, one long link does not change the unit.
         for k in range(6):
             v = vectors.plus(vectors.point_of(self.screws, k), -1.0, origin)
             distance = math.sqrt(vectors.dot(v, v))

@@ -13,23 +13,24 @@ If three joints are revolute, R is the rotation by the first of them, and the fi
 two roots.
 
 If four joints are revolute, let A and B be the rotations by the first two of them, so R = A B. Let
-s be the direction of the first prismatic joint, and u the direction to which A and B turn the
-second prismatic joint. The prismatic joints move the tool in a plane with the normal n = s x u.
-Let the revolute joints move the tool and the prismatic joints stay at 0. Then the vector from the
-tool to the goal must lie in this plane, which is the second equation.
+s be the direction of the first prismatic joint. Let u be the direction of the second prismatic
+joint, turned by the revolute joints before it. The prismatic joints move the tool in a plane with
+the normal n = s x u. Let the revolute joints move the tool and the prismatic joints stay at 0.
+Then the vector from the tool to the goal must lie in this plane, which is the second equation.
 
 This vector has a term along R y x G z, the common perpendicular of the last two revolute axes. The
 term is not linear in the products of (1, cos, sin) of A and of B: n . (R y x G z) =
 (s . R y)(G z . u) - (s . G z)(u . R y). But the first equation makes (s . R y)(G z . u) =
 (y . z)(s . u) + (s x G z) . (R y x u). So both equations are linear in the products.
 
-One of the two joints is called hidden: the resultant is a polynomial in its angle. At an angle of
-the hidden joint, the two equations are linear in (1, cos, sin) of the other joint; the vectors E
-and F are the coefficients. So (1, cos, sin) is perpendicular to E and F, and V = E x F is
-proportional to it. cos^2 + sin^2 = 1 becomes the resultant V1^2 + V2^2 = V0^2, a trigonometric
-polynomial of degree 4. So a target has at most eight isolated solutions. If several solutions
-share a root, this bound holds, too: after a slight change of the arm's parameters, each of the
-solutions has its own root.
+The two equations contain only the first two revolute joints. One of these two joints is called
+hidden, and the resultant is a polynomial in its angle. Let t be the angle of the joint that is not
+hidden. At a given angle of the hidden joint, the two equations are linear in the vector v =
+(1, cos t, sin t). The coefficients of the first equation are a vector E, those of the second a
+vector F. So v is perpendicular to E and F, and proportional to V = E x F. The identity cos^2 +
+sin^2 = 1 becomes the resultant V1^2 + V2^2 = V0^2, a trigonometric polynomial of degree 4. So a
+target has at most eight isolated solutions. If several solutions share a root, this bound holds,
+too: after a slight change of the arm's parameters, each of the solutions has its own root.
 """
 
 import math
@@ -91,12 +92,14 @@ class SphericalLinkage:
         Index of the joint of the loop whose angle is the variable of the resultant.
     degree
         Degree of the resultant. It is 0 if the loop does not begin with a prismatic joint, if more
-        than two revolute joints are before the second prismatic joint, or if the last two axes are
-        parallel.
+        than two revolute joints are before the second prismatic joint, or if the axes of the last
+        two revolute joints are parallel.
     coefficients : shape (5,)
-        Complex coefficients of e^(i k t), k = 0 to 4; the coefficients of -k are conjugate.
+        Complex coefficients c[0] to c[4] of the resultant. Let t be the angle of the hidden joint.
+        The resultant is the sum of c[k] e^(i k t) for k from -4 to 4, where c[-k] is the conjugate
+        of c[k].
     noise
-        Round-off of the resultant divided by its largest sample.
+        Round-off of the resultant, divided by the largest absolute value of its samples.
     """
 
     def __init__(self) -> None:
@@ -149,9 +152,10 @@ class SphericalLinkage:
         self.before = self.second - 1
 
     def _write_way(self, loop: SixScrews) -> bool:
-        # Splits the vector from the tool to the goal into three parts: fixed in the base, rotated
-        # by A, and rotated by A and B (the first two revolute joints). Returns False if the last
-        # two axes are parallel.
+        # Let A and B be the rotations by the first two revolute joints. Fills `way` with three
+        # vectors and sets `offset`. The vector from the tool to the goal is
+        # `way[0] - A way[1] - A B way[2]`, minus a term that is proportional to `offset`. Returns
+        # False if the axes of the last two revolute joints are parallel.
         screws, order = loop.screws, self.order
         first, last = vectors.axis_of(screws, order[0]), vectors.axis_of(screws, order[3])
         axis = vectors.axis_of(screws, order[2])
@@ -253,9 +257,10 @@ class SphericalLinkage:
         self.noise = polynomials.write_coefficients(
             self.values, RESULTANT_SAMPLES, self.circle, largest, degree, self.coefficients
         )
-        # `noise` is measured from the harmonics of the resultant above its degree. Errors of the
-        # coefficients E and F change only harmonics up to the degree, so `noise` does not show
-        # these errors. So `noise` must be at least a bound of them.
+        # `noise` is the largest harmonic above the degree of the resultant. Errors of E and F (the
+        # coefficients of the two equations) change only the harmonics up to the degree, so they
+        # are not in `noise`. So increase `noise` to a bound of the change that the errors of E and
+        # F cause.
         error = 10.0 * complex_numbers.ROUND_OFF
         error *= 1.0 if degree == 1 else self.bound * math.sqrt(steepest)
         self.noise = max(self.noise, error / largest)
