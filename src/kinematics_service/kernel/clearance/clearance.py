@@ -10,8 +10,8 @@ written in the bases of its singular vectors at q. In these bases J_t is the blo
 smallest. A joint motion d changes J_t to [A, B; C, f]. A is invertible if a bound of the change
 A - S, relative to S, is below 1. Then J_t has full rank if the Schur complement f - C A^-1 B is
 not zero. Row and column operations that are linear in d remove the first-order terms of B and C.
-They do not change the Schur complement. The Schur complement is expanded to third order in d.
-Bounds cover the terms of higher order.
+The operations leave the Schur complement unchanged. The Schur complement is expanded to third
+order in d. Bounds cover the terms of higher order.
 
 The Schur complement of a redundant arm has several entries, and J_t has full rank unless all
 entries are zero. The proof shows that a sum of the entries, with polynomials as weights, is
@@ -34,9 +34,10 @@ from .expansion import Expansion
 HALVINGS = 32
 # The bisection ends if the relative error of the proved radius is below this number.
 RADIUS_TOLERANCE = 1e-5
-# Number of weighted sums that are tried. If one weighted sum of the entries of the Schur
-# complement is never 0, the entries are never all 0. After these sums, one more sum is tried, with
-# polynomials as weights (`Cubic.take_away`).
+# The clearance is proved by a weighted sum of the entries of the Schur complement. If the sum is
+# positive, at least one entry is nonzero, so J_t has full rank. This is the number of sums with
+# constant weights that are tried. After these sums, one sum with polynomials as weights is tried
+# (`Cubic.take_away`).
 MAX_SUMS = 4
 
 
@@ -170,10 +171,11 @@ class Clearance:
     def _condition(self) -> float:
         # The search for singular poses uses J_t with the linear velocities of the tool's origin.
         # The clearance uses J_t with the linear velocities of `point`. The second matrix is M
-        # times the first, with M = [I, P / length; 0, I]. Here P v is the vector product of
-        # `point` and v, and `length` scales the angular rows. Returns the condition number c of M.
-        # Let r be the smallest singular value of J_t divided by the largest. Then r for the tool's
-        # origin is at least r for `point` divided by c.
+        # times the first, where M is the block matrix [I, P / length; 0, I]. P is the matrix with
+        # P w = w x point (vector product), and `length` scales the angular rows.
+        # Let r_tool and r_point be the smallest singular value divided by the largest, for the
+        # first and the second matrix. Then r_tool >= r_point / c, where c is the condition number
+        # of M. Returns c.
         away = 0.0
         for i in range(self.arm.task.count):
             if self.arm.task.axis[i] >= 3:
@@ -202,10 +204,11 @@ class Clearance:
 
     def _write_complement(self) -> None:
         # J_t is the block matrix [A, B; C, f] with the invertible block A (see the module's
-        # docstring). Fills row i of the array F with the Taylor terms of entry i of the Schur
-        # complement f - C A^-1 B, up to third order.
-        # Row and column operations have removed the first-order terms of B and C. Fills the arrays
-        # B and C with the second-order terms of B and C after these operations.
+        # docstring). Fills row i of the array F with the Taylor terms, up to third order, of entry
+        # i of the Schur complement f - C A^-1 B.
+        # Row and column operations remove the first-order terms of the blocks B and C, and change
+        # the second-order terms of these blocks. Fills the arrays self.B and self.C with the
+        # changed second-order terms.
         d, k, count = self.count, self.arm.task.generic_rank - 1, self.directions.count
         terms, pairs = self.expansion.terms, self.expansion.sizes[2]
         for a in range(k):
@@ -327,9 +330,10 @@ class Clearance:
         # is the block matrix [I + P, B; C, f], where I + P is invertible. B1 and C1 are the
         # first-order parts of B and C. Let B' = B - (I + P) B1 and C' = C - C1 (I + P). Then the
         # Schur complement is f - C1 B' - C B1 - C' (I + P)^-1 B'.
-        # Singular values up to `singular` are taken as zero. So the proof must hold for each
-        # matrix that differs from J_t by at most `singular`. Therefore `singular` is added to the
-        # bounds of the changes of J_t.
+        # A pose is taken as singular if a singular value of J_t is at most `singular`. Then a
+        # matrix of lower rank exists whose distance from J_t is at most `singular`. So the proof
+        # must exclude all such matrices, not only J_t. Therefore `singular` is added to the bounds
+        # of the changes of J_t.
         square, singular = r * r, self.share * (self.largest + self._changed(r))
         third = self.twist * square * r / 6.0 + singular
         fourth = self.fourth * square * square / 24.0 + singular
@@ -346,11 +350,13 @@ class Clearance:
         twisted = min(third / root, self.twist_of_lines * square * r + fourth / root)
         behind = self.bend_of_lines * square + twisted + self.by_lines * r * bent
         rest += twisted * turns + behind * before / (1.0 - inside)
-        # `rest` bounds the terms beyond third order that a weighted sum of the entries leaves out.
-        # `take_away` may have replaced the weighted sum s by s + p t. Here p is a quadratic
-        # polynomial, and t is `self.steep`, another weighted sum. Both s and t leave out terms up
-        # to `rest`, so `rest` is multiplied by 1 plus a bound of |p|. The product p t is cut off
-        # after third order. So a bound of the dropped terms of p t is added.
+        # Let s be the weighted sum of the entries of the Schur complement. `self.sum` has the
+        # terms of s up to third order; `rest` bounds the terms of higher order. `take_away` may
+        # have replaced s by s + p t, where p is a quadratic polynomial and t is a second weighted
+        # sum, `self.steep`. `rest` bounds the terms of higher order of t, too. So `rest` is
+        # multiplied by 1 plus a bound of |p|.
+        # `take_away` also drops the terms of the product p t beyond third order. So a bound of the
+        # dropped terms is added.
         slope, bend = self.sum.size_of_l * r, self.sum.size_of_M * square
         steep = self.steep.size_of_T * square * r
         rest *= 1.0 + abs(self.sum.weight) + slope + bend

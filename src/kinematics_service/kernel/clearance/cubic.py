@@ -9,14 +9,15 @@ from . import directions
 from .expansion import Expansion
 from .norms import Norms
 
-# Number of bisections in the search for the best Lagrange multiplier of the constraint that the
-# joint motion d is in the ball, |d| <= r. The lower bound of the polynomial is valid after any
-# number of bisections; more bisections increase it.
+# `Cubic.lowest` computes a lower bound of a cubic polynomial over the ball |d| <= r of joint
+# motions d. It searches the best Lagrange multiplier of the constraint |d| <= r with this number
+# of bisections. The lower bound is valid after any number of bisections; more bisections increase
+# it.
 MULTIPLIER_HALVINGS = 20
-# Number of steps in `Cubic.take_away`. Each step adds to a polynomial a multiple of a second
-# polynomial. The linear part of the multiple cancels derivatives along the gradient of the second
-# polynomial; the terms of higher order add new derivatives. The next step cancels the new
-# derivatives.
+# Number of steps in `Cubic.take_away`. A step adds the product p t to a polynomial s; p and t are
+# polynomials, too. The product of p and the linear part of t cancels the derivatives of s along
+# the gradient of t. The product of p and the other terms of t adds new derivatives. The next step
+# cancels the new derivatives.
 DIVISIONS = 4
 # Smallest denominator in the formula of the lower bound, so that no number is divided by 0. It is
 # relative to the length of the interval in which the Lagrange multiplier is searched.
@@ -40,9 +41,9 @@ class Cubic:
         Coefficients: a number, (count,), symmetric (count, count), and symmetric (count, count,
         count).
     weight, l, M
-        Coefficients of the quadratic polynomial p = weight + l.d + d^T M d. `take_away` adds p
-        times another `Cubic` to this `Cubic`. Before `take_away` is called, `weight`, l and M are
-        0.
+        Coefficients of a quadratic polynomial p = weight + l.d + d^T M d. `take_away` adds the
+        product p t to this polynomial, where t is the argument of `take_away`. Before `take_away`
+        is called, `weight`, l and M are 0.
     size_of_l, size_of_M, size_of_Q, size_of_T
         Bounds of the absolute values of l.d, d^T M d, d^T Q d and T(d, d, d) for motions d of
         length 1.
@@ -112,11 +113,13 @@ class Cubic:
                 self.T[p] = -self.T[p]
 
     def _divide(self, slope: float) -> None:
-        # Computes the coefficients of the quadratic polynomial p = along[0] + more.d + d^T half d,
-        # where `more` is a vector and `half` a matrix. `_add_product` multiplies p by `other`, the
-        # argument of `take_away`. The linear part of `other` is slope * way.d: the vector `way` is
-        # the direction of the gradient of `other`, and `slope` is the length of this gradient. The
-        # product of p and this linear part cancels the components along `way` of g, Q and T.
+        # Computes a quadratic polynomial p of the joint motion d. The coefficients of p are the
+        # number along[0], the vector `more` (linear part) and the matrix `half` (quadratic part).
+        # `_add_product` then adds the product of p and `other`, the argument of `take_away`, to
+        # this polynomial.
+        # The linear part of `other` has the gradient slope * way, where the vector `way` has
+        # length 1. The product of p and this linear part cancels some components of the
+        # coefficients g, Q and T: the components along the vector `way`.
         d, way, whole = self.count, self.way, 0.0
         for a in range(d):
             self.more[a], self.along[a] = 0.0, 0.0

@@ -37,7 +37,7 @@ class Directions:
         The singular vectors of J_t. Row i has line i (`length` numbers), then turn i (min(m, n)
         numbers).
     length
-        max(m, n): the number of lines, and the length of the vector of a line.
+        max(m, n): the number of lines. Each line is a vector of this many numbers.
     width
         Length of a row of W.
     count

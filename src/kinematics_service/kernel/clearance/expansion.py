@@ -47,14 +47,15 @@ class Expansion:
         order. triple[a, b, c] is the index of the product of joint motions a, b and c among the
         terms of third order.
     share : shape (terms,)
-        1 over the number of permutations of the factors of each term. The array `root` has the
-        square roots of `share`.
+        1 divided by the number of orders in which the factors of the term can be written. For
+        example, the term a b can be written as a b or b a, so its share is 1/2. The array `root`
+        has the square roots of `share`.
     G : shape (rank, lines, terms)
-        G[a, b] has the Taylor terms of the entry of J_t for turn a and line b. Turns and lines are
-        the singular vectors of J_t (see `Directions`). The terms are divided by
-        sqrt(sigma_a sigma_b), where sigma_a and sigma_b are the singular values of turn a and line
-        b. Here 1 replaces the smallest singular value. 1 also replaces sigma_b if line b is in the
-        null space.
+        Taylor terms of J_t in the bases of its singular vectors. The smaller set of singular
+        vectors is called turns, the larger set lines (see `Directions`). G[a, b] has the terms of
+        the entry in row a (turn a) and column b (line b). The terms are divided by sqrt(s_a s_b),
+        where s_a is the singular value of turn a, and s_b that of line b. In this divisor, 1
+        replaces the smallest singular value. 1 also replaces s_b if line b is in the null space.
     """
 
     def __init__(self, chain: Chain, task: TaskRows, moving: Integers, orders: int) -> None:
@@ -115,16 +116,18 @@ class Expansion:
 
     def write(self, row: Flat) -> None:
         """
-        Fill the array K (terms, turns, lines) with the Taylor terms of J_t at joint positions q.
+        Fill the array K with the Taylor terms of J_t at joint positions q, shape
+        (terms, min(m, n), max(m, n)).
 
-        `row` has the results of `evaluate` at q. An entry is a joint together with an element of
-        the chain that the joint moves (see `ChainTable`). The screw of entry i is its linear
+        `row` has the results of `evaluate` at q. An entry is a pair: an element of the chain, and
+        a joint that moves the element (see `ChainTable`). The screw of entry i is its linear
         velocity v_i and its angular velocity w_i. The screw is added to the joint's column of J.
 
-        Let a, b, ..., c be entries in the order from base to tool. Differentiate the linear
-        velocity of one of these entries by the variables of all others. For each choice, the
-        derivative is w_a x (w_b x ... v_c). The derivative of w_i by the variables of a, b, ..., c
-        is w_a x (w_b x ... (w_c x w_i)) if entry i is nearer to the tool than c, otherwise 0.
+        Let a, b, ..., c be several entries, in the order from base to tool. Choose one of them,
+        and differentiate its linear velocity with respect to the variables of the others. The
+        derivative is w_a x (w_b x ... v_c), whichever entry was chosen. The derivative of w_i with
+        respect to the variables of a, b, ..., c is w_a x (w_b x ... (w_c x w_i)) if entry i is
+        nearer to the tool than c, otherwise 0.
         """
         d, entries, joint = self.count, self.chain.entries, self.chain.joint
         arrays.fill(self.K, self.terms * self.turns * self.length, 0.0)
@@ -158,16 +161,18 @@ class Expansion:
         return self.task.column_scale[self.chain.joint[entry]]
 
     def _add(self, term: int, order: int, share: float, row: Flat) -> None:
-        # An entry is a joint together with an element of the chain that the joint moves. Computes
-        # the derivative of J by the variables of the entries chosen[0] to chosen[order - 1]. Adds
-        # `share` times the derivative to term number `term` of K.
+        # An entry is a pair: an element of the chain, and a joint that moves the element. Computes
+        # the derivative of J with respect to the variables of the entries chosen[0] to
+        # chosen[order - 1]. Adds `share` times the derivative to term number `term` of K.
         entries = self.chain.entries
         v = arrays.after(row, self.chain.screws_at)
         w = arrays.after(v, 3 * entries)
         K = arrays.after(self.K, term * self.turns * self.length)
         for i in range(entries):
-            # Consider entry i together with the chosen entries. `last` is the one nearest to the
-            # tool. The others rotate the linear velocity of `last`.
+            # Take entry i and the chosen entries together: `last` is the entry nearest to the
+            # tool. The derivative `moved` of the linear velocity is w_a x (w_b x ... v), where v
+            # is the linear velocity of entry `last`, and w_a, w_b, ... are the angular velocities
+            # of the other entries.
             last = max(i, self.chosen[order - 1])
             moved = vectors.apart(v, last, entries)
             left = i < last
@@ -234,9 +239,10 @@ class Expansion:
         All terms have the same order, and the bound holds for all joint motions of length 1. The
         matrix has `outer` rows and `inner` columns. The coefficient of term k in row a and column
         b is terms[a * step + b * stride + k * apart]. These coefficients form a tensor with the
-        axes a, b and k. The tensor is unfolded to a matrix whose rows belong to a, then to one
-        whose rows belong to b. If `order` is 1, it is also unfolded to a matrix whose rows belong
-        to k. The norm of each unfolded matrix is a bound; the function returns the smallest bound.
+        axes a, b and k. The tensor is unfolded to a matrix in two ways: with row index a and
+        columns (b, k), and with row index b and columns (a, k). If `order` is 1, it is also
+        unfolded with row index k and columns (a, b). The norm of each unfolded matrix is a bound;
+        the function returns the smallest bound.
         """
         count, W = self.sizes[order], self.norms.W
         root = arrays.after(self.root, self.begins[order])
@@ -244,9 +250,9 @@ class Expansion:
         for rows in range(3 if order == 1 else 2):
             if rows == 1 and inner == 1:
                 continue
-            # Choose the shape (number, length) of the unfolded matrix in W. If the index of a row,
-            # a column or a term grows by 1, the place of the coefficient in W grows by `by_outer`,
-            # `by_inner` or `by_term`.
+            # The unfolded matrix in W has `number` rows of `length` numbers. The coefficient of
+            # term k in row a and column b is stored in W at index
+            # a * by_outer + b * by_inner + k * by_term.
             number, length = outer, inner * count
             by_outer, by_inner, by_term = length, count, 1
             if rows == 1:
