@@ -20,8 +20,8 @@ class ChainTable(NamedTuple):
     """
     The arrays that describe a kinematic chain of screws about z.
 
-    An element is one screw about its own z axis. An entry is one joint that moves one element;
-    most elements have one entry.
+    An element is one screw about its own z axis. An entry is a pair: an element, and a joint that
+    moves the element. Most elements are moved by one joint only, so they have one entry.
 
     Attributes
     ----------
@@ -110,19 +110,21 @@ class Chain:
         flat array. In the compiled kernel these fields are pointers, which Python code cannot
         read.
     dof, elements, entries, frames
-        Number of joints n, number of elements (screws about z), number of entries (an entry is a
-        joint that moves an element, see `ChainTable`), and number of frames of the DH table.
+        Number of joints n, number of elements (screws about z), number of entries (pairs: an
+        element, and a joint that moves the element; see `ChainTable`), and number of frames of the
+        DH table.
     form
-        TWISTED: entry k belongs to joint k, and all constant transforms between elements are
-        Rx(alpha) Tx(a). PLAIN: entry k belongs to joint k. MIXED: entry k does not always belong
-        to joint k. CLOSED: the arm has closed loops.
+        TWISTED: the joint of entry k is joint k, and all constant transforms between elements are
+        Rx(alpha) Tx(a). PLAIN: the joint of entry k is joint k. MIXED: the joint of entry k is not
+        always joint k. CLOSED: the arm has closed loops.
     variables, loops, groups
         Number of joints and passive variables together, number of loops, and number of groups of
         loops.
     screws_at, closure_at, frames_at, width
         `width` is the length of a row of results, which `evaluate` fills. The other three are
         indices in this row, where three parts begin: the screws of the entries (6, entries), the
-        numbers of the closed loops (see `Closure`), and the frames of the DH table.
+        section (the values that describe the closed loops, see `Closure`), and the frames of the
+        DH table.
     widths, single_widths
         Length of a row at each depth (POSE, JACOBIAN, ALL_FRAMES). Rows of `single_widths` have q,
         qdot and a quaternion at the end; `evaluate_one` fills such rows.
@@ -150,17 +152,19 @@ class Chain:
         self.elements, self.entries = len(table.theta_0), len(table.joint)
         self.frames: int = len(table.frame_parent)
         self.form: int = _form(table) if closure is None else places.CLOSED
-        # Column j of J is the sum of the screws that joint j moves. If entry k belongs to joint k
-        # for all k, column k of J is the screw of entry k. The row of results then has no separate
-        # screws: `screws_at` is the index of J.
+        # An entry is a pair: an element of the chain, and a joint that moves the element. Each
+        # entry has a screw. Column j of J is the sum of the screws of all entries with joint j. If
+        # the joint of entry k is joint k for all k, column k of J is the screw of entry k. The row
+        # of results then has no separate screws: `screws_at` is the index of J.
         mixed = self.form == places.MIXED or self.form == places.CLOSED
         after_twist = places.JACOBIAN_AT + 6 * n + 6
         self.screws_at: int = after_twist if mixed else places.JACOBIAN_AT
         self.closure_at: int = after_twist + (6 * self.entries if mixed else 0)
         self.frames_at: int = self.closure_at + (0 if closure is None else closure.width)
         self.width: int = self.frames_at + 16 * self.frames
-        # If the arm has loops, a row of depth POSE includes the passive variables, because the
-        # pose depends on them.
+        # `evaluate` fills a row of results up to a depth: POSE, JACOBIAN or ALL_FRAMES. At depth
+        # POSE the row normally ends after the pose and the quaternion. If the arm has loops, it
+        # also includes the passive variables, because the pose depends on them.
         self.pose_width: int = places.JACOBIAN_AT if closure is None else self.frames_at
         self.widths: tuple[int, ...] = (self.pose_width, self.frames_at, self.width)
         self.single_widths: tuple[int, ...] = tuple(
@@ -210,8 +214,8 @@ class Loop:
     count
         Number r of components.
     entries
-        Number of entries of both chains together. An entry is a joint or passive variable that
-        moves an element (see `ChainTable`).
+        Number of entries of both chains together. An entry is a pair: an element of a chain, and a
+        joint or passive variable that moves the element (see `ChainTable`).
     """
 
     def __init__(
@@ -280,8 +284,8 @@ class LoopGroup:
         Number p of components of the residual, which is also the number of passive variables of
         the group.
     entries
-        Number of entries of all chains of the group. An entry is a joint or passive variable that
-        moves an element (see `ChainTable`).
+        Number of entries of all chains of the group. An entry is a pair: an element of a chain,
+        and a joint or passive variable that moves the element (see `ChainTable`).
     variables
         Number of all variables of the arm: joints, and passive variables of all groups.
     spans : shape (p,), m or rad
@@ -351,8 +355,8 @@ def groups_from(first: LoopGroup) -> list[LoopGroup]:
 
 def section_width(dof: int, first: LoopGroup) -> int:
     """
-    Return the length of a section, the part of a row of results with the numbers of the closed
-    loops (see `Closure`).
+    Return the length of a section: the part of a row of results that describes the closed loops
+    (see `Closure`).
     """
     groups, variables = groups_from(first), first.variables
     entries = sum(group.entries for group in groups)
@@ -365,8 +369,9 @@ class Closure:
 
     A section is an array that describes the loops at one pose. `evaluate` writes it into the row
     of results of the pose. It has, in this order: the values of the n joints and P passive
-    variables; their rates; the derivatives of the passive variables by the joints (P, n); the
-    status of each group of loops; the screw of each joint of the two chains of each loop.
+    variables; their rates; the derivatives of the passive variables with respect to the joints
+    (P, n); the status of each group of loops; the screws of the entries of the two chains of each
+    loop.
 
     The status of a group has three numbers. The first is the loop determinant (see `LoopGroup`).
     The second is the largest component of the residual; a position component is divided by

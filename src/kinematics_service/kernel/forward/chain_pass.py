@@ -9,10 +9,11 @@ k-th number of each pose is stored at the indices k * lanes to k * lanes + lanes
 needs the same operations in the same order, whether one pose or LANES poses are evaluated. So a
 pose has bit for bit the same results in both cases.
 
-An element is one moving screw of the chain. Its axis is the unit vector z through the point o. Its
-motion is Rz(theta) Tz(d) with theta = theta_0 + sum(c_theta q_j) and d = d_0 + sum(c_d q_j). An
-entry is a joint j that moves an element, with the constant factors c_theta and c_d of its position
-q_j in these sums. A motion is a 3 x 4 matrix, twelve numbers row by row.
+An element is one moving screw of the chain. Its axis is the unit vector z through the point o. The
+element moves by Rz(theta) Tz(d), where theta = theta_0 + sum(c_theta q_j) and
+d = d_0 + sum(c_d q_j). The sums run over the joints j that move the element, and q_j is the
+position of joint j. An entry is a pair: an element, and a joint that moves the element. Each entry
+has its own constants c_theta and c_d. A motion is a 3 x 4 matrix, twelve numbers row by row.
 """
 
 import math
@@ -200,9 +201,10 @@ def _write_quaternion(T: Numbers, quaternion: Flat, lanes: int) -> None:
 
 
 def _write_point_and_axis(T: Numbers, step: int, screw: Flat, lanes: int) -> None:
-    # Writes a point on the z axis of an element, and the direction of this axis, to `screw`. This
-    # is the place of a screw in a row of results. When the tool pose is known, `_finish` computes
-    # the screw from the point and the axis, and overwrites both.
+    # `screw` is the place in a row of results where the screw of an element will be stored. Writes
+    # to this place a point on the z axis of the element and the direction of the axis. When the
+    # tool pose is known, `_finish` computes the screw from the point and the direction, and
+    # overwrites both.
     for i in range(3):
         for lane in range(lanes):
             screw[i * step + lane] = T[(4 * i + 3) * lanes + lane]
@@ -274,8 +276,8 @@ def evaluate_rows(
     blocks.put_side_by_side(qdot, each, n, rates)
     if not blocks.all_within(positions, 2 * n, places.LARGEST):  # joint positions and velocities
         return False
-    # Both arrays have length 12 * LANES, which C needs as a literal. Both are local arrays, so
-    # that the compiler knows that they do not overlap.
+    # T and `twist` have 12 * LANES numbers each; C needs this number as a literal. They are local
+    # arrays, because the compiler then knows that they do not overlap.
     T, twist = [0.0] * 192, [0.0] * 192
     size = _evaluate(chain, positions, rates, depth, True, work, T, twist, places.LANES)
     if not size <= places.LARGEST:
@@ -353,11 +355,12 @@ def _finish(
     twist: Numbers,
     lanes: int,
 ) -> float:
-    # Completes the rows of results of `lanes` poses after the tool poses T are known. An entry is
-    # a joint that moves an element of the chain. The rows have the axis of each entry and a point
-    # on the axis. Replaces axis and point by the screw of the entry: linear velocity of the tool's
-    # origin and angular velocity of the tool, if the joint has unit velocity. The second half of
-    # `twist` is scratch memory for one screw of each pose.
+    # Completes the rows of results of `lanes` poses after the tool poses T are known. Each row
+    # already has, for each entry, a point on the axis of the entry's element and the direction of
+    # the axis. An entry is a pair: an element of the chain, and a joint that moves the element.
+    # Replaces point and direction by the screw of the entry: linear velocity of the tool's origin
+    # and angular velocity of the tool, if the joint has unit velocity. The second half of `twist`
+    # is scratch memory for one screw of each pose.
     step = chain.entries * lanes
     screws = arrays.after(rows, chain.screws_at * lanes)
     twists = arrays.after(rows, (places.JACOBIAN_AT + 6 * chain.dof) * lanes)
@@ -413,7 +416,8 @@ def add_up_screws(chain: Chain, screws: Flat, row: Flat) -> None:
     """
     Fill the Jacobian in a row of results: column j is the sum of the screws of joint j.
 
-    A joint has one screw for each element of the chain that it moves.
+    A joint may move several elements of the chain. The joint has one screw for each of these
+    elements.
     """
     _add_up_screws(chain, screws, row, 1)
 

@@ -35,8 +35,9 @@ class PoseErrorTable(NamedTuple):
     screw : shape (screws, 6)
         Linear velocity of the origin of the frame, and angular velocity, in the axes of the frame.
     gear : shape (screws,)
-        The index of a joint if the error is a relative error of this joint's scale. The motion
-        along the screw is then proportional to the joint position. -1 for other errors.
+        Index of a joint if the motion along the screw is caused by a scale error of this joint. A
+        scale error is relative, so the motion is proportional to the position of the joint. -1 for
+        all other errors.
     spread : shape (screws, causes)
         The motion along each screw that one standard deviation of each independent cause produces.
     rates : shape (n,)
@@ -185,7 +186,10 @@ def _carry_on(chain: Chain, element: int, row: Flat, qdot: Flat, before: Numbers
 
 
 def _add_causes(errors: PoseErrors, s: int, column: Numbers, moved: Flat) -> None:
-    # Adds to `moved` (causes, 6) the motion of the tool that each cause produces along screw s.
+    # A cause is a source of errors, for example a wrong length in the DH table. Row k of `moved`
+    # (causes, 6) has the change of the tool's pose or twist that cause k produces. Adds to each
+    # row the part of this change that comes from motion along screw s. `column` has the change for
+    # a unit motion along screw s.
     # The loop has one line for each of the six components instead of an inner loop, because the
     # compiler then makes instructions that each compute two components.
     spread = arrays.after(errors.spread, s * errors.causes)
