@@ -72,10 +72,10 @@ def _angles_to_height(
 def _wrist(
     screws: Numbers, T: Numbers, arms: Numbers, i: int, turn: float, free: Numbers, angles: Numbers
 ) -> int:
-    # Solves joints 4 to 6. T is the motion of the tool from its rest pose (all screw positions are
-    # 0) to the target. All six joints together must give the rotation of T. Row i of `arms` has
-    # the positions of joints 1 to 3. Writes to `angles` up to two solutions, with three angles
-    # each. Writes the error of the angles, rad, to angles[6]. Returns the number of solutions.
+    # Solves joints 4 to 6. T is the motion of the tool from its rest pose (all joint positions 0)
+    # to the target. All six joints together must give the rotation of T. Row i of `arms` has the
+    # positions of joints 1 to 3. Writes to `angles` up to two solutions, with three angles each.
+    # Writes the error of the angles, rad, to angles[6]. Returns the number of solutions.
     a, b = vectors.axis_of(screws, 3), vectors.axis_of(screws, 4)
     c = vectors.axis_of(screws, 5)
     goal = _back(screws, arms, 3 * i, vectors.times_vector(T, c))
@@ -96,15 +96,18 @@ def _wrist(
 
 class ClosedForm:
     """
-    The joint screws of an arm whose inverse kinematics has a closed form. The positions psi of the
-    screws follow from the joint positions q by psi = to_screws q.
+    The screws of an arm whose inverse kinematics has a closed form.
+
+    Screw k is the rotation about axis k by the angle psi[k], rad, or the translation along axis k
+    by psi[k], m. The arm is at rest if all joint positions q are 0; then all psi are 0.
 
     Parameters
     ----------
     way
         Kind of closed form: POSITION_3, SPHERICAL_WRIST or PARALLEL_AXES.
     screws : shape (n, 7)
-        For each joint at rest: its axis, a point on the axis, and 1 if the joint is prismatic.
+        For each screw: the direction of its axis at rest, a point on this axis, and 1 for a
+        translation or 0 for a rotation.
     point : shape (3,), m
         A point at rest: the tool (POSITION_3), the center of the wrist (SPHERICAL_WRIST), or the
         intersection of axes 5 and 6 (PARALLEL_AXES).
@@ -113,12 +116,13 @@ class ClosedForm:
     backwards
         Whether the screws are ordered from tool to base.
     to_joints, to_screws : shape (n, n)
-        `to_joints` maps positions of the screws to joint positions; `to_screws` is its inverse.
+        q = to_joints psi, and psi = to_screws q.
     error
-        In `screws`, axes meet exactly or are parallel exactly; in the arm they do so only
-        approximately. `error` is a bound of the difference between an axis in `screws` and the
-        axis of the arm, including round-off. It bounds the angle between the directions, rad. It
-        also bounds the distance between the points, divided by the size of the arm.
+        The closed form needs axes that meet or are parallel exactly. The axes in `screws` do so;
+        the axes of the arm do so only approximately. `error` is a bound of the difference between
+        an axis in `screws` and the same axis of the arm, including round-off. It bounds two
+        quantities: the angle between the two axes, rad, and the displacement of the axis divided
+        by the size of the arm.
     """
 
     def __init__(
@@ -147,12 +151,18 @@ class ClosedForm:
             self.size = max(self.size, math.sqrt(vectors.dot(at, at)))
 
     def write_screws(self, q: Flat, psi: Numbers) -> None:
-        """Write the positions psi (n,) of the screws at joint positions q (n,)."""
+        """
+        Write the angles (rad) or translations (m) psi (n,) of the screws at joint positions q
+        (n,).
+        """
         for i in range(self.n):
             psi[i] = arrays.dot(arrays.after(self.to_screws, i * self.n), q, self.n)
 
     def turn_into_joints(self, row: Flat) -> None:
-        """Replace the screw positions in `row` (n,) by the joint positions."""
+        """
+        Convert `row` (n,) in place from the angles or translations psi of the screws to joint
+        positions q.
+        """
         psi = [0.0] * 6
         arrays.copy(psi, self.n, row)
         for i in range(self.n):
@@ -180,13 +190,12 @@ class ClosedForm:
         self, T: Numbers, rotation_error: float, free: Numbers, psi: Flat, accuracy: Numbers
     ) -> int:
         """
-        Write to `psi` the candidates: screw positions that may produce the motion T. Return the
-        number of candidates.
+        Write candidates to `psi`: angles or translations of the screws that may produce the motion
+        T. Return the number of candidates.
 
-        `rotation_error` is the error of the rotation of T, rad. If every position of a screw is a
-        solution, the position that `free` (n,) has for this screw is taken. `accuracy` (1,)
-        receives a bound of the distance from a candidate to the solution that it approximates,
-        rad.
+        `rotation_error` is the error of the rotation of T, rad. If every value of psi[k] is a
+        solution, the candidates get the value free[k]. `accuracy` (1,) receives a bound of the
+        distance from a candidate to the solution that it approximates, rad.
         """
         start, to = vectors.three(self.point, 0), vectors.apart(T, 3, 4)
         turn = self.error + rotation_error
@@ -236,9 +245,10 @@ class ClosedForm:
         to_wrist = vectors.plus(vectors.point_of(screws, 3), -1.0, point)
         lever = math.sqrt(vectors.dot(to_goal, to_goal))
         lever += math.sqrt(vectors.dot(to_wrist, to_wrist))
-        # Solve joint 1. The height of a point is measured along axis 2. Joints 2 to 6 do not
-        # change the height of `point`. At the target, `point` is at T point. So the inverse motion
-        # of joint 1 must move T point to the height of `point` at rest.
+        # Solve joint 1. The height of a point is its coordinate along axis 2. At the target,
+        # `point` is at the position P = T(point). Joints 2 to 6 do not change the height of
+        # `point`, so only joint 1 has changed it. Therefore the inverse motion of joint 1 must
+        # move P to the height that `point` has at rest (all joint positions 0).
         height = vectors.dot(z, vectors.plus(point, -1.0, o1))
         first_count = _angles_to_height(z1, to_goal, -1.0, z, height, 4.0 * way, free[0], firsts)
         accuracy[0] = firsts[2]
@@ -327,8 +337,8 @@ def inverse_candidates(
     form: ClosedForm, T: Floats, free: Floats, psi: Floats, accuracy: Floats
 ) -> int:
     """
-    Fill `psi` with candidates: screw positions that may reach a target. Return the number of
-    candidates.
+    Fill `psi` with candidates: angles or translations of the screws that may reach a target.
+    Return the number of candidates.
 
     Candidates are approximate. `refine` moves each candidate to a solution and returns the
     remaining error.
@@ -338,9 +348,9 @@ def inverse_candidates(
     form
         The closed form of the arm.
     T : shape (4, 4)
-        The motion from rest to the target.
+        The motion of the tool from rest (all joint positions 0) to the target.
     free : shape (n,), rad or m
-        If every position of a screw is a solution, the candidates get the position in `free`.
+        If every value of psi[k] is a solution, the candidates get the value free[k].
     psi : shape (MAX_CANDIDATES, n), rad or m
         The candidates.
     accuracy : shape (1,)

@@ -11,9 +11,10 @@ the axes.
 - Shoulder: the vector z2 x z1 points to one side of the plane of axes 1 and 2. The sign is 1
   (right) if the end of the arm (the tool or the wrist: `ClosedForm.point`) is on this side, and 0
   if it is in the plane.
-- Elbow: consider the line from axis 2 to the end of the arm, or to axis 4 if axes 2 to 4 are
-  parallel. The vector z1 points to one side of this line. The sign is 1 (up) if axis 3 is on this
-  side, and 0 if the elbow is stretched.
+- Elbow: in the view along axis 2, the parallel axes 2 and 3 are points. Draw a line in this view
+  from axis 2 to the end of the arm, or to axis 4 if axes 2 to 4 are parallel. The sign is 1 (up)
+  if axis 3 is on the side of the line to which z1 points, and 0 if axis 3 is on the line (the
+  elbow is stretched).
 - Wrist: the sign is 1 (not flipped) if the triple product (z4 x z5) . z6 is positive, and 0 if
   axes 4 and 6 are parallel.
 """
@@ -52,10 +53,11 @@ def _shoulder(screws: Flat, end: Vector) -> int:
 
 
 def _elbow(screws: Flat, second: float, tip: Vector) -> int:
-    # Returns the sign of the elbow. Consider the line from axis 2 to the point `tip`, which is the
-    # tool, the wrist, or a point of axis 4. The vector z1 points to one side of this line. The
-    # sign is 1 if the elbow (axis 3) is on this side, -1 if it is on the opposite side, and 0 if
-    # it is on the line.
+    # Returns the sign of the elbow. In the view along axis 2, the parallel axes 2 and 3 are
+    # points. Draw a line in this view from axis 2 to the point `tip`, which is the tool, the
+    # wrist, or a point of axis 4. The sign is 1 if the elbow (axis 3) is on the side of the line
+    # to which the vector z1 points, -1 if the elbow is on the opposite side, and 0 if it is on the
+    # line.
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     chord = vectors.plus(tip, -1.0, o2)
     chord = vectors.plus(chord, -vectors.dot(chord, z2), z2)

@@ -18,8 +18,9 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Numbers, Vector
 from ..loops import closed_pass
 
-# Tolerances of weighted errors are multiplied by a length (`Residual.size`). The length is the
-# largest weight of an angular component, m, but at least this ratio times the reach of the arm.
+# `Residual.size` is a length, m. A relative tolerance times this length is the tolerance of a
+# weighted error, m. The length is the largest weight of an angular component, but at least this
+# ratio times the reach of the arm.
 MIN_LENGTH_RATIO = 1e-3
 # If the sine of a rotation angle is below this, the angle is near 0 or near pi. No vector is then
 # divided by the sine, because the relative error of the sine would be large.
@@ -198,7 +199,10 @@ class Residual:
         return max(self.weights[3], self.weights[4], self.weights[5])
 
     def size(self) -> float:
-        """Return the length, m, by which tolerances of weighted errors are multiplied."""
+        """
+        Return a characteristic length, m. A relative tolerance times this length is the tolerance
+        of a weighted error.
+        """
         return max(self.length(), MIN_LENGTH_RATIO * self.reach)
 
 

@@ -119,12 +119,12 @@ def polynomial_roots(c: Numbers, degree: int, z: Numbers) -> None:
 
 def root_bound(c: Numbers, degree: int, error: float, z: Numbers, k: int) -> float:
     """
-    Return the radius of a disc about the computed root k that contains a root of the exact
-    polynomial.
+    Return the radius of a disc about the computed root k that contains an exact root.
 
-    The exact polynomial is the one without errors of its coefficients. At the computed root k its
-    value differs by at most `error` from that of the polynomial c. If m discs form a connected
-    set, the set contains m roots (Smith 1970).
+    The coefficients of the polynomial c have errors. The exact polynomial has the coefficients
+    without errors, and its roots are the exact roots. `error` is a bound of the difference between
+    the values of c and of the exact polynomial at the computed root k. If the discs of m computed
+    roots form a connected set, this set contains m exact roots (Smith 1970).
     """
     here, value = pairs.pair(z, k), (0.0, 0.0)
     for i in range(degree, -1, -1):

@@ -93,8 +93,8 @@ class ServoOutput:
     Attributes
     ----------
     damping
-        Largest damping of a singular value, divided by the largest possible damping,
-        `Servo.damping`.
+        Damping of the singular value that is damped most, divided by `Servo.damping`, the upper
+        limit of the damping.
     least_singular_value
         Least singular value of J, divided by the characteristic length `Servo.length`.
     followed
@@ -126,8 +126,8 @@ class ServoOutput:
 
     def write_task(self, row: Flat, twist: Flat, size: float) -> None:
         """
-        Fill J with the scaled rows of the Jacobian that the task uses. Fill v with the same rows
-        of the twist, divided by `size`.
+        Fill J (m, n) with the scaled task Jacobian: the rows of the Jacobian that the task uses.
+        Fill v (m,) with the scaled components of the twist in the same rows, divided by `size`.
 
         J is then divided by its largest entry, so that no square overflows.
         """
@@ -198,9 +198,10 @@ class ServoOutput:
             self.u[j] *= self.servo.task.column_scale[j] / self.largest
 
     def _write_matrix(self, rows: int, length: int) -> None:
-        # Fills W with the matrix [A, I], where I is the identity. The columns of J that belong to
-        # free joints form a matrix. A is this matrix if it has more columns than rows, otherwise
-        # its transpose. The Jacobi rotations later turn I into singular vectors.
+        # Fills W with a matrix A, and to the right of A the identity matrix. Let J_f be the matrix
+        # of the columns of J that belong to free joints. A is J_f if J_f has more columns than
+        # rows, otherwise A is the transpose of J_f. The Jacobi rotations later turn the identity
+        # matrix into singular vectors.
         n, width = self.servo.n, rows + length
         wide = self.count > self.servo.m
         for i in range(self.servo.m):

@@ -19,13 +19,13 @@ PostureName = TypeVar('PostureName')
 # rad; the difference of a prismatic joint is divided by the characteristic length. If all joints
 # differ by less, the error at the midpoint of the two candidates decides.
 MAX_DUPLICATE_DISTANCE = 1e-2
-# Two candidates within MAX_DUPLICATE_DISTANCE are one solution if the error at their midpoint,
-# divided by `residual.size()`, is below this. The tolerance is 500 times the round-off of forward
-# kinematics.
+# Two candidates within MAX_DUPLICATE_DISTANCE are one solution if the error at their midpoint is
+# round-off: below MIDPOINT_TOLERANCE * residual.size(). The tolerance is 500 times the round-off
+# of forward kinematics.
 MIDPOINT_TOLERANCE = 1e-13
-# A second condition, besides MIDPOINT_TOLERANCE, for two candidates within MAX_DUPLICATE_DISTANCE:
-# they are one solution if the error at their midpoint is below this factor times the larger error
-# of the two candidates.
+# Two candidates within MAX_DUPLICATE_DISTANCE are also one solution if the error at their midpoint
+# is above round-off, but below MIDPOINT_ERROR_RATIO * e. Here e is the error of the worse of the
+# two candidates.
 MIDPOINT_ERROR_RATIO = 4.0
 
 
@@ -51,10 +51,11 @@ class Solutions:
         Number of solutions.
     regular
         Whether the closed form gave a candidate for each solution, all candidates converged, and
-        no two converged to the same solution.
+        no two candidates converged to the same solution.
     sure
-        Whether the candidates have errors below 0.01 rad, all converged, and no two converged to
-        the same solution. Then no other solution exists.
+        Whether each candidate is proved to be within 0.01 rad of a solution in all joint
+        positions, all candidates converged, and no two candidates converged to the same solution.
+        Then no other solution exists.
     """
 
     def __init__(self, joints: Joints, near: Floats, proved: float, q: Floats) -> None:
@@ -71,8 +72,8 @@ class Solutions:
         """
         Raise TypeError if the solutions of a target do not fit into the array q (N, n).
 
-        The residual of the target must have n joints, the arm must have n joints (its number is
-        `joints`), and N must be at least `most`.
+        `residual` is the residual of the target, and `joints` is the number of joints of the arm.
+        Three conditions are checked: residual.n is n, `joints` is n, and N is at least `most`.
         """
         if residual.n != self.n or joints != self.n or self.most < most:
             raise TypeError('a target, an arm and the room for its solutions do not go together')

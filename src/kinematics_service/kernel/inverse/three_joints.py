@@ -12,11 +12,14 @@ perpendicular to axis 1. Each quantity must have the same value for u and p, whi
 equations in joints 2 and 3. Elimination of joint 2 leaves one equation in joint 3: a quartic, or A
 cos x + B sin x = C for special axes. Joints 2 and 1 follow from joint 3.
 
-An equation f is stored as ten numbers. The first five are the coefficients of f[0] |u|^2 + f[1:4]
-. u + f[4] = 0, where the origin is a point of axis 1. A revolute joint 2 changes only the part v
-of u that is perpendicular to axis 2. So the equation has the form n . v = r, where neither the
-normal n nor r, the result of `_right_side`, depends on joint 2. The normal n is f[5:8]; f[8] is
-|n|^2, and f[9] the error of n.
+An equation f for u is stored as ten numbers. The first five are the coefficients of the equation
+
+    f[0] |u|^2 + f[1:4] . u + f[4] = 0,
+
+where the origin is a point of axis 1. Let b be the foot of the perpendicular from u to axis 2, and
+u = b + v. A revolute joint 2 rotates v, but changes neither b nor |v|. With u = b + v the equation
+becomes n . v = r. Neither the normal n nor r (`_right_side`) depends on joint 2. The normal n is
+f[5:8]; f[8] is |n|^2, and f[9] is the error of n.
 
 Errors are propagated to first order: `turn` is the error of directions, rad, and `point_error`
 that of points, m. A number that is not larger than its error may be 0. In this case the returned
@@ -51,10 +54,11 @@ MIN_SCALE = 1e-300
 
 
 def _write_equations(screws: Numbers, p: Vector, turn: float, F: Numbers, G: Numbers) -> float:
-    # Writes to F and G the two equations that a point satisfies if joint 1 can move it to p. For a
-    # revolute joint 1, F compares the heights along axis 1, and G the distances from a point of
-    # axis 1. For a prismatic joint 1, F and G compare the two coordinates perpendicular to axis 1.
-    # Returns the error of the directions in the equations, rad.
+    # Writes to F and G two equations for a point u. The equations hold if joint 1 can move u to p.
+    # For a revolute joint 1, F says that u and p have equal heights along axis 1. G says that u
+    # and p have equal distances from the origin, which is a point of axis 1. For a prismatic joint
+    # 1, F and G say that u and p have equal coordinates along two directions perpendicular to axis
+    # 1. Returns the error of the directions in the equations, rad.
     z1, z2 = vectors.axis_of(screws, 0), vectors.axis_of(screws, 1)
     if not vectors.slides(screws, 0):
         _write_equation(F, 0.0, z1, -vectors.dot(z1, p))
@@ -105,11 +109,11 @@ def _error_of(f: Numbers, b: Vector, across: float, point_error: float) -> float
 def _eliminated(
     screws: Numbers, F: Numbers, G: Numbers, w: Vector, turn: float, point_error: float
 ) -> tuple[float, float]:
-    # Evaluates the equation in joint 3 that remains when joint 2 is eliminated, at the position of
-    # joint 3 that moves `point` to w. Returns the left side of the equation, and a bound of its
-    # error. The left side is 0 if joints 1 and 2 can move w to the target. It is a quadratic
-    # polynomial of w and |w|^2. If joint 3 is revolute, w and |w|^2 are linear in the cosine and
-    # sine of joint 3.
+    # Elimination of joint 2 leaves an equation g = 0 for the position of joint 3. Joint 3 moves
+    # `point` to w. Returns g for this w, and a bound of the error of g. g is 0 if joints 1 and 2
+    # can move w to the target.
+    # g is a quadratic polynomial of |w|^2 and the coordinates of w. If joint 3 is revolute, |w|^2
+    # and the coordinates of w are linear in the cosine and sine of joint 3.
     error: float
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     if vectors.slides(screws, 1):
@@ -215,11 +219,12 @@ def _third_joint(
             w = vectors.moved(screws, 2, unit * math.copysign(radius, z[2 * k]), point)
             value_error = _eliminated(screws, F, G, w, turn, point_error)[1] + ROUND_OFF * largest
         bounds[k] = roots.root_bound(c, degree, value_error, z, k)
-    # Keep the roots on the unit circle (or the real line). Round-off splits a double root into two
-    # roots: both on the circle (or line), or one on each side of it. Two roots on the two sides of
-    # the circle have the same angle. To get two distinct angles, add to the angle of each root the
-    # logarithm of its absolute value. This number is small, positive outside the circle, and
-    # negative inside.
+    # Select the roots near the unit circle (revolute joint 3) or near the real line (prismatic
+    # joint 3).
+    # Round-off can split a double root on the circle into two roots with the same angle: one
+    # outside of the circle, one inside. To get two distinct angles, add log|z| to the angle of
+    # each root z. This number is small, positive outside of the circle, and negative inside. For
+    # the real line, add the imaginary part of the root to the real part.
     count = 0
     thirds[4] = 0.0
     for k in range(degree):
@@ -228,10 +233,10 @@ def _third_joint(
         distance = abs(y) if slides_3 else abs(radius - 1.0)
         if bounds[k] < distance:
             continue
-        # Each exact root has a mirror image in the unit circle (or the real line), which is also a
-        # root. The error disc of root k, enlarged by DISC_MARGIN, contains an exact root and its
-        # mirror image. If the enlarged disc is apart from all other discs, it contains only one
-        # root. Then the root is its own mirror image, so it is on the circle (or line).
+        # If z is an exact root, the mirror image of z in the unit circle (or the real line) is an
+        # exact root, too. The error disc of root k, enlarged by DISC_MARGIN, contains z and the
+        # mirror image of z. If the enlarged disc meets no other disc, it contains only one exact
+        # root. So z equals its mirror image, and z is on the circle (or line).
         if roots.is_apart(z, bounds, degree, k):
             thirds[4] = max(thirds[4], 2.0 * bounds[k] * unit)
         else:
@@ -351,10 +356,12 @@ def first_three(
     and points, rad and m. If every position of a joint is a solution, the function takes the
     position that `free` (3,) has for this joint.
     """
-    # Move the origin to the point of axis 1. In `screws`, the points of axes 1 and 2 are the end
-    # points of the common perpendicular of the two axes. Therefore the normal n of equation F is
-    # perpendicular to the normal n of equation G (see the module's docstring). The formulas for
-    # joint 2 require this.
+    # Move the origin to the point of axis 1. The formulas for joint 2 require that the normals of
+    # the equations F and G (see the module's docstring) are perpendicular. If joint 1 is revolute,
+    # the normal of G is along the vector from the origin to the point of axis 2, and the normal of
+    # F is in the plane of the directions of axes 1 and 2. In `screws`, the points of axes 1 and 2
+    # are the end points of the common perpendicular of the two axes. So the two normals are
+    # perpendicular.
     o1 = vectors.point_of(screws, 0)
     local, F, G = [0.0] * 21, [0.0] * 10, [0.0] * 10
     arrays.copy(local, 21, screws)
