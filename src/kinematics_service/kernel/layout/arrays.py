@@ -105,16 +105,20 @@ def scratch(count: int) -> Flat:
 
 def rooms(*counts: int) -> list[Flat]:
     """
-    Return a list of arrays of zeros, one array for each length in `counts`. The object that stores
-    the arrays frees them.
+    Return a list of arrays of zeros, one array for each length in `counts`.
+
+    Call this function only in the constructor of a kernel class, and store each array in an
+    attribute. The compiled kernel frees the arrays together with the object.
     """
     return [np.zeros(count) for count in counts]
 
 
 def whole_rooms(*counts: int) -> list[FlatIntegers]:
     """
-    Return a list of arrays of integer zeros, one array for each length in `counts`. The object
-    that stores the arrays frees them.
+    Return a list of arrays of integer zeros, one array for each length in `counts`.
+
+    Call this function only in the constructor of a kernel class, and store each array in an
+    attribute. The compiled kernel frees the arrays together with the object.
     """
     return [np.zeros(count, dtype=np.int64) for count in counts]
 

@@ -13,7 +13,11 @@ from .arrays import Flat, Numbers
 
 
 def put_side_by_side(rows: Flat, width: int, count: int, lanes: Flat) -> None:
-    """Copy the first `count` numbers of LANES rows of length `width` to `lanes`, interleaved."""
+    """
+    Copy the first `count` numbers of each of LANES rows to `lanes`, interleaved.
+
+    `rows` has LANES rows of `width` numbers.
+    """
     for k in range(count):
         for lane in range(places.LANES):
             lanes[k * places.LANES + lane] = rows[lane * width + k]
@@ -28,7 +32,9 @@ def put_one_by_one(lanes: Flat, count: int, rows: Flat, width: int) -> None:
     """
     for lane in range(places.LANES):
         row, of_lane = arrays.after(rows, lane * width), arrays.after(lanes, lane)
-        for k in range(0, count - 1, 2):  # two numbers, because the compiler stores both at once
+        # Copy two neighbours, row[k] and row[k + 1], in each pass. The compiler then writes both
+        # numbers with one instruction.
+        for k in range(0, count - 1, 2):
             first = of_lane[k * places.LANES]
             second = of_lane[(k + 1) * places.LANES]
             row[k], row[k + 1] = first, second
@@ -38,7 +44,9 @@ def put_one_by_one(lanes: Flat, count: int, rows: Flat, width: int) -> None:
 
 def all_within(numbers: Numbers, count: int, limit: float) -> bool:
     """
-    Return whether the first `count` numbers of all lanes are finite and at most `limit` in size.
+    Return whether the first `count` numbers of each pose are finite and at most `limit` in size.
+
+    `numbers` has the interleaved numbers of LANES poses.
     """
     beyond = 0
     for k in range(count * places.LANES):

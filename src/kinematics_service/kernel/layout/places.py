@@ -9,16 +9,17 @@ The build (`packaging/kernel_types.py`) makes each of these numbers a compile-ti
 
 import math
 
-# Number of poses that a batch evaluates at once, one in each lane. A lane is a position in
-# interleaved arrays.
+# Number of poses that the kernel evaluates at once. Arrays for these poses are interleaved: first
+# the first number of each pose, then the second number of each pose, and so on. The index of a
+# pose in this order, 0 to 15, is called the lane of the pose.
 LANES = 16
 
 # Forms of a chain. The kernel has different code for each form. A chain consists of elements,
-# which are screw motions about z. An entry is a joint together with an element that the joint
-# moves (`ChainTable`). MIXED: entry k does not always belong to joint k. PLAIN: entry k belongs to
-# joint k. TWISTED: entry k belongs to joint k, each element has exactly one entry, and the
-# transform between two elements is Rx(alpha) Tx(a). CLOSED: passive variables of closed loops move
-# some elements.
+# which are screw motions about z. An entry is a pair: an element, and a joint that moves the
+# element (`ChainTable`). MIXED: the joint of entry k is not always joint k. PLAIN: the joint of
+# entry k is joint k. TWISTED: the joint of entry k is joint k, each element has exactly one entry,
+# and the transform between two elements is Rx(alpha) Tx(a). CLOSED: passive variables of closed
+# loops move some elements.
 MIXED, PLAIN, TWISTED, CLOSED = range(4)
 
 # Limits on the size of closed loops. The kernel stores the numbers of loops in arrays of fixed
@@ -60,15 +61,17 @@ ROW_TAIL = 4
     LOST_AT,
 ) = range(7)
 
-# In a row of measures, four numbers follow the singular values. WATCHED is the measure that is
-# compared with the thresholds. LEVEL is the level of this measure, without hysteresis.
-# NEAREST_FACTOR is the index of the factor nearest to zero. FIRST_ORDER is the first-order
-# distance. These constants are indices, counted from the first of the four numbers. At index
-# JUDGED the distances to the zeros of the factors begin, rad. Then follow the value and gradient
-# of each factor. Last comes the nearest singular pose (n,), NaN if none was found.
+# Indices in a row of singularity measures, counted from the first number after the singular
+# values. At index WATCHED is the measure that is compared with the thresholds. At LEVEL is the
+# result of the comparison, without hysteresis: 0 for OK, 1 for WARN, 2 for ERROR. At
+# NEAREST_FACTOR is the number of the singular factor nearest to zero. At FIRST_ORDER is the
+# first-order distance to a singular pose, rad. At JUDGED begin the distances to the zeros of the
+# singular factors, rad. Then follow the value and gradient of each factor. Last comes the nearest
+# singular pose (n,), NaN if none was found.
 WATCHED, LEVEL, NEAREST_FACTOR, FIRST_ORDER, JUDGED = range(5)
 
-# Number of latest jumps of a joint whose times are stored.
+# The joint memory stores the times at which the reported position of a joint jumped. For each
+# joint it keeps the times of this many latest jumps.
 JUMPS_KEPT = 16
 
 # Sources of joint velocities. AUTO takes the velocities of the message, or differences of
@@ -147,13 +150,15 @@ FARTHEST = 1.0
 # if it is below this multiple of the largest singular value. The round-off of J is about 1e-15.
 # The reference data of the tests use the tolerance 1e-10, too.
 RANK_TOLERANCE = 1e-10
-# The search for singular poses and the clearance take a pose as singular if a singular value of
-# J_t is below this multiple of the largest one. The ratio is not 0, because rounded lengths make
-# singular values nonzero.
+# A pose is taken as singular if a singular value of J_t is below this multiple of the largest
+# singular value. Two computations use this ratio: the search for singular poses, and the
+# computation of clearances. The ratio is not 0, because rounded lengths make singular values
+# nonzero.
 SINGULAR_VALUE_RATIO = 1e-7
-# A pose is nearly singular if the condition number of J_t exceeds this, even if no singular pose
-# was found. With joint errors of 0.1 mrad, an arm of 1 m cannot distinguish such a pose from a
-# singular pose.
+# A pose is nearly singular if the condition number of the task Jacobian J_t exceeds this, even if
+# no singular pose was found. The ratio of the smallest to the largest singular value is then below
+# 1e-4. In an arm of 1 m, joint errors of 0.1 mrad change this ratio by about 1e-4. So within these
+# errors the pose may be singular.
 NEARLY_SINGULAR = 1e4
 # Largest joint position or velocity that the kernel accepts. At 1e15 rad the spacing of doubles is
 # 0.125 rad.
