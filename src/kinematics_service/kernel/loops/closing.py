@@ -44,11 +44,11 @@ MAX_CORRECTION = 0.1
 # positions in a robot file. It is larger than MAX_CORRECTION, because positions in a robot file
 # are only approximate.
 MAX_FILE_CORRECTION = 0.35
-# The continuation moves the joints in steps. This is the largest length of a step, rad. The length
-# is the largest motion of a joint.
+# The continuation moves the joints from the start to the wanted positions in steps. In one step,
+# each joint moves by at most MAX_STEP_LENGTH, rad.
 MAX_STEP_LENGTH = 0.25
-# Smallest length of a step of the continuation, rad. If a step would have to be shorter, the
-# branch of solutions ends.
+# The continuation halves a step that fails. If the joint that moves most would then move by at
+# most MIN_STEP_LENGTH, rad, the continuation stops, because the branch of solutions ends.
 MIN_STEP_LENGTH = 1e-8
 MAX_STEPS = 1000
 # Least ratio of a loop determinant after a step to the determinant before the step. If a ratio is
@@ -64,10 +64,10 @@ DETERMINANT_TOLERANCE = 1e-9
 # `_slope_product` returns a product of dimensionless factors, one for each passive variable. A
 # factor below this number is replaced by this number.
 MIN_SLOPE = 0.01
-# The continuation follows the passive variables in small steps, from joint positions at which the
-# loops are closed to the wanted joint positions. If all joints must move by at most this, rad, it
-# begins at the last joint positions at which the loops closed. Otherwise it begins at the joint
-# positions of the robot file.
+# The continuation follows the passive variables in small steps to the wanted joint positions. It
+# begins at the last joint positions at which the loops closed, if each joint is at most
+# MAX_MOTION, rad, from its wanted position. Otherwise it begins at the joint positions of the
+# robot file.
 MAX_MOTION = 1.0
 # The continuation follows the passive variables along a straight line in joint space. If this
 # fails, other lines are tried: a joint without limits can reach its position by a positive or a
@@ -89,9 +89,10 @@ def _solve(
     status: Numbers,
     at: int,
 ) -> int:
-    # Solves for the passive variables of one group by Newton's method. Writes the screws, the
-    # determinant and the size of the residual. Returns the number of Newton steps. Returns -1 if
-    # the method does not converge, or if the determinant is 0 at the solution.
+    # Solves for the passive variables of one group of loops by Newton's method. Writes to `screws`
+    # the screws, and to `status` the loop determinant of the group (see the module's docstring)
+    # and the size of the residual. Returns the number of Newton steps. Returns -1 if the method
+    # does not converge, or if the loop determinant is 0 at the solution.
     gap, order = [0.0] * 18, [0] * 18
     before = places.INFINITY
     for step in range(MAX_NEWTON_STEPS):
@@ -140,10 +141,11 @@ def _solve_all(
     status: Numbers,
     at: int,
 ) -> int:
-    # Solves this group of loops and the `left` - 1 groups after it. Returns 0 if all groups are
-    # solved, otherwise the number of groups that remain: the first unsolved group and all groups
-    # after it. If `known` is set, `before` has the status of each group at the previous joint
-    # positions. The status is the determinant, the residual and the number of Newton steps.
+    # Solves this group of loops and then the `left` - 1 groups after it. Returns 0 if all groups
+    # are solved. If a group fails, the groups after it are not tried; returns the number of
+    # unsolved groups, including the group that failed. If `known` is set, `before` has the status
+    # of each group at the previous joint positions. The status is the determinant, the residual
+    # and the number of Newton steps.
     largest = MAX_CORRECTION if known else MAX_FILE_CORRECTION
     steps = _solve(group, x, largest, screws, slopes, status, at)
     if steps < 0 or known and not MIN_DET_RATIO < status[at] / before[at] < MAX_DET_RATIO:
@@ -158,9 +160,9 @@ def _solve_all(
 def _couple(
     group: LoopGroup, left: int, n: int, section: Flat, screws: Flat, slopes: Numbers
 ) -> None:
-    # Computes the derivatives of the passive variables by the joint positions, from the screws.
-    # Writes the derivatives to `section`, the array that describes the loops at one pose (see
-    # `Closure`).
+    # Computes the derivatives of the passive variables with respect to the joint positions, from
+    # the screws. Writes the derivatives to `section`, the array that describes the loops at one
+    # pose (see `Closure`).
     count = group.count
     gap, order = [0.0] * 18, [0] * 18
     residual.write_slopes(group, screws, slopes)
@@ -189,9 +191,9 @@ def _farthest(group: LoopGroup, dof: int, q: Numbers, section: Flat) -> float:
 def _continue(closure: Closure, q: Numbers, section: Flat) -> int:
     # Follows the passive variables, step by step, from the joint positions in `section` to the
     # joint positions q. `section` describes the loops at one pose (see `Closure`) and is updated
-    # after each step. Returns 0 if all loops close at q, otherwise the number of groups that
-    # remain: the first group that does not close, and all groups after it. In this case `section`
-    # describes the last pose at which all loops closed.
+    # after each step. Returns 0 if all loops close at q. Otherwise returns the number of groups of
+    # loops that are not closed at q: the first group that fails, and all groups after it, which
+    # are not tried. In this case `section` describes the last pose at which all loops closed.
     n, variables = closure.dof, closure.variables
     status_at = closure.status_at
     screws = arrays.after(section, closure.screws_at)
@@ -229,12 +231,12 @@ def _continue(closure: Closure, q: Numbers, section: Flat) -> int:
 
 def _begin(closure: Closure, numbers: Flat, q: Flat, other_ways: int, section: Flat) -> int:
     # The arrays `numbers` and `section` describe the loops at one pose (see `Closure`). Copies
-    # `numbers` to `section`, and adds full turns to joints without limits, so that these joints
-    # are nearest to q.
-    # Such a joint can reach q by a turn in either direction. The first MAX_OTHER_WAYS of these
-    # joints that are not yet at q have a bit in `other_ways`. If the bit of a joint is set, one
-    # more full turn is added, so that the joint turns to q in the opposite direction. Returns the
-    # number of joints that have a bit.
+    # `numbers` to `section`. Then adds full turns to each joint without limits, so that the joint
+    # is at most half a turn from its position in q.
+    # Such a joint can also turn to q in the opposite direction. `other_ways` is a bit mask with
+    # one bit for each joint without limits that is not already at its position in q, at most
+    # MAX_OTHER_WAYS bits. If the bit of a joint is set, one more full turn is added, so that the
+    # joint turns in the opposite direction. Returns the number of bits.
     ways = 0
     arrays.copy(section, closure.width, numbers)
     for j in range(closure.dof):
@@ -253,8 +255,9 @@ def _begin(closure: Closure, numbers: Flat, q: Flat, other_ways: int, section: F
 
 
 def _continue_beside(closure: Closure, q: Flat, joint: int, bend: float, section: Flat) -> bool:
-    # Continues from the start to q through a point beside the middle of the straight line, where
-    # one joint is offset by `bend` rad. Returns whether the loops close at q.
+    # Follows the passive variables along two straight lines in joint space: from the start to a
+    # point, and from this point to q. The point is the midpoint between the start and q, with one
+    # joint offset by `bend` rad. Returns whether the loops close at q.
     unit = closure.first.unit[joint]
     if not unit < places.INFINITY:
         return False
@@ -280,9 +283,10 @@ def close(closure: Closure, q: Flat, section: Flat) -> int:
     first line, and from there to q. These paths go around isolated joint positions at which a loop
     determinant is 0.
 
-    Returns 0 if all loops close. Otherwise returns the number of groups of loops that remain: the
-    first group that does not close, and all groups after it. In this case `section` describes the
-    last pose on the first straight line at which all loops closed.
+    Returns 0 if all loops close. Otherwise returns the number of groups of loops that are not
+    closed: the first group that fails, and all groups after it, which are not tried. In this case
+    `section` describes a pose on the first straight line: the last pose on this line before the
+    failure.
     """
     ways = _begin(closure, closure.start, q, 0, section)
     failed = _continue(closure, q, section)
@@ -319,9 +323,9 @@ def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
     """
     Correct approximate passive variables of closed loops by Newton's method, and fill `section`.
 
-    Returns 0 if all loops close, otherwise the number of groups of loops that remain: the first
-    group that does not close, and all groups after it. In this case `section` has the determinant
-    and the residual of the first of these groups.
+    Returns 0 if all loops close. Otherwise returns the number of groups of loops that are not
+    closed: the first group that fails, and all groups after it, which are not tried. In this case
+    `section` has the determinant and the residual of the group that failed.
 
     Parameters
     ----------
@@ -353,8 +357,8 @@ def close_at(chain: Chain, q: Floats, sections: Floats, closed: Floats) -> None:
     """
     Compute the passive variables of a chain with loops at N joint positions.
 
-    The passive variables are followed to each row of q from the start, a pose at which the loops
-    are known to close (see `close`).
+    The start pose is a pose at which the loops are known to close. The passive variables are
+    followed from the start pose to each row of q (see `close`).
 
     Parameters
     ----------
@@ -365,11 +369,11 @@ def close_at(chain: Chain, q: Floats, sections: Floats, closed: Floats) -> None:
     sections : shape (N, width)
         Each row is filled with the numbers that describe the closed loops at the same row of q
         (see `Closure`). If a loop does not close at q, the row describes the last pose at which
-        all loops closed, on the straight line from the start to q.
+        all loops closed, on the straight line from the start pose to q.
     closed : shape (N,)
-        0 if all loops close, otherwise the number of groups of loops that remain: the first group
-        that does not close, and all groups after it. A group is a set of loops that share passive
-        variables.
+        0 if all loops close. Otherwise the number of groups of loops that are not closed: the
+        first group that fails, and all groups after it, which are not tried. A group is a set of
+        loops that share passive variables.
     """
     arrays.given(chain.closure)
     count, n, width = arrays.extent(q, 0), chain.dof, chain.closure.width

@@ -1,16 +1,16 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute the residuals of closed loops, and the derivatives (slopes) of the residuals by the joints
-and passive variables.
+Compute the residuals of closed loops, and the derivatives (slopes) of the residuals with respect
+to joints and passive variables.
 
 A loop has two chains, which begin in one frame. The residual of the loop is the pose of the second
 chain's end relative to the first chain's end, in the axes of the frame in which the chains begin.
 Loops that share passive variables form a group, and their residuals are stacked in one vector.
 
-The derivative of a residual by a joint or passive variable is a screw: the linear and angular
-velocity of an end frame. The rotation part of the derivative is exact only if the two end frames
-are parallel.
+The derivative of a residual with respect to a joint or passive variable is a screw: the linear and
+angular velocity of an end frame. The rotation part of the derivative is exact only if the two end
+frames are parallel.
 """
 
 import math
@@ -23,8 +23,9 @@ from ..layout.arrays import Flat, Numbers
 
 def _write_end(chain: Chain, x: Numbers, T: Numbers, screws: Numbers, at: int) -> None:
     # Writes to T the pose of the end of a chain, and to `screws` the screw of each entry. An entry
-    # is a joint or passive variable that moves an element of the chain. A screw has six numbers:
-    # linear velocity of the origin of the end frame, and angular velocity of the end frame.
+    # is a pair: an element of the chain, and a joint or passive variable that moves the element. A
+    # screw has six numbers: linear velocity of the origin of the end frame, and angular velocity
+    # of the end frame.
     arrays.copy(T, 12, chain.before)
     for k in range(chain.elements):
         theta = chain.theta_0[k]
@@ -88,8 +89,9 @@ def write_residual(group: LoopGroup, x: Numbers, residual: Numbers, screws: Flat
         The components of the residual; they are 0 if the loops are closed.
     screws : shape (entries, 6)
         For each loop, the screws of its first chain (`there`), then the screws of its second chain
-        (`back`). A chain has one screw for each entry, a joint or passive variable that moves an
-        element of the chain. The screw is the motion of the end of the chain.
+        (`back`). A chain has one screw for each entry. An entry is a pair: an element of the
+        chain, and a joint or passive variable that moves the element. The screw is the motion of
+        the end of the chain at unit velocity of the joint or variable.
     """
     _write_residuals(group.loop, x, residual, screws)
     largest: float = 0.0
@@ -112,7 +114,10 @@ def _write_residuals(loop: Loop, x: Numbers, residual: Numbers, screws: Flat) ->
 
 
 def write_slopes(group: LoopGroup, screws: Flat, slopes: Numbers) -> None:
-    """Fill the derivatives (p, p) of a group's residual by the passive variables of the group."""
+    """
+    Fill the derivatives (p, p) of a group's residual with respect to the group's passive
+    variables.
+    """
     arrays.fill(slopes, group.count * group.count, 0.0)
     _add_slopes(group.loop, group.first, group.count, screws, slopes)
 
@@ -138,12 +143,12 @@ def write_by_joint(
     loop: Loop, first: int, dof: int, joint: int, screws: Flat, section: Flat, slopes: Numbers
 ) -> None:
     """
-    Fill the derivative (p,) of the residual of a group of loops by one joint.
+    Fill the derivative (p,) of a loop group's residual with respect to the position of one joint.
 
     Only the components of `loop` and of the later loops of the group are filled. The joint also
-    moves the passive variables of the groups that were solved before this group.
-    The indices of these variables are below `first`. The derivatives of these variables are in
-    `section`, the array that describes the loops at one pose (see `Closure`).
+    moves passive variables of earlier groups, whose indices are below `first`. The derivatives of
+    these variables with respect to the joint are in `section`, the array that describes the loops
+    at one pose (see `Closure`).
     """
     back = arrays.after(screws, 6 * loop.there.entries)
     for i in range(loop.count):
@@ -164,8 +169,9 @@ def write_by_joint(
 def _derivative(
     loop: Loop, first: int, dof: int, joint: int, variable: int, section: Flat
 ) -> float:
-    # Returns the derivative of one variable of the loops by a joint. Variables of this group and
-    # of later groups are held constant.
+    # Returns the derivative of a joint or passive variable, number `variable`, with respect to
+    # joint number `joint`. Passive variables from number `first` on are held constant, so their
+    # derivatives are 0. The derivatives of the other passive variables are in `section`.
     if variable < dof:
         return 1.0 if variable == joint else 0.0
     if variable >= first:
