@@ -1,13 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute gradients by the joint positions: the gradient of a weighted sum of the entries of a
-Jacobian, and the gradients of loop determinants.
+Compute gradients with respect to the joint positions: the gradient of a weighted sum of the
+entries of a Jacobian, and the gradients of loop determinants.
 
 Let an arm with closed loops have joints q, passive variables psi, and x = (q, psi). The columns of
-the Jacobian J_x = [J_q, J_psi] are the tool's motions by each variable. C is the derivative of psi
-by q. Then J = J_q + J_psi C = J_x G, where G = [I; C] is the identity above C. A joint motion
-changes J_x (dJ_x) and C (dC), so dJ = dJ_x G + J_psi dC.
+the Jacobian J_x = [J_q, J_psi] are the tool's motions at unit velocity of each variable. C is the
+derivative of psi with respect to q. Then J = J_q + J_psi C = J_x G, where G = [I; C] is the
+identity above C. A joint motion changes J_x by dJ_x, and C by dC. So J changes by
+dJ = dJ_x G + J_psi dC.
 
 Let Phi(x) be the residual of the loops, and Phi_x = [Phi_q, Phi_psi] its derivatives. The loops
 stay closed, so Phi_x G = 0 at all joint positions. The change of this product is 0, too:
@@ -37,9 +38,9 @@ def write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat) -> None
     """
     Fill gradient[k] = sum_j Y[j] . dJ[:, j]/dq_k for the geometric Jacobian J and weights Y.
 
-    `screws` has the screw of each entry of the chain; an entry is a joint that moves an element
-    (see `ChainTable`). Y is in base axes. If the arm has loops, j and k run over all joints and
-    passive variables.
+    `screws` has one screw for each entry of the chain. An entry is a pair: an element of the
+    chain, and a joint that moves the element. Column j of J is the sum of the screws of joint j. Y
+    is in base axes. If the arm has loops, j and k run over all joints and passive variables.
     """
     _write_of_screws(chain, screws, Y, gradient, 1)
 
@@ -50,16 +51,17 @@ def write_side_by_side(chain: Chain, screws: Flat, Y: Flat, gradient: Flat) -> N
 
 
 def _write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat, lanes: int) -> None:
-    # Derivation: an entry is a joint that moves an element of the chain. Let v_e (velocity of the
-    # tool's origin) and w_e (angular velocity) be the screw of entry e. Let Yv and Yw be the
-    # linear and angular part of the weights of the joint of entry e.
-    # A unit motion of entry f rotates each entry e nearer to the tool: dv_e = w_f x v_e and dw_e =
-    # w_f x w_e. These formulas also hold for e = f. For each entry e nearer to the base, the
-    # motion of f only moves the tool's origin: dv_e = w_e x v_f.
-    # The derivative of the weighted sum by f is w_f . later + v_f . earlier. Here `later` is the
-    # sum of v_e x Yv + w_e x Yw over f and the entries nearer to the tool. `earlier` is the sum of
-    # Yv x w_e over the entries nearer to the base. So the function needs only these two running
-    # sums.
+    # An entry is a pair: an element of the chain, and a joint that moves the element. The screw of
+    # entry e is v_e (velocity of the tool's origin) and w_e (angular velocity), at unit velocity
+    # of the joint. Each joint has six weights for its column of the Jacobian. Let Yv and Yw be the
+    # linear and angular weights of the joint of entry e.
+    # A unit motion of entry f rotates each entry e nearer to the tool: dv_e = w_f x v_e and
+    # dw_e = w_f x w_e. These formulas also hold for e = f. For each entry e nearer to the base,
+    # the motion of f only moves the tool's origin: dv_e = w_e x v_f.
+    # The derivative of the weighted sum with respect to f is w_f . later + v_f . earlier. Here
+    # `later` is the sum of v_e x Yv + w_e x Yw over f and the entries nearer to the tool.
+    # `earlier` is the sum of Yv x w_e over the entries nearer to the base. So the function needs
+    # only these two running sums.
     step = chain.entries * lanes
     earlier, later = [0.0] * 48, [0.0] * 48  # three numbers for each of LANES poses
     arrays.fill(gradient, chain.variables * lanes, 0.0)
@@ -82,9 +84,9 @@ def _write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat, lanes:
 
 
 def _add_turned(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> None:
-    # Adds the vector product Yv x w to `total`. Here w is the angular part of `screw`, and Yv is
-    # the linear part of Y, the weights of the joint of this screw. The components of the screw are
-    # `step` numbers apart.
+    # `screw` is a screw of a joint, and w is its angular part. Y has the six weights of this joint
+    # for its column of the Jacobian, and Yv has the three linear weights. Adds the vector product
+    # Yv x w to `total`. The components of the screw are `step` numbers apart.
     w = arrays.after(screw, 3 * step)
     for lane in range(lanes):
         x, y, z = Y[lane], Y[lanes + lane], Y[2 * lanes + lane]
@@ -95,9 +97,9 @@ def _add_turned(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> 
 
 
 def _add_carried(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> None:
-    # Adds v x Yv + w x Yw (vector products) to `total`. Here v and w are the linear and angular
-    # part of `screw`. Yv and Yw are the linear and angular part of Y, the weights of the joint of
-    # this screw.
+    # `screw` is a screw of a joint, with the linear part v and the angular part w. Y has the six
+    # weights of this joint for its column of the Jacobian: three linear weights Yv and three
+    # angular weights Yw. Adds the vector products v x Yv + w x Yw to `total`.
     w = arrays.after(screw, 3 * step)
     for lane in range(lanes):
         x, y, z = Y[lane], Y[lanes + lane], Y[2 * lanes + lane]
@@ -132,8 +134,8 @@ def _room_of_groups(variables: int) -> int:
 
 def write_gradient(chain: Chain, row: Flat, Y: Flat, gradient: Flat, work: Flat) -> None:
     """
-    Fill `gradient` (n,) with the gradient of sum(Y * J^T) by the joints, at the pose of a row of
-    results. The weights Y (n, 6) are constant.
+    Fill `gradient` (n,) with the gradient of sum(Y * J^T) with respect to the joints, at the pose
+    of a row of results. The weights Y (n, 6) are constant.
     """
     screws = arrays.after(row, chain.screws_at)
     if chain.loops == 0:
@@ -174,8 +176,9 @@ def _write_closed(
 
 
 def _reduce_to_joints(n: int, passive: int, coupling: Flat, total: Flat, gradient: Flat) -> None:
-    # Computes the gradient by the joints from `total`, the gradient by joints and passive
-    # variables. The method is the chain rule.
+    # `total` has the derivatives of a function with respect to all joints and passive variables.
+    # Computes the gradient with respect to the joints by the chain rule, because the passive
+    # variables depend on the joints.
     for j in range(n):
         gradient[j] = total[j]
         for a in range(passive):
@@ -281,11 +284,12 @@ def _add_end(chain: Chain, sign: float, screws: Flat, work: Flat) -> None:
 
 def write_determinants(chain: Chain, row: Flat, results: Flat, work: Flat) -> None:
     """
-    Fill the determinant of each group of loops and the gradient of the determinant by the joints:
-    1 + n numbers for each group.
+    Fill `results` with the loop determinant of each group of loops and its gradient with respect
+    to the joints.
 
-    The determinant is that of the matrix of derivatives of the group's residual by the passive
-    variables of the group.
+    `results` has 1 + n numbers for each group. The loop determinant is det(S), where S is the
+    matrix of the derivatives of the group's residual with respect to the group's passive
+    variables.
     """
     section = arrays.after(row, chain.closure_at)
     screws = arrays.after(section, chain.closure.screws_at)
@@ -298,9 +302,9 @@ def write_determinants(chain: Chain, row: Flat, results: Flat, work: Flat) -> No
 def _write_determinant(
     group: LoopGroup, left: int, n: int, coupling: Flat, screws: Flat, results: Flat, work: Flat
 ) -> None:
-    # Writes a loop determinant and its gradient. Let S be the matrix of the derivatives of the
-    # residual by the passive variables (`slopes`). Its determinant changes by
-    # det(S) trace(S^-1 dS) if S changes by dS (Jacobi's formula).
+    # Writes a loop determinant and its gradient. Let S (`slopes`) be the matrix of the derivatives
+    # of the group's residual with respect to the group's passive variables. The loop determinant
+    # is det(S). If S changes by dS, det(S) changes by det(S) trace(S^-1 dS) (Jacobi's formula).
     order = [0] * 18
     slopes = _slopes_in(work, group.variables)
     residual.write_slopes(group, screws, slopes)
@@ -323,10 +327,10 @@ def _add_inverse(
     screws: Flat,
     work: Flat,
 ) -> None:
-    # `slopes` is the matrix of the derivatives of the group's residual by the group's passive
-    # variables. The gradient of the determinant is a weighted sum of the gradients of the entries
-    # of `slopes`. The weight of an entry is its cofactor. Adds to `work` the terms of this sum for
-    # this loop and for the following loops of the group.
+    # `slopes` is the matrix of the derivatives of the group's residual with respect to the group's
+    # passive variables. The gradient of the determinant is a weighted sum of the gradients of the
+    # entries of `slopes`. The weight of an entry is its cofactor. Adds to `work` the terms of this
+    # sum for this loop and for the following loops of the group.
     gap = [0.0] * 18
     weights = arrays.after(work, group.variables)
     arrays.fill(weights, 6 * group.variables, 0.0)

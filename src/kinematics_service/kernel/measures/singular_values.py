@@ -25,8 +25,9 @@ SQUARED_COSINE_TOLERANCE = 1e-15 * 1e-15
 # next sweep would not improve the result. Convergence is quadratic, so the remaining squared
 # cosines are round-off. If two singular values are equal, more sweeps do not reduce the round-off.
 LAST_SQUARED_COSINE = 1e-26
-# Tolerance that switches off the rotations of a matrix that has converged. It exceeds 1, the
-# largest squared cosine between two rows.
+# Two rows of a matrix are rotated only if the squared cosine of their angle exceeds a tolerance.
+# This tolerance is used for a matrix that has converged. No squared cosine exceeds 1, so the rows
+# are not rotated any more.
 NO_ROTATION = 2.0
 
 
@@ -136,8 +137,9 @@ def _orthogonalise(
 
 
 def _swap(numbers: Flat, first: int, second: int, count: int, lanes: int) -> None:
-    # Swaps `count` numbers of one lane that begin at index `first` with those that begin at
-    # `second`.
+    # Swaps two rows of `count` numbers in one of `lanes` interleaved matrices. The first numbers
+    # of the rows are at numbers[first] and numbers[second]. The numbers of a row are `lanes`
+    # apart.
     for column in range(count):
         k = column * lanes
         numbers[first + k], numbers[second + k] = numbers[second + k], numbers[first + k]
@@ -145,8 +147,10 @@ def _swap(numbers: Flat, first: int, second: int, count: int, lanes: int) -> Non
 
 def sort_by_norm(W: Flat, sigma: Flat, count: int, length: int, width: int, lanes: int) -> None:
     """
-    Write the norms of the rows of A to `sigma` in descending order, and sort the rows of A and V
-    by the norms.
+    Sort the rows of W by norm, the largest first, and write the norms to `sigma`.
+
+    The first `length` numbers of a row of W are a row of the matrix A. Only these numbers count
+    for the norm.
     """
     if lanes == 1:
         _sort_by_norm(W, sigma, count, length, width, 1)

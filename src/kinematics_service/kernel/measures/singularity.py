@@ -97,8 +97,8 @@ def _scale_task_rows(n: int, task: TaskRows, W: Flat, width: int, lanes: int) ->
 
 def _decompose(W: Flat, sigma: Flat, count: int, length: int, width: int, lanes: int) -> int:
     # Computes the singular value decomposition of W and fills sigma. Sorts the rows first, because
-    # this reduces the number of sweeps. Returns a bit mask of the lanes in which powers of numbers
-    # overflow.
+    # this reduces the number of sweeps. Returns a bit mask with one bit for each lane (pose): 1 if
+    # powers of numbers of this pose overflow.
     singular_values.sort_by_norm(W, sigma, count, length, width, lanes)
     large = 0
     for lane in range(lanes):
@@ -136,7 +136,7 @@ def _write_volume(
     n: int, task: TaskRows, J: Flat, W: Flat, sigma: Flat, measures: Flat, lanes: int
 ) -> int:
     # Writes the manipulability if J_t is not square or its generic rank is not full. Returns a bit
-    # mask of the lanes in which powers of numbers overflow.
+    # mask with one bit for each lane (pose): 1 if powers of numbers of this pose overflow.
     m = task.count
     count, length = min(m, n), max(m, n)
     volume = arrays.after(measures, places.MANIPULABILITY * lanes)
@@ -152,8 +152,8 @@ def _write_volume(
 
 
 def _write_values(task: TaskRows, sigma: Flat, count: int, measures: Flat, lanes: int) -> int:
-    # Writes the rank, the condition number and the smallest singular value. Returns a bit mask of
-    # the lanes whose rank is below the generic rank.
+    # Writes the rank, the condition number and the smallest singular value. Returns a bit mask
+    # with one bit for each lane (pose): 1 if the rank at this pose is below the generic rank.
     rank = arrays.after(measures, places.RANK * lanes)
     smallest = arrays.after(sigma, (task.generic_rank - 1) * lanes)
     lost = 0
@@ -211,8 +211,9 @@ def _fill_slopes(
             y = arrays.after(Y, 6 * j * lanes)
             for lane in range(lanes):
                 along[lane] = right[lane] * scale
-            # If there is one pose, compute all six components of Y[j], not only the rows of the
-            # task. This saves 2 % of the time of the measures.
+            # If there is one pose, the loop covers all six components of Y[j], not only the rows
+            # of the task. A loop of constant length is faster: this saves 2 % of the time of the
+            # measures. The additional components of `left` are 0, so the result is the same.
             for i in range(6 if lanes == 1 else m):
                 axis = i if lanes == 1 else task.axis[i]
                 for lane in range(lanes):
@@ -279,9 +280,10 @@ def _write_scalars(
     lanes: int,
 ) -> int:
     # Writes the scalar measures except the distance, and fills W and sigma with the singular value
-    # decomposition of the scaled J_t. Returns a bit mask with two bits for each lane. Bit `lane`
-    # is set if the rank of J_t is below the generic rank. Bit LANES + `lane` is set if powers of
-    # numbers overflow, so that the pose must be measured alone, without other poses.
+    # decomposition of the scaled J_t. Returns a bit mask with two bits for each of the `lanes`
+    # poses. For pose k, bit k is set if the rank of J_t is below the generic rank. Bit LANES + k
+    # is set if powers of numbers overflow, so that the pose must be measured alone, without other
+    # poses.
     m = task.count
     count, length, large = min(m, n), max(m, n), 0
     by_determinant = m == n and task.generic_rank == n
@@ -296,7 +298,12 @@ def _write_scalars(
 
 
 def measure_row(chain: Chain, task: TaskRows, row: Flat, measures: Flat, work: Flat) -> None:
-    """Fill the singularity measures of one row of results, except the factors and the level."""
+    """
+    Fill the singularity measures of one row of results, up to the singular values.
+
+    The caller computes the remaining measures: the singular factors, the level (OK, WARN or ERROR)
+    and the nearest singular pose.
+    """
     left = [0.0] * 6
     _measure(chain, task, row, measures, work, left, 1)
 
@@ -310,8 +317,8 @@ def measure_rows(chain: Chain, task: TaskRows, rows: Flat, measures: Flat, work:
     bit mask of the poses that the caller must measure one by one, by `measure_row`. The generic
     rank of J_t must be full. `work` has LANES (min(m, n) (m + n) + 6 n) numbers.
     """
-    # The length is 6 * LANES, which C needs as a literal. The array is local, because the compiler
-    # then knows that it overlaps with no other array.
+    # `left` has 6 * LANES numbers; C needs this number as a literal. `left` is a local array,
+    # because the compiler then knows that it overlaps with no other array.
     left = [0.0] * 96
     return _measure(chain, task, rows, measures, work, left, places.LANES)
 
