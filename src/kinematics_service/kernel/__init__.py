@@ -27,9 +27,9 @@ def __getattr__(name: str) -> object:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
     module, original = _HOME[name]
     value = getattr(import_module(module, __name__), original)
-    # `as_exported` wraps each kernel function that runs as plain Python, so that it behaves like
-    # the compiled function. The functions of the module `compiled` have no compiled form, so they
-    # stay unwrapped.
+    # If the kernel runs as plain Python, `as_exported` wraps each function, so that the function
+    # behaves like the compiled one. The build never compiles the module `compiled`, so its
+    # functions need no wrapper.
     globals()[name] = value if module == '.compiled' else compiled.as_exported(value)
     return globals()[name]
 

@@ -89,10 +89,10 @@ def evaluate_one(chain: Chain, q: Floats, qdot: Floats, row: Floats) -> int:
     q, qdot : shape (n,) each, rad or m, rad/s or m/s
         Joint positions and velocities.
     row : shape (width + 2 n + ROW_TAIL,)
-        The results. `width` is the length `chain.widths[depth]` of the results of `evaluate` for
-        one of its depths, so the length of `row` selects the depth. The function has no argument
-        for the depth, because reading one more argument takes as much time as the computation for
-        one joint.
+        The results of `evaluate`, then q, qdot and the copy of the quaternion. `width` is
+        chain.widths[depth], so the length of `row` selects the depth: POSE, JACOBIAN or
+        ALL_FRAMES. The function has no argument for the depth, because reading one more argument
+        takes as much time as the computation for one joint.
     """
     n = chain.dof
     if arrays.size(q) != n or arrays.size(qdot) != n:

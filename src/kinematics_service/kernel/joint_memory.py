@@ -34,9 +34,9 @@ class JointColumns(NamedTuple):
         Times of the last jumps on the steady clock, in a ring buffer.
     last_quaternion : shape (4,)
         The quaternion of the last tool state.
-    closed : shape (width of the closure,)
-        The numbers that describe the closed loops in the last tool state (a section, see
-        `Closure`).
+    closed : shape (Closure.width,)
+        The values that describe the closed loops in the last tool state. `Closure` defines the
+        order of the values.
     """
 
     position: Floats

@@ -280,12 +280,13 @@ def measure(arm: Arm, rows: Floats, q: Floats, measures: Floats) -> None:
     q : shape (N, n), rad or m
         Joint positions of the rows.
     measures : shape (N, 6 + 6 + 2 n + min(m, n) + 4 + F (2 + n) + n)
-        First six scalars: DETERMINANT (NaN if J_t is not square) to RANK. Then the lost direction
-        (6,) in base axes, the joint motion (n,) and the way out (n,) in rad or m, and the singular
-        values. Then four numbers: WATCHED, LEVEL, NEAREST_FACTOR and FIRST_ORDER. Then the
-        distances to the zeros of the F factors (first the factors of the robot file, then the loop
-        determinants), and the value and gradient of each factor. Last comes the nearest singular
-        pose (n,).
+        The task Jacobian J_t is (m, n). First six scalars: DETERMINANT (NaN if J_t is not square)
+        to RANK. Then the lost direction (6,), the tool motion that is hardest to produce, in base
+        axes. Then two joint motions (n,), rad or m: the one that moves the tool least, and the one
+        that leads away from singular poses fastest. Then the singular values (min(m, n),). Then
+        four numbers: WATCHED, LEVEL, NEAREST_FACTOR and FIRST_ORDER. Then the distances to the
+        zeros of the F factors (first the factors of the robot file, then the loop determinants),
+        and the value and gradient of each factor. Last comes the nearest singular pose (n,).
     """
     _check_rows(arm, rows, measures)
     n, columns, regular = arm.chain.dof, width(arm), _is_regular(arm)
@@ -375,8 +376,9 @@ def evaluate_and_measure_one(
     arm: Arm, q: Floats, qdot: Floats, row: Floats, measures: Floats
 ) -> int:
     """
-    Call `evaluate_one` at q, then `measure_one` with a new search; return the result code of
-    `evaluate_one`.
+    Call `evaluate_one` at q, then `measure_one`; return the result code of `evaluate_one`.
+
+    The search for the nearest singular pose starts anew; it uses no result of an earlier pose.
     """
     stopped = evaluation.evaluate_one(arm.chain, q, qdot, row)
     if stopped == -1:

@@ -103,7 +103,9 @@ def observe_bytes(
     Parameters
     ----------
     search
-        The search for singular poses that the previous message used, or a new one.
+        The object that searches the nearest singular pose. For the next message of a motion, pass
+        the same object again: the search then continues from its previous result. A new object
+        begins a new search.
     memory
         The memory of the arm's joints.
     form

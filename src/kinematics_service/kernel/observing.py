@@ -29,10 +29,10 @@ def _note_jump(memory: JointMemory, j: int, arrival: Nanoseconds) -> None:
 
 def _note_late(memory: JointMemory, reported: ReportedJoints) -> None:
     # The message was refused, because its stamp is not newer than the stamp of an earlier message.
-    # If the clock of a publisher is late, all its messages are refused for this reason. So look
-    # for signs of a second publisher: record a jump for each joint whose reported position is
-    # impossible. A position is impossible if the joint could not reach it between the two stamps,
-    # even at twice its present velocity.
+    # Perhaps a second publisher, whose clock is late, has sent it. If the two publishers report
+    # different positions of one joint, the position jumps. So record a jump for each joint whose
+    # reported position is impossible. A position is impossible if the joint could not reach it
+    # between the two stamps, even at twice its present velocity.
     for k in range(reported.ours.count):
         j = reported.ours.joint[k]
         if memory.known[j] == 0:
@@ -46,9 +46,10 @@ def _note_late(memory: JointMemory, reported: ReportedJoints) -> None:
 
 
 def _store(memory: JointMemory, reported: ReportedJoints, use_velocities: bool) -> None:
-    # Stores the joint positions of a message in the memory. If `use_velocities` is set, stores the
-    # velocities of the message, too. Otherwise computes velocities from differences of positions,
-    # unless all velocities must come from messages.
+    # Stores the joint positions of a message in the memory. Stores a velocity for each joint, too.
+    # If `use_velocities` is set, the velocities are those of the message. Otherwise they are
+    # computed from differences of positions, or are unknown (NaN) if the memory's velocity source
+    # is FROM_MESSAGE.
     at = reported.stamp if reported.stamp != 0 else reported.received
     for k in range(reported.ours.count):
         j, place = reported.ours.joint[k], reported.ours.place[k]
@@ -199,8 +200,9 @@ def check_fit(arm: Arm, memory: JointMemory, ours: OurJoints, at: int) -> None:
     Raise TypeError if the arm, the memory and the joints `ours` of a message do not fit.
 
     The memory must have the joints and the closed loops of the arm. `ours` must not have a joint
-    that the arm does not have. `at` is the index of q in the row of results. It must be 0 (the row
-    has only q and qdot) or large enough for a pose before q.
+    that the arm does not have. `at` is the index of q in the row of results. If the row has only q
+    and qdot, `at` is 0. Otherwise the row has the results of `evaluate` in front of q, so `at`
+    must be large enough for a pose.
     """
     if (
         memory.joints != arm.chain.dof

@@ -114,9 +114,10 @@ def check_fit(messages: OutgoingMessages, chain: Chain, width: int, numbers: int
     """
     Raise TypeError if the outgoing messages do not fit the arm.
 
-    The messages must not need more numbers than a tool state has, and their covariances must be
-    those of this arm. `width` is the length of a row of results. `numbers` is the total length of
-    the row, its tail (q, qdot and a quaternion) and its measures.
+    The messages must not need more numbers than a tool state has, and their covariances must
+    belong to this arm. `width` is the length of a row of results of `evaluate`. `numbers` is the
+    sum of three lengths: the row of results, the numbers after it (q, qdot and a quaternion), and
+    the singularity measures.
     """
     if messages.errors is not None:
         if messages.errors.chain is not chain or width < chain.width:
