@@ -4,7 +4,9 @@
 Check whether a robot file describes a given robot: the command `check`, and the frame check of
 audits and calibrations.
 
-The input is joint positions with poses of a second source, or the known poses of a robot file.
-Hypotheses about mistakes (`hypotheses.py`: units, signs, offsets, lags, orders of angles) are
-fitted and compared (`causes.py`). The result is a diagnosis that names the cause (`diagnosis.py`).
+The check compares two sources of tool poses. The first source is the robot file: its table gives a
+pose for each set of joint positions. The second source is a measurement, or the list `known_poses`
+of the file. Possible mistakes (`hypotheses.py`: wrong units, signs, offsets, lags, orders of
+angles) are corrected one at a time, and the remaining differences are compared (`causes.py`). The
+result is a diagnosis that names the cause (`diagnosis.py`).
 """

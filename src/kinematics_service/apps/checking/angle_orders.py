@@ -7,9 +7,10 @@ Let A_i be the rotation of pose i by the robot file, and B_i the measured rotati
 B_i = X A_i Y with constant offsets X and Y, then trace(B_i^T B_j) = trace(A_i^T A_j) for all poses
 i and j. So the search compares conventions by these traces, without a fit of X and Y.
 
-Two triples of Euler angles give the same rotation matrix B_i. Read by another convention, the two
-triples give different rotations. So the search tries both triples for each pose. It takes the
-triple whose traces with the other poses agree best with the traces of the robot file.
+The wrong convention gives the same rotation matrix B_i for two triples of angles. The right
+convention gives a different rotation for each triple. So the search tries both triples for each
+pose. It takes the triple whose traces with the other poses agree best with the traces of the robot
+file.
 """
 
 from collections.abc import Iterator
@@ -73,10 +74,11 @@ class LikelyOrder(NamedTuple):
 
         `poses` (N, 4, 4) are the measured poses, and A (N, 4, 4) the poses of the robot file.
         """
-        # Two triples of numbers give the same measured rotation. Read by the right convention, the
-        # triples give two different rotations. For each pose, take the rotation R whose traces
-        # trace(R^T C_f) are nearest to trace(A^T A_f). C_f are the F corrected rotations `chosen`,
-        # A_f are the rotations `of_file`, and A is the rotation of the pose by the robot file.
+        # The wrong convention gives the same rotation for two triples of numbers. The right
+        # convention gives a different rotation R for each triple. So each pose has two candidates
+        # R. Let A be the rotation of the pose by the robot file. Let A_f be the rotations
+        # `of_file`, and C_f the rotations `chosen`, of F poses. Take the candidate R with the
+        # smaller sum over f of (trace(R^T C_f) - trace(A^T A_f))^2.
         rotations = _rotations(self.written, _numbers(self.read, poses[:, :3, :3]))
         found = rotations.reshape(2, -1, 9) @ self.chosen.T
         wrong = np.sum((found - A[:, :3, :3].reshape(-1, 9) @ self.of_file.T) ** 2, axis=2)
@@ -120,7 +122,7 @@ def likely_orders(poses: Floats, A: Floats, read: str = '') -> list[LikelyOrder]
 
 
 def few_of(count: int) -> Integers:
-    """Return the indices of at most 40 of `count` poses, evenly spread, to compare orders."""
+    """Return the indices of at most 40 of `count` poses, evenly spread."""
     return np.unique(np.linspace(0, count - 1, SAMPLES).astype(int))
 
 
@@ -131,10 +133,11 @@ def order_hypotheses_of(poses: Floats, A: Floats, read: str = '') -> Iterator[Hy
 
 
 def _pairs(read: str) -> list[_Taken]:
-    # Return the pairs of conventions (written, read) to try. If `read` is unknown, many pairs give
-    # the same rotations: ZYX read as XYZ gives the same as xyz read as zyx. Such a pair is tried
-    # once, with `read` in small letters. Capitals (moving axes) are tried as `read` only if the
-    # numbers were written as rotation vectors.
+    # Return the pairs of conventions (written, read) to try. Small letters are angles about fixed
+    # axes, and capitals are angles about moving axes. If `read` is unknown, angles that were read
+    # by capitals need no test: the pair (ZYX, XYZ) gives the same rotations as the pair
+    # (xyz, zyx), which is tried. The exception is a pair whose numbers were written as rotation
+    # vectors. No other pair gives the same rotations, so it is tried with capitals, too.
     orders = (*EULER_ORDERS, ROTVEC)
     known = 'xyz' if read == 'rpy' else read
     if known in orders:
@@ -178,9 +181,10 @@ def _chosen(every: Floats, products: Floats) -> tuple[Floats, Floats]:
     wrong[:, :, pose, :, pose] = 0.0  # do not compare a pose with itself
     best, least = np.zeros((count, many), dtype=np.int64), np.full(count, np.inf)
     for start in (0, 1):
-        # `sums` (H, 2, N) rates each candidate: its squared trace differences from the candidates
-        # chosen so far, added up. First choose pose by pose. Then choose again for all poses at
-        # once.
+        # `sums` (H, 2, N) rates the two candidates R_i of each pose i. It adds up
+        # (trace(R_i^T R_j) - trace(A_i^T A_j))^2 over all poses j for which a rotation R_j is
+        # already chosen. A_i is the rotation of pose i by the robot file. First choose R_i for one
+        # pose after another. Then repeat the choice for all poses at once.
         sums = wrong[:, start, 0]
         for k in range(1, many):
             sums = sums + wrong[pairs, np.argmin(sums[:, :, k], axis=1), k]

@@ -84,13 +84,13 @@ FIRST_ORDER_SHARE = 0.4
 # Largest number of Levenberg-Marquardt steps that fit one number of the robot file together with
 # the offsets of base and tool.
 ROUNDS = 12
-# Start values for the fit of a revolute joint's scale. The fit starts with scale = angle / |q| for
-# each of these angles (rad); q is the joint's measured position that is farthest from 0. The
+# Angles (rad) that give start values for the fit of a revolute joint's scale. For each angle, one
+# fit starts with scale = angle / reach. Here reach is the largest measured |q| of the joint. The
 # angles cover nearly a turn to each side. Steps of 1 rad suffice, because Newton's method
-# converges if the corrected position scale * q is at most 0.5 rad off at the start.
+# converges if scale * reach is at most 0.5 rad off at the start.
 TURNING_REACHES = (*np.arange(-5.5, 6.0),)
-# Start value for the fit of a prismatic joint's scale. The fit starts with scale = length / |q|
-# for this length (m); q is the joint's measured position that is farthest from 0. One start
+# Length (m) that gives the start value for the fit of a prismatic joint's scale. The fit starts
+# with scale = length / reach. Here reach is the largest measured |q| of the joint. One start
 # suffices, because Newton's method converges from any start.
 SLIDING_REACHES = (0.0,)
 # Common mistakes that multiply the positions of one joint by a factor. Each entry has the unit of
@@ -112,9 +112,11 @@ ROUND_OFF = 1e-15
 # Measurement noise of the poses is taken as at least this value (RMS, rad), because the last digit
 # of a printed pose is rounded.
 POSE_DIGIT = 1e-6
-# A wrong joint zero, joint scale or table entry is a decisive cause only if its model resolution
-# is above this value. In a test with 54 recordings of arms with a nominal table and two moving
-# joints, the value 0.55 blamed a correct angle in one recording.
+# The model resolution of a fitted number is 1 if the poses distinguish this number from all other
+# numbers of the robot, and 0 if they do not. A wrong number is a decisive cause only if its model
+# resolution is above MIN_RESOLUTION. The value was tested with 54 recordings of arms with a
+# nominal table and two moving joints. With 0.55 instead of 0.75, the check named a correct angle
+# as the cause in one recording.
 MIN_RESOLUTION = 0.75
 
 
@@ -169,8 +171,8 @@ class Causes(NamedTuple):
     likely
         Causes that explain at least half, but not two thirds; empty if causes are named.
     decisive
-        Whether only one cause is named, and the residuals after its correction are as small as
-        those of a nominal table with measurement errors.
+        Whether only one cause is named, and its correction leaves small residuals. Residuals are
+        small if measurement errors and a nominal (uncalibrated) table can cause them.
     """
 
     named: tuple[TestedCause, ...] = ()
@@ -227,9 +229,9 @@ def _decisive(cause: TestedCause, before: Fit, limit: PoseLimit) -> bool:
 
 
 def _simplest(tried: Sequence[TestedCause]) -> list[TestedCause]:
-    # Leave out the cause "wrong scale of one joint" in two cases: (1) wrong units of all joints or
-    # of all poses reduce the residuals nearly as much; (2) a discrete mistake has the same
-    # sentence.
+    # Leave out the cause "wrong scale of one joint" in two cases. (1) Wrong units of all joints or
+    # of all poses reduce the residuals nearly as much. (2) A cause without a fitted number states
+    # the same mistake, for example that the joint counts the other way round.
     said = {one.sentence for one in tried if one.value is None}
     units = [one.ratio for one in tried if one.key in ('degrees', 'millimetres')]
     least = RIVAL_RATIO * max(units, default=0.0)
@@ -266,9 +268,10 @@ def _orders(
 
 
 def _most(fit: Fit, tried: Sequence[TestedCause] = ()) -> float:
-    # Return the largest score (RMS residual with at most 40 poses) at which a hypothesis is fitted
-    # to all poses. A hypothesis with a larger score is not even a likely cause, or is clearly
-    # worse than a cause in `tried`.
+    # Return the threshold of the preselection. Each hypothesis is first fitted to at most 40
+    # poses. If the score (RMS residual) of this fit is below the threshold, the hypothesis is
+    # fitted to all poses. If the score is above the threshold, the hypothesis is not even a likely
+    # cause, or is clearly worse than a cause in `tried`.
     ratio = max([LIKELY_RATIO, *(one.ratio / RIVAL_RATIO for one in tried)])
     return SIFT_MARGIN * float(fit.score) / ratio
 
@@ -304,7 +307,11 @@ def _undoing(
 
 
 def possible(given: ComparedData) -> list[Hypothesis]:
-    """Return the discrete mistakes whose corrected joint positions close all loops of the arm."""
+    """
+    Return the possible mistakes without a fitted number, such as a wrong sign or unit.
+
+    A mistake is possible only if all loops of the arm close at the corrected joint positions.
+    """
     chain, every = given.robot.chain, hypotheses_of(given)
     return [one for one in every if one.q is None or np.all(closes_at(chain, one.q))]
 
@@ -357,10 +364,10 @@ def _preference(cause: TestedCause) -> float:
 
 
 def _beyond(given: ComparedData, A: Floats, fit: Fit, columns: Floats) -> tuple[Floats, Floats]:
-    # Return the derivatives (6 N, c) of the poses by c numbers of the robot (`columns`), and the
-    # residuals (6 N,) of `fit`. Both are projected onto the orthogonal complement of the
-    # derivatives by the offsets of base and tool. So only the part remains that no change of the
-    # offsets can explain.
+    # Return two arrays: the derivatives (6 N, c) of the poses by c numbers of the robot, and the
+    # residuals (6 N,) of `fit`. Remove from each array the part that a change of the base and tool
+    # offsets can explain. J (6 N, 12) has the derivatives of the poses by the offsets, so project
+    # each array onto the orthogonal complement of the columns of J.
     scale = np.reshape(scale_of(given.poses), (1, 1, 1))
     J, r = equations_of(A, fit, scale)
     basis = span_of(J)
@@ -372,8 +379,8 @@ def _beyond(given: ComparedData, A: Floats, fit: Fit, columns: Floats) -> tuple[
 def _scale_starts(
     given: ComparedData, scales: Sequence[NumberHypothesis], before: Fit
 ) -> list[tuple[NumberHypothesis, Floats, Fit]]:
-    # Fit the scale of each joint to at most 40 poses from a grid of start values; return the best
-    # fits as starts for all poses.
+    # Fit the scale of each joint to at most 40 poses, once for each start value in a grid. Return
+    # the best results. They are the start values of the fits to all poses.
     few, farthest = few_of(len(given.q)), np.max(np.abs(given.q), axis=0)
     grid = [
         (one, reach / farthest[one.joint] - 1.0)
@@ -417,12 +424,13 @@ def _fitted(
     cause = _cause(number.key, number_in_words(number, value), value, before, fit)
     if cause.ratio < NAMED_RATIO:
         return cause._replace(name=number.name)
-    # Compute the model resolution of this number. Fit all numbers of the robot by least squares,
-    # each scaled by its usual error. Take the diagonal entry of the model resolution matrix that
-    # belongs to this number (Menke, Geophysical Data Analysis, chapter 4). The entry is 1 if the
-    # poses distinguish this number from all other numbers, else less. Then subtract |d / v|: v is
-    # the correction of this number found above, and d is the further correction of this number in
-    # the fit of all numbers. A large d means that the other numbers explain the residuals better.
+    # Compute the model resolution of this number. The fit above gave its correction v, with all
+    # other numbers of the robot fixed. Now fit all numbers by linear least squares, starting at v.
+    # Each number is scaled by its usual error. Let d be the change of v in this fit, and r the
+    # entry of this number on the diagonal of the model resolution matrix (Menke, Geophysical Data
+    # Analysis, chapter 4). r is 1 if the poses distinguish this number from all other numbers,
+    # else less. The result is r - |d / v|, because a large d means that other numbers explain the
+    # residuals better.
     there, change = given._replace(q=q), number.at(found.values)
     others = [
         one.usual * one.columns[:, :, -1:]

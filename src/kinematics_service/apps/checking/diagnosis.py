@@ -69,8 +69,8 @@ class FrameDiagnosis:
         Directions in which the poses leave the offsets undetermined, as text.
     cause
         The decisive cause of the residuals, or None. A cause is decisive if no second cause
-        explains nearly as much, and the residuals after the correction are as small as those of a
-        nominal table with measurement errors.
+        explains nearly as much, and its correction leaves small residuals. Residuals are small if
+        measurement errors and a nominal (uncalibrated) table can cause them.
     causes
         Causes that explain at least two thirds of the residuals, and about equally much; the
         likeliest first.
@@ -115,8 +115,8 @@ def diagnose_frames(
     stamps : shape (N,), s
         Times of the poses; needed only to find a lag in seconds.
     motion : shapes (K,), s, and (K, n), rad or m
-        Rising times and joint positions around the stamps, to find a lag; default: `stamps` and
-        `q`.
+        Samples of the motion before, between and after the poses, to find a lag: K times in rising
+        order, and the joint positions at these times. Default: `stamps` and `q`.
     limit
         Largest residuals (rms) that measurement errors and a nominal table can cause. If larger
         residuals remain after a cause is corrected, this cause is not decisive.
@@ -215,9 +215,10 @@ def _later(
     stamps: npt.ArrayLike | None,
     motion: tuple[npt.ArrayLike, npt.ArrayLike] | None,
 ) -> Later | None:
-    # Return a lookup of joint positions at times before and after the poses. It interpolates
-    # `motion` if `motion` is given, else q at `stamps`, else q as consecutive samples. Return None
-    # if the stamps do not rise.
+    # Return the joint positions at the times of the poses plus a lag, as a function of the lag.
+    # The function interpolates `motion`. If `motion` is None, it interpolates q at the times
+    # `stamps`. If `stamps` is None, too, it interpolates q at the times 0, 1, 2, ... and the lag
+    # is in samples. Return None if q is interpolated and `stamps` do not rise.
     t = None if stamps is None else numbers_of('stamps', stamps)
     if t is not None and t.shape != (len(q),):
         message = f'stamps must have the shape {(len(q),)}, not {t.shape}'

@@ -24,8 +24,8 @@ from ...robot.file.parts.parameters import ANGLE, LENGTH, RATIO, SIX
 from ...robot.robot import Robot, with_chain
 from .lag import Later
 
-# Statements of mistakes, in words for measured poses. If the poses are known poses of a robot
-# file, `known_pose_causes` replaces some of these statements.
+# Statements of mistakes. They are worded for measured poses. If the poses are the known poses of a
+# robot file, `known_pose_causes` words some of the statements differently.
 DEGREES = 'the joint positions are in degrees, not radians'
 RADIANS_TWICE = 'the joint positions were turned from degrees into radians twice'
 INVERSE = 'the poses are those of the base in the tool frame'
@@ -81,8 +81,8 @@ class NumberHypothesis(NamedTuple):
     Attributes
     ----------
     key, name
-        Kind of the cause, for programs; name of the joint, or of the number in the DH table and
-        its row there.
+        `key`: kind of the cause, for programs. `name`: name of the joint; if the number is in the
+        DH table, its quantity and row, for example `a of links[2]`.
     unit
         rad or m.
     usual
@@ -120,7 +120,7 @@ class ComparedData(NamedTuple):
     poses : shape (N, 4, 4)
         Poses of the second source.
     later
-        Lookup of joint positions at shifted times, to find a lag; None if the stamps do not rise.
+        The joint positions as a function of a lag; None if the stamps do not rise.
     read
         The convention by which the orientations were read, one of `pose_format.KINDS`; empty if
         unknown.
@@ -173,9 +173,9 @@ def from_degrees(robot: Robot, q: Floats) -> Floats:
 
 
 def _coupled(robot: Robot, q: Floats) -> Iterator[Hypothesis]:
-    # Yield hypotheses that one joint turns with another joint. If a parallelogram or a belt drives
-    # a joint, this joint turns with the joint that carries its motor. An example is joint 3, which
-    # turns with joint 2 in FANUC arms and palletizers.
+    # Yield hypotheses that one joint also turns if another joint moves, because a belt or a
+    # parallelogram couples the two joints. For example, joint 3 turns with joint 2 in FANUC arms
+    # and palletizers.
     turning = np.flatnonzero(~robot.prismatic).tolist()
     if len(turning) > MAX_SWAPPED_JOINTS:
         return
@@ -366,7 +366,7 @@ def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
     columns = pose_change(chain, 0.0 * corrections[0], given.q).jacobian
     for k, one in enumerate(arm.table):
         if one.group == 'offsets':
-            continue  # a joint offset is the zero of its joint; `_of_joints` has yielded it
+            continue  # `_of_joints` has already yielded the zero of each joint
         row = slice(k, k + 1)
 
         def at(values: Floats, row: slice = row) -> PoseChange:
@@ -422,18 +422,21 @@ def moved_joints(
     robot: Robot, q: Floats, joints: Sequence[int], ways: Floats, values: Floats
 ) -> PoseChange:
     """
-    Move one joint of the arm in each of H problems. A motion has c parameters, rad or m, such as a
-    change of the joint's zero. Return the poses (H, N, 4, 4) after the motion, and the derivatives
-    (H, N, 6, c) of these poses by the parameters.
+    Return the poses after the positions of one joint are corrected, and the derivatives of the
+    poses. The function does this for H corrections at once.
+
+    A correction has c parameters, rad or m, such as a change of the joint's zero. The poses have
+    the shape (H, N, 4, 4). The derivatives of the poses by the parameters have the shape
+    (H, N, 6, c).
 
     Parameters
     ----------
     q : shape (N, n), rad or m
-        Joint positions before the motion.
+        Joint positions before the correction.
     joints : H
-        Index of the moved joint of each problem.
+        Index of the corrected joint, for each correction.
     ways : shape (H, N, c)
-        Derivatives of the moved joint's N positions by the c parameters.
+        Derivatives of the N positions of the corrected joint by the c parameters.
     values : shape (H, c)
         Values of the c parameters.
     """

@@ -12,8 +12,9 @@ from ...kernel import Floats
 Flags = npt.NDArray[np.bool_]
 
 # Length of a window (s). The rate of a joint is the slope of a straight line that is fitted to the
-# samples in the window. The fit averages noise, because successive samples at 1 kHz differ by less
-# than their noise. The speed of an arm hardly changes within this time.
+# samples in the window. At 1 kHz a joint moves less between two samples than the noise of a
+# sample, so the difference of two samples is mostly noise. The line averages the noise of many
+# samples. The speed of an arm hardly changes within the window.
 WINDOW = 0.02
 # Smallest number of samples that a line is fitted to.
 MIN_COUNT = 2

@@ -36,7 +36,7 @@ class FrameLimits(NamedTuple):
         return self.of(diagnosis.errors)
 
     def of(self, errors: Errors) -> Level:
-        """Return the level of RMS residuals by the two limits: OK, WARN or ERROR."""
+        """Return OK, WARN or ERROR: compare the RMS residuals with the limits `warn` and `bad`."""
         if not errors.within(self.bad):
             return Level.ERROR
         return Level.OK if errors.within(self.warn) else Level.WARN

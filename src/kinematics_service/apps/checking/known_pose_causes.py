@@ -43,14 +43,18 @@ NEWTON_STEPS = 12
 # Two poses of the tool are taken as equal if the entries of their 4 x 4 matrices differ by at most
 # this.
 TOOL_TOLERANCE = 1e-9
-# Mistakes are sought only if the arm misses a known pose by more than 10 times the rounding error
-# of its digits. Smaller errors are not explained, because many wrong numbers could cause them.
+# Mistakes are sought only if the arm misses a known pose by more than 10 times the rounding error.
+# The rounding error is the error that the rounded digits of the known pose allow. Smaller errors
+# are not explained, because many wrong numbers could cause them.
 ERROR_RATIO = 10.0
 
 
 class PoseCauses(NamedTuple):
     """
-    Mistakes that explain the known poses of a file; each mistake alone explains all poses.
+    Mistakes that explain why the table of a file misses its known poses.
+
+    The mistakes are alternatives: if any one of them is corrected, the table agrees with all known
+    poses.
 
     Attributes
     ----------

@@ -42,12 +42,12 @@ MIN_POSES = 8
 
 class Later(NamedTuple):
     """
-    A lookup of joint positions at the times of the poses plus a lag.
+    The joint positions at the times of the poses plus a lag, as a function of the lag.
 
     Attributes
     ----------
     at
-        Returns the joint positions at a time `lag` after the poses.
+        Returns the joint positions at the times of the poses plus the given lag.
     reach
         The largest lag tried.
     unit
@@ -61,8 +61,10 @@ class Later(NamedTuple):
 
 def looked_up(motion: SampledMotion, stamps: Floats, unit: str = 's') -> Later:
     """
-    Return the lookup of joint positions in a motion; `stamps` (N,) are the times of the poses,
-    `unit` is s or samples.
+    Return the joint positions of a motion as a function of a lag: at the times `stamps` + lag.
+
+    `stamps` (N,) are the times of N measured poses. `unit` is the unit of the stamps and of the
+    lag: s or samples.
     """
     reach = REACH if unit == 's' else MAX_LAG_SAMPLES
     reach = min(reach, MOTION_SHARE * motion.duration)
@@ -71,8 +73,10 @@ def looked_up(motion: SampledMotion, stamps: Floats, unit: str = 's') -> Later:
 
 class Lagged(NamedTuple):
     """
-    A fitted lag. Each pose belongs to the joint positions at the time of the pose plus `value`.
-    `before` is the fit of the offsets of base and tool without a lag, `fit` the one with this lag.
+    A fitted lag. A pose with the stamp t belongs to the joint positions at the time t + `value`.
+
+    `before` is the fit of the base and tool offsets with the lag 0. `fit` is the fit of the base
+    and tool offsets with the lag `value`.
     """
 
     value: float
@@ -90,7 +94,7 @@ def lagged(robot: Robot, later: Later, poses: Floats, A: Floats, fit: Fit) -> La
     poses, A : shape (N, 4, 4)
         Poses of the second source and of the robot file.
     fit
-        The fit of the offsets between both without a lag.
+        The base and tool offsets between `A` and `poses`, fitted with the lag 0.
     """
     lags = np.linspace(-later.reach, later.reach, TRIALS)
     tried = [later.at(lag) for lag in lags.tolist()]

@@ -3,7 +3,8 @@
 """
 Fit constant offsets of base and tool between two sources of poses: X and Y of B_i = X A_i Y.
 
-Most functions solve H problems at once, so that further hypotheses cost little time.
+Most functions compute H independent fits at once, for example one fit for each hypothesis about a
+mistake. A further fit costs little time.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -31,9 +32,10 @@ POINT_SPREAD_RATIO = 0.05
 # The poses do not determine a direction of the 12 offset coordinates (base and tool) if its
 # singular value, divided by the largest singular value of the Jacobian, is below this ratio.
 WEAK_RATIO = 1e-4
-# Each rotation between two poses of the tool has the vector sin(angle) * axis. If the RMS of the
-# components of these vectors along their second principal axis is below this value, the tool is
-# taken to turn about one axis only.
+# The rotation from one tool pose to another has an angle and an axis. Take the vectors
+# sin(angle) * axis of many pairs of poses, and the principal axes of this set of vectors. If the
+# RMS of the components along the second principal axis is below this value, the tool is taken to
+# turn about one axis only.
 AXIS_VARIETY = 0.02
 
 
@@ -47,7 +49,7 @@ def nearest_rotation(M: Floats) -> Floats:
 
 class Fit(NamedTuple):
     """
-    Fitted offsets of H problems, and their residuals; `fit.one(k)` is problem k.
+    The results of H independent fits: offsets and residuals. `fit.one(k)` is the result of fit k.
 
     Attributes
     ----------
@@ -66,12 +68,12 @@ class Fit(NamedTuple):
     score: Floats
 
     def one(self, k: int) -> 'Fit':
-        """Return the fit of problem k: entry k of each array."""
+        """Return the result of fit k: entry k of each array."""
         return Fit(*(values[k] for values in self))
 
 
 def lifted(fit: Fit) -> Fit:
-    """Return the fit of one problem with a leading dimension H = 1 of each array."""
+    """Return the result of one fit with a leading dimension H = 1 of each array."""
     return Fit(*(np.asarray(values)[None] for values in fit))
 
 
@@ -100,10 +102,10 @@ def least_angles(A: Floats, B: Floats) -> Floats:
     Return a lower bound (H,) of the RMS rotation residuals (rad) between poses A and B (H, N, 4,
     4), for any base and tool offsets X and Y.
     """
-    # Let a_i be the angle of the rotation residual of pose i. Then
-    # |trace(B_i^T B_j) - trace(A_i^T A_j)| <= 2 (a_i + a_j), and the square is at most
-    # 8 (a_i^2 + a_j^2). So the mean of the squares over all i and j is at most 16 times the mean
-    # of a_i^2.
+    # Let A_i and B_i be the rotations of pose i in A and B, and a_i the angle of the rotation
+    # residual of pose i. Let D_ij = trace(B_i^T B_j) - trace(A_i^T A_j). Then
+    # |D_ij| <= 2 (a_i + a_j), and so D_ij^2 <= 8 (a_i^2 + a_j^2). The mean of D_ij^2 over all i
+    # and j is therefore at most 16 times the mean of a_i^2.
     off = _traces(B) - _traces(A)
     return np.asarray(np.sqrt(np.mean(off**2, axis=(1, 2)) / 16.0))
 
@@ -149,14 +151,13 @@ def fit_at(A: Floats, B: Floats, X: Floats, Y: Floats, scale: Floats) -> Fit:
 
 
 def _better(fit: Fit, new: Fit) -> Fit:
-    # Return for each problem the fit with the smaller score.
+    # Return the better result of each of H fits: the result with the smaller score.
     return Fit(*_chosen(new.score < fit.score, new, fit))
 
 
 def _chosen(which: Flags, some: Sequence[Floats], others: Sequence[Floats]) -> Iterator[Floats]:
-    # For each of H problems, choose between the results of two computations. Yield, for each array
-    # of the results, an array that has the entries of `some` in problems whose flag in `which`
-    # (H,) is set, and the entries of `others` in the other problems.
+    # `some` and `others` are two results of H fits, each a sequence of arrays. Yield arrays that
+    # have entry k of `some` if which[k] is True, and entry k of `others` if which[k] is False.
     for one, other in zip(some, others):
         yield np.where(which.reshape(-1, *[1] * (one.ndim - 1)), one, other)
 
@@ -172,12 +173,15 @@ def residual(fit: Fit, scale: Floats) -> Floats:
 
 def jacobian(A: Floats, fit: Fit, scale: Floats) -> Floats:
     """
-    Return the derivatives of M = X A Y by the offsets, shape (H, 6 N, 12), rows as in `residual`.
+    Return the derivatives (H, 6 N, 12) of the poses X A Y by motions of the base and of the tool.
 
-    Columns: linear motion v (divided by the scale) and angular motion w of the base, then of the
-    tool. Let p be the position and R the rotation of M. A motion (v, w) of the base, in base axes,
-    moves p by v + w x p and turns M by w. A motion (v, w) of the tool, in tool axes, moves p by R
-    v and turns M by R w.
+    X is the base offset, and Y is the tool offset. The rows are in the order of `residual`. The
+    first six columns are for the linear motion v (divided by the scale) and the angular motion w
+    of the base. The last six columns are for v and w of the tool.
+
+    Let p be the position and R the rotation of X A Y. A motion (v, w) of the base, in base axes,
+    changes p by v + w x p and turns R by w. A motion (v, w) of the tool, in tool axes, changes p
+    by R v and turns R by R w.
     """
     M = fit.X[:, None] @ A @ fit.Y[:, None]
     R, p = M[..., :3, :3], M[..., :3, 3] / scale
@@ -194,15 +198,15 @@ def number_columns(A: Floats, fit: Fit, columns: Floats, scale: Floats) -> Float
     """
     Return the derivatives (H, 6 N, c) of the poses X A Y by c numbers of the robot file.
 
-    The rows are those of `residual`: for each pose the position divided by `scale`, then the
-    rotation.
+    The rows are in the order of `residual`: for each pose the position divided by `scale`, then
+    the rotation.
 
     Parameters
     ----------
     A : shape (H, N, 4, 4)
-        Poses of the robot file.
+        Poses that are computed from the robot file: N poses in each of H independent fits.
     fit
-        The offsets X and Y.
+        The base offsets X and the tool offsets Y.
     columns : shape (H, N, 6, c)
         Derivatives of A by the numbers: linear and angular motion of the tool in base axes.
     scale : shape (H, 1, 1), m
@@ -217,8 +221,8 @@ def number_columns(A: Floats, fit: Fit, columns: Floats, scale: Floats) -> Float
 
 def equations_of(A: Floats, fit: Fit, scale: Floats) -> tuple[Floats, Floats]:
     """
-    Return the Jacobian (6 N, 12) of one problem by its offsets, and the residuals (6 N,). A (N, 4,
-    4) are the poses of the robot file.
+    Return the derivatives (6 N, 12) of the poses X A Y by the offsets X and Y of `fit`, and the
+    residuals (6 N,) of `fit`. A (N, 4, 4) are N poses that are computed from the robot file.
     """
     scales = np.reshape(scale, (1, 1, 1))
     return jacobian(A[None], lifted(fit), scales)[0], residual(lifted(fit), scales)[0]
@@ -226,8 +230,14 @@ def equations_of(A: Floats, fit: Fit, scale: Floats) -> tuple[Floats, Floats]:
 
 class NumberFit(NamedTuple):
     """
-    Fitted numbers of the robot (H, c) for H problems, and the offsets of base and tool that were
-    fitted with them.
+    The results of H independent fits of numbers of the robot file.
+
+    Attributes
+    ----------
+    values : shape (H, c)
+        The c fitted numbers of each fit.
+    fit
+        The offsets of base and tool that were fitted together with the numbers.
     """
 
     values: Floats
@@ -242,8 +252,11 @@ def fit_numbers(
     steps: int,
 ) -> NumberFit:
     """
-    Fit numbers of the robot file together with the offsets X (base) and Y (tool), so that the
-    poses X A Y are nearest to B. The first dimension of each array counts H independent problems.
+    Fit numbers of the robot file together with the base offset X and the tool offset Y.
+
+    Let A be the poses that the robot file gives, and B the poses of a second source. The fit
+    brings the poses X A Y nearest to B. The function computes H independent fits at once: the
+    first dimension of each array has the length H.
 
     Parameters
     ----------
@@ -298,7 +311,7 @@ def solved(J: Floats, r: Floats, damping: Floats | float = 0.0) -> Floats:
 
 
 def span_of(J: Floats) -> Floats:
-    """Return an orthonormal basis (6 N, k) of the range of J (6 N, 12) of one problem."""
+    """Return an orthonormal basis (6 N, k) of the column space of J (6 N, 12)."""
     # Use eigenvectors of J^T J, because they are ten times faster than a QR if BLAS threads wait
     # for each other.
     values, vectors = np.linalg.eigh(J.T @ J)
@@ -308,10 +321,10 @@ def span_of(J: Floats) -> Floats:
 
 def free_directions(J: Floats) -> Floats:
     """
-    Return an orthonormal basis (f, 12) of the offset changes that the poses leave undetermined.
+    Return an orthonormal basis (f, 12) of the offset changes that the poses do not determine.
 
-    The 12 coordinates are motions of base and tool. J (6 N, 12) is the Jacobian of one problem by
-    these coordinates.
+    The 12 coordinates of a change are the motions of base and tool. J (6 N, 12) has the
+    derivatives of N poses by these coordinates, as `equations_of` returns them.
     """
     values, vectors = np.linalg.eigh(J.T @ J)
     return np.asarray(vectors[:, ~(values > WEAK_RATIO**2 * values[-1])].T)
@@ -383,12 +396,13 @@ def _rotations(A: Floats, B: Floats) -> list[tuple[Floats, Floats]]:
 
 def _about_the_axis(A: Floats, B: Floats, RX: Floats, axis: Floats) -> Floats:
     # If the tool turns about one axis only, orientations do not determine the turn of the base
-    # offset X about this axis. Return this turn as a rotation (H, 3, 3). Its angle u follows from
-    # positions. Let p be a position of A, p_B and R_B position and rotation of B, and R_X the
-    # rotation of X so far. Let `still` be the part of p along the axis, `across` the part
-    # perpendicular to it, and `side` = axis x p. Then p_B = t + R_B s + R_X
-    # (cos(u) across + sin(u) side + still). The unknown vectors t and s contain the translations
-    # of X and of the tool offset Y. The equation is linear in t, s, cos(u) and sin(u).
+    # offset X about this axis. Return this turn as a rotation (H, 3, 3), computed from positions.
+    # Let u be the unknown angle of the turn, and R_X the rotation of X without the turn. Let p be
+    # the position of a pose in A, and p_B, R_B the position and rotation of the same pose in B.
+    # Split p into `still` along the axis and `across` perpendicular to the axis; side = axis x p.
+    # Let t be the unknown translation of X, and s an unknown vector that depends on the tool
+    # offset. Then p_B = t + R_B s + R_X (cos(u) across + sin(u) side + still). This equation is
+    # linear in t, s, cos(u) and sin(u).
     p = A[..., :3, 3]
     axis = np.einsum('hnij,hj->hi', A[..., :3, :3], axis) / p.shape[1]
     axis = axis / np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-9)

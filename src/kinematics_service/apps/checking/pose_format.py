@@ -20,9 +20,9 @@ def _numbers(count: int) -> tuple[str, ...]:
     return tuple(map(str, range(count)))
 
 
-# Endings of column names in small letters, with their default kind of orientation, in the order of
-# the search. Matrices come first, because a quaternion pose has the endings 0 to 6, which a matrix
-# has too.
+# Each entry has the endings of a pose's column names, in small letters, and the default kind of
+# orientation. The search takes the first entry whose endings all occur. The endings 0 to 6 of a
+# quaternion pose also occur in the columns 0 to 11 or 0 to 15 of a matrix. So matrices come first.
 ENDS = (
     ((*XYZ, 'qx', 'qy', 'qz', 'qw'), 'xyzw'),
     ((*XYZ, 'rx', 'ry', 'rz'), 'rotvec'),

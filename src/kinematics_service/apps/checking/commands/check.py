@@ -72,22 +72,21 @@ def check(
       kinematics_service check --strict my_robot.yaml
       kinematics_service check --json my_robot.yaml
 
-    All faults of a file are reported at once, on standard error, as file:line: where: message. A
-    known pose is also a fault if the table gives another pose at its joint positions. The exit
-    code is 1 if any file has a fault; the other files are still checked. Values that are allowed
-    but most likely wrong, such as a link of 250 m, are reported on standard error with WARN; with
+    All faults of a file are reported at once, on standard error, as file:line: where: message. If
+    the table gives another pose than a known pose of the file, this is a fault, too. The exit code
+    is 1 if any file has a fault; the other files are still checked. Values that are allowed but
+    most likely wrong, such as a link of 250 m, are reported on standard error with WARN; with
     --strict they make the exit code 1, too.
 
     \b
-    The keys of --json, of each object of the list `files`:
-      file, robot             as given; the robot's name, or null
+    The keys of --json: `files`, a list. Each object of the list has the keys:
+      file, robot             the file as given; the robot's name, or null
       faults, warnings        objects: line (0: none can be named), where, message
+    Further keys, unless `robot` is null:
       dof, joint_names, joint_types, convention
-                              of a robot
       reach, length           m
-      task_rows, generic_rank
-                              rows of the Jacobian in which the arm can move; its
-                              rank at poses that are not singular
+      task_rows               rows of the Jacobian in which the arm can move
+      generic_rank            rank of these rows at poses that are not singular
       known_poses             objects: index, agrees
     """
     out, found = Output(), []
