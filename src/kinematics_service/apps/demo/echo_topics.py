@@ -58,8 +58,8 @@ class EchoTopic(NamedTuple):
         If several nodes publish on the topic: a function that returns whether a message comes from
         the node that `echo` shows. Otherwise None.
     awaited
-        Name of a topic that only the node publishes, so that its publisher shows that the node
-        runs. If the text is empty, the topic is `name`.
+        Name of a topic that only the node publishes. If this topic has a publisher, the node runs.
+        If `awaited` is empty, the topic `name` is used instead.
     """
 
     name: str
@@ -83,8 +83,8 @@ class EchoTopic(NamedTuple):
         self, node: Node, source: str, then: Callable[[bytes], None] | None = None
     ) -> LatestMessage:
         """
-        Subscribe `node` to this topic of the node that is named `source`; `then` is called with
-        each message.
+        Subscribe `node` to this topic. The node that publishes the topic is named `source`. The
+        function `then` is called with each message.
         """
         topic = self.name.replace('~', source)
         return LatestMessage(node, topic, self.type, self.qos, then, self.wanted)

@@ -28,8 +28,9 @@ from .recording import Recorder
 from .translation import Text, Translation, listed, literal
 
 SELF_TEST_POSES = 3
-# A header in float states its largest error: the largest error at 1000 poses times this factor.
-# The factor allows for other poses, and for C libraries with less exact sines.
+# A header in `float` states a bound of its errors: this factor times the largest error that occurs
+# at 1000 test poses. The factor allows for larger errors at other poses, and for C libraries with
+# less exact sines.
 ERROR_MARGIN = 2.0
 WIDTH = 99  # columns of a line in C
 
@@ -70,8 +71,8 @@ class Header:
     Attributes
     ----------
     words
-        Text for each name between two @ in `parts.h`. `before` is the beginning of the names that
-        programs use, and `prefix` is the beginning of all other names.
+        Texts that replace the placeholders `@name@` in `parts.h`, by name. Two of the texts are
+        beginnings of C names: `before` for names that users need, `prefix` for all other names.
     """
 
     def __init__(self, robot: Robot, cpp: bool, real: str) -> None:
@@ -129,7 +130,7 @@ class Header:
         return '\n'.join(one for line in whole.split('\n') for one in _wrapped(line))
 
     def _part(self, part: str, **words: Any) -> str:
-        # Returns a part of `parts.h` with words for the names in it.
+        # Returns a part of `parts.h` in which texts replace the placeholders `@name@`.
         return filled(parts()[part], self.words | words)
 
     def _functions(self) -> list[str]:
@@ -276,7 +277,7 @@ def _plain(text: str) -> str:
 
 
 def filled(template: str, words: Mapping[str, Any]) -> str:
-    """Return a template with words in the place of the names between two @."""
+    """Return a template in which each placeholder `@name@` is replaced by `words[name]`."""
     return re.sub(r'@(\w+)@', lambda found: str(words[found[1]]), template)
 
 

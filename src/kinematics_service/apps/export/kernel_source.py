@@ -1,6 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Load the kernel's source as plain Python, beside the compiled kernel, and copy arms into it."""
+"""
+Load the kernel's source as plain Python modules, next to the compiled kernel.
+
+Arms of the compiled kernel are copied to objects of the plain Python modules.
+"""
 
 import sys
 from collections.abc import Callable, Iterator

@@ -4,7 +4,7 @@
 Record the operations of a function by calling it with numbers that write down each operation in C.
 
 The result is a list of steps without loops and branches. Equal steps are one step, and steps that
-no result needs are left out. Steps are also simplified if no finite result changes by a bit:
+no result needs are left out. A step is also simplified if all finite results stay exactly equal:
 operations on constants are computed, x * 1 and x - 0 are x, x * -1 is -x, and x + 0 * y is x if x
 is not -0.0.
 """
@@ -181,7 +181,8 @@ class Recorder:
             if uses[number.text]:
                 uses.update(STEP.findall(text))
         inner: dict[str, str] = {}
-        lines: dict[bool, list[str]] = {False: [], True: []}  # by `after_sines` of their number
+        # False: lines before the sines are computed. True: lines that need a sine or cosine.
+        lines: dict[bool, list[str]] = {False: [], True: []}
         for text, number in self.steps.items():
             text = STEP.sub(lambda found: inner.get(found[0], found[0]), text)
             if uses[number.text] == 1 and len(text) < INNER_LENGTH:

@@ -3,9 +3,9 @@
 """
 Write an arm as an ament package for ros2_control: a plugin for `kinematics_interface`.
 
-The package has the header of `export --cpp`, and the files of the folder `ros2_package`, whose
-plugin serves the base, the tool and the points of the robot file as links. Texts between @ are
-replaced by those of the arm.
+The package has the header of `export --cpp`, and the files in the folder `ros2_package`. In these
+files, placeholders such as @ROBOT@ are replaced by texts about the arm. The plugin knows the base,
+the tool and the points of the robot file as links.
 """
 
 from collections.abc import Iterator
@@ -20,7 +20,7 @@ from ...robot.robot import Robot
 from ...version import __version__
 from .header import filled, function_ends, header_of, quoted
 
-# The files of `ros2_package`, whose names end in .in there.
+# Names of the template files in the folder `ros2_package`, without their ending `.in`.
 TEMPLATES = ('package.xml', 'plugin.xml', 'CMakeLists.txt', 'src/plugin.cpp')
 
 
@@ -28,8 +28,8 @@ def write_package(robot: Robot, folder: Path) -> str:
     """
     Write an ament package with a plugin for an arm into a folder, and return the package's name.
 
-    A folder that has this package already gets new files. Its `package.xml` stays as it is,
-    because users write their names into it.
+    If the folder already has this package, its files are replaced. Only `package.xml` stays as it
+    is, because users edit this file.
 
     Raises
     ------
@@ -88,7 +88,8 @@ def package_name(robot: Robot) -> str:
 
 
 def _links(robot: Robot) -> Iterator[tuple[str, str]]:
-    # Yield name and other values of each Link of plugin.cpp: the base, the tool and the points.
+    # Yield a link for the base, for the tool and for each point. Each link has a name, and a text
+    # with the other values of the struct `Link` in plugin.cpp.
     yield robot.base_frame, '0, nullptr'
     yield robot.tool_frame, f'{robot.rows}, arm::jacobian'
     ends = function_ends(robot)

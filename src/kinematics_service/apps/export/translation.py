@@ -6,9 +6,10 @@ Translate functions of the kernel's source to C, statement by statement.
 The kernel's dialect of Python has types by annotations. Only the part of the dialect that the
 exported functions use is translated; anything else raises TypeError.
 
-A function is translated for given arguments. Objects and numbers that are known, such as a loop or
-the number of lanes, are not parameters in C: their fields become constants, and branches that
-depend on them alone are decided. A function is translated again for other known arguments.
+Some arguments of a call are known during the translation, for example the number of joints. Known
+arguments are not parameters in C. Instead, the translated function contains their values as
+constants, and has no branches that depend on known arguments alone. So each set of known arguments
+gives a function of its own in C.
 """
 
 import ast
@@ -26,8 +27,8 @@ TYPES = {
     'float': 'double', 'int': 'int', 'bool': 'int', 'None': 'void',
     'tuple[float, float]': 'pair', 'tuple[float, float, float]': 'triple',
 }  # fmt: skip
-# The C types of integers that the kernel converts from floating-point numbers, by annotation. The
-# kernel's `int` has 64 bits.
+# The C type of an integer that the kernel makes from a floating-point number, as in
+# `k: Int32 = int(x)`. The key is the annotation. The kernel's `int` has 64 bits.
 WHOLE_TYPES = {'int': 'long long', 'Int32': 'int'}
 OPERATORS = {
     'Add': '+', 'Sub': '-', 'Mult': '*', 'Div': '/', 'FloorDiv': '/', 'Mod': '%', 'LShift': '<<',

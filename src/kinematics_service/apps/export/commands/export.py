@@ -49,8 +49,8 @@ def export(
     bit.
 
     --ros2-control writes an ament package with such headers and a plugin for kinematics_interface,
-    which controllers such as admittance_controller load. Its links are the base, the tool and the
-    points of the robot file.
+    which controllers such as admittance_controller load. The links of the plugin are the base, the
+    tool and the points of the robot file.
     """
     given = {'--urdf': urdf, '--cpp': cpp, '--c': c, '--ros2-control': ros2_control}
     files = {name: str(file) for name, file in given.items() if file is not None}
