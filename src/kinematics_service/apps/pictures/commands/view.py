@@ -52,9 +52,9 @@ def view(
 ) -> None:
     """
     Show the arm on a web page, live from a running node, or moved by sliders if no joint states
-    arrive. The page shows links and axes from the table alone, velocity, manipulability
-    ellipsoids, the motion that a singular pose makes impossible, the distance to the nearest
-    singular pose, the Jacobian and the joint limits.
+    arrive. The page draws the links and joint axes that follow from the DH table. It also shows
+    velocity, manipulability ellipsoids, the motion that a singular pose makes impossible, the
+    distance to the nearest singular pose, the Jacobian and the joint limits.
 
     \b
     Examples:
@@ -63,10 +63,11 @@ def view(
       kinematics_service view --node /left/kinematics --port 8081
       kinematics_service view --robot my_arm.yaml --publish
 
-    If several nodes run, the page has a list to choose from. Only this computer sees the page
-    unless --host says otherwise. Then the printed address has a token, and nothing is shown
-    without it. With --publish the page has a check box. If you tick it, the sliders publish joint
-    states, so that a node can run without a real arm. Without ROS there are only sliders.
+    If several nodes run, the page has a list to choose from. By default, only this computer can
+    open the page. With --host, other computers can open it, too. The page then opens only at the
+    printed address, which contains a token. With --publish the page has a check box. If you tick
+    it, the sliders publish joint states, so that a node can run without a real arm. Without ROS
+    there are only sliders.
     """
     if sliders and publish:
         raise WrongUsage('--sliders works without ROS, and --publish needs it; give one of them')

@@ -104,12 +104,13 @@ def azimuth_of(skeleton: Skeleton) -> float:
     a, e = np.radians(AZIMUTHS), np.radians(ELEVATION)
     ones = np.ones(len(a))
     to_viewer = np.stack([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e) * ones])
-    # Let n be the unit vector to the viewer (`to_viewer`), and P the projection along n. The
-    # squared area of the ellipsoid's projection is det(P M P^T) = n^T adj(M) n.
+    # M, the second moments of the links, describes an ellipsoid. Let n be the unit vector to the
+    # viewer (`to_viewer`), and P the projection along n. The squared area of the projected
+    # ellipsoid is proportional to det(P M P^T) = n^T adj(M) n.
     adjugate = M @ M - M + (1.0 - np.trace(M @ M)) / 2.0 * np.eye(3)
     areas = np.einsum('in,ij,jn->n', to_viewer, adjugate, to_viewer)
-    # The projected area of a straight arm is 0 in every view. So, among equal areas, choose the
-    # view with the longest projection.
+    # The ellipsoid of a straight arm is a line, and its projected area is 0 in every view. So,
+    # among equal areas, choose the view with the longest projection.
     lost = np.einsum('in,ij,jn->n', to_viewer, M, to_viewer)
     # Round areas and lengths, so that the first of several equally good views is taken in spite of
     # round-off.

@@ -35,8 +35,9 @@ DIFFERENCE_STEP = 1e-5
 # After the last Newton step, a configuration is a solution if the norm of its residuals is below
 # this (no unit).
 RESIDUAL_TOLERANCE = 1e-8
-# A configuration is taken as a zero of a singular factor if the estimated distance (rad) to the
-# nearest zero of the factor is below this value. The tool's point then gets the factor's name.
+# A singular factor is taken as zero at a configuration if the estimated distance (rad) from the
+# configuration to the nearest zero of the factor is below this value. The result then contains the
+# name of the factor (`CriticalPoints.names`).
 FACTOR_TOLERANCE = 1e-5
 
 

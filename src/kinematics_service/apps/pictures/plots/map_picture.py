@@ -81,11 +81,12 @@ def _draw_sets(axes: Axes, numbers: DistanceMap) -> list[Artist]:
 
 def with_border_crossed(values: Floats) -> Floats:
     """
-    Return the values of a singular factor on the map (rows, columns), changed at the border: a
-    zero at the border is replaced by a tiny number with the opposite sign of the neighbour inside.
+    Return the values (rows, columns) of a singular factor on the map, without zeros on the border.
 
-    matplotlib draws a curve only between values of different signs. A factor that is zero along
-    the border, for example sin(q) at pi, has only round-off of any sign on the border.
+    Each zero on the border is replaced by a tiny number. If the neighbour inside the map is
+    positive, the tiny number is negative, and the other way round. The reason: matplotlib draws
+    the zero curve of the factor only between values of different signs. With the tiny numbers, it
+    draws the curve also along a border on which the factor is zero, for example sin(q) at pi.
     """
     crossed = np.array(values)
     for turned in (crossed, crossed[::-1], crossed.T, crossed.T[::-1]):

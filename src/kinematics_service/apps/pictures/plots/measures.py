@@ -24,8 +24,9 @@ LETTER_WIDTH = 0.014
 # factor that is nearest to zero. It does so only if the minimum is below this ratio times the
 # largest distance to singularity in the motion.
 NAMED_RATIO = 0.3
-# The vertical axis shows condition numbers up to this value (and a tenth more). Larger values are
-# not shown, because the condition number of a singular pose is only round-off.
+# The vertical axis of condition numbers ends at most at 1.1 times this value. Larger values are
+# not shown: at a singular pose the condition number is infinite, and the computed number depends
+# on round-off only.
 MAX_CONDITION = 1e4
 # Maximum number of letters in a line of an axis label.
 LABEL_LETTERS = 14
@@ -102,9 +103,9 @@ def _scale_without_end(axes: Axes, values: Floats, least: float) -> None:
 
 
 def _name_factors(robot: Robot, axes: Axes, motion: PlottedMotion, near: Singularity) -> None:
-    # At each minimum of the distance to singularity, write the name of the singular factor that is
-    # nearest to zero, above the panel. The lowest minimum comes first; a name that would overlap
-    # another name is left out.
+    # Write the names of singular factors above the panel: at each minimum of the distance to
+    # singularity, the factor that is nearest to zero. Start with the lowest minimum. Leave out a
+    # name that would overlap another name.
     factors = near.factors
     if factors is None:
         return

@@ -59,8 +59,8 @@ class PlottedMotion:
     @property
     def described(self) -> str:
         """
-        Return the name of the motion; if loops do not close at some rows, add the number of these
-        rows.
+        Return the name of the motion. If loops do not close at some of the joint positions, the
+        text also states the number of these positions.
         """
         if not len(self.open_rows):
             return self.name

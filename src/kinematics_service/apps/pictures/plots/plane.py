@@ -82,11 +82,12 @@ class Plane(FrozenArrays):
 
     def gradients(self, points: Floats) -> Floats:
         """
-        Return the gradients of both plane coordinates at points (..., 3), and the normal of the
-        plane.
+        Return the gradients of the two plane coordinates at points (..., 3).
 
-        The result has the shape (..., k, 3). k is 3: two gradients and the normal. For the half
-        plane k is 2: the normal is omitted, because joint 1 moves the tool along the normal.
+        For a plane along two base axes, the result has the shape (..., 3, 3): two gradients, then
+        the normal of the plane. For the half plane that begins at the axis of joint 1, the result
+        has the shape (..., 2, 3): two gradients only. The normal is left out, because joint 1
+        moves the tool along the normal.
         """
         up = np.broadcast_to(self.up, points.shape)
         if not self.half:

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute the cells of a plane that the tool reaches, and how far from singular it can be in a cell.
+Compute which cells of a plane the tool reaches, and the distance to singularity in each cell.
 
 For each cell, the search finds joint positions that put the tool into the cell and have the
 largest distance to singularity.
@@ -37,8 +37,8 @@ MAX_STEPS = 8
 PLANE_TOLERANCE = 1e-9
 # Number of rounds of MAP-Elites.
 ROUNDS = 24
-# Number of configurations that all rounds of MAP-Elites try together, divided by the number of
-# random configurations before the first round.
+# Total number of configurations in all rounds of MAP-Elites, divided by the number of random
+# configurations before the first round.
 CHANGED_RATIO = 2
 # Smallest and largest standard deviation of a random change of a joint position, divided by the
 # joint's range; as exponents of 10.

@@ -133,8 +133,9 @@ class OriginCheck(NamedTuple):
             return False
         if '@' in parts.netloc:
             return False
-        # Accept addresses, because no name server resolves an address. Refuse unknown names,
-        # because the owner of a name can resolve it to this computer.
+        # Refuse an unknown host name, because a foreign site can make its own host name resolve to
+        # this computer (DNS rebinding). Accept the IP address of this computer, because a foreign
+        # site cannot have this address.
         return is_loopback(name) or name in self.names or name == called.removeprefix('::ffff:')
 
     def _is_remembered(self, headers: Headers, port: int) -> bool:

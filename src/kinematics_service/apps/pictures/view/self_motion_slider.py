@@ -24,9 +24,9 @@ class SelfMotionSlider:
     Parameters
     ----------
     server
-        The web server. The slider is added to the folder of the panel whose `with` block is
-        running, but only if the arm has one joint more than the task needs. The task is the tool's
-        pose, or its position.
+        The web server. If the arm has one joint more than the task needs, the slider is added to
+        the panel of the page, in the folder that the caller has opened by
+        `with server.gui.add_folder(...)`. The task is the tool's pose, or its position.
     robot
         The arm.
     """

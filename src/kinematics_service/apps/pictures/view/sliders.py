@@ -38,8 +38,8 @@ class Sliders:
     Parameters
     ----------
     server
-        The web server. The sliders are added to the folder of the panel whose `with` block is
-        running.
+        The web server. The sliders are added to the panel of the page, in the folder that the
+        caller has opened by `with server.gui.add_folder(...)`.
     robot
         The arm.
 
