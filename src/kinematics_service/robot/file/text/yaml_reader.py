@@ -31,7 +31,7 @@ Scalar: TypeAlias = yaml.ScalarEvent
 SequenceStart: TypeAlias = yaml.SequenceStartEvent
 MappingStart: TypeAlias = yaml.MappingStartEvent
 Read = TypeVar('Read')  # the type of the values that a subclass of YamlReader builds
-# What to write instead, by a part of the parser's reason. {line} is the line on which the list,
+# Advice on a syntax error, by a part of the parser's reason. {line} is the line on which the list,
 # the mapping, the quoted text or the key begins.
 ADVICE = {
     r"'\t'": 'indent with spaces',
