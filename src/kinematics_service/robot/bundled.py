@@ -66,15 +66,16 @@ def grouped_robots() -> Mapping[str, Mapping[str, Path]]:
 
 class RobotSource(NamedTuple):
     """
-    The file that describes a robot, and the two ends of the arm that is read from the file.
+    The file that describes a robot, and the names of the two ends of the arm.
 
     Attributes
     ----------
     base, tip
-        For a URDF, names of links: the arm goes from the link `base` to the link `tip`. For a cell
-        (a file with several arms), names of frames: the robot is the motion of the frame `tip`
-        relative to the frame `base`. The name `left` of an arm means the tool of the arm;
-        `left/elbow` means the point `elbow` of the arm. Empty if the user gave no names.
+        Names of the ends; empty if the user gave no names. In a URDF the ends are links: the arm
+        goes from the link `base` to the link `tip`. In a cell (a file with several arms) the ends
+        are frames: the robot's pose is the pose of the frame `tip` in the frame `base`. The frame
+        `left` is the tool of the arm `left`. The frame `left/elbow` is the point `elbow` of this
+        arm.
     """
 
     file: Path

@@ -1,12 +1,15 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Make the kernel's chain from a DH table: multiply the fixed transforms between two joints together.
+Make the kernel's chain from a DH table: one constant matrix between two successive joints.
 
-The chain is the product C_0 S_1 C_1 S_2 ... S_K C_K. K rows of the table have a joint. The screw
-motion S_k is the motion about and along z in the k-th of these K rows. Everything constant between
-two screw motions is multiplied into one matrix C_k: the constant factors of the rows, rows without
-a joint, base and tool. So the kernel needs neither conventions nor joint types.
+A table row with a joint has a screw motion: a rotation about z and a translation along z. All
+constant transforms between two successive screw motions are multiplied into one matrix. These
+transforms are the constant factors of rows, rows without a joint, base and tool. So the kernel
+needs neither conventions nor joint types.
+
+Let K be the number of rows with a joint, S_k the screw motion of the k-th such row, and C_k the
+constant matrix after S_k. The pose of the tool is the product C_0 S_1 C_1 S_2 ... S_K C_K.
 """
 
 import itertools

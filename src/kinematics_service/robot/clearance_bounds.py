@@ -28,10 +28,10 @@ LENGTH_SUM_ERROR = 1e-12
 
 class ClearanceBounds(NamedTuple):
     """
-    Constants of an arm from which `kernel.Clearance` computes a radius without singular poses.
+    Constants of an arm for `kernel.Clearance`, which computes a radius around a pose.
 
-    The radius is the length of a joint motion, rad. It is proved that no shorter joint motion from
-    a given pose leads to a singular pose.
+    The radius is the length of a joint motion, rad. It is proved that no shorter joint motion
+    leads from the pose to a singular pose.
 
     Attributes
     ----------
@@ -122,8 +122,9 @@ class _Feet(NamedTuple):
 def _feet(chain: Chain, elements: _Elements, point: Floats, strokes: Floats) -> _Feet:
     # Drop a perpendicular from `point` to the last axis of rotation, then from the end of this
     # perpendicular to the previous axis, and so on. Joint motions do not change the lengths of the
-    # perpendiculars. So the distance from `point` to the axis of screw k is at most a sum over
-    # screw k and all later screws: lengths of perpendiculars, and strokes of sliding joints.
+    # perpendiculars. For screw k, hops[k] is the length of the perpendicular to the axis of the
+    # screw, plus the strokes of the joints that slide along the axis. The distance from `point` to
+    # the axis of screw k is at most hops[k] + hops[k + 1] + ... up to the last screw.
     count = len(elements.turns)
     first = chain.table.first_entry
     hops, foot = np.zeros(count), point
@@ -195,10 +196,10 @@ def moving_joints(chain: Chain, task: Task) -> Integers:
 
 
 def _alone_about_one_axis(table: ChainTable, order: range) -> Iterator[int]:
-    # Go through the screws in the given order. For each screw, yield the index of its entry, the
-    # pair of the screw and the joint that moves the screw. Stop before the first screw that is not
-    # on the axis of the screws before it. Stop also before a screw that several joints move, and
-    # before a screw whose joint moves a second screw.
+    # Go through the screws in the given order. For each screw, yield the index of the screw's
+    # entry. An entry is a pair: a screw and a joint that moves the screw. Stop before the first
+    # screw that is not on the axis of the screws before it. Stop also before a screw that several
+    # joints move, and before a screw whose joint moves a second screw.
     for place, k in enumerate(order):
         entry = table.first_entry[k]
         alone = table.first_entry[k + 1] == entry + 1
@@ -213,13 +214,15 @@ def _alone_about_one_axis(table: ChainTable, order: range) -> Iterator[int]:
 
 def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Floats:
     # Return upper bounds of the norms of the derivatives of each column of J_t by `order` joints,
-    # shape (n, ..., n). First compute bounds for entries. An entry is a pair of a screw and a
-    # joint that moves the screw. A derivative belongs to `order` + 1 entries: one entry of the
-    # column, and one entry of each joint by which the column is differentiated. At unit joint
-    # speed, an entry causes the angular velocity w and at most the speed v of the reference point.
-    # Bound of the linear part: v of the entry that is last in the chain, times the product of w
-    # over the other entries. Bound of the angular part: the product of w over all entries. But if
-    # the entry of the column is not after all other entries in the chain, the angular part is 0.
+    # shape (n, ..., n).
+    #
+    # An entry is a pair: a screw and a joint that moves the screw. If the joint moves with unit
+    # speed, the screw turns with the angular speed w and moves the reference point at most with
+    # the speed v. Compute a bound for every choice of `order` + 1 entries: one entry for the
+    # column, and one for each differentiation. Bound of the linear part: v of the entry that is
+    # last in the chain, times w of each other entry. Bound of the angular part: the product of w
+    # of all entries. If the column's entry does not come after all other entries in the chain, the
+    # angular part is 0.
     table, E = chain.table, chain.entries
     element = np.repeat(np.arange(len(table.theta_0)), np.diff(table.first_entry))
     w = np.abs(table.by_theta)
@@ -280,10 +283,11 @@ def find_bounds(chain: Chain, task: Task, strokes: Floats) -> ClearanceBounds:
     for order in (2, 3, 4) if chain.entries <= MAX_BOUNDED_ENTRIES else (2,):
         parts = _largest_parts(chain, task, farthest, order)
         parts = parts[np.ix_(np.arange(n), *[moving] * order)]
-        # parts[i, j1, j2, ...] bounds the derivative of column i of J_t by joint j1, joint j2, and
-        # so on. Reshape `parts` to a matrix: the first k + 1 dimensions become the rows. The
-        # 2-norm of the matrix bounds the derivative of J_t along joint motions of norm 1. Compute
-        # this bound for each k, and take the smallest bound.
+        # parts[i, j1, j2, ...] is an upper bound of the norm of a partial derivative: column i of
+        # J_t, differentiated with respect to joint j1, joint j2, and so on. Choose a number k, and
+        # reshape `parts` to a matrix: the first k + 1 indices give the row, the other indices the
+        # column. The 2-norm of the matrix is a bound of the derivative of J_t along joint motions
+        # of norm 1. Take the smallest bound over all k.
         flat = (parts.reshape(n * d**k, -1) for k in range(order))
         flat = (part if len(part) < len(part.T) else part.T for part in flat)
         bounds[order - 2] = min(float(np.linalg.norm(part, 2)) for part in flat)

@@ -63,11 +63,12 @@ class Factors(FrozenArrays):
         so, every singular pose is a zero of a factor.
     operations : shape (steps, 3), constants : shape (steps,)
         The tape: a list of elementary operations (steps) that computes the factors of the robot
-        file. The tape does not compute the factors of loops. For each step, `operations` has the
-        operation and the indices of the two steps that are its operands, and `constants` has a
-        number c. The value of a constant is c. A step that reads a joint position multiplies the
-        position (rad or m) by c, which converts it to the file's unit. For sin, cos and atan2, c
-        is the file's unit of angles in rad.
+        file, but not the factors of loops. For each step, `operations` has the code of the
+        operation and the indices of two steps: their values are the operands. `constants` has a
+        number c for each step, and the operation decides what c means. A step for a constant
+        number has the value c. A step that reads a joint position multiplies the position (rad or
+        m) by c, which converts it to the file's unit. For sin, cos and atan2, c is the file's unit
+        of angles in rad.
     ends : shape (factors,)
         For each factor on the tape, the index of the step that computes its value.
     """

@@ -11,8 +11,9 @@ from ..kernel import Chain, Floats
 from .clearance_bounds import moving_joints
 from .task import Task
 
-# If a gear turns a row of the table by a fraction of the joint's angle, all links have the same
-# poses again only after several turns of the joint. At most this number of turns is tried.
+# A gear may turn a link by a fraction of the joint's angle, for example by a third. Then all links
+# have the same poses again only after several turns of the joint, here after three. If the number
+# of turns is above MAX_TURNS, the joint counts as a joint without a period.
 MAX_TURNS = 4
 
 
@@ -21,13 +22,17 @@ def joint_spans(chain: Chain, task: Task, limits: Floats) -> Floats:
     Return, for each joint, the range in which it is sampled: begin, length and period, (n, 3),
     rad.
 
-    The period of a joint is the angle after which all links have the same poses again. If a joint
-    has a period, its range is one period. A joint without a period has the period inf. Its range
-    is from `kernel.FARTHEST` (1 rad) below the lower limit to `kernel.FARTHEST` above the upper
-    limit, or one turn if it has no limits. For an arm with closed loops, the range ends at the
-    limits, because the loops may not close beyond the limits. The length is 0 if the joint never
-    changes the rank of J_t. Positions of prismatic joints are divided by the characteristic
-    length.
+    The period of a joint is the angle after which all links have the same poses again. A joint
+    without such an angle has the period inf. The range depends on the joint:
+
+    - If the joint has a period, the range is one period.
+    - If the joint has limits but no period, the range is from 1 rad (`kernel.FARTHEST`) below the
+      lower limit to 1 rad above the upper limit. For an arm with closed loops, the range is from
+      limit to limit, because the loops may not close beyond the limits.
+    - If the joint has neither a period nor limits, the range is one turn.
+
+    If the joint never changes the rank of J_t (the task rows of the Jacobian), the length is 0.
+    Positions of prismatic joints are divided by the characteristic length.
     """
     n, scales = chain.dof, task.column_scales
     if not chain.entries:

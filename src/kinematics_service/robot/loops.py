@@ -280,9 +280,10 @@ def _idle_rows(
 def _check_rest(
     description: RobotDescription, loop: LoopDescription, pair: tuple[Chain, Chain], x: Floats
 ) -> None:
-    # The key `rows` of a loop may have only one or two of the rotations rx, ry, rz. In this case
-    # the ends of the loop's chains must also agree in the rotations that `rows` does not have.
-    # Otherwise the first-order steps of the solver do not close the loop.
+    # Refuse a loop if its key `rows` has only one or two of the rotations rx, ry, rz, and the end
+    # frames of the loop's two chains are not parallel at the assembled position. For such frames,
+    # the solver's derivatives of rx, ry and rz are wrong, and its steps do not close the loop.
+    # With all three rotations, the closed loop makes the frames parallel.
     named = [row for row in loop.rows if row in ROWS[3:]]
     if len(named) in (0, 3):
         return

@@ -4,8 +4,8 @@
 Find a point of an arm: its tool, a named point of its file, or a frame of its table.
 
 The kinematics of a point is the kinematics of a shorter arm. The shorter arm has only the table
-rows before the point, and the point is its tool. The Jacobian of the shorter arm keeps the columns
-of the joints after the point; these columns are zero.
+rows before the point, and the point is its tool. The Jacobian of the shorter arm still has a
+column for each joint of the whole arm. The columns of joints after the point are zero.
 """
 
 import math
@@ -183,7 +183,8 @@ def ending_at(
     if at is not None:
         matrix = point.motion.matrix.copy()
         matrix[:3, 3] += matrix[:3, :3] @ place_in_frame(at)
-        # The texts of rpy stay.
+        # The new tool has another position and the same rotation. So replace the texts of x, y, z,
+        # and keep the texts of roll, pitch, yaw from the robot file.
         texts = (*_texts(matrix[:3, 3], description.metres), *point.motion.texts[3:])
         point = replace(point, motion=RigidMotion(matrix, texts))
     elif point.name == TOOL:

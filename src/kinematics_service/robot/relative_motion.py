@@ -25,9 +25,10 @@ from .file.parts.links import names_in_rows
 from .file.reader import refuse
 from .file.text.expressions import Affine, Expression
 
-# Two axes count as one axis if their distance, relative to the sum of the chain's lengths, is at
-# most this tolerance. A joint that both arms have is in the chain twice, with different round-off,
-# so the tolerance is above 0.
+# Two axes count as one axis if the distance between them is at most this tolerance times the sum
+# of the chain's lengths. The two arms of a cell may share a joint, for example in the torso. The
+# chain from the first tool to the second tool then contains the shared joint twice. Because of
+# round-off, the two copies of the joint's axis may be apart, so the tolerance is above 0.
 AXIS_TOLERANCE = 1e-12
 # Set entries of a pose matrix below this (translations in m) to zero, because they are round-off.
 ZERO_TOLERANCE = 1e-15

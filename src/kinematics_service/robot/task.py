@@ -23,19 +23,20 @@ TWIST_ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
 SEEDED_POSES = 1000
 SEED = 20240523
 
-# A row of J contains only round-off if no joint moves the tool along (or about) the axis of the
-# row. Entries count as round-off up to this fraction of the largest entry in the three linear
-# rows. For an angular row it is this fraction of the largest entry in the three angular rows. In
-# linear rows, entries up to `least_motion` also count as round-off.
+# If no joint moves the tool along (or about) the axis of a row of J, the row contains only
+# round-off. In an angular row, an entry counts as round-off if it is at most this fraction of the
+# largest entry of the three angular rows. In a linear row, an entry counts as round-off if it is
+# at most this fraction of the largest entry of the three linear rows, or at most `least_motion`
+# (m).
 MOVED_ROW_RATIO = 1e-9
 # Round-off of the tool's position, relative to the sum of the constant lengths before the first
 # joint.
 ROUND_OFF_RATIO = 1e-14
 
-# A row of J may be nonzero only because joint axes are not exactly parallel. This is probable if
-# all entries of the row are below this fraction of the largest entry in the three linear (or
-# angular) rows. The value is the largest angle between two axes that are taken as nearly parallel:
-# 0.01 rad, or 0.57 deg.
+# If two joint axes are nearly parallel, a row of J may have small entries that would be 0 for
+# parallel axes. This is probable if all entries of the row are below this fraction of the largest
+# entry in the three linear (or angular) rows. The value is the largest angle between two axes that
+# are taken as nearly parallel: 0.01 rad, or 0.57 deg.
 TILT_RATIO = 0.01
 
 # Number of joint configurations at which the rank of J is computed first. Nearly all arms have
@@ -107,8 +108,8 @@ class Task(FrozenArrays):
     @property
     def barely_moved(self) -> str:
         """
-        Return a warning if axes that are not exactly parallel are the only cause of nonzero
-        entries in a row of J_t, else ''.
+        Return a warning if joint axes are nearly parallel, and exactly parallel axes would make a
+        row of J_t zero; else ''.
         """
         if self.plain_rows == self.rows:
             return ''
@@ -128,7 +129,8 @@ class Task(FrozenArrays):
 
 def seeded_poses(limits: Floats, prismatic: Iterable[bool]) -> Floats:
     """
-    Return random joint positions inside the limits; every call returns equal positions.
+    Return random joint positions inside the limits. The seed is fixed, so every call with equal
+    limits returns the same positions.
 
     Parameters
     ----------

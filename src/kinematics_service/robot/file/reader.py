@@ -261,8 +261,8 @@ def check_name(name: str | None, at: Place) -> None:
 
 class _FileNames(NamedTuple):
     """
-    The joints, passive joints and constants of a robot file. Expressions in the file may contain
-    the names of all of them.
+    The joints, passive joints and constants of a robot file, and two objects that read
+    expressions.
 
     Attributes
     ----------
@@ -271,8 +271,9 @@ class _FileNames(NamedTuple):
     passive
         The passive joints of each loop.
     driven, quantities
-        Two objects that read expressions: `driven` refuses the names of passive joints,
-        `quantities` accepts these names.
+        The two objects that read expressions. `quantities` accepts the names of joints, passive
+        joints and constants. `driven` refuses the names of passive joints; it reads the section
+        `singularity`.
     """
 
     heads: Sequence[JointHead]

@@ -51,8 +51,8 @@ class Head(NamedTuple):
     before
         Whether the head has the subscript i-1, such as a_{i-1} in Craig's table.
     after
-        Whether the head has the subscript i+1. If d or theta has this subscript, a and alpha
-        belong to the previous link, as in Craig's table.
+        Whether the head has the subscript i+1. A table with the heads a_i, alpha_i, d_{i+1},
+        theta_{i+1} is like Craig's table, which has a_{i-1}, alpha_{i-1}, d_i, theta_i.
     """
 
     meaning: str
@@ -114,7 +114,8 @@ def find_heads(rows: Sequence[PastedRow]) -> int | None:
 
 def with_unit_row(heads: Sequence[Head], row: PastedRow) -> Sequence[Head] | None:
     """
-    Return the heads with the units in `row`, the row below them; None if its cells are not units.
+    Return the column heads with units added. The units are the cells of `row`, the row below the
+    heads. If a cell is not a unit, return None.
     """
     units = [UNIT_ALONE.fullmatch(cell.lower()) for cell in row.cells]
     if len(units) != len(heads) or any(cell and not unit for cell, unit in zip(row.cells, units)):

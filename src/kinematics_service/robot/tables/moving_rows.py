@@ -55,9 +55,10 @@ class NumberedRow(NamedTuple):
 
 class MovingRow(NamedTuple):
     """
-    A table row with the expressions d and theta, and the joint variable of the row.
+    A table row: its expressions d and theta, and the joint variable that occurs first in this row.
 
-    `variable` is empty if the row has no variable, or if its variable belongs to an earlier row.
+    `variable` is empty if the row has no joint variable, or if an earlier row has the same
+    variable.
     `place` is the quantity that moves, 'd' or 'theta', or '' for a fixed row.
     """
 
@@ -82,7 +83,8 @@ def without_stars(
         for star in STARRED.finditer(row.cells.setdefault(place, ''))
         if star[1] not in constants
     ]
-    # If every star is before a minus sign, report a fault, because `q2*-1` may be a product.
+    # A star may mark a joint variable or mean a product: `q2*-1` is q2 - 1 or q2 times -1. If
+    # every star is before a minus sign, the meaning is unknown, so report a fault.
     if found and all(star[0].endswith('*') and star['sign'] for _, _, star in found):
         row, place, _ = found[0]
         message = f'{row.cells[place]}: a product, or a variable with its star? Write it without *'
@@ -253,9 +255,9 @@ def _faults(
 def _judge_fixed(
     arm: Sequence[MovingRow], joints: Sequence[NumberedRow], report: TableReport
 ) -> None:
-    # If a row has no variable of its own, it is fixed, or the joint of an earlier row moves it, or
-    # its variable is missing. Add a note to the report for a fixed or moved row, and a fault for a
-    # missing variable.
+    # A row without a joint variable of its own is one of three cases. The row is fixed, or the
+    # joint of an earlier row also moves this row, or the table's author forgot the variable. In
+    # the first two cases add a note to the report, in the third case a fault.
     rows = [one.row for one in arm if not one.place and 'type' not in one.row.cells]
     fixed = [row for row in rows if row in joints]
     moving = [one.variable for one in arm if one.variable]

@@ -45,7 +45,9 @@ class ScriptMatrix(NamedTuple):
 def plain_text(text: str) -> str:
     """
     Return a pasted text with ASCII signs, and with names such as `theta1` for Greek letters and
-    indices. In an HTML table, bars separate the cells.
+    indices.
+
+    In an HTML table, the tags between two cells become a bar, `|`.
     """
     text = html.unescape(text.replace('\r\n', '\n').replace('\r', '\n')).translate(BARS)
     text = re.sub(r'(?i)\s*</?t[dh][^>]*>\s*(?:<t[dh][^>]*>)?', '|', text)
@@ -90,8 +92,9 @@ def blocks_of(text: str) -> list[ScriptMatrix]:
     """
     Return the matrices in a script or text.
 
-    A matrix has one of two forms. Either each row is in brackets, or all rows are in one pair of
-    brackets, and each row ends at `;` or a new line.
+    A matrix has one of two forms. In `[1, 2, 3], [4, 5, 6]`, each row is in brackets. In
+    `[1 2 3; 4 5 6]`, all rows are in one pair of brackets. In the second form, a row ends at `;`
+    or at the end of the line.
     """
     text = re.sub(r'\.\.\.[ \t]*\n', ' ', without_comments(text))
     blocks: list[ScriptMatrix] = []

@@ -62,7 +62,8 @@ def settings_of(text: str, report: TableReport) -> dict[str, str]:
 
 def end_lines(text: str, settings: Mapping[str, str], report: TableReport) -> Iterator[str]:
     """
-    Yield the lines of a robot file for base and tool, read from a script or from a printed robot.
+    Yield the lines `base` and `tool` of a robot file. The poses of base and tool are read from a
+    script, or from the text that Corke's toolbox prints for a robot.
     """
     for end in ('base', 'tool'):
         if end in settings:

@@ -38,7 +38,8 @@ MARKED = re.compile(rf'({NUMBER.pattern})\s*\*?\s*(mm|cm|m|inch|in|rad(?:ians?)?
 # Matches a number without a unit. The number is a term of a sum, not a factor.
 TERM = re.compile(rf'(?<![*/])(?<![*/]\s){NUMBER.pattern}(?!\s*(?:[*/{DEGREE}\w(.]))')
 DEGREE_DECIMALS = 9  # degrees are rounded to this number of decimals: 29.999999999999996 to 30
-# Matches a joint limit of 30 or more, which is in degrees.
+# Matches a joint limit of 30 or more. The unit of such a limit must be degrees, because 30 rad
+# would be almost five turns.
 LIMITS_TURNS = re.compile(r'-?(?:[3-9]\d|\d{3,})(?:\.\d*)?')
 
 
@@ -143,9 +144,10 @@ def in_unit(cell: str, unit: str) -> str:
 
 def rounded(cell: str, unit: str) -> str:
     """
-    Return the text of an angle in which rounded numbers are exact: `1.5708` becomes `pi/2`.
+    Return the text of an angle with exact parts of pi instead of rounded numbers: `1.5708` becomes
+    `pi/2`.
 
-    In degrees, numbers are rounded to DEGREE_DECIMALS decimals.
+    If the unit is degrees, round the numbers to DEGREE_DECIMALS decimals instead.
     """
 
     def part(found: re.Match[str]) -> str:

@@ -51,9 +51,10 @@ def configurations(chain: UrdfChain, count: int = CONFIGURATIONS) -> Floats:
     """
     Return random configurations of a URDF chain inside its limits, shape (count, n), rad or m.
 
-    Every call returns equal positions. The range of a joint without limits is a full turn, or one
-    metre if the joint is prismatic. If a limit is beyond MAX_POSITION, positions come only from
-    the part of the joint's range that is nearest to zero.
+    The seed is fixed, so every call for a chain returns the same configurations. The range of a
+    joint without limits is a full turn, or one metre if the joint is prismatic. If a limit is
+    beyond MAX_POSITION, positions come only from the part of the joint's range that is nearest to
+    zero.
     """
     low, high = [], []
     for joint in chain.variables:

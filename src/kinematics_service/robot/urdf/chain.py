@@ -33,7 +33,8 @@ class Variable:
     Parameters
     ----------
     type
-        `revolute`, `prismatic`, or `helical` (a turning joint that sliding joints mimic).
+        `revolute`, `prismatic`, or `helical`. In a URDF, a helical joint (screw) is a turning
+        joint, and a sliding joint that mimics the turning joint.
     """
 
     name: str

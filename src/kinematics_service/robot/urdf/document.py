@@ -25,9 +25,9 @@ MAX_LISTED_NAMES = 30  # largest number of names in a message
 MISPLACED = expat.errors.codes[expat.errors.XML_ERROR_MISPLACED_XML_PI]
 BLANK_BEGINNING = re.compile(rb'\A(\s+)(<\?xml\b[^>]*\?>)')
 DECLARED = re.compile(rb'\A<\?xml\b[^>]*?\bencoding\s*=\s*["\']([\w.-]+)["\']')
-# Python codecs for encodings with several bytes for each character, which expat cannot read. Files
-# often use more characters than the encoding that they declare. So some encodings map to a codec
-# with a larger character set.
+# Python codecs for encodings with several bytes for each character. The XML parser expat cannot
+# read these encodings. A file often contains characters that are not in the encoding that the file
+# declares. So some encodings are read with the codec of a larger character set.
 CODECS = dict.fromkeys(('gb2312', 'gbk', 'gb18030'), 'gb18030')
 CODECS |= dict.fromkeys(('shift_jis', 'x_sjis', 'windows_31j', 'cp932'), 'cp932')
 CODECS |= {name: name for name in ('utf_8', 'big5', 'euc_kr', 'euc_jp')}

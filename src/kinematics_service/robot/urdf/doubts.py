@@ -20,11 +20,11 @@ from .joints import ATTRIBUTES, SINCE
 from .quantity import ROUND_OFF
 from .tree import UrdfTree
 
-# Matches the places in the generated robot file whose warnings also apply to the URDF: the joints,
-# and the table (for the sum of the lengths).
+# Matches two kinds of places in the generated robot file: a joint, and the table. A warning about
+# a joint, or about the sum of the table's lengths, also applies to the URDF.
 MAPPED_PLACES = re.compile(r'joints\[(\d+)\]|links$')
-# A warning about an unknown XML element suggests a known element if the similarity (difflib) of
-# their names is at least this. The value is the similarity of `axes` to `axis`.
+# A warning about an unknown XML element suggests a known element if the two names are similar: the
+# similarity (difflib) is at least this. The value is the similarity of `axes` to `axis`.
 SIMILARITY = 0.75
 # The attributes of an `<origin>`, and whether their numbers are lengths or angles.
 ORIGIN_KINDS: tuple[tuple[str, Kind], ...] = (('xyz', 'length'), ('rpy', 'angle'))

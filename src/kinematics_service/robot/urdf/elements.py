@@ -61,7 +61,8 @@ class PlannedJoint:
     sign
         1 or -1: the axis of the joint is sign times z.
     limit, mimic
-        `limit` is None for a joint without limits, `mimic` for a joint that mimics no other joint.
+        None in `limit` means a joint without limits. None in `mimic` means a joint that mimics no
+        other joint.
     hub
         Whether the joint has a shape in pictures: only the first of several joints on one axis has
         a shape.

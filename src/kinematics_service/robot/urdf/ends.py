@@ -61,10 +61,11 @@ def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
     """
     Return the base and tip link of a URDF chain, and choose a link that the user did not name.
 
-    The base is the root, or the link below the last floating or planar joint. The tip is the end
-    of the chain with the most moving joints, without the joints of a hand. If several limbs have
-    equally many moving joints, the tip is the end of the first limb. If several links are at the
-    end, the tip is a link whose name has a word for a tool (`tool`, `tcp`, `flange`), or the
+    The base is the root, or the link below the last floating or planar joint. The tip is at the
+    end of the chain with the most moving joints, without the joints of a hand. If several limbs
+    have equally many moving joints, the tip is at the end of the first limb. After the last moving
+    joint there may be several links, connected by fixed joints. Then the tip is a link whose name
+    has a word for a tool (`tool`, `tcp`, `flange`). If no name has such a word, the tip is the
     farthest link. A hand begins
 
     1. at a joint whose name has the word finger, thumb, jaw, claw or gripper;
@@ -205,8 +206,9 @@ def _before_branches(
         if any(_of_hand(tree.joints[one], FINGER) for one in fingers):
             return k
         if most > shared or arm[: k + 1] in tools:
-            # No hand begins after the first k joints. Either a branch after these joints has more
-            # than k moving joints, so it is a limb, or a tool link is farther along the arm.
+            # No hand begins directly after joint k. Either a branch after joint k has more moving
+            # joints than the path to joint k, so the branch is a limb and not a finger, or a tool
+            # link is farther along the arm.
             continue
         similar = len(fingers) > 1 and fewest >= most - 1
         short = fewest == most <= MAX_FINGER_JOINTS

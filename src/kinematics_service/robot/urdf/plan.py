@@ -3,12 +3,17 @@
 """
 Convert the table of a robot to the links and joints of a URDF.
 
-Every frame of the table becomes a link. The expressions `theta` and `d` are sums of terms, each a
-factor times a joint variable. The first term of a variable in the table becomes the variable's
-joint, about z or -z. The other terms become joints that mimic this joint; each is on the z axis of
-its own row. For `theta3 - theta2`, two joints turn: by theta3, and by -1 times theta2. A helical
-joint becomes a joint that turns and a joint that slides. For `q1/3` (a gear), two joints on one
-axis turn. The variable's joint must turn by q1 itself, so a mimic joint adds -2/3 times q1.
+Every frame of the table becomes a link. In a row, `theta` and `d` are sums of terms, and a term is
+a factor times a joint variable. Every term becomes a joint of the URDF, about or along the z axis
+of the row. For each joint variable, the first term with the variable becomes a joint whose
+position is the variable. Later terms with the same variable become joints that mimic the first
+joint.
+
+- `theta3 - theta2` becomes two joints: one joint turns by theta3, the other by -theta2.
+- A helical joint becomes a joint that turns and a joint that slides.
+- A gear `q1/3` becomes two joints on one axis, because q1/3 = q1 - 2/3 q1. The first joint turns
+  by q1, and the second joint mimics the first with the factor -2/3.
+
 Therefore a URDF can express every robot file without loops.
 """
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Write the text of a robot file for a URDF's chain and its table."""
+"""Write the text of a robot file, given the chain of a URDF and the DH table of this chain."""
 
 import json
 import math

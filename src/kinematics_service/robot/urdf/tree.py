@@ -28,7 +28,8 @@ class UrdfTree:
     """
     The tree of the links of a URDF and the joints between them.
 
-    The attributes and other elements of links and joints are not checked here.
+    When the tree is read, only the names of links and joints and the elements `<parent>` and
+    `<child>` of joints are checked.
 
     Parameters
     ----------

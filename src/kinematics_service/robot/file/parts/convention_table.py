@@ -90,8 +90,8 @@ class Convention:
     @property
     def joint_motions(self) -> tuple[NamedMotion, ...]:
         """
-        Return the elementary motions in a row's transform T whose quantity may contain joint
-        variables: those of theta and d.
+        Return the elementary motions of the quantities theta and d in a row's transform T. Only
+        these motions may contain joint variables.
         """
         return tuple(motion for motion in self.motions if motion.quantity in MOVING)
 

@@ -213,21 +213,23 @@ class PassiveJoint:
 @dataclass(frozen=True)
 class LoopDescription:
     """
-    A closed loop: a second chain of rows, which begins and ends at frames of the table's chain.
+    A closed loop: a second chain of rows, beside the chain of the table, between two points of the
+    arm.
 
     Parameters
     ----------
     passive
         The joints that the loop moves.
     start, meets
-        The frames at which the second chain begins and ends, each fixed to a frame of the table.
+        The points at which the second chain begins and ends. Each point is fixed to a frame of the
+        table.
     there
         The rows of the table from `start` to `meets`.
     links
         The rows of the second chain.
     rows
-        The components of position and rotation that must agree at the ends of both chains, in the
-        axes of `start`: some of x y z rx ry rz, in that order.
+        The components of position and rotation that must agree at the ends of the two chains, in
+        the axes of `start`: some of x y z rx ry rz, in that order.
     q : n values, assembled : one value for each passive joint, rad or m
         Positions of the joints (`q`) and of the passive joints (`assembled`) at which the loop is
         approximately closed.

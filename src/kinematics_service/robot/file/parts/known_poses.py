@@ -19,8 +19,9 @@ DEFAULT_TOLERANCE = 1e-6
 # Joint positions that exceed a limit by less than this (rad or m) count as inside the limits.
 LIMIT_TOLERANCE = 1e-9
 DECIMALS = re.compile(r'[-+]?\d*\.(\d+)')
-# A number such as 0.4512 m counts as rounded, because half a unit of its last digit is at most
-# this limit, m or rad. A number with fewer decimals, such as 0.45 m, counts as exact.
+# Largest rounding error of a number in a known pose, m or rad. The rounding error is half a unit
+# of the last digit: 0.00005 m for 0.4512 m, so this number counts as rounded. For 0.45 m the error
+# would be 0.005 m, which is above the limit. So 0.45 m counts as exact.
 MAX_ROUNDING = 1e-3
 
 

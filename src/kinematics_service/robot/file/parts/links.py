@@ -59,7 +59,7 @@ def likely_convention(data: Yaml) -> Convention:
 
 def moving_parts(row: Link) -> Iterator[tuple[Kind, str, Expression]]:
     """
-    Yield the elementary motions of a table row whose expressions may contain joint variables.
+    Yield elementary motions of a table row: only motions that may depend on joint variables.
 
     Each motion is a tuple: its kind (angle or length), its quantity or axis, and its expression.
     """

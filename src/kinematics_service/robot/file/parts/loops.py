@@ -152,9 +152,12 @@ def read_loops(
 
 
 def _check_effect(loops: Sequence[LoopDescription], table: Sequence[Link], at: Place) -> None:
-    # Report three kinds of faults: a passive joint that moves no row of its loop; a passive joint
-    # of loop A that moves an earlier loop B of the file, if A and B are not in one group; a group
-    # of loops that moves neither the table nor a later loop.
+    # Report three kinds of faults:
+    # - A passive joint is in no row of its own loop.
+    # - A row of a loop has a passive joint of a later loop in the file, and the two loops are not
+    #   in one group. (The loops of a group are solved together.)
+    # - The passive joints of a group are neither in a row of the table nor in a row of a later
+    #   loop.
     places = {loop.name: k for k, loop in enumerate(loops)}
     used = names_in_rows(table)
     for group in reversed(loop_groups(loops)):

@@ -24,7 +24,7 @@ class Measure:
     small_is_bad
         Whether the measure decreases toward a singular pose.
     unit
-        The unit of the value and the thresholds in sentences.
+        The unit of the value and of the thresholds, as written in sentences.
     warn, stop
         Default thresholds; None if no default suits every arm.
     least, most
@@ -37,7 +37,7 @@ class Measure:
         Whether the measure is a product of singular values of the unscaled J_t, so that its unit
         depends on the arm.
     drawn_unit
-        The unit in pictures and tables; if empty, `unit` is used.
+        The unit as written in pictures and tables; if empty, `unit` is written.
     short, long, drawn
         Names for narrow tables (`short`), for titles (`long`), and for the axes of plots (`drawn`,
         in TeX).
@@ -77,10 +77,12 @@ class Measure:
 
     def farther(self, value: float) -> str:
         """
-        Return a text such as `none found within 1 rad (57 deg)` if no singular pose was found near
-        the arm's pose, else ''.
+        Return a text such as `none found within 1 rad (57 deg)` if no singular pose was found,
+        else ''.
 
-        If the search found no singular pose, `value` is `most`, the radius of the search (1 rad).
+        The measure `distance` is the distance to the nearest singular pose. If no singular pose
+        was found, the value of this measure is `most`, the radius of the search (1 rad). For all
+        other measures the result is ''.
         """
         if not value >= self.most < math.inf:
             return ''

@@ -97,7 +97,9 @@ def _rigid(matrix: npt.NDArray[np.float64], at: Place) -> npt.NDArray[np.float64
         at[3].fault('the fourth row of a rigid motion is [0, 0, 0, 1]', 'not-a-motion')
         return None
     R = matrix[:3, :3]
-    # The entries of a rotation are at most 1. Clip larger entries, so that R^T R cannot overflow.
+    # The entries of a rotation are between -1 and 1. Limit the entries of R to the range -1000 to
+    # 1000, so that R^T R cannot overflow. The check below still refuses a matrix with such large
+    # entries.
     capped = np.clip(R, -1e3, 1e3)
     error = float(np.abs(capped.T @ capped - np.eye(3)).max())
     if error > PRINTED_ROTATION_TOLERANCE:

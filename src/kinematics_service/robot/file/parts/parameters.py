@@ -25,9 +25,9 @@ LENGTH = 1e-3  # m
 ANGLE = np.radians(0.2)  # rad
 RATIO = 1e-3  # relative error of a gear ratio
 AXES = 'xyz'
-# Conventions in which a table row has no rotation about y and no translation along y. In these
-# conventions a calibration may add a rotation `beta` about y and a translation `b` along y to a
-# row. The calibrated table has an additional row for `beta` and `b`.
+# Conventions whose rows have no rotation about y and no translation along y. In these conventions
+# a calibration may find that a row needs such a rotation `beta` or such a translation `b`. The
+# calibrated table then has an additional row, which contains `beta` and `b`.
 WITH_EXTRA = ('standard', 'modified')
 ENDS = ('base', 'tool')
 GEARS = 'gears'
@@ -39,7 +39,7 @@ SIX = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 @dataclass(frozen=True)
 class ArmParameter:
     """
-    A number in the description of an arm that may have an error.
+    A number of the arm's description that may be wrong, and that a calibration can correct.
 
     Attributes
     ----------
@@ -82,7 +82,8 @@ class ArmParameter:
 
 class PlacedParameter(NamedTuple):
     """
-    A calibration parameter, and the axis (x, y or z) of its motion.
+    A calibration parameter, and its axis (x, y or z): the parameter is an angle about this axis or
+    a length along it.
 
     `extra` is true for a parameter that is not a number of the table. An example is `beta2`, an
     additional rotation about y in row 2.

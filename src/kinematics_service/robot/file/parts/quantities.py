@@ -88,7 +88,8 @@ class Quantities:
     Parameters
     ----------
     top
-        The place of the whole file in fault messages; keys are added to it.
+        Names the whole file in fault messages. With keys, as in `top['links'][2]`, it names a part
+        of the file.
     units
         The units of the file.
     constants

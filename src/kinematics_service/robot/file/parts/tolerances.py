@@ -13,9 +13,10 @@ from .quantities import Kind, Quantities
 from .schema import TableToleranceEntry
 
 NAME = re.compile(r'([A-Za-z]+)([1-9][0-9]{0,3})')
-# Some calibration parameters are not numbers of the table: `beta2`, `b2` and `gear2`. EXTRA and
-# GEAR have the words in these names. `beta2` adds a rotation about y (Ry) to row 2, `b2` adds a
-# translation along y (Ty). `gear2` is the relative error of the gear ratio of joint 2.
+# Calibration parameters such as `beta2`, `b2` and `gear2` are not numbers of the table. EXTRA and
+# GEAR have the names without the number. `beta2` adds a rotation about y (Ry) to row 2, and `b2`
+# adds a translation along y (Ty) to row 2. `gear2` is the relative error of the gear ratio of
+# joint 2.
 EXTRA = {'beta': 'Ry', 'b': 'Ty'}
 GEAR = 'gear'
 AXES = tuple(f'{kind}{axis}' for kind in 'RT' for axis in 'xyz')

@@ -184,9 +184,10 @@ def _value(text: str, scope: Scope, must_be_linear: bool) -> Affine | None:
 
 
 def _advice_on_pi(text: str, scope: Scope) -> str:
-    # Return a message about `pi` in a file with degrees. There pi as an angle is 180, but pi as a
-    # number is 3.14. If the expression contains only pi and joints, and both linearly, pi is an
-    # angle, and the message has the corrected expression.
+    # Return a message about `pi` in a file with degrees. In such a file, pi as an angle is 180,
+    # but pi as a number is 3.14. If the expression is only a sum of multiples of pi and of joint
+    # variables, such as `q1 - pi/2`, pi must be an angle. Then the message has the corrected
+    # expression.
     undecided = (
         "'pi' is not accepted in a file with 'angle: deg': an angle of pi is 180 here, the number "
         f'is {math.pi!r}'

@@ -55,8 +55,8 @@ def plain_expression(
 
 def known_names_in(text: str, known: Collection[str]) -> frozenset[str]:
     """
-    Return the names in an expression. A name that differs from a known name only by underscores is
-    spelled like the known name.
+    Return the names in an expression. If a name differs from a known name only by underscores, the
+    result has the known name instead.
     """
     return names_in(_with_known_names(plain_names(text), known))
 
