@@ -79,8 +79,8 @@ class BestSubscription:
     size
         A function that returns the size (bytes) of the last message, or 0 if the size is unknown.
         The method `settle` calls this function periodically and shortens the queue if messages are
-        large. So the caller need not call `fit` for a message of the same size as the message
-        before.
+        large. To shorten the queue at once, for example when messages become larger, call the
+        method `fit`.
     """
 
     def __init__(
@@ -99,7 +99,8 @@ class BestSubscription:
         # `_lost_more` is true if this number is a lower bound.
         self._lost: int | None = 0
         self._lost_more = False
-        # The remembered messages; None if no message can arrive from two subscriptions.
+        # The remembered messages, by which a second copy of a message is recognized. None if only
+        # one subscription receives messages.
         self._recent: Recent | None = None
         self._former: _CountedSubscription | None = None
         self._all_connected_since = 0.0  # time since which all publishers are connected, s
@@ -202,7 +203,9 @@ class BestSubscription:
             # take the older messages of the former subscription first
             self._take_waiting(former)
             if former is not self._former or former.qos != self._wanted:
-                self._end(former)  # a later call of `_replace` replaces the present subscription
+                # At most two subscriptions may exist. So only end the former subscription here.
+                # The next call of `_replace` opens the new subscription.
+                self._end(former)
                 return
             self._current, self._former = former, self._current
         elif self._is_ending:
@@ -244,8 +247,8 @@ class BestSubscription:
                 self._take_waiting(former)
             self._take_once(self._recent, data, info)
             if former is not None and former.qos.depth > self._qos.depth:
-                # Empty the former subscription's queue, because its depth is too large for
-                # messages of this size.
+                # Messages are large, so the present queue was shortened. The former subscription's
+                # queue is longer, and would take too much memory. Empty this queue.
                 self._take_waiting(former)
                 if subscription is self._current:
                     self._end(former)

@@ -187,7 +187,9 @@ def incomplete_in_words(
 
 def unstamped_in_words(arm: Estimator, state: InputState) -> str:
     """
-    Return a warning of noisy velocities if messages have neither stamps nor velocities; else ''.
+    Return a warning if messages have neither stamps nor velocities; else ''.
+
+    In this case the node computes velocities from times of arrival, so the velocities are noisy.
     """
     if not state.news[outcomes.NOT_STAMPED] or state.velocity_source == 'message':
         return ''

@@ -57,7 +57,8 @@ def why_no_joint_states(node: Node, topic: str, given: str) -> str:
     who = 'its publishers are silent' if node.count_publishers(topic) else 'it has no publisher'
     if kinds:
         who = f'it is published as {", ".join(sorted(kinds))}, not as {JOINT_STATES}'
-    # Skip topics of kinematics nodes, because their joint states are answers to targets.
+    # Skip topics of kinematics nodes. Such a node publishes joint states that it computed for a
+    # target, not joint states of a robot.
     nodes = tuple(f'{name}/' for name in kinematics_nodes(node))
     own = {topic, *(publisher.topic_name for publisher in node.publishers)}
     others = sorted(

@@ -130,9 +130,10 @@ class Losses:
             known_publisher.look_back()
         publisher = self._publisher_of(number, stamp, count)
         if publisher is None:
-            # Add a new publisher to the list of known publishers. If the list is full, remove the
-            # publisher P that has been silent for longest. Either P has ended, or P has sent this
-            # message after a gap that is too long for the rate of P. The messages in the gap are
+            # The message is probably the first message of a new publisher. Add this publisher to
+            # the list of known publishers. If the list is full, remove the publisher P that has
+            # been silent for longest, because P has probably ended. But P may have sent the
+            # message, after a gap that is too long for the rate of P. The messages in this gap are
             # not counted as lost.
             self.is_lower_bound |= len(known) >= count > 1 and not self._have_changed
             del known[: max(len(known) + 1 - count, 0)]

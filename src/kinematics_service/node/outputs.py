@@ -207,7 +207,7 @@ class Outputs:
         answer
             The arm's new state, and the quantities that `active` lists.
         active
-            The channels with subscribers, as `active` returns them.
+        The channels (topics) with subscribers, as the method `active` returned them.
         is_filled
             Whether the kernel has filled `active.messages` with these results.
         """

@@ -32,7 +32,8 @@ WITHOUT_APP = (
     'the app calibration, which compares poses, was removed; record both, and run '
     '`kinematics_service audit`'
 )
-# Shortest time between two log lines that report a worse level of the status `frames`, s.
+# Shortest time (s) between two log lines. A line is logged when the level of the status `frames`
+# (OK, WARN, ERROR) becomes worse.
 LOG_PERIOD = 5.0
 
 

@@ -48,8 +48,9 @@ class Reload:
         self, node: Node, parameters: NodeParameters, apply: Callable[[NodeSettings], None]
     ) -> None:
         self._node, self._parameters, self._apply = node, parameters, apply
-        # Headers of service requests. The requests `_asked` are answered after the next reading of
-        # the robot, the requests `_answered` after the reading that is now running.
+        # Headers of service requests that wait for an answer. The requests in `_answered` are
+        # answered when the present reading of the robot ends. The requests in `_asked` arrived
+        # later and are answered after the next reading.
         self._asked: list[Any] = []
         self._answered: list[Any] = []
         # whether a thread is reading the robot, and whether it must be read again after that

@@ -11,8 +11,10 @@ class StampGrid:
 
     def passes(self, stamp: int, period: int) -> bool:
         """
-        Return whether a stamp (ns) is the first stamp in an interval of `period` ns of the grid.
-        With the period 0, every stamp passes.
+        Return whether a stamp (ns) is in another interval than the last stamp that passed. With
+        the period 0, every stamp passes.
+
+        The intervals are `period` ns long and begin at the multiples of `period`.
         """
         if period == 0:
             return True

@@ -18,7 +18,7 @@ from ..errors import KinematicsError
 def steady_timer(
     node: Node, period: float, call: Callable[[], None], autostart: bool = True
 ) -> Timer:
-    """Return a timer of a node that calls `call` with a period in s of the steady clock."""
+    """Return a timer that calls `call` every `period` seconds, measured by the steady clock."""
     steady = Clock(clock_type=ClockType.STEADY_TIME)
     return node.create_timer(period, call, clock=steady, autostart=autostart)
 

@@ -68,7 +68,12 @@ def axes_of(state: ToolState) -> Iterator[RowAxis]:
 
 
 def motor_axes(robot: Robot, loops: Sequence[LoopLinks]) -> Iterator[RowAxis]:
-    """Yield the axes of the motor-driven joints in the second chains of closed loops."""
+    """
+    Yield the axes of motor-driven joints that are not in the DH table.
+
+    A closed loop has two chains of links. The first chain is in the DH table. The second chain has
+    rows of its own, and its joints are yielded here.
+    """
     places = {joint.variable: k for k, joint in enumerate(robot.description.joints)}
     for joint in (joint for loop in loops for joint in loop.joints if joint.motors):
         joints = tuple(sorted(places[name] for name in joint.motors))
@@ -82,9 +87,9 @@ def _axis(screw: Floats, tool: Floats, beside: Floats, joints: tuple[int, ...]) 
         return RowAxis(beside[0].copy(), v / np.linalg.norm(v), True, joints)
     direction = w / speed
     point = tool + np.cross(w, v) / speed**2
-    # Project two origins onto the axis: of the link frame before the row, and of the link frame
-    # after the row. Take the projection of the origin that is nearer to the axis. In every
-    # convention one of the two origins is on the axis.
+    # `beside` has the origins of two link frames: the frame before the row and the frame after the
+    # row. In every convention one of the two origins is on the axis. Select the origin that is
+    # nearer to the axis, and project it onto the axis.
     feet = point + np.outer((beside - point) @ direction, direction)
     return RowAxis(
         feet[int(np.argmin(np.linalg.norm(feet - beside, axis=1)))], direction, False, joints

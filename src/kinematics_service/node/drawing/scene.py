@@ -216,8 +216,8 @@ def quaternion_along(direction: Floats) -> tuple[float, float, float, float]:
     x, y, z = direction.tolist()
     if z < -1.0 + 1e-12:
         return 1.0, 0.0, 0.0, 0.0
-    # Let k be the z axis and d the unit vector. The quaternion is (k x d, 1 + k.d) =
-    # (-y, x, 0, 1 + z), divided by its norm.
+    # Let k = (0, 0, 1), and let d = (x, y, z) be the unit vector `direction`. The quaternion is
+    # `(k x d, 1 + k.d)` = (-y, x, 0, 1 + z), divided by its norm.
     norm = math.sqrt(2.0 * (1.0 + z))
     return -y / norm, x / norm, 0.0, (1.0 + z) / norm
 

@@ -44,7 +44,8 @@ class MessageLayout:
     """
     The positions of stamp and numbers in a message: in the Python object, and in the CDR bytes.
 
-    A layout fills its only object and its only buffer, so only one thread may use it.
+    A layout has one message object and one buffer of bytes. Each new message overwrites the object
+    or the buffer, so only one thread may use the layout.
 
     Parameters
     ----------

@@ -115,8 +115,8 @@ def _joints(settings: NodeSettings) -> tuple[str, int]:
 
 def pose_numbers(settings: NodeSettings) -> Copied:
     """
-    Return the content with position (3,) and quaternion x y z w (4,) of the tool in the base
-    frame.
+    Return the content of pose messages: position (3,) and quaternion x y z w (4,) of the tool in
+    the base frame.
     """
     # Select the position: the fourth column of the pose, which is stored with shape (3, 4).
     position = np.arange(kernel.POSE_AT + 3, kernel.POSE_AT + 12, 4)
@@ -125,7 +125,8 @@ def pose_numbers(settings: NodeSettings) -> Copied:
 
 def jacobian_numbers(settings: NodeSettings) -> Content:
     """
-    Return the content with J, row-major, in the axes and row order of the settings, shape (6 n,).
+    Return the content of Jacobian messages: J in the axes and row order of the settings,
+    row-major, shape (6 n,).
     """
     order = [3, 4, 5, 0, 1, 2] if settings.row_order == 'angular_first' else [0, 1, 2, 3, 4, 5]
     if settings.jacobian_frame == BASE:
@@ -140,7 +141,7 @@ def jacobian_numbers(settings: NodeSettings) -> Content:
 
 
 def twist_numbers(settings: NodeSettings) -> Copied | Computed:
-    """Return the content with J qdot in the axes of the settings, shape (6,)."""
+    """Return the content of twist messages: J qdot in the axes of the settings, shape (6,)."""
     if settings.twist_frame == BASE:
         columns = kernel.JACOBIAN_AT + 6 * settings.robot.dof + np.arange(6)
         return Copied(columns, of_motion=True)
@@ -210,7 +211,8 @@ def of_null_space(part: Callable[[ToolState, Floats], Floats]) -> ContentOf:
 
 def pose_with_covariance_numbers(settings: NodeSettings) -> Content | None:
     """
-    Return the content with position, quaternion x y z w and covariance (36,) of the tool.
+    Return the content of pose messages with covariance: position (3,) and quaternion x y z w (4,)
+    of the tool, and the covariance of the pose (36,).
 
     The result is None if the robot file has no uncertainty.
     """
@@ -222,7 +224,8 @@ def pose_with_covariance_numbers(settings: NodeSettings) -> Content | None:
 
 def twist_with_covariance_numbers(settings: NodeSettings) -> Content | None:
     """
-    Return the content with J qdot and its covariance (36,) in the axes of the settings.
+    Return the content of twist messages with covariance: J qdot (6,) in the axes of the settings,
+    and the covariance of J qdot (36,).
 
     The result is None if the robot file has no `velocity_noise`.
     """

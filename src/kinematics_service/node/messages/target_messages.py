@@ -190,9 +190,10 @@ def solutions_message(choice: Choice, settings: NodeSettings) -> Float64MultiArr
     """
     Return all answers as a message: a row for each solution, a column for each joint, and labels.
 
-    The rows have one common label: the posture of each row, separated by commas, as in
-    `left/up/no_flip,...`. A row without a named posture has the text `solution`. If the solutions
-    form a curve (a family), the row is one solution of the curve, and its text ends with `family`.
+    The label of the rows is one text. The text lists the postures of all rows in their order,
+    separated by commas, as in `left/up/no_flip,...`. For a row without a named posture, the text
+    has the word `solution`. If the solutions form a curve (a family), the row is one solution of
+    the curve, and its posture ends with `family`.
     """
     rows = ','.join(map(_row_label, choice.answers))
     joints = ','.join(settings.joint_names), settings.robot.dof

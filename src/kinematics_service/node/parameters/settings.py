@@ -77,7 +77,8 @@ class NodeSettings:
     servo
         The settings that turn target twists into joint velocities.
     reference
-        Thresholds for poses of a second source.
+        Thresholds for the difference between two tool poses: the computed pose, and the pose that
+        another source publishes on `~/reference_pose`.
     scale_reduced
         Whether the reduced speed limits in the robot file apply.
     scale_rule

@@ -15,7 +15,8 @@ from ...robot.file.parts.quantities import Kind
 from ...robot.measures import MEASURES
 
 AXES = ('base', 'tool')
-# Descriptions of the parameters for the scaling rule `servo` of MoveIt Servo.
+# Descriptions of the parameters for the scaling rule `servo`, which is the rule of MoveIt Servo.
+# The word `Likewise` means: for the rule `servo`, like the first parameter.
 SERVO_RULE = {
     'lower_singularity_threshold': 'Of `scale.rule` servo: condition number from which a motion '
     'is slowed.',
@@ -76,7 +77,8 @@ class Parameter(NamedTuple):
     description: str
     choices: tuple[str, ...] = ()
     range: tuple[float, float] | None = None
-    # If this is not 0, the value 0 has a special meaning, and other values must be at least this.
+    # If `least` is not 0, the parameter accepts two kinds of values: 0, which has a special
+    # meaning, and numbers from `least` on.
     least: float = 0.0
     numbers: int = 0  # required length of a list of numbers; the list may also be empty
     # Kind of the number. If a length is implausibly large, a warning asks whether it is in mm. If

@@ -71,7 +71,8 @@ def run_set(node: str, name: str, text: str, ros_args: Sequence[str]) -> int:
 
 def run_reload(node: str, ros_args: Sequence[str]) -> int:
     """
-    Let a node read its robot again, print its answer, and return an exit code as `run_set` does.
+    Ask a node to read its robot again, and print the answer of the node. Return an exit code as
+    `run_set` does.
     """
 
     def request(ask: Ask) -> str:

@@ -19,14 +19,16 @@ from ..waiting_messages import take_waiting
 # newest messages of one subscription: the subscription that has received the most messages.
 KEPT_OF_FULLEST = 10
 # If messages arrive too fast, the node skips old messages. It keeps and handles this number of
-# newest messages of each subscription, except the one that has received the most messages. The
-# number means the messages of 2.5 s at 200 Hz.
+# newest messages of each subscription, except the subscription that has received the most
+# messages: there it keeps only KEPT_OF_FULLEST. The value is the number of messages in 2.5 s at
+# 200 Hz.
 KEPT_OF_OTHERS = 500
 
 
 class _Passed:
-    # A subscription of a node with another callback. Until the executor's queue is empty, the
-    # callback only stores the newest messages. Then the node's own callback handles them.
+    # A subscription whose callback is replaced for a short time. Until the executor's queue is
+    # empty, the new callback `keep` only stores the newest messages. Then the old callback is
+    # restored and handles the stored messages.
 
     def __init__(
         self, node: Node, subscription: Subscription, at_first: Callable[[], None]
@@ -101,9 +103,9 @@ class PassedOver:
             for node in nodes
             for subscription in node.subscriptions
         ]
-        # This task removes the subscriptions from the executor when the events that are now in the
-        # queue are handled. If one of these events is a message, `_Passed.keep` removes the
-        # subscriptions already at this message.
+        # `_let_go` removes the subscriptions from the executor. `_Passed.keep` calls `_let_go`
+        # when the first message is handled. If no message comes, this task calls `_let_go` after
+        # all events that are now in the queue.
         executor.create_task(self._let_go)
 
     def _let_go(self) -> None:
@@ -124,11 +126,11 @@ class PassedOver:
             passed.take_waiting()
             passed.node._subscriptions.append(passed.subscription)
         self._executor.wake()
-        # Call `_end`, which restores the node's callbacks, only after two rounds: the executor
-        # handles all events in its queue, and then all events that were added meanwhile. Messages
-        # that arrive before the executor has woken share one event. At this event `_Passed.keep`
-        # must store the messages. The node's callbacks would handle all of them in this one event,
-        # and the executor could handle no other event meanwhile.
+        # All messages that arrive before the executor has woken share one event. If the node's
+        # callbacks were restored before this event, they would handle all these messages at once,
+        # and the executor could not handle other events meanwhile. So call `_end`, which restores
+        # the callbacks, only after two rounds: the executor handles all events in its queue, and
+        # then all events that were added meanwhile.
         self._executor.create_task(lambda: self._executor.create_task(self._end))
 
     def _end(self) -> None:

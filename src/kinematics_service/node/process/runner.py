@@ -29,9 +29,10 @@ QOS_PROFILE = 'rmw_qos_profile_t'
 # Period (s) of the check for a stop. The period may be long, because a signal interrupts the
 # executor at once.
 STOP_CHECK_PERIOD = 60.0
-# Longest time (s) for which a thread keeps the interpreter while another thread waits for it. The
-# executor waits for threads that read robots and answer target poses. With this value, the 90th
-# percentile of the executor's wait is 0.35 ms. With Python's default, 5 ms, it is 5.2 ms.
+# Longest time (s) for which a thread keeps the Python interpreter while another thread waits for
+# it. The executor's thread must wait if another thread is reading a robot or answering a target
+# pose. With this value, the 90th percentile of the executor's wait is 0.35 ms. With Python's
+# default, 5 ms, it is 5.2 ms.
 SWITCH_INTERVAL = 1e-4
 # Name of the node that publishes the motion of a cell's second arm relative to its first arm.
 RELATIVE = 'relative'
@@ -223,8 +224,8 @@ def _run(
     if spinner.in_order:
         for node in nodes:
             node.trust_the_order_of_events()
-    # Exempt all present objects from garbage collection, because the collector would take 80 ms to
-    # traverse the objects, between two messages and again when the process ends.
+    # Exempt all present objects from garbage collection. A collection would traverse the objects
+    # in 80 ms. Such a pause would delay a message, and the end of the process.
     gc.freeze()
     gc.enable()
     sys.setswitchinterval(SWITCH_INTERVAL)

@@ -27,10 +27,10 @@ FAULT = 1
 WRONG_USAGE = 2
 # Examples of node names for an error message.
 NODE_NAMES = '/kinematics or /arm/kinematics'
-# Longest clean-up after a signal (s). The clean-up is limited, because the destruction of a
-# subscription may never return if the process of its publisher was killed while it accessed the
-# shared memory of Fast DDS. The time is below 5 s, after which `ros2 launch` sends the next
-# signal.
+# Longest clean-up after a signal (s). If the process of a publisher is killed while that process
+# accesses the shared memory of Fast DDS, the destruction of a subscription to the publisher may
+# never return. So the clean-up has a time limit. The limit is below 5 s, after which `ros2 launch`
+# sends the next signal.
 CLEAN_UP_TIMEOUT = 3.0
 Result = TypeVar('Result')
 

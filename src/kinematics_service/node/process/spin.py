@@ -55,10 +55,11 @@ class Spinner:
     Runs the executor of some nodes. The executor can be stopped under any load, and its queue is
     bounded if `watch` is called periodically.
 
-    Every event in the queue is handled, but messages may be skipped. The spinner never replaces
-    the executor by a new one, because all events in the queue of the old executor would be lost.
-    Service requests whose events were lost would stay in the middleware. Each request would be
-    taken only at the event of the next request, and every later answer would be one call late.
+    Every event in the queue is handled. If messages arrive too fast, old messages are thrown away,
+    and only their events are handled. The spinner never replaces the executor by a new one,
+    because all events in the queue of the old executor would be lost. A service request without
+    its event would stay in the middleware until the event of the next request. After that, every
+    answer would be one call late.
 
     Parameters
     ----------
@@ -158,8 +159,9 @@ class Spinner:
 
     def catch_up(self, longest: float) -> None:
         """
-        Skip waiting messages, for at most `longest` (s); the thread of the executor calls this
-        method.
+        Throw away old messages in the queue of the executor. Take at most `longest` (s).
+
+        Only the thread of the executor may call this method.
         """
         if not self.in_order:
             return  # the default executor has no queue
