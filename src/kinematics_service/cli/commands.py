@@ -342,6 +342,7 @@ def _node(
 
 def command_group() -> Any:
     """
-    Return one click command that contains all commands and the node. Its help is the short help.
+    Return one click command that contains all commands and the node. Its option `--help` prints a
+    short help, `--help-all` the whole help.
     """
     return with_short_help(typer.main.get_command(app))

@@ -101,8 +101,9 @@ def ik(
     is printed, and the exit code is 1.
 
     --axis is for arms of five joints: only the direction of this axis of the tool counts, not the
-    whole orientation. Typed numbers are rounded, so a target counts as reached if both errors are
-    within --tolerance; the residual shows the error.
+    whole orientation. Typed numbers are rounded. So a target counts as reached if the position
+    error (m) and the rotation error (rad) are at most --tolerance. The residual combines the two
+    errors.
 
     --family: an arm with one joint more than the target needs, for example seven for a pose, can
     move while the tool rests. The joint limits cut this motion into arcs. The command prints for

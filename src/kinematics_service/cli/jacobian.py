@@ -70,7 +70,7 @@ def jacobian(
     The keys of --json, in m, rad, s; null: infinite, undefined, not asked for:
       robot, base_frame, tool_frame, joint_names, q
       beyond_limits                  names of joints outside their limits
-      frame                          the axes: base, tool, a point or a row
+      frame                          the axes: base, tool, a point or a table row
       rows                           vx vy vz wx wy wz
       jacobian                       6 rows of n
       qdot, twist                    n and 6 numbers

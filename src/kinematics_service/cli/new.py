@@ -69,16 +69,16 @@ def new(
       kinematics_service new my_arm --table - --columns a,alpha,d,theta
 
     The command writes NAME.yaml in this folder, or the file of --out; an existing file is kept
-    unless you give --force. With --from the file is a copy of a bundled robot's file, with its
-    comments, which you can change.
+    unless you give --force. With --from the file is a copy of a bundled robot's file, including
+    the comments. You can change the copy.
 
     With --table the robot comes from a table: rows of a spreadsheet (commas, semicolons or tabs),
     of a text, of Markdown or LaTeX, a matrix of MATLAB or Python, named numbers of YAML, JSON or
     TOML, or the links of Corke's toolbox. The heads of the columns, in any order, name the
-    quantity of each column; without heads use --columns. In each row the joint moves theta or d:
-    the one whose cell has the joint variable or is empty. A letter becomes a constant without a
-    value. The command prints how it read the table, refuses an ambiguous table, and checks the
-    result.
+    quantity of each column; without heads use --columns. The joint of a row moves theta or d. Mark
+    the moved quantity: write the joint variable into its cell, or leave the cell empty. A letter
+    becomes a constant without a value. The command prints how it read the table, refuses an
+    ambiguous table, and checks the result.
     """
     if not re.fullmatch(r'[A-Za-z0-9_]+', name):
         raise WrongUsage(f'NAME: {name!r} is not a name of letters, digits and underscores')

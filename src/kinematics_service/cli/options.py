@@ -128,7 +128,8 @@ def flag(name: str, words: str) -> Any:
 
 class WrongUsage(typer.BadParameter):
     """
-    Wrong usage of the command line, for which the program prints the text and exits with code 2.
+    Wrong usage of the command line. The program prints the message of this exception and exits
+    with code 2.
     """
 
     def format_message(self) -> str:
@@ -188,7 +189,8 @@ def given_robot(name: str, in_letters: bool = False) -> Robot:
 
 def doubt_text(doubt: Fault) -> str:
     """
-    Return a warning as one line of text: something in a file is allowed, but probably a mistake.
+    Return a warning as one line of text. The warning is about a part of a file that is allowed,
+    but probably a mistake.
     """
     return str(replace(doubt, where=f'WARN {doubt.where}'))
 
