@@ -92,7 +92,7 @@ class KinematicsError(Exception):
     code = 'error'
 
     def __init_subclass__(cls) -> None:
-        """Give a subclass without a general code a code from its name, such as `robot-file`."""
+        """If a subclass defines no code, make a code from the name of the subclass."""
         if 'code' not in vars(cls):
             words = re.findall('[A-Z][a-z]*', cls.__name__.removesuffix('Error'))
             cls.code = '-'.join(words).lower()
@@ -164,7 +164,7 @@ class ArgumentError(KinematicsError, ValueError):
     expected
         Accepted shapes, without leading dimensions, or accepted values as texts.
     given
-        The shape or the text of the argument; None if the argument has no shape.
+        The shape of the given array, or the value of another argument; None if unknown.
     """
 
     def __init__(
@@ -221,8 +221,8 @@ class JointVectorError(ArgumentError):
     Attributes
     ----------
     row
-        Index of the first configuration of a batch that is not finite, counted over all leading
-        dimensions; None if the shape is wrong.
+        Index of the first configuration with a value that is not finite; in a batch,
+        configurations are counted over all leading dimensions. None if the shape is wrong.
     """
 
     code = 'joint-positions'

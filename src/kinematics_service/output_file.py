@@ -21,9 +21,11 @@ from typing import BinaryIO, TextIO
 
 from .errors import KinematicsError
 
-# Errors of the operating system after which an existing file is overwritten instead of replaced.
-# Causes are: the file has another owner; the file is a mount point, for example a single file that
-# is mounted into a container; the new file is on another disk (EXDEV).
+# An existing file is usually replaced: the new content is written to a new file, and the new file
+# gets the name of the old file. At the following errors of the operating system, the new content
+# is written into the old file instead. Causes are: the old file has another owner; the old file is
+# a mount point, for example a single file that is mounted into a container; the new file is on
+# another disk (EXDEV).
 OVERWRITE_ERRORS = (errno.EPERM, errno.EACCES, errno.EBUSY, errno.EXDEV, errno.EROFS)
 # File descriptors of standard output and standard error.
 STREAMS = (1, 2)

@@ -95,7 +95,11 @@ def rotation_of_quaternion(quaternion_xyzw: npt.ArrayLike) -> Floats:
 
 
 def skew_part(R: Floats) -> Floats:
-    """Return, from R - R^T, the axis times 2 sin(angle), (..., 3), of rotations R (..., 3, 3)."""
+    """
+    Return the axis times 2 sin(angle), shape (..., 3), of rotations R (..., 3, 3).
+
+    The three numbers are entries of R - R^T.
+    """
     return np.stack(
         [
             R[..., 2, 1] - R[..., 1, 2],

@@ -140,8 +140,9 @@ def interruptible() -> Iterator[None]:
     Python may lose the exception. A second Ctrl-C ends the process at once.
     """
     if not HAS_ALARM or signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-        # Do nothing. SIGINT stays ignored if it was ignored, as in background processes of a
-        # shell. On Windows, Python's own handler raises the exception.
+        # Change no signal handler. If the process ignores SIGINT, as a background process of a
+        # shell does, SIGINT stays ignored. On Windows, Python's own handler raises
+        # KeyboardInterrupt.
         yield
         return
     _watched((signal.SIGINT,), signal.default_int_handler, _end_in_time)
