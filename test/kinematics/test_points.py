@@ -4,6 +4,7 @@
 
 import copy
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,8 @@ from refusal import refused
 from tolerances import DIFFERENCE, DIFFERENCE_STEP, ROUND_OFF
 
 import kinematics_service as ks
-from kinematics_service.robot.points import Point
+from kinematics_service.robot.file.parts.description import RigidMotion
+from kinematics_service.robot.points import Point, ending_at
 
 SOME_ARMS = (*DISTINCT, *LOOPED)
 some_arms = pytest.mark.parametrize('name', SOME_ARMS)
@@ -327,3 +329,14 @@ def test_the_place_of_an_end_is_written_in_the_units_of_the_file():
         rtol=0,
         atol=ROUND_OFF,
     )
+
+
+def test_a_tool_given_as_a_matrix_keeps_its_rotation_beside_a_new_position():
+    description = robot_of('ur5e').description
+    matrix = np.array([[0, -1, 0, 0.1], [1, 0, 0, 0.2], [0, 0, 1, 0.3], [0, 0, 0, 1.0]])
+    motion = RigidMotion(matrix, tuple(map(repr, matrix.ravel().tolist())))
+    tool = replace(description.tool, motion=motion)
+    ended = ending_at(replace(description, tool=tool), 'tool', [0.01, 0.02, 0.03]).tool.motion
+    written = np.array(ended.texts, dtype=float).reshape(4, 4)
+    np.testing.assert_allclose(written, ended.matrix, rtol=0, atol=ROUND_OFF)
+    np.testing.assert_allclose(written[:3, 3], [0.08, 0.21, 0.33], rtol=0, atol=ROUND_OFF)

@@ -184,9 +184,11 @@ def ending_at(
         matrix = point.motion.matrix.copy()
         matrix[:3, 3] += matrix[:3, :3] @ place_in_frame(at)
         # The new tool has another position and the same rotation. So replace the texts of x, y, z,
-        # and keep the texts of roll, pitch, yaw from the robot file.
-        texts = (*_texts(matrix[:3, 3], description.metres), *point.motion.texts[3:])
-        point = replace(point, motion=RigidMotion(matrix, texts))
+        # and keep the other texts.
+        texts = list(point.motion.texts)
+        entries = slice(0, 3) if len(texts) == 6 else slice(3, 12, 4)
+        texts[entries] = _texts(matrix[:3, 3], description.metres)
+        point = replace(point, motion=RigidMotion(matrix, tuple(texts)))
     elif point.name == TOOL:
         return description
     links = description.links[: point.row]
