@@ -74,7 +74,7 @@ class EstimatorOutput(NamedTuple):
     state
         Pose, Jacobian, frames, and the twist if the velocities are known.
     stamp : ns
-        Stamp of the message that led to this state, or its time of receipt without a stamp.
+        Stamp of the message. If the message has no stamp, the time at which it was received.
     velocity_source
         Source of the velocities: `message`, `difference`, or `none`.
     quantities
@@ -113,16 +113,18 @@ class StreamQuantity(ABC):
         self, answer: EstimatorOutput, message: 'JointMessage', joints: NamedJoints
     ) -> Floats | None:
         """
-        Return the values of this quantity in the state after a message; None if they are unknown.
+        Return the quantity that this object computes, such as accelerations, after a new message.
+
+        Returns None if the values are unknown.
 
         Parameters
         ----------
         answer
-            The new state after the message.
+            The state of the arm after the message.
         message
-            The message that led to this state.
+            The new message.
         joints
-            The memory of all joints.
+            The last positions, velocities and times of all joints.
         """
 
 
@@ -207,9 +209,10 @@ _OUTCOMES |= {
     kernel.STARTED_ANEW + code: outcome._replace(starts_anew=True)
     for code, outcome in _OUTCOMES.items()
 }
-# After the codes NOT_THIS_FORM and BAD_POSITION the kernel has stored nothing. If the message came
-# as bytes, the caller must decode it and call `Estimator.take` again. A decoded message is
-# refused, with a sentence that names the bad position.
+# NOT_THIS_FORM and BAD_POSITION mean that the kernel could not read the message and has stored
+# nothing. If the message was given as bytes, the caller decodes it and calls `Estimator.take`
+# again. If a decoded message also gives BAD_POSITION, it is refused with a sentence that names the
+# bad position.
 _OUTCOMES |= {kernel.NOT_THIS_FORM: _UNREAD, kernel.BAD_POSITION: _UNREAD}
 _NOTHING = np.empty(0)
 # Largest number of message forms that the estimator remembers. A form is the list of joint names
@@ -427,8 +430,9 @@ class Estimator:
         recordings call `accept` for each message, and then evaluate the arm in one batch.
         """
         chain = self.robot.chain
-        # The array `row` receives the results of the kernel. It needs no columns for the tool's
-        # pose, unless the kernel must close loops.
+        # The kernel writes joint positions and velocities into `row`. If the arm has closed loops,
+        # `row` also needs the columns of the tool's pose and of the passive joints. With these
+        # columns the kernel checks whether the loops close.
         pose = 0 if chain.loops else chain.widths[kernel.POSE]
         row = np.empty(chain.single_widths[kernel.POSE] - pose)
         outcome = self._observe(sample, row)

@@ -44,9 +44,9 @@ PACE_CAUSES = {1e3: 'sec most likely holds milliseconds', 1e-3: MICROSECONDS, 1e
 # Jitter of stamps changes the pace by less than the tolerance, because the pace is measured over
 # half a second or more.
 PACE_TOLERANCE = 0.1
-# Most likely fault of a driver that fills the field nanosec with too small numbers. A fault
-# applies if nanosec is below the key in all stamps, although the field sec advances. If several
-# faults apply, the one with the smallest key is named.
+# A driver may fill the field nanosec of its stamps with too small numbers. The likely cause
+# depends on the largest nanosec in the stamps of several seconds: it belongs to the smallest key
+# of NANOSEC_CAUSES above this largest nanosec.
 NANOSEC_CAUSES = {
     1: 'their stamps are whole seconds; fill nanosec',
     SECOND // 1_000_000: MILLISECONDS,
@@ -157,7 +157,7 @@ def input_faults(
     """
     faults, offsets = list[str](), dict[str, float]()
     ours = {names[name]: j for j, name in enumerate(robot.joint_names) if name in names}
-    with np.errstate(all='ignore'):  # no warnings, because huge numbers in messages may overflow
+    with np.errstate(all='ignore'):  # suppress warnings: huge numbers in messages overflow
         for group in groups:
             group = group.newest(timeout)
             if ours.keys().isdisjoint(group.names) or len(group.q) < SAMPLE_MINIMUM:
@@ -263,10 +263,10 @@ def _came_twice(group: JointMessages) -> Flags:
 
 
 def _cause_of_nanosec(group: JointMessages) -> str:
-    # Returns the most likely fault of a driver that fills nanosec with too small numbers: the
-    # fault in NANOSEC_CAUSES with the smallest key above nanosec of all stamps; '' if no key is
-    # above nanosec. Also returns '' if the messages cannot show this fault: if all are from one
-    # second, or if most of the time is between messages with different sec.
+    # Returns the likely cause if a driver fills nanosec with too small numbers, else ''. The cause
+    # belongs to the smallest key of NANOSEC_CAUSES above the largest nanosec in the stamps. If all
+    # stamps have equal sec, or if sec mostly changes from message to message, nothing can be said
+    # about nanosec. Then also returns ''.
     gaps = np.diff(group.arrivals)
     within = gaps[np.diff(group.seconds) == 0].sum()
     if 2 * within < gaps.sum() or np.ptp(group.seconds) == 0:

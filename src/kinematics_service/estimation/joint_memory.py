@@ -63,20 +63,21 @@ def _closure_width(robot: Robot) -> int:
 
 class NamedJoints(JointMemory):
     """
-    Stores the last message of each joint of an arm, by joint name; `kernel.observe` writes into
-    it.
+    Stores the last position, velocity and times of each joint of an arm, by joint name.
+
+    The function `kernel.observe` writes into this memory.
 
     Parameters
     ----------
     robot
         The arm.
     prefix
-        Prefix of the joint names of the robot file.
+        Text that messages have before each joint name of the robot file.
     source
         Source of velocities: kernel.AUTO, FROM_MESSAGE or FROM_DIFFERENCE.
     timeout : ns
         A joint is missing if its last position is older than `timeout`. If stamps step back by
-        more, all joints are forgotten.
+        more than `timeout`, all joints are forgotten.
     """
 
     def __init__(self, robot: Robot, prefix: str, source: int, timeout: int) -> None:

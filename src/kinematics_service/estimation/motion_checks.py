@@ -46,9 +46,9 @@ INTERVAL_LIMIT = 0.15
 # Largest delay or lead of velocities relative to positions, s. Filters delay velocities; commanded
 # velocities lead.
 LAG_LIMIT = 0.1
-# The motion of a joint is computed in two ways: from the integral of its velocities, and from its
-# positions. Largest accepted difference between the two, relative to the larger one. They differ
-# because filters of drivers smooth velocities.
+# The integral of a joint's reported velocities is compared with the change of the joint's reported
+# positions. This is the largest accepted difference, divided by the larger of the two motions.
+# Drivers that smooth velocities show a difference without being faulty.
 VELOCITY_SHARE = 0.3
 # Smallest number of positions of a joint for a check of its motion. Five positions give two
 # intervals in the first half of the time and two in the second.

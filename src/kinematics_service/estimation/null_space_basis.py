@@ -13,9 +13,10 @@ from .joint_memory import NamedJoints
 
 class NullSpaceBasis(StreamQuantity):
     """
-    Computes a basis (n, k) of the joint velocities that give the tool no velocity in the rows of
-    the task. Among all bases of this null space, it chooses the one nearest to the basis after the
-    last message.
+    Computes a basis (n, k) of the null space of the task Jacobian, continuous over time.
+
+    A null space has many bases. `take` chooses the basis nearest to the one that it returned for
+    the previous message.
     """
 
     _last: Floats | None = None

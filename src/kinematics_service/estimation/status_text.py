@@ -175,9 +175,9 @@ def flat_position(loop: str) -> str:
 
 def lost_hold(loop: str) -> str:
     """
-    Return the part of a warning which says that the motors do not hold what a loop moves.
+    Return the words of a warning that the motors do not hold the links of a closed loop.
 
-    It applies at joint positions at which the equations of the loop are singular. There, passive
+    The warning is about joint positions at which the loop equations are singular. There, passive
     joints of the loop can move although all motors are at rest.
     """
     moves = 'move' if closed_together(loop) else 'moves'
@@ -202,8 +202,8 @@ def _head(robot: Robot, singularity: Singularity, level: Level, loop: str) -> st
 
 
 def _loop_values(robot: Robot, singularity: Singularity, loop: str) -> Iterator[tuple[str, str]]:
-    # Yields the name of the loop whose equations are nearest to singular (`arm` if none), then the
-    # determinant of each loop.
+    # First yields what is singular at the nearest singular pose: the name of a loop whose
+    # equations are singular there, or `arm`. Then yields the determinant of each loop's equations.
     factors, names = singularity.factors, robot.loop_names
     if factors is None or not names:
         return
