@@ -28,8 +28,8 @@ from .search import DistinctSolutions, refined, starts
 # Number of random starts, inside the limits, of the search for the pose nearest to an unreachable
 # target.
 NEAREST_STARTS = 64
-# The tangent of a family of solutions is a joint motion of norm 1. The result names a joint among
-# those that move along the family if the joint's component of the tangent exceeds this, rad.
+# The tangent of a family of solutions is a joint motion of norm 1. If a joint's component of the
+# tangent exceeds this (rad), the result lists the joint as moving along the family.
 MIN_MOTION = 1e-6
 LEFT_FREE = 'the target leaves joints free to move: '
 
@@ -271,18 +271,19 @@ def nearest_pose(problem: IkProblem, q: Floats, error: float) -> NearestPose:
 
 class Representatives(NamedTuple):
     """
-    Joint positions to which full turns were added, to bring them inside the limits and near
-    preferred positions `near`.
+    Solutions to which full turns were added. The turns bring the joints inside the limits and near
+    to the preferred joint positions `near`.
 
     Attributes
     ----------
     q : shape (m, n), rad or m
-        Joint positions, inside the limits if possible. If a joint is inside its limits with
-        several numbers of full turns, its position nearest to `near` is used.
+        Joint positions, inside the limits if possible. If several choices of full turns bring a
+        joint inside its limits, the choice nearest to `near` is used.
     outside : shape (m, n)
         Whether each joint is beyond its limits.
     margin : shape (m,)
-        Distance of the joints to the nearest limit, rad or m; negative beyond a limit.
+        For each row of `q`, the smallest distance of a joint from its limits, rad or m; negative
+        if a joint is beyond a limit.
     """
 
     q: Floats

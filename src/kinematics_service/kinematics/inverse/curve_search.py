@@ -93,9 +93,9 @@ def _near_crossing(point: kernel.CurvePoint, q: Floats) -> Floats:
     ahead = [_jacobian(point, q + DIFFERENCE * way) for way in N]
     behind = [_jacobian(point, q - DIFFERENCE * way) for way in N]
     form = np.array([e @ (a - b) @ N.T for a, b in zip(ahead, behind)])
-    # Solve the quadratic equation with the matrix `form` for a. In the axes of the eigenvectors of
-    # `form` it is a_1^2 low + a_2^2 high = 0. It has two real solutions if the eigenvalues low and
-    # high have opposite signs.
+    # Solve a F a^T = 0 for the vector a, where F is the matrix `form`. Let a_1 and a_2 be the
+    # components of a along the eigenvectors of F. The equation then is a_1^2 low + a_2^2 high = 0,
+    # with the eigenvalues low and high of F. It has real solutions if low < 0 < high.
     (low, high), axes = np.linalg.eigh(0.5 * (form + form.T))
     if not low < 0.0 < high:
         return np.empty((0, len(q)))

@@ -119,9 +119,9 @@ def solutions_beside(problem: IkProblem, arm: kernel.SixJoints) -> Beside:
     """
     Return the solutions of a degenerate target, refined from the solutions of displaced targets.
 
-    If the target is displaced, the determinants do not all vanish, and solutions that coincide at
-    the target become distinct. The distinct solutions may be real for only one sign of the
-    displacement, so both signs are tried.
+    At a degenerate target all determinants of the elimination are 0, or several solutions
+    coincide. At a displaced target not all determinants are 0, and the solutions are distinct. The
+    distinct solutions may be real for only one sign of the displacement, so both signs are tried.
     """
     robot, target, plan = problem.robot, problem.target, problem.plan
     random, screws = problem.random(), screws_of(robot.chain)
@@ -154,10 +154,11 @@ def _positions(screws: Screws, psi: Floats) -> Floats:
 
 
 def _real_ones(psi: Floats) -> Floats:
-    # Returns the real solutions (k, 6) among the complex solutions (m, 6, 2). The list has each
-    # solution that is not real twice: as itself, and with exactly opposite imaginary parts. A real
-    # solution is in the list once. Its imaginary parts are round-off, so it differs from its own
-    # conjugate, or all of them are 0.
+    # Returns the real solutions (k, 6) among the complex solutions `psi` (m, 6, 2), where the last
+    # index is 0 for real parts and 1 for imaginary parts. If a solution is not real, `psi` also
+    # has its exact conjugate. Two kinds of solutions are real: those whose imaginary parts are all
+    # 0, and those whose conjugate is not in `psi`. In the second kind the imaginary parts are
+    # round-off.
     conjugate = psi * (1.0, -1.0)
     paired = [any(np.array_equal(one, other) for other in conjugate) for one in psi]
     exact = ~psi[:, :, 1].any(axis=1)

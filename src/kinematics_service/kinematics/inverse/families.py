@@ -33,9 +33,9 @@ TRIAL_STEP = 0.05
 # test is necessary, because J is also singular at the border of the workspace. There, the
 # correction leads back to the solution.
 MIN_TRIAL_MOTION = 0.01
-# Largest residual after a trial step on a family, divided by the characteristic length. The bound
-# is round-off. With a larger bound, two solutions beside a singular pose would be taken as a
-# family.
+# Largest residual after a trial step on a family, divided by the characteristic length. It is as
+# small as the round-off of a residual. With a larger number, two separate solutions close to a
+# singular pose would be taken as a family.
 RESIDUAL_ROUND_OFF = 1e-13
 # Lengths of steps along the tangent of a family of solutions, rad. If the tool is at the target
 # after each of the steps, the family is taken as straight.

@@ -3,11 +3,12 @@
 """
 Compute positions and multiplicities of multiple solutions by the Lyapunov-Schmidt reduction.
 
-At a multiple solution q the Jacobian J has a null vector v, a joint motion, and a left null vector
-w, the direction in which the tool cannot move. For each number s, joint positions q + s v +
-corrections are computed that meet the target in all directions except w. The error of the tool
-along w is then a function g(s). The equation g(s) = 0 is called the reduced equation. The roots of
-g are the solutions near q. A root of multiplicity m stands for m solutions that coincide.
+At a multiple solution q the Jacobian J is singular. It has a null vector v: a joint motion that
+does not move the tool. It has a left null vector w: a direction in which the tool cannot move. For
+each number s, Newton's method corrects the joint positions q + s v until the tool meets the target
+in all directions except w. The remaining error along w is a function g(s). The equation g(s) = 0
+is called the reduced equation. Each root of g is a solution near q. A root of multiplicity m
+stands for m solutions that coincide.
 
 Refinement of q (Levenberg-Marquardt) cannot reach a multiple solution exactly. It stops at a
 distance of about the m-th root of the machine epsilon. So a polynomial is fitted to g, and the
@@ -34,14 +35,15 @@ SAMPLED_SPAN = 0.02
 SAMPLE_COUNT = 13
 # Degree of the polynomial that is fitted to the samples of the reduced equation g(s).
 POLYNOMIAL_DEGREE = 9
-# Simple roots s of the reduced equation g(s) = 0 are separate solutions of inverse kinematics if
-# |s| / SAMPLED_SPAN is at most this.
+# The reduced equation g(s) = 0 replaces the equations of the target near a singular solution. If
+# its root nearest to s = 0 is simple, each root with |s| / SAMPLED_SPAN below this is taken as a
+# solution of inverse kinematics.
 SIMPLE_ROOT_RANGE = 0.05
 # Largest multiplicity that is tried for a solution (a root of the reduced equation g(s) = 0).
 MAX_ORDER = 6
-# g(s) = 0 is the reduced equation that replaces the equations of the target near a singular
-# solution. This is a bound of the round-off in g and in the derivatives of g, relative to the
-# characteristic length or the reach of the arm, the larger one: about 5 machine epsilons.
+# The reduced equation g(s) = 0 replaces the equations of the target near a singular solution. The
+# round-off in g and in its Taylor coefficients is at most REDUCED_ROUND_OFF * max(characteristic
+# length, reach of the arm). The number is about 5 machine epsilons.
 REDUCED_ROUND_OFF = 1e-15
 # Largest number of Newton steps for a sample g(s). The steps solve the equations of the target in
 # all directions but one: the direction in which the tool cannot move (the left null vector of J).

@@ -41,8 +41,10 @@ REPEATED_START_COUNT = 240
 
 def redundant_result(problem: IkProblem) -> IkResult:
     """
-    Return the inverse kinematics result of a redundant arm: its solution curves, or one posture of
-    a family.
+    Return the inverse kinematics result of an arm with redundant joints.
+
+    If the arm has one redundant joint, the result has the curves of solutions. If it has several,
+    or if no curve is found, the result has one posture of the continuum of solutions.
     """
     robot, target, *_ = problem
     arm = sliced_arm_of(robot, target.rows, target.axis) if problem.curves else None
@@ -122,10 +124,10 @@ def _on_turns_of(near: Floats, arc: IkArc, plan: InversePlan) -> IkArc:
 
 
 def _nearest(problem: IkProblem, arcs: Sequence[IkArc]) -> Floats:
-    # Returns the posture nearest to `near` on any of the arcs. Compares the samples of the arcs
-    # first. The nearest posture of an arc is at most SAMPLE_DISTANCE / 2 away from a sample. So an
-    # arc is skipped if its samples are farther from `near` than the best sample of all arcs by
-    # more than SAMPLE_DISTANCE.
+    # Returns the posture nearest to `near` on any of the arcs. Let d be the distance from `near`
+    # to the nearest sample of an arc, and b the least d of all arcs. Every posture of an arc is
+    # within SAMPLE_DISTANCE / 2 of a sample, so its distance from `near` is at least d -
+    # SAMPLE_DISTANCE / 2. If d > b + SAMPLE_DISTANCE, this exceeds b, so the arc is skipped.
     near, plan = problem.near, problem.plan
     away = [_away(near, arc, plan) for arc in arcs]
     nearest = [

@@ -166,11 +166,12 @@ class IkFamily(FrozenArrays):
 
 def off_motions(away: Floats, motions: Floats) -> Floats:
     """
-    Return the joint difference `away` (n,) minus a combination of the motions (k, n). The
-    combination is chosen by Gaussian elimination, so that k components of the result are 0.
+    Return the joint difference `away` (n,) minus a combination of `motions` (k, n).
 
-    An orthogonal projection would spoil full turns. For example, off the motion (1, -1), the full
-    turn (2 pi, 0) becomes (0, 2 pi), which is a full turn, too. A projection gives (pi, pi).
+    The combination is chosen by Gaussian elimination, so that k components of the result are 0. If
+    `away` is a full turn, the result is a full turn, too. Example: if the motion is (1, -1), the
+    full turn (2 pi, 0) becomes (2 pi, 0) - 2 pi (1, -1) = (0, 2 pi). An orthogonal projection
+    would give (pi, pi), which is not a full turn.
     """
     left = motions.copy()
     for i in range(len(left)):
@@ -241,18 +242,20 @@ class IkResult(Sequence[IkSolution]):
     nearest
         The nearest pose if no solution is inside the limits; for a family, its `q`.
     complete
-        Whether other solutions may exist (with `respect_limits`, inside the limits). `proved`: no
-        other solutions exist. This is proved if each step of the computation was farther from a
-        singular case than its error bound. `found`: a search may have missed some solutions, above
-        all for six joints within 1e-6 rad of a singular pose. `partial`: other solutions were not
-        searched for, as with `all_solutions=False`, `curves=False`, and for arms with two
-        redundant joints or more. Curves are found by search, so they are never `proved`. With two
-        redundant joints the solutions form a surface, on which the search finds only one posture.
+        Whether the solutions are complete (with `respect_limits`, those inside the limits).
+        `proved`: no other solutions exist. This is proved if each step of the computation was
+        farther from a singular case than its error bound. `found`: a search may have missed some
+        solutions, above all for six joints within 1e-6 rad of a singular pose. `partial`: other
+        solutions were not searched for, as with `all_solutions=False`, `curves=False`, and for
+        arms with two redundant joints or more. Curves are found by search, so they are never
+        `proved`. With two redundant joints the solutions form a surface, on which the search finds
+        only one posture.
     roots
         The number of certified complex solutions, and the largest number that is possible, both
         with multiplicity; None if they were not counted. If the two numbers are equal, the result
-        is proved complete. It is also proved complete if every root that may be real has led to a
-        solution, because the roots that were not found may be at infinity.
+        is proved complete. A complete result may also have a smaller first number, because roots
+        at infinity give no solutions. Then the proof is that every root which may be real has led
+        to a solution.
     """
 
     solutions: tuple[IkSolution, ...]

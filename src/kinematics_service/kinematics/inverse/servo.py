@@ -103,10 +103,11 @@ class ServoStep(FrozenArrays):
     smallest_singular_value
         Smallest singular value of the scaled J_t, divided by the characteristic length.
     followed
-        Component of the resulting twist along the wanted twist, divided by the size of the wanted
-        twist. The two twists are compared in the rows of the task, before velocity limits and
-        position limits are applied. The value is below 1 if the twist is damped near a singular
-        pose, or if the arm can never produce a part of the wanted twist.
+        How much of the wanted twist the arm produces, before velocity limits and position limits
+        change the velocities: the component of the produced twist along the wanted twist, divided
+        by the size of the wanted twist. Only the rows of the task count. The value is below 1 if
+        the velocities are damped near a singular pose, or if the arm can never produce a part of
+        the wanted twist.
     """
 
     qdot: Floats

@@ -272,10 +272,12 @@ def _result_of_five(problem: IkProblem) -> IkResult | None:
 
 
 def _poses_beside(pose: Floats, tolerance: float) -> Iterator[Floats]:
-    # Yields 12 poses near a pose: it is moved along or turned about x, y or z, in both directions,
-    # by sqrt(6) times the tolerance. Suppose that the number of solutions changes at a plane in
-    # the space of these six motions. If the plane is within the tolerance of the pose, one of the
-    # 12 poses is on the other side, because a unit normal has a component of at least 1 / sqrt(6).
+    # Yields 12 poses near `pose`: moved along or turned about x, y or z, in both directions, by
+    # sqrt(6) * tolerance. They show whether the number of solutions changes within `tolerance` of
+    # `pose`. Suppose that the number changes at a plane in the space of the six motions. The unit
+    # normal n of the plane has a component n_i of at least 1 / sqrt(6) in size. So a step of
+    # sqrt(6) * tolerance along axis i moves the pose by at least `tolerance` in the direction of
+    # n. If the plane is within `tolerance`, one of the 12 poses is beyond the plane.
     for way in np.vstack([np.eye(6), -np.eye(6)]) * math.sqrt(6.0) * tolerance:
         moved = pose.copy()
         moved[:3, 3] += way[:3]
@@ -331,8 +333,9 @@ def _solved(
 
 def _unsure(problem: IkProblem, closed: kernel.Solutions) -> IkResult:
     # The closed form may have missed solutions, because one of its equations is nearly singular or
-    # its error bound is large. Returns the result by elimination, which may be regular at this
-    # target, or else by search.
+    # its error bound is large. Elimination uses other equations, which may be far from singular at
+    # this target. If elimination proves that it found all solutions, returns its result. Otherwise
+    # returns the result of a search.
     known = _found(closed)
     if closed.count:
         result = answer(problem, known, 'closed form')

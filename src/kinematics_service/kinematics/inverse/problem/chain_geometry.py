@@ -38,8 +38,11 @@ def size_of(screws: Screws) -> float:
 
 def made_exact(screws: Screws, axes: Floats, points: Floats, coupling: Floats) -> Screws:
     """
-    Return the screws with new axes, points and coupling, which make a special geometry exact. The
-    error bound `off` of the screws increases by twice the change of axes and points.
+    Return the screws with new axes, points on the axes, and coupling.
+
+    Callers use it to make nearly parallel axes exactly parallel, or to let axes that nearly meet
+    exactly meet. The error bound `off` of the screws increases by twice the change of axes and
+    points.
     """
     turns = np.linalg.norm(np.cross(axes, screws.axes), axis=1)
     ways = np.linalg.norm(np.cross(points - screws.points, screws.axes), axis=1)
@@ -96,8 +99,9 @@ def with_parallel_axes(screws: Screws) -> tuple[Screws, Floats] | None:
 
 def through(screws: Screws, which: Sequence[int], point: Floats) -> Screws:
     """
-    Return the screws, with the axes number `which` moved so that they pass exactly through
-    `point`.
+    Return the screws with some axes shifted, so that these axes pass exactly through `point` (3,).
+
+    `which` has the indices of the shifted axes.
     """
     points = screws.points.copy()
     points[list(which)] = point
@@ -182,11 +186,11 @@ def with_links_merged(screws: Screws) -> Screws:
 
     The motion of the tool's origin does not change.
 
-    The parallel rotations move the links in a plane. A link is the vector from one axis, at which
-    it begins, to the next axis. It turns by the sum of all rotation angles up to the axis at which
-    it begins. Links that turn together, as in a parallelogram, are merged. Links that never turn
-    become part of the constant vector to the first rotation. If this does not leave exactly two
-    rotations, the screws are returned unchanged.
+    Let the parallel rotations have the axes 1 to m. Link j is the vector from axis j to axis j +
+    1, or from axis m to the tool. It turns by the sum of the rotation angles 1 to j. If two links
+    always have equal sums, as in a parallelogram, they are added to one link. If the sum is always
+    0, the link never turns, and is added to the constant vector to the first axis. If not exactly
+    two links are left that turn, the screws are returned unchanged.
     """
     k = len(screws.axes)
     start = k

@@ -1,8 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Choose, from the screws of an arm, how to solve its inverse kinematics. The choice depends on the
-rows of the target, not on its pose.
+Choose the method that solves the inverse kinematics of an arm, from the arm's joint screws.
+
+The choice is made once for all targets that prescribe the same components of the tool's pose, such
+as x y z.
 """
 
 from __future__ import annotations
@@ -42,8 +44,8 @@ from .target import IDENTITY, residual_of
 RANK_POSES = 50
 # Singular values of J below this ratio to the largest one are taken as zero.
 RANK_RATIO = 1e-9
-# While a joint makes one turn, its screw makes k turns (gear ratio). k is taken as a whole number
-# if it differs from the nearest whole number by at most this.
+# A joint turns an axis of the arm with a gear ratio. A gear ratio, or a quotient of two gear
+# ratios, is taken as a whole number if it differs from the nearest whole number by at most this.
 WHOLE_TOLERANCE = 1e-12
 # Relative round-off of a closed form, after a product of ten matrices. The round-off is 9 machine
 # epsilons.
@@ -81,8 +83,8 @@ class InversePlan(FrozenArrays):
     held : shape (n,)
         As `scales`, but 0 for joints that a search holds so that solutions are isolated.
     idle : shape (k, n)
-        Joint motions, divided by `scales`, that change no row of the target at any pose. For
-        example, two joints on one axis can turn against each other.
+        Joint motions, divided by `scales`, that leave all prescribed pose components unchanged at
+        every pose. For example, two joints on one axis can turn against each other.
     redundant
         Whether solutions still form families if the held joints (`held` is 0) do not move.
     freedom
@@ -180,8 +182,8 @@ def _idle_motions(
     # not depend on the pose of the target, so take any pose.
     residual = residual_of(robot, IDENTITY, rows, axis)
     kernel.free_motions(residual, scales, q, sigma, motions)
-    # Take singular values below `least` as zero. This is necessary if no joint changes a component
-    # of the pose in `rows`, because J then has only round-off.
+    # Take singular values below `least` as zero. This is necessary if the joints change none of
+    # the pose components in `rows`. All entries of J are then only round-off.
     least = least_motion(robot.chain)
     rank = int(np.max(np.sum(sigma > np.maximum(RANK_RATIO * sigma[:, :1], least), axis=1)))
     # Find the null space common to all joint positions. With the singular value decomposition J =
@@ -204,9 +206,10 @@ def signed(motions: Floats) -> Floats:
 
 
 def _pivots(idle: Floats) -> list[int]:
-    # Returns for each idle motion (a joint motion that changes no row of the target) the index of
-    # a joint to hold, chosen by Gaussian elimination: the joint that the motion moves most, or the
-    # last of several such joints.
+    # An idle motion is a joint motion that changes no pose component which the target prescribes.
+    # Returns for each idle motion the index of a joint to hold, chosen by Gaussian elimination:
+    # the joint that moves most in the idle motion. If several joints move equally far, the last of
+    # them is chosen.
     left, pivots = idle.copy(), []
     for k in range(len(left)):
         j = left.shape[1] - 1 - int(np.argmax(np.round(np.abs(left[k][::-1]), 9)))
@@ -256,8 +259,9 @@ def _whole(numbers: Floats) -> bool:
 
 def one_to_one(screws: Screws, robot: Robot) -> bool:
     """
-    Return whether each set of screw positions belongs to exactly one set of joint positions, up to
-    full turns.
+    Return whether psi = coupling q maps joint positions q one to one, up to full turns.
+
+    The vector psi has the angle or displacement of each screw.
     """
     C = screws.coupling
     if C.shape[0] != C.shape[1] or abs(np.linalg.det(C)) < WHOLE_TOLERANCE:
@@ -288,14 +292,15 @@ def _closed_form(screws: Screws, robot: Robot, whole: bool) -> kernel.ClosedForm
 
 class SixSolver(NamedTuple):
     """
-    A solver that finds all inverse kinematics solutions of six screws.
+    A solver that finds all inverse kinematics solutions of an arm with six joint screws.
 
     Attributes
     ----------
     form
-        The closed form or the elimination that solves the screws.
+        The closed form or the elimination that the solver uses.
     to_joints : shape (6, 6)
-        Matrix from positions of the screws to joint positions.
+        Matrix that converts the angles (or displacements) psi of the six screws to joint
+        positions: q = to_joints psi.
     home_inverse : shape (4, 4)
         Inverse of the tool's pose with all joints at zero.
     backwards

@@ -1,8 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""
-Define an inverse kinematics problem: a target, the arm's plan, and preferred joint positions.
-"""
+"""Define an inverse kinematics problem: an arm, a target, and options of the solution."""
 
 from typing import NamedTuple
 
@@ -24,7 +22,8 @@ class IkProblem(NamedTuple):
     Attributes
     ----------
     robot, target, plan
-        The arm, its target, and the plan for the target's rows.
+        The arm, the target, and the plan: the method chosen for this arm and for the pose
+        components that the target prescribes.
     near : shape (n,), rad or m
         Joint positions; solutions are sorted by their distance from `near`.
     seed

@@ -3,10 +3,11 @@
 """
 Describe an arm by its joint screws and the pose of its tool, with all joints at zero.
 
-An element is a row of the DH table that a joint moves. The joint screw of an element is the axis
-of the row. The tool's pose is the product of exponentials (Brockett 1984) exp(s_1 psi_1) ...
-exp(s_k psi_k) home. For each of the k elements, s_i is the screw and psi_i the angle or
-displacement; psi = coupling q. The screws do not depend on the convention of the DH table.
+Let s_1 ... s_k be the joint screws: the axes, from base to tool, about or along which the rows of
+the DH table move. Let psi_i be the angle or displacement of screw s_i, and `home` the pose of the
+tool with all joints at zero. Then the pose of the tool is the product of exponentials (Brockett
+1984) exp(s_1 psi_1) ... exp(s_k psi_k) home. The joint positions q determine the vector psi =
+(psi_1 ... psi_k): psi = coupling q. The screws do not depend on the convention of the DH table.
 """
 
 from dataclasses import dataclass
@@ -30,14 +31,14 @@ class Screws(FrozenArrays):
     slides : shape (k,)
         Whether a screw is a translation; otherwise it is a rotation.
     coupling : shape (k, n)
-        Derivatives of the k screw positions psi (angles or displacements) by the n joint
-        positions: psi = coupling q.
+        Matrix that converts joint positions q (n,) to the angles or displacements psi (k,) of the
+        screws: psi = coupling q.
     home : shape (4, 4)
         The tool's pose with every joint at zero.
     off
-        Bound of the difference between these screws and the screws of the arm, in rad for
-        directions and relative to the arm's size for points. It is not 0 if axes that were nearly
-        parallel were made parallel, or axes that nearly met were made to meet.
+        Bound of the error of `axes` (rad) and of `points` (divided by the arm's size). It is above
+        0 if nearly parallel axes of the arm were made parallel here, or if axes that nearly meet
+        were made to meet.
     """
 
     axes: Floats

@@ -30,15 +30,19 @@ Option: TypeAlias = tuple[int, int, int]
 
 def six_joints_of(screws: Screws, targets: Floats) -> kernel.SixJoints | None:
     """
-    Return the elimination for six screws, with its best variants (options) first; None if all
-    fail.
+    Return the elimination that solves an arm of six joint screws; None if elimination fails.
+
+    Elimination has several variants (options), such as the joint at which it begins. They are
+    tried at poses that the tool can have. The result has the best variants, the best one first. A
+    variant fails if it finds no solution at one of the poses.
 
     Parameters
     ----------
     screws
-        Six screws, whose positions correspond one to one to those of six joints.
+        Six joint screws. Their angles or displacements correspond one to one to the positions of
+        six joints.
     targets : shape (m, 4, 4)
-        Poses that the tool can have. The options are tried at the first four poses.
+        Poses that the tool can have. The variants are tried at the first four poses.
     """
     bound = BOUNDS.get(sum(screws.slides))
     if bound is None:

@@ -1,8 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""
-Check a target of inverse kinematics: its pose, the rows that the arm must meet, and the tolerance.
-"""
+"""Check a target of inverse kinematics: pose, prescribed pose components, and tolerance."""
 
 import functools
 import math
@@ -38,13 +36,13 @@ LARGE_ARM_ERROR_RATIO = 1e-13
 
 class IkTarget(NamedTuple):
     """
-    A checked target of inverse kinematics: pose, rows that the arm must meet, and tolerance.
+    A checked target of inverse kinematics: pose, prescribed pose components, and tolerance.
 
     Attributes
     ----------
     rows
-        The rows that the arm must meet, some of x y z rx ry rz, in the axes of the table's frame
-        0.
+        The prescribed components of the pose, some of x y z rx ry rz, in the axes of the table's
+        frame 0. The tool may differ from `pose` in the other components.
     axis
         The axis of the tool, x, y or z, whose direction the target gives; empty if the target
         gives no direction.
@@ -75,13 +73,18 @@ class IkTarget(NamedTuple):
 
     @property
     def equations(self) -> int:
-        """Return the number of equations of the target: one for each row, two for a direction."""
+        """
+        Return the number of equations of the target.
+
+        Each pose component in `rows` is one equation. The direction of a tool axis adds two
+        equations.
+        """
         return len(self.rows) + (2 if self.axis else 0)
 
     @property
     def words(self) -> str:
         """
-        Return the rows that the arm must meet as text, such as `x y z, direction of tool axis z`.
+        Return a text that names what the target prescribes: `x y z, direction of tool axis z`.
         """
         return ' '.join(self.rows) + (f', direction of tool axis {self.axis}' if self.axis else '')
 
@@ -124,8 +127,8 @@ def ik_target_of(
     target : shape (4, 4) or (3,)
         Pose, or position (m), of the tool in the base frame.
     rows
-        The rows that the arm must meet; default: all for a pose, x y z for a position or with an
-        axis.
+        The prescribed components of the pose, some of x y z rx ry rz. Default: all for a pose; x y
+        z for a position or with an axis.
     axis
         The axis of the tool, x, y or z, whose direction the arm must meet instead of the whole
         rotation.

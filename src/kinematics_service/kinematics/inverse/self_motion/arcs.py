@@ -1,7 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Define arcs: parts of a solution curve, with full turns added, that are inside the joint limits.
+Define arcs: the parts of a solution curve that are inside the joint limits.
+
+Full turns may be added to the joint positions of a part, to bring the part inside the limits.
 """
 
 import math
@@ -155,10 +157,11 @@ class IkArc(FrozenArrays):
         return np.array(rows[int(squares_of((rows - q) / self.scales).argmin())])
 
     def _with_neighbours(self, values: Floats) -> Floats:
-        # `values` has a number for each sample of the arc, such as the length. Returns the numbers
-        # with one number added at each end. On an open arc the first and the last number are
-        # repeated. On a closed arc the added numbers belong to the sample before the first one and
-        # the sample after the last one, on the laps before and after.
+        # `values` has a number for each sample of the arc, such as the length. Returns `values`
+        # with one number added at each end. On an open arc, the first and the last number are
+        # repeated. On a closed arc, the last sample is the first sample again, one lap later. So
+        # the number added in front is the second to last number minus the increase over one lap.
+        # The number added at the end is the second number plus the increase over one lap.
         before, behind = values[:1], values[-1:]
         if self.closed:
             lap = behind - before

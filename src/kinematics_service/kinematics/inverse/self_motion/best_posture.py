@@ -31,8 +31,8 @@ Cost = Callable[[Floats], Floats]
 SAMPLE_DISTANCE = 0.2
 # A posture is on an arc if its distance from the arc is less than this, rad.
 ON_ARC = 1e-6
-# Number of samples, spread over an arc, whose clearance is computed first. Each computation takes
-# 0.1 ms.
+# The clearance is first computed at about this number of samples, spread evenly over the arc. Each
+# computation takes 0.1 ms.
 CLEARANCE_SAMPLES = 48
 # Each rad of distance from the present posture reduces the margin or clearance of a posture by
 # this, rad. Without this cost the result would jump between equally good postures.
@@ -44,17 +44,17 @@ CORRECTIONS = 3
 
 class BestPosture(NamedTuple):
     """
-    The next posture of an arm that moves along an arc to the best posture.
+    The result of one step along an arc toward the best posture.
 
     Attributes
     ----------
     q : shape (n,), rad or m
-        The posture that was reached.
+        The posture at the end of the step; the best posture if `left` is 0.
     arc
         The arc. Full turns are added to its joint positions, so that it passes through the posture
-        from which the motion starts.
+        at which the step begins.
     left : rad
-        Distance along the arc that remains from `q` to the best posture.
+        Distance along the arc from `q` to the best posture.
     """
 
     q: Floats

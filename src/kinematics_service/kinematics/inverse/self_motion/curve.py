@@ -30,13 +30,15 @@ class SolutionCurve:
     """
     A curve of joint positions along which the tool stays at the target.
 
-    A place on the curve is the index of a sample; places between samples are fractions. On a
-    closed curve places continue beyond the last sample, lap after lap.
+    A place on the curve is the index of a sample, or a fraction between two indices, such as 2.5.
+    On a closed curve places continue beyond the last sample, lap after lap.
 
     Parameters
     ----------
-    problem, point
-        The arm, plan and target.
+    problem
+        The arm, its target, and the plan (the method that solves its inverse kinematics).
+    point
+        The equations of the target, as an object of the kernel (see `point_of`).
     samples : shape (m, 2 n), rad or m
         Joint positions, and the unit tangents of the curve. The last sample of a closed curve is
         the first sample with full turns added.

@@ -3,18 +3,18 @@
 """
 Cut a solution curve into arcs at the joint limits.
 
-The curve is divided in three ways.
+An arc is a part of the curve inside the joint limits, as long as possible. It ends where one joint
+passes a limit while all other joints are inside their limits. The arcs are found in three stages.
 
 Steps: a step ends at a sample of the curve, or where a joint reverses its direction. So in each
 step every joint only rises or only falls, and passes a limit at most once. Steps with a joint far
-beyond its limits are skipped, because no arc ends in such a step: an arc ends where one joint
-passes a limit while all other joints are inside their limits.
+beyond its limits are skipped, because no arc ends in such a step.
 
 Pieces: a piece ends where a joint passes a limit. The posture in the middle of a piece determines
 how many full turns must be added to each joint to bring the piece inside the limits.
 
-Arcs: a maximal sequence of pieces inside the limits is called a run (`turns.py`). Each run is an
-arc.
+Arcs: the module `turns` joins successive pieces that are inside the limits with the same full
+turns. Such a sequence of pieces is called a run. Each run becomes one arc.
 """
 
 import functools
@@ -31,9 +31,9 @@ from .curve import NO_PERIOD, SolutionCurve
 from .turns import PieceRun, runs_of
 
 Flags = npt.NDArray[np.bool_]
-# A joint passes a limit if its distance beyond the limit exceeds this, rad or m. A joint that
-# rests at a limit does not pass the limit, because round-off moves it beyond the limit by less.
-# The number is half of kernel.AT_LIMIT.
+# A joint passes a limit if its distance beyond the limit exceeds this, rad or m. The number is
+# half of kernel.AT_LIMIT. It is larger than round-off, so that a joint that rests at a limit does
+# not pass the limit.
 EXIT_MARGIN = 5e-10
 # A joint reverses between two samples of a solution curve if the product of its slopes at both
 # samples is below this. The slope is the derivative of the joint position by the length of the
@@ -88,9 +88,9 @@ class _CutCurve:
     # A solution curve that is cut into pieces at the joint limits. `table` has one row for each
     # sample, each passage of a limit and each reversal of a joint. The columns are: place on the
     # curve, n joint positions, length of the curve up to the place (rad), joint, side of the
-    # limit. The rows are sorted by place. On a closed curve, `lap` is what one lap adds to a row.
-    # `begins` has the index of the first row of each piece. If the curve is not closed, it also
-    # has the index of the last row.
+    # limit. The rows are sorted by place. On a closed curve, the rows repeat lap after lap: row +
+    # `lap` is the same row one lap later. `begins` has the index of the first row of each piece.
+    # On an open curve, the last number of `begins` is the index of the last row.
 
     def __init__(self, curve: SolutionCurve, near: Flags) -> None:
         self.curve, self.near = curve, near
@@ -128,16 +128,16 @@ class _CutCurve:
         k, side, joint = np.nonzero((turns[:-1] != turns[1:]) & near[:, None, None])
         turned = self.periods[joint] * np.maximum(turns[k, side, joint], turns[k + 1, side, joint])
         before, after, limit = q[k, joint], q[k + 1, joint], self.limits[side, joint] + turned
-        # The limit may be up to EXIT_MARGIN outside the range of joint positions in this step,
-        # from `before` to `after`. Then the joint passes the limit at the nearer end of the step.
+        # In this step the joint moves from `before` to `after`. The limit may be up to EXIT_MARGIN
+        # outside this range. Then the end of the range that is nearer to the limit replaces it.
         level = np.clip(limit, np.minimum(before, after), np.maximum(before, after))
         self._add(k, (joint, level, before - level, after - level), side)
 
     def _add(self, k: Integers, roots: Sequence[Floats | Integers], side: Integers | int) -> None:
-        # Adds a row to the table after each row k. The row belongs to the place on the curve at
-        # which a joint passes the position `level` or reverses. There a function f is zero: f is
-        # the joint position minus `level`, or the slope of the joint position. `roots` has, for
-        # each added row, the joint, the level, and f at the rows k and k + 1.
+        # Adds a row to the table between rows k and k + 1, for each index k. At the added row, a
+        # joint passes the position `level` or reverses. So a function f is zero there: the joint
+        # position minus `level`, or the slope of the joint position. `roots` has, for each added
+        # row, the joint, the level, and f at the rows k and k + 1.
         joint, level, low, high = roots
         rows, places = np.empty((len(k), self.table.shape[1])), self.table[:, 0]
         rows[:, -2], rows[:, -1] = joint, side
@@ -159,7 +159,11 @@ class _CutCurve:
         return self.begins[k] + laps * len(self.table)
 
     def runs(self) -> Iterator[PieceRun]:
-        """Return the runs: sequences of pieces of the curve that are inside the limits."""
+        """
+        Return the runs of the curve: sequences of successive pieces inside the limits.
+
+        All pieces of a run are inside the limits with the same full turns.
+        """
         places = self._rows(np.array([self._begin(k) for k in range(self.count + 1)]))[:, 0]
         q, (low, high) = self.curve.at(0.5 * (places[1:] + places[:-1])), self.limits
         first = np.ceil((low - kernel.AT_LIMIT - q) / self.periods)
@@ -187,9 +191,10 @@ class _CutCurve:
         joint, side = int(row[-2]), int(row[-1])
         if side == NO_SIDE:
             return IkArcEnd('', 'singular')
-        # Find the joint at whose limit the arc ends. `joint` passes a limit at this row, but
-        # perhaps only with another number of full turns. After the full turns of this arc are
-        # added, `joint` may be inside its limits. Then another joint is at a limit.
+        # Find the joint at whose limit the arc ends. According to the table, `joint` passes a
+        # limit at this row, but perhaps with other full turns than the arc. If `joint` is not at a
+        # limit with the full turns of the arc (in `q`), another joint is; take the joint nearest
+        # to a limit.
         away = np.abs(self.limits - q)
         if away[:, joint].min() > kernel.AT_LIMIT:
             joint = int(away.min(axis=0).argmin())

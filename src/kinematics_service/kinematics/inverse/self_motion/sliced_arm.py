@@ -4,11 +4,15 @@
 Solve slices of an arm with one redundant joint. In a slice, the first or the last joint is held,
 and the other joints are solved.
 
-A slice always has six joints to solve. If the target is a pose, the arm has seven joints, and one
-is held. If the target is a position and the direction of a tool axis, the arm has six joints; the
-solver adds a joint about the tool axis. If the target is a position, the arm has four joints; the
-solver adds three rotations whose axes meet at the tool's origin. The geometry of the six joints
-does not depend on the position of the held joint; only the target of the six joints moves.
+The solver needs seven joints: one is held, six are solved. It adds the joints that the arm lacks:
+
+- The target is a pose: the arm has seven joints, and none is added.
+- The target is a position and the direction of a tool axis: the arm has six joints, and a joint
+  about the tool axis is added.
+- The target is a position: the arm has four joints, and three rotations are added, whose axes meet
+  at the tool's origin.
+
+The position of the held joint changes only the target of the six joints, not their geometry.
 """
 
 from __future__ import annotations
@@ -45,14 +49,15 @@ class SlicedArm(NamedTuple):
         Joint screws of the arm. If the target gives a direction instead of a rotation, the last
         screw is an added joint about the tool axis.
     to_joints : shape (k, joints)
-        Matrix from positions of the screws to positions of the joints (row vectors).
+        Matrix that converts the angles or displacements psi of the screws to joint positions: q =
+        psi @ to_joints, with row vectors.
     whole
         Whether the target has a rotation or a direction in addition to a position.
     held
-        Index of the screw that is held, the first or the last.
+        Index of the screw whose joint is held, the first or the last.
     six
-        Solver for six screws: all screws except the held one. If the target is a position, three
-        rotations about the tool's origin are added to them. None if no solver was found.
+        Solver for six screws: all screws except the held one. If the target is only a position,
+        three of the six are added rotations about the tool's origin. None if no solver was found.
     """
 
     robot: Robot
@@ -77,11 +82,10 @@ class SlicedArm(NamedTuple):
 
     def motion_of_six(self, pose: Floats, position: float) -> Floats:
         """
-        Return the motion (4, 4) that the six screws which are not held must make from their zero
-        positions.
+        Return the motion (4, 4) with which the six solved screws bring the tool to `pose`.
 
-        After this motion the tool has the pose `pose`, and the held screw has the position
-        `position`.
+        The six screws start at zero. The seventh screw, number `held`, is held at the angle
+        `position`, rad.
         """
         screws, turn = self.screws, np.eye(4)
         turn[:3, :3] = turn_about(screws.axes[self.held], -position)

@@ -1,18 +1,19 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Find maximal runs (sequences) of pieces of a curve inside the joint limits, by intersection of
-boxes.
+Find the longest sequences of curve pieces inside the joint limits, by intersection of boxes.
 
-A vector of full turns has a whole number for each joint. If these turns are added to the joint
-positions of a piece, the piece may come inside the limits. The vectors that bring a piece inside
-the limits form a box, the box of the piece: an interval of whole numbers for each joint.
+A piece is the part of a curve between two places at which a joint passes a limit. A vector of full
+turns has a whole number for each joint. These turns are added to the joint positions of a piece.
+The vectors that bring the piece inside the limits form a box, the box of the piece: an interval of
+whole numbers for each joint.
 
-A run is a sequence of pieces whose boxes have common vectors. Let R be the intersection of the
-boxes, A the box of the piece before the run, and B the box of the piece after the run. The run is
-maximal with a vector of R if this vector is neither in A nor in B. Let size(X) be the number of
-vectors in a box X. Then the number of vectors with which the run is maximal is size(R) - size(R
-and A) - size(R and B) + size(R and A and B), by inclusion and exclusion.
+A run is a sequence of successive pieces, all brought inside the limits by one vector. The vector
+must not also bring the piece before or after the run inside the limits. Let R be the intersection
+of the boxes of the sequence, A the box of the piece before, and B the box of the piece after. Then
+the vector is in R, but neither in A nor in B. Let size(X) be the number of vectors in a box X. The
+number of possible vectors is size(R) - size(R and A) - size(R and B) + size(R and A and B), by
+inclusion and exclusion.
 """
 
 import functools
@@ -22,28 +23,28 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 Turns = tuple[int, ...]
-# A box of vectors of full turns: the least and the largest number of full turns of each joint. The
-# box is empty if one interval is empty.
+# A box is a set of vectors of full turns. It has an interval for each joint: the least and the
+# largest number of full turns. If the interval of one joint is empty, the box is empty.
 Box = list[list[int]]
 
 
 class PieceRun(NamedTuple):
     """
-    A maximal sequence of pieces of a curve that are inside the limits after equal full turns are
-    added to the joint positions of all pieces.
+    A sequence of successive pieces of a curve, all inside the limits with the same full turns.
 
     Attributes
     ----------
     first, pieces
-        Index of the first piece, and the number of pieces; a run may continue over several laps.
+        Index of the first piece, and the number of pieces. On a closed curve, a run may continue
+        over several laps.
     turns
-        The full turns that are added, one number for each joint. They bring all pieces of the run
-        inside the limits, but neither the piece before nor the piece after.
+        The full turns to add to the joint positions, one number for each joint. They bring all
+        pieces of the run inside the limits, but neither the piece before nor the piece after.
     closed
-        Whether the last piece leads to the first piece with equal turns.
+        Whether the run is a whole closed curve: its last piece leads back to its first piece with
+        the same full turns.
     windings
-        Several vectors of full turns may have this effect; `turns` is one of them. `windings` is
-        the number of these vectors.
+        Number of vectors of full turns that could replace `turns`, including `turns`.
     """
 
     first: int
@@ -55,17 +56,19 @@ class PieceRun(NamedTuple):
 
 def runs_of(boxes: Sequence[Box], closed: bool, lap: Sequence[int]) -> Iterator[PieceRun]:
     """
-    Yield the maximal runs (sequences) of pieces of a curve inside the limits.
+    Yield the runs of a curve: longest sequences of successive pieces inside the limits.
+
+    All pieces of a run are inside the limits with the same full turns.
 
     Parameters
     ----------
     boxes
-        For each piece, the full turns that bring the piece inside the limits: for each joint, the
-        least and the largest number of turns.
+        For each piece of the curve, the full turns that bring the piece inside the limits: for
+        each joint, the least and the largest number of turns.
     closed
-        Whether the first piece follows the last one.
+        Whether the curve is closed: the first piece follows the last one.
     lap
-        Number of full turns that each joint makes in one lap.
+        Number of full turns that each joint makes in one lap of a closed curve.
     """
 
     def box(k: int) -> Box:
@@ -99,9 +102,9 @@ def _size(box: Box) -> int:
 
 
 def _outside(box: Box, *others: Box) -> Turns:
-    # Returns a vector of turns that is in `box` and in none of the boxes `others`. A box has an
-    # interval low to high for each joint. Candidates for each number of the vector are the joint's
-    # low in `box`, and high + 1 for each high in `others`.
+    # Returns a vector of full turns that is in `box` and in none of the boxes `others`. A few
+    # candidates for each joint's number of turns are enough: the lower end of the joint's interval
+    # in `box`, and the number just above the joint's interval in each of `others`.
     ways = [
         sorted({low, *(end + 1 for _, end in beside if low <= end < high)})
         for (low, high), *beside in zip(box, *others)
