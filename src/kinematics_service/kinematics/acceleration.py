@@ -4,14 +4,16 @@
 Compute the exact time derivative of the Jacobian from its screws, and the acceleration of the
 tool.
 
-An element is a row of the DH table that a joint moves. If the element moves with speed 1, the
-reference point gets the linear velocity s, and the angular velocity w: the screw (s, w) of the
-element. Each column of the Jacobian is a sum of screws.
+An element is a row of the DH table that a joint moves. If only one element moves, with speed 1,
+the tool gets the angular velocity w, and the reference point (the tool's origin by default) gets
+the linear velocity s. The pair (s, w) is the screw of the element. Each column of the Jacobian is
+a sum of screws.
 
-The screw of an element moves with the elements nearer to the base. Together, the nearer elements
-give the reference point the velocity V, and turn with the angular velocity W. All elements of the
-arm together give the reference point the velocity V_all. So dw/dt = W x w and ds/dt = W x s + w x
-(V_all - V).
+A screw changes with time. The elements nearer to the base carry its axis: together they turn the
+axis with the angular velocity W, and give the reference point the velocity V. All elements
+together give the reference point the velocity V_all, so this point moves relative to the axis with
+V_all - V. Therefore dw/dt = W x w and ds/dt = W x s + w x (V_all - V). The last term comes from w
+x r, the part of s that depends on the vector r from the axis to the reference point.
 
 If the arm has closed loops, J = J_open [1; C]. J_open has a column for each joint and for each
 passive joint, and C = d psi / d q has the derivatives of the passive joints psi by the joints q.
@@ -161,9 +163,9 @@ def _screw_rates(chain: Chain, first: Integers, screws: Floats, rates: Floats) -
     entries = chain.entries
     sums = np.zeros((*screws.shape[:-1], entries + 1))
     np.cumsum(screws * rates[..., None, chain.table.joint], axis=-1, out=sums[..., 1:])
-    # For each entry (an element and a joint that moves it), compute the twist of the elements
-    # nearer to the base. Other entries of the same element are left out: they share its axis, so
-    # they do not change its screw.
+    # `before` has, for each entry, the twist that the elements nearer to the base produce
+    # together. The element of the entry is not included, because an element that moves does not
+    # move its own axis.
     before = sums[..., first]
     W, V = before[..., 3:, :], sums[..., :3, -1:] - before[..., :3, :]
     halves = screws.reshape(*screws.shape[:-2], 2, 3, entries)
@@ -173,8 +175,9 @@ def _screw_rates(chain: Chain, first: Integers, screws: Floats, rates: Floats) -
 
 
 def _by_variable(chain: Chain, six_rows: Floats) -> Floats:
-    # The columns of `six_rows` are screws of entries (pairs of a row of the table and a joint).
-    # Adds up the columns of each joint and passive joint.
+    # Each column of `six_rows` belongs to a row of the table and to one joint that moves this row.
+    # Returns one column for each joint and each passive joint: the sum of the columns that belong
+    # to the joint.
     result = np.zeros((*six_rows.shape[:-1], chain.variables))
     for k, j in enumerate(chain.table.joint):
         result[..., j] += six_rows[..., k]
@@ -182,8 +185,9 @@ def _by_variable(chain: Chain, six_rows: Floats) -> Floats:
 
 
 def _coupling_and_rate(closure: Closure, section: Floats, rates: Floats) -> tuple[Floats, Floats]:
-    # Returns C, the derivatives of the passive joints by the joints, and dC/dt, shape (..., P, n)
-    # each. `rates` are the velocities of all joints and passive joints.
+    # Returns the matrix C and the matrix dC/dt, shape (..., P, n) each. C = d psi / d q has the
+    # derivatives of the P passive joints psi by the n joints q. `rates` are the velocities of all
+    # joints and passive joints.
     n, P = closure.dof, closure.passive
     leading = section.shape[:-1]
     coupling = section[..., closure.coupling_at : closure.status_at].reshape(*leading, P, n)

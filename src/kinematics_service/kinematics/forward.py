@@ -89,10 +89,7 @@ def link_frames(robot: AnyRobot, q: npt.ArrayLike) -> Floats:
 
 
 def in_axes_of(pose: Floats, six_rows: Floats) -> Floats:
-    """
-    Return the Jacobian `six_rows` (..., 6, k), given in base axes, in the axes of `pose` (..., 4,
-    4).
-    """
+    """Convert Jacobian columns (..., 6, k) from base axes to the axes of `pose` (..., 4, 4)."""
     to_axes = np.swapaxes(pose[..., None, :3, :3], -1, -2)
     halves = six_rows.reshape(*six_rows.shape[:-2], 2, 3, six_rows.shape[-1])
     return np.asarray(to_axes @ halves).reshape(six_rows.shape)
@@ -243,8 +240,11 @@ def chosen(
     axes: str | int,
 ) -> Floats:
     """
-    Return the Jacobian columns `six_rows` (..., 6, k), with the reference point moved to the point
-    `at` of the frame `of`, in the axes `axes`.
+    Convert Jacobian columns (..., 6, k) to another reference point and to other axes.
+
+    The argument `six_rows` has the columns for the origin of the frame `of`, in base axes. The
+    result has the columns for the point `at` of this frame (default: the origin), in the axes
+    `axes`.
 
     Raises
     ------
@@ -261,8 +261,10 @@ def chosen(
 
 def with_point_at(six_rows: Floats, r: Floats) -> Floats:
     """
-    Return the Jacobian columns `six_rows` (..., 6, k) for a reference point displaced by r (...,
-    3): v + w x r.
+    Convert Jacobian columns (..., 6, k) to a reference point that is displaced by r (..., 3).
+
+    Each column of `six_rows` is a linear velocity v and an angular velocity w. In the result, v is
+    replaced by v + w x r.
     """
     result = six_rows.copy()
     result[..., :3, :] += cross(six_rows[..., 3:, :], r[..., None])

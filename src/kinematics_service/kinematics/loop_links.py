@@ -44,9 +44,9 @@ class LoopLinks(NamedTuple):
         the origin of the frame at which the chain ends. The number k does not depend on the joint
         positions.
     slides : k - 1 flags
-        Whether each piece between two corners changes its length.
+        For each segment between two corners, whether its length changes.
     joints
-        A `LoopJoint` for each row of the second chain that a joint moves.
+        One `LoopJoint` for each moving row of the second chain. Rows without a joint have none.
     """
 
     corners: Floats
@@ -56,12 +56,11 @@ class LoopLinks(NamedTuple):
 
 def loop_links(state: ToolState) -> tuple[LoopLinks, ...]:
     """
-    Return for each loop the second chain as a polyline (corners) with joints, at the state of one
-    pose.
+    Return the second chain of each closed loop at one pose: a polyline (corners) with joints.
 
-    The first chain of a loop is in the DH table of the arm. The state must have all frames. If it
-    is the state of an inner frame instead of the tool, it has no frames for the later rows of the
-    table. Loops that are connected to these rows are left out.
+    The first chain of a loop is in the DH table of the arm. `state` must have the frames of the
+    table. If `state` was evaluated for an inner frame instead of the tool, the frames of later
+    rows are missing. Loops that are connected to these rows are left out.
     """
     description, closure = state.robot.description, state.closure
     if closure is None:
@@ -91,8 +90,9 @@ def carried_rows(robot: Robot) -> tuple[bool, ...]:
 
 def linked_frames(robot: Robot) -> npt.NDArray[np.bool_]:
     """
-    Return whether a link carries the frame, for frame 0 and for the frame after each row of the
-    table.
+    Return for each frame of the table whether a link carries it, shape (rows + 1,).
+
+    The frames are frame 0 and the frame after each row.
 
     A parallel robot has prismatic rows that are coordinates of a platform, not links (see
     `carried_rows`). No link carries a frame between two such rows.

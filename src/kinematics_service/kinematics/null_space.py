@@ -99,10 +99,10 @@ def basis_of(task: Task, J: Floats, before: Floats | None = None) -> Floats:
     """
     rank, matrix = task.generic_rank, task.row_scales[:, None] * task_jacobian(task, J)
     if before is not None:
-        # If more joint motions leave the tool at rest than `before` has columns, prefer
-        # combinations of the columns of `before`. For this, add rows to J_t that are as small as
-        # round-off. The product of the added rows and a joint motion is zero only for combinations
-        # of the columns of `before`.
+        # The null space of J_t may have more dimensions than `before` has columns. Then prefer
+        # null vectors that are combinations of the columns of `before`. For this, add rows to J_t
+        # that are as small as round-off. The product of the added rows with a joint motion is 0
+        # only if the motion is such a combination.
         least = kernel.RANK_TOLERANCE * np.linalg.norm(matrix, axis=(-2, -1), keepdims=True)
         others = least * (np.eye(J.shape[-1]) - before @ np.swapaxes(before, -1, -2))
         leading = others.shape[:-2]

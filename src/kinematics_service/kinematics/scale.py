@@ -37,8 +37,8 @@ from .tool_state import ToolState, evaluate, velocities_of
 
 SINGULARITY, POSITION, VELOCITY = 'singularity', 'position limit', 'velocity limit'
 SPEED, TURNING = 'speed limit', 'turning limit'
-# Cause that occurs only with MoveIt Servo's rule. This rule also slows motion away from a singular
-# pose.
+# Cause of slowing that only MoveIt Servo's rule has: the rule also slows motion away from a
+# singular pose.
 LEAVING = 'leaving a singularity'
 # Largest number of poses along a stopping motion at which the distance to a singular pose is
 # computed.
@@ -135,9 +135,11 @@ class _Shares(NamedTuple):
 
 class _Braking(NamedTuple):
     """
-    The times of a stop, s. `horizon` is the reaction time. `stopping` (...) is the time in which
-    the unscaled motion brakes to rest. `due` (N,) is horizon + stopping / 2. In this time the
-    unscaled motion without braking covers the same distance as during reaction and braking.
+    The times of a stop, s.
+
+    `horizon` is the reaction time. `stopping` (...) is the time in which the arm brakes from the
+    wanted velocities to rest. The arm covers a distance while it reacts and brakes. At constant
+    velocities, it would cover this distance in the time `due` (N,) = horizon + stopping / 2.
     """
 
     horizon: float
@@ -302,14 +304,15 @@ def _by_rule(state: ToolState, rule: ServoRule) -> _Shares:
 
 def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking) -> _Shares:
     # Returns the factor of the velocities that stops the arm before the distance to a singular
-    # pose falls below `stop`. Sphere tracing finds where the distance falls to `stop`: compute the
-    # distance, advance by (distance - `stop`), and repeat, up to the distance of a stop. No place
-    # is passed over, because a motion of the joints changes the distance at most by its own
-    # length. At the last pose, the set of singular poses is taken as a plane through the nearest
-    # singular pose, normal to the direction toward the nearest singular pose.
+    # pose falls below `stop`. Sphere tracing finds the place on the path at which the distance is
+    # `stop`: compute the distance, advance by (distance - `stop`), and repeat. No such place is
+    # passed over, because a joint motion changes the distance by at most the length of the motion.
+    # The tracing ends, at the latest, where the arm would come to rest without scaling. The rest
+    # of the motion is computed with a plane instead of the curved set of singular poses: the plane
+    # through the nearest singular pose, normal to the direction toward this pose.
     thresholds, scales = robot.singularity.thresholds, robot.singularity.task.column_scales
     stop = MEASURES['distance'].stop if thresholds.measure != 'distance' else thresholds.stop
-    assert stop is not None  # the measure `distance` has a default value of `stop`
+    assert stop is not None  # the threshold `stop` of a distance is always a number
     q, rates = (np.reshape(one, (-1, robot.dof)) for one in (state.q, qdot))
     speeds = np.linalg.norm(rates / scales, axis=-1)
     passed, times, margins = np.zeros(len(q)), np.full(len(q), np.inf), np.full(len(q), np.nan)

@@ -91,7 +91,7 @@ class ServoShares(NamedTuple):
 
 
 def servo_shares(state: ToolState, rule: ServoRule) -> ServoShares:
-    """Return the speed factors by MoveIt Servo's rule for states with known velocities."""
+    """Return MoveIt Servo's speed factors for the motions in `state`, which has velocities."""
     U, sigma, Vt = np.linalg.svd(state.jacobian, full_matrices=False)
     condition = sigma[..., 0] / sigma[..., -1]
     lower, stop = rule.lower_singularity_threshold, rule.hard_stop_singularity_threshold

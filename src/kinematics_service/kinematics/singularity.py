@@ -1,8 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compute how near an arm is to a singular pose: distance, lost direction, way out, level and named
-factors.
+Compute how near an arm is to a singular pose.
+
+The results include the distance to the nearest singular pose, the tool direction that is lost
+there, the joint motion that leads away (way out), and the level OK, WARN or ERROR.
 """
 
 import math
@@ -38,8 +40,8 @@ class FactorMeasures(Generic[Index]):
         F names, as in the robot file.
     estimates : shape (..., F)
         First-order estimate of the joint motion to the nearest zero of each factor, rad, 0 to pi.
-        For the factor of a closed loop, the computed distance to joint positions at which the loop
-        equations are singular, if the search found any.
+        The factor of a closed loop is zero where the loop equations are singular. If the search
+        has found such joint positions, the distance to them replaces the estimate.
     results : shape (..., F, 1 + n)
         Value and gradient of each factor.
     column_scales : shape (..., n)
@@ -64,16 +66,20 @@ class FactorMeasures(Generic[Index]):
     @property
     def motions(self) -> Floats:
         """
-        Return the first-order joint motion from this pose to a zero of each factor, shape (..., F,
-        n), rad or m.
+        Return the joint motions that bring each singular factor to zero, to first order.
+
+        The shape is (..., F, n), rad or m. A factor is a function of the joint positions that is
+        zero at singular poses.
         """
         return motions_to_zeros(self.results, self.column_scales[..., None, :])
 
     @property
     def nearest(self) -> Index:
         """
-        Return the index of the factor that is nearest to its zero: an int for one pose, an array
-        (...) for many.
+        Return the index of the singular factor with the smallest number in `estimates`.
+
+        This factor becomes zero after the smallest joint motion, to first order. The index is an
+        int for one pose, an array (...) for many.
         """
         found = self.estimates.argmin(axis=-1)
         index: Index = found if found.ndim else found.item()
@@ -132,11 +138,12 @@ class Singularity(Generic[Number, Index, Grade, Pose]):
         The unit joint motion that moves the tool least, rad or m. At a singular pose it does not
         move the tool: the motions of the joints cancel each other.
     way_out : shape (..., n)
-        Joint motion that leads away from singular poses fastest, rad or m. At a singular pose the
-        opposite motion leads away, too. It is zero if the first-order estimate is zero. Near joint
-        positions at which the equations of a loop are singular (`flat_loop`) it leads away from
-        these positions. If the search found no singular pose of an arm with loops, it leads away
-        from the singular pose that is nearest by first-order estimates.
+        Joint motion that leads away from singular poses fastest, rad or m. It follows the gradient
+        of the manipulability (at a singular pose, of the smallest singular value), and is zero if
+        this gradient is zero. At a singular pose the opposite motion leads away, too. For an arm
+        with closed loops, the nearest singular pose may have singular loop equations
+        (`flat_loop`). Then the motion leads away from this pose. If the search found no singular
+        pose of such an arm, the pose that is nearest by first-order estimates is used.
     rate
         Change per second, along qdot, of the measure to which the robot's thresholds apply; None
         without qdot.
@@ -385,9 +392,9 @@ def unsearched(singularity: Singularity) -> str:
 
 def none_found(singularity: Singularity) -> str:
     """
-    Return the text to show instead of the distance if no singular pose was found near one pose.
+    Return the text that is shown instead of the distance if the search found no singular pose.
 
-    Returns '' if a singular pose was found.
+    Returns '' if it found one. `singularity` has the measures of one pose, not of a batch.
     """
     none = MEASURES['distance'].farther(singularity.distance)
     reason = none and unsearched(singularity)

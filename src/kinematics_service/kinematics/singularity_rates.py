@@ -47,8 +47,10 @@ def measures_of(state: ToolState) -> Floats:
 
 def searched(state: ToolState, measures: Floats) -> Floats:
     """
-    Return a copy of `measures`, an array from `measures_of`, with the distance and the nearest
-    singular pose of each row as a search finds them.
+    Search the nearest singular pose of each pose, and return the measures with the results.
+
+    `measures` is an array from `measures_of`, with one row for each pose. The result is a copy in
+    which the distance and the nearest singular pose come from the search.
     """
     rows, q = _rows(state)
     found = measures.copy()
@@ -106,11 +108,11 @@ def watched(robot: Robot, measures: Floats) -> Floats:
 
 def rates(state: ToolState, measures: Floats) -> Floats:
     """
-    Return the rate, along qdot, of the measure to which the robot's thresholds apply, shape (N,),
-    1/s.
+    Return the rate of the measure to which the robot's thresholds apply, shape (N,), 1/s.
 
-    The rate of the distance is the exact derivative of the distance to the nearest singular pose
-    found, and 0 if no singular pose was found. The rate of other measures is a forward difference.
+    The rate is the change of the measure per second, along qdot. If the measure is the distance to
+    the nearest singular pose, the rate is the exact derivative of the distance, or 0 if the search
+    found no singular pose. The rate of any other measure is a forward difference.
     """
     robot, (_, q) = state.robot, _rows(state)
     qdot = np.ascontiguousarray(state.qdot).reshape(-1, robot.dof)

@@ -145,9 +145,10 @@ class ToolState(NamedTuple):
     @property
     def link_frames(self) -> Floats:
         """
-        Return frame 0 and the frame after each row in the base frame, shape (..., rows + 1, 4, 4).
+        Return the poses of the table's frames in the base frame, shape (..., rows + 1, 4, 4).
 
-        The frames exist only if the state was evaluated at depth `kernel.ALL_FRAMES`.
+        The frames are frame 0 and the frame after each row of the table. They exist only if the
+        state was evaluated at depth `kernel.ALL_FRAMES`.
         """
         chain = self.robot.chain
         at, end = chain.widths[kernel.JACOBIAN], chain.widths[kernel.ALL_FRAMES]

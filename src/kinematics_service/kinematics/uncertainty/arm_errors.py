@@ -69,11 +69,12 @@ class TableErrors(NamedTuple):
 
 class NamedErrors(NamedTuple):
     """
-    The parameters for which a robot file may give a standard deviation, with their screws as in
-    `TableErrors`.
+    The parameters for which a robot file may give a standard deviation, with their error screws.
 
-    Screw k belongs to the parameter `parameters[of[k]]`. The gear ratio of a joint that moves
-    several rows has several screws.
+    An error of a parameter moves the tool along a screw. Screw k belongs to the parameter
+    `parameters[of[k]]`. A gear ratio has one screw for each row of the table that its joint moves.
+    Every other parameter has one screw. The arrays `frames`, `screws` and `gears` are as in
+    `TableErrors`.
     """
 
     parameters: tuple[ArmParameter, ...]
@@ -85,9 +86,10 @@ class NamedErrors(NamedTuple):
 
 def frames_of_elements(robot: Robot) -> Integers:
     """
-    Return for k = 0, 1, ... the index of a frame of the table that exactly k joint screws move.
+    Return for k = 0, 1, ... the index of the first table frame behind exactly k joint screws.
 
-    If k joint screws move several frames, the frame nearest to the base is taken.
+    Frames and joint screws are counted from the base. Only the first k joint screws move this
+    frame.
     """
     parents = robot.chain.table.frame_parent
     return np.array([int(np.argmax(parents == k - 1)) for k in range(robot.chain.elements + 1)])
@@ -150,8 +152,9 @@ def named_errors(robot: Robot) -> NamedErrors:
 
 class JointScrews(NamedTuple):
     """
-    The joint screws of an arm, one for each pair of a joint and a row of the DH table that the
-    joint moves.
+    The joint screws of an arm.
+
+    A joint has one screw for each row of the DH table that it moves.
 
     `joints` (E,) has indices of joints; `frames` and `screws` are as in `TableErrors`.
     """
@@ -228,8 +231,8 @@ def pose_errors(
         Standard deviations of joint positions (rad or m) and of joint velocities (rad/s or m/s).
         The errors of all joints are independent.
     floor : m, rad
-        Standard deviations of the tool's position and rotation that are added to those from the
-        parameters.
+        Standard deviations, for each axis, of further errors of the tool's position and rotation,
+        which come neither from the joints nor from the table.
     """
     of_joints = joint_screws(robot)
     count = len(of_joints.joints)

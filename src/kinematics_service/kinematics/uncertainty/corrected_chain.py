@@ -124,11 +124,12 @@ class PoseChange(NamedTuple):
 
 
 class _Stills(NamedTuple):
-    # `motions` has the products (4, 4) of the constant motions and corrections before, between and
-    # after the joint screws. The other arrays have one entry for each correction: the index of the
-    # product that contains the correction (`places`), its column in the Jacobian (`columns`),
-    # whether it is a rotation (`turns`), its axis (`axes`) and its origin (`origins`). Axis and
-    # origin are in the frame at which this product begins.
+    # A chain is a product: fixed product 0, joint screw 1, fixed product 1, joint screw 2, and so
+    # on. A fixed product has constant motions and corrections as factors. `motions` has the values
+    # (4, 4) of the fixed products. The other arrays have one entry for each correction: the index
+    # of its fixed product (`places`), the column of the correction in the Jacobian (`columns`),
+    # whether the correction is a rotation (`turns`), and its axis: a direction (`axes`) and a
+    # point (`origins`). Direction and point are in the frame at which the fixed product begins.
     motions: Floats
     places: Integers
     columns: Integers
@@ -146,9 +147,9 @@ def small_motion(turns: bool, axis: int, value: float) -> Floats:
 
 
 def _stills(chain: CorrectedChain, values: Floats) -> _Stills:
-    # Computes the products of constant motions and corrections before, between and after the joint
-    # screws. All products are computed together: the loop takes the first factor of every product,
-    # then the second factor of every product, and so on.
+    # A chain is a product: fixed product 0, joint screw 1, fixed product 1, and so on. Computes
+    # the fixed products, whose factors are constant motions and corrections. The loop computes all
+    # fixed products at once: step i multiplies each fixed product by its factor number i.
     parts, depths, places, turns, along, columns = chain._layout
     parts, by = parts.copy(), values[columns]
     parts[depths[~turns], places[~turns], along[~turns], 3] = by[~turns]

@@ -35,14 +35,16 @@ from ...robot.task import seeded_poses
 from . import corrected_chain
 from .triangle import triangle_of
 
-# An extra parameter is a correction for which the nominal table has no number. The usual error of
-# this parameter moves the tool. Other parameters cannot produce a part of this tool motion. The
-# extra parameter is added if the RMS of this part over random poses is above MIN_EXTRA_MOTION *
-# LENGTH. LENGTH is the usual standard deviation of a length.
+# An extra parameter is a correction for which the nominal table has no number. It is added only if
+# the other parameters cannot move the tool in the same way. The test computes the tool motion by
+# the usual error of the extra parameter, and subtracts the best approximation by errors of the
+# other parameters. The RMS of the rest over random poses must exceed MIN_EXTRA_MOTION * LENGTH,
+# where LENGTH is the usual standard deviation of a length.
 MIN_EXTRA_MOTION = 0.1
-# The test of an extra parameter compares it with combinations of the other parameters. It ignores
-# combinations that hardly move the tool: the RMS of their tool motion over random poses is below
-# MIN_SPAN_MOTION * LENGTH. LENGTH is the usual standard deviation of a length.
+# The tool motion by an extra parameter is approximated by combinations of errors of the other
+# parameters. A combination is left out if it hardly moves the tool: if the RMS of the tool motion
+# over random poses is at most MIN_SPAN_MOTION * LENGTH, where LENGTH is the usual standard
+# deviation of a length.
 MIN_SPAN_MOTION = 0.02
 # Number of random poses at which the tool motions by different parameters are compared.
 POSES = 60
@@ -236,8 +238,9 @@ def _arranged(
     if isinstance(link, ShapeRow):
         if link.joint is None:
             return [row.before], [row.after]
-        # Put the corrections between the row's constant matrix `in` and the joint of the row, in
-        # the axes of this joint.
+        # The row is the product of a constant matrix (key `in` of the robot file), the joint, and
+        # another constant matrix. Put the corrections between the first matrix and the joint. They
+        # act along and about the axes of the frame behind the first matrix.
         rest = np.asarray(np.linalg.solve(link.inner.matrix, row.before), np.float64)
         return [link.inner.matrix, *motions.values(), rest], [row.after]
     return [*motions.values(), row.before], [row.after]
@@ -246,8 +249,9 @@ def _arranged(
 def _constant(
     motion: NamedMotion, link: DhRow, at: dict[str, corrected_chain.CorrectingMotion]
 ) -> tuple[corrected_chain.Part, corrected_chain.Part]:
-    # A row of the table is a product of elementary motions. Returns one of them with its value in
-    # the table, as a matrix (4, 4), and the correction of this value.
+    # A row of the table is a product of elementary motions. For the elementary motion `motion`,
+    # returns two factors of the chain: the motion's matrix (4, 4) with the number in the table,
+    # and the correction of this number.
     value = link[motion.quantity].affine.constant
     still = corrected_chain.small_motion(motion.axis[0] == 'R', AXES.index(motion.axis[1]), value)
     return still, at[motion.quantity]
