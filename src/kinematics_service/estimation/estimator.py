@@ -139,7 +139,7 @@ class AcceptedMessage(NamedTuple):
     qdot : shape (n,), rad/s or m/s, or None
         Joint velocities; None if one is unknown.
     stamp : ns
-        Stamp of the message, or its time of receipt without a stamp.
+        Stamp of the message. If the message has no stamp, the time at which it was received.
     velocity_source
         Source of the velocities: `message`, `difference`, or `none`.
     """
