@@ -736,7 +736,7 @@ def test_no_curve_of_three_has_the_colour_of_a_threshold():
 def test_one_singular_sample_does_not_squeeze_the_condition_number():
     t, values = np.arange(4.0), np.array([8.0, 12.0, 1e17, 9.0])
     curve = curve_of('condition number', 'c0', 4.0, [(t, values, np.zeros(4, dtype=bool))])
-    assert 'data-low="6.35' in Chart('k', '', [curve], log=True, most=3e3, end=4.0).html()
+    assert 'data-low="6.35' in Chart('k', '', [curve], log=True, clip=3e3, end=4.0).html()
     assert 'data-low="7.9' in Chart('k', '', [curve], log=True, end=4.0).html()
 
 

@@ -38,11 +38,11 @@ def cluster_address(workers: str) -> str:
     SweepError
         The text is not of the form `dask://HOST:PORT`.
     """
-    found = ADDRESS.fullmatch(workers)
-    if not found or not 0 < int(found[2]) < 65536:
+    match = ADDRESS.fullmatch(workers)
+    if not match or not 0 < int(match[2]) < 65536:
         message = f'workers {workers!r} is not an address; give the scheduler as dask://HOST:PORT'
         raise SweepError(message, code='syntax')
-    return f'tcp://{found[1]}:{found[2]}'
+    return f'tcp://{match[1]}:{match[2]}'
 
 
 def results_of_workers(

@@ -41,7 +41,7 @@ class WorstMoment(NamedTuple):
     quantity, row of the state in the timeline, and value as text.
     """
 
-    what: str
+    quantity: str
     row: int
     value: str
 
@@ -53,8 +53,8 @@ class Audit:
 
     Attributes
     ----------
-    file, what, topic, planned, remarks
-        Properties of the file. `file` is its name and `what` its type, such as a bag; the others
+    file, kind, topic, planned, remarks
+        Properties of the file. `file` is its name and `kind` its type, such as a bag; the others
         are as in `RecordingSource`.
     counts, examples
         Number of messages by outcome (accepted, or a reason of refusal), and the first refused
@@ -67,7 +67,7 @@ class Audit:
         measured poses.
     trajectories, plans
         The number of planned trajectories, and their checks, by trajectory number from 1.
-    asked
+    plan_settings
         The requested limits for planned trajectories: least distance to singular poses, and
         largest speed.
     slowing
@@ -77,7 +77,7 @@ class Audit:
 
     robot: Robot
     file: str
-    what: str
+    kind: str
     topic: str
     planned: bool
     remarks: tuple[Remark, ...]
@@ -93,7 +93,7 @@ class Audit:
     frames: FrameReport | NotCompared | None
     trajectories: int = 0
     plans: Mapping[int, PlanCheck] = field(default_factory=dict)
-    asked: PlanSettings = PlanSettings()
+    plan_settings: PlanSettings = PlanSettings()
     slowing: Slowing | None = None
 
     @property
@@ -159,8 +159,8 @@ def audit(
         No message gives a state of the arm, the file is damaged, or a setting applies only to
         plans.
     """
-    asked, prefix = settings.plans, settings.estimator.joint_prefix
-    if not source.planned and asked.speeds_told:
+    plan_settings, prefix = settings.plans, settings.estimator.joint_prefix
+    if not source.planned and plan_settings.speeds_requested:
         raise RecordingError(
             f'{file}: --speed-limit and --speed-of are for plans, and this is a recording; leave '
             'them out',
@@ -168,28 +168,28 @@ def audit(
         )
     estimator = Estimator(robot, settings.estimator)
     ingest, watch = Ingest(robot, estimator), StreamWatch(estimator.names)
-    computer, heard = Computer(robot, ingest), dict[str, None]()
+    computer, names = Computer(robot, ingest), dict[str, None]()
     for block in source.blocks:
         batch = computer.take(block)
         watch.take(block)
-        if isinstance(block, Block) and len(heard) < MAX_NAMES:
-            heard.update(dict.fromkeys(block.names))
+        if isinstance(block, Block) and len(names) < MAX_NAMES:
+            names.update(dict.fromkeys(block.names))
         if batch is not None and write is not None:
             write(batch)
         progress(len(block))
     timeline = computer.timeline
     if not len(timeline):
-        raise _without_states(f'{file}: {source.topic}', estimator, ingest, tuple(heard))
+        raise _without_states(f'{file}: {source.topic}', estimator, ingest, tuple(names))
     jump_count, jumps = jumps_of(robot, timeline)
     joints = joint_reports(robot, timeline)
     track, frames = source.poses(), None
     if track is not None:
         frames = frames_of(robot, track, timeline, settings.frames)
-    plans = checks_of(robot, source, prefix, asked, progress)
+    plans = checks_of(robot, source, prefix, plan_settings, progress)
     return Audit(
         robot=robot,
         file=file,
-        what=source.what,
+        kind=source.kind,
         topic=source.topic,
         planned=source.planned,
         remarks=tuple(source.remarks),
@@ -205,23 +205,23 @@ def audit(
         frames=frames,
         trajectories=len(source.plans),
         plans=plans,
-        asked=asked,
+        plan_settings=plan_settings,
         slowing=settings.slowing and slowing_of(robot, timeline, settings.slowing),
     )
 
 
 def _without_states(
-    where: str, estimator: Estimator, ingest: Ingest, heard: tuple[str, ...]
+    where: str, estimator: Estimator, ingest: Ingest, names: tuple[str, ...]
 ) -> RecordingError:
     # Returns the error about a recording in which no message gives a state of the arm. `where`
     # names the file and its topic.
-    robot, wanted = estimator.robot, ', '.join(estimator.names)
+    robot, joints = estimator.robot, ', '.join(estimator.names)
     if not ingest.counts:
         return RecordingError(f'{where}: has no messages; record it anew', code='empty')
     if ingest.counts[outcomes.NOT_OURS] == sum(ingest.counts.values()):
-        shown = ', '.join(heard[:MAX_NAMES]) or 'nothing'
+        shown = ', '.join(names[:MAX_NAMES]) or 'nothing'
         return RecordingError(
-            f'{where}: no message names a joint of {robot.name} ({wanted}); they name {shown}',
+            f'{where}: no message names a joint of {robot.name} ({joints}); they name {shown}',
             code='missing-joint',
         )
     reasons = ', '.join(f'{n} {reason}' for reason, n in ingest.counts.items() if n)
@@ -240,19 +240,19 @@ def _moments(
     measure = MEASURES[robot.singularity.thresholds.measure]
     shown = measure.farther(value) or f'{value:.3g}'
     yield WorstMoment(f'nearest to a singularity ({measure.words})', worst, shown)
-    for what, column, unit in (
+    for quantity, column, unit in (
         ('fastest tool motion', timeline.speed, 'm/s'),
         ('fastest tool rotation', timeline.turning, 'rad/s'),
     ):
         row, value = _largest(len(column), column.__getitem__)
         if value > 0.0:
-            yield WorstMoment(what, row, f'{value:.3g} {unit}')
+            yield WorstMoment(quantity, row, f'{value:.3g} {unit}')
     for j, joint in enumerate(joints):
         yield from _moments_of_joint(timeline, j, joint)
     if jumps:
         largest = max(jumps, key=lambda jump: abs(jump.step))
-        what = f'largest jump ({largest.joint})'
-        yield WorstMoment(what, largest.row, f'{largest.step:+.3g}')
+        quantity = f'largest jump ({largest.joint})'
+        yield WorstMoment(quantity, largest.row, f'{largest.step:+.3g}')
 
 
 def _moments_of_joint(timeline: Timeline, j: int, joint: JointReport) -> Iterator[WorstMoment]:
@@ -265,12 +265,12 @@ def _moments_of_joint(timeline: Timeline, j: int, joint: JointReport) -> Iterato
         yield WorstMoment(f'{name} farthest beyond its limit', row, f'{value:.3g} {unit}')
     if joint.too_fast:
         row, _ = _largest(len(timeline), lambda rows: np.abs(timeline.qdot.columns[j][rows]))
-        what = f'{name} above its velocity limit of {joint.velocity_limit:.3g}'
-        yield WorstMoment(what, row, f'{joint.fastest:.3g} {unit}/s')
+        quantity = f'{name} above its velocity limit of {joint.velocity_limit:.3g}'
+        yield WorstMoment(quantity, row, f'{joint.fastest:.3g} {unit}/s')
     check = joint.check
     if check is not None and check.worst > 0.1 * check.speed:
-        what = f'{name}: reported velocity farthest from its positions'
-        yield WorstMoment(what, check.row, f'{check.worst:.3g} {unit}/s')
+        quantity = f'{name}: reported velocity farthest from its positions'
+        yield WorstMoment(quantity, check.row, f'{check.worst:.3g} {unit}/s')
 
 
 def _largest(count: int, values_of: Callable[[slice], Floats]) -> tuple[int, float]:

@@ -74,11 +74,11 @@ class Computer:
             warnings.append(PublishedWarning(first + k, timeout.moment, stale))
         for k in judged.warnings:
             pose = evaluate(robot, known.q[k], known.qdot[k] if moving[k] else None)
-            one = singularity_of(pose._replace(measures=measured[k]))
+            values = singularity_of(pose._replace(measures=measured[k]))
             level = Level(int(judged.levels[k]))
-            text = singularity_status(robot, one, level, robot.base_frame, self._ingest.prefix)
+            text = singularity_status(robot, values, level, robot.base_frame, self._ingest.prefix)
             warnings.append(PublishedWarning(first + k, int(known.arrivals[k]), text))
-        warnings.sort(key=lambda one: (one.row, one.moment))
+        warnings.sort(key=lambda warning: (warning.row, warning.moment))
         signs = self._signs(state.quaternion_xyzw, known.fresh)
         quaternion = state.quaternion_xyzw * signs[:, None]
         self._quaternion = np.array(quaternion[-1])

@@ -105,5 +105,5 @@ def _thinned(end: float, t: Floats, values: Floats, group: np.ndarray) -> tuple[
 
 def _first_where(flags: Flags, edges: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
     at = np.flatnonzero(flags)
-    found: np.ndarray = at[np.searchsorted(at, edges)]  # type: ignore[type-arg]
-    return found
+    rows: np.ndarray = at[np.searchsorted(at, edges)]  # type: ignore[type-arg]
+    return rows

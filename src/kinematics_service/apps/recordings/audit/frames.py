@@ -141,13 +141,13 @@ def frames_of(
     if track.positions:
         text = 'positions without orientations are for calibrate alone'
         return none._replace(reason=text, code='unsupported')
-    found = joined(robot, track, timeline)
-    use, reason = matched(found, settings.gap)
+    pairs = joined(robot, track, timeline)
+    use, reason = matched(pairs, settings.gap)
     if np.sum(use) < MIN_POSES:
         reason = reason or f'there are {len(use)} poses'
         text = f'{reason}; at least {MIN_POSES} are needed'
         return none._replace(reason=text, code='too-few')
-    q, poses, stamps, motion, chosen = chosen_poses(track, found, use)
+    q, poses, stamps, motion, chosen = chosen_poses(track, pairs, use)
     limit = settings.limits.explained
     try:
         diagnosis = diagnose_frames(
@@ -167,7 +167,7 @@ def frames_of(
         doubts=track.doubts,
         diagnosis=diagnosis,
         limits=settings.limits,
-        t=found.t[chosen],
+        t=pairs.t[chosen],
         position=position,
         rotation=rotation,
     )
@@ -199,23 +199,23 @@ class ChosenPoses(NamedTuple):
     rows: Times
 
 
-def chosen_poses(track: PoseTrack, found: Track, use: Flags) -> ChosenPoses:
+def chosen_poses(track: PoseTrack, pairs: Track, use: Flags) -> ChosenPoses:
     """
     Choose at most `MAX_POSES` poses, evenly spread over the list of usable poses.
 
-    One of the M poses in `found` is usable if its joint positions are known. `use` (M,) is true
+    One of the M poses in `pairs` is usable if its joint positions are known. `use` (M,) is true
     for usable poses.
     """
     rows = np.flatnonzero(use)
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, MAX_POSES).astype(int))]
-    zero, motion = found.stamps[0], None
-    if len(found.states_at) > 1:
-        motion = (found.states_at - zero) * 1e-9, found.states
-    stamps = (found.stamps[rows] - zero) * 1e-9
-    return ChosenPoses(found.q[rows], track.poses[found.poses[rows]], stamps, motion, rows)
+    zero, motion = pairs.stamps[0], None
+    if len(pairs.states_at) > 1:
+        motion = (pairs.states_at - zero) * 1e-9, pairs.states
+    stamps = (pairs.stamps[rows] - zero) * 1e-9
+    return ChosenPoses(pairs.q[rows], track.poses[pairs.poses[rows]], stamps, motion, rows)
 
 
-def matched(found: Track, longest: float | None) -> tuple[Flags, str]:
+def matched(pairs: Track, longest: float | None) -> tuple[Flags, str]:
     """
     Return whether each measured pose has joint positions at its time, shape (M,). Return also, as
     text, why some poses have none.
@@ -227,17 +227,17 @@ def matched(found: Track, longest: float | None) -> tuple[Flags, str]:
         of the joint states, but at least 0.05 s and at most 0.5 s.
     """
     if longest is None:
-        longest = min(max(GAP_INTERVALS * found.interval, MIN_GAP), MAX_GAP)
-    outside, unknown = ~found.within, found.within & ~np.all(np.isfinite(found.q), axis=1)
-    apart = found.within & ~unknown & (found.gaps > longest)
+        longest = min(max(GAP_INTERVALS * pairs.interval, MIN_GAP), MAX_GAP)
+    outside, unknown = ~pairs.within, pairs.within & ~np.all(np.isfinite(pairs.q), axis=1)
+    apart = pairs.within & ~unknown & (pairs.gaps > longest)
     reasons = [
-        f'{int(np.sum(which)):,} {words}'
-        for which, words in (
+        f'{int(np.sum(mask)):,} {words}'
+        for mask, words in (
             (outside, 'before the first joint state or after the last'),
             (apart, f'between joint states more than {longest:.3g} s apart (see --pose-gap)'),
             (unknown, 'in rows without joint positions'),
         )
-        if np.any(which)
+        if np.any(mask)
     ]
     use = ~(outside | unknown | apart)
     if not reasons:

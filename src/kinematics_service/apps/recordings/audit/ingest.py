@@ -223,8 +223,8 @@ class Ingest:
         if missing:
             self._stale = True
             age = self._estimator.joints.age(arrival)
-            heard = self._started if math.isinf(age) else arrival - round(age * 1e9)
-            moment = max(heard, self._started) + timeout
+            latest = self._started if math.isinf(age) else arrival - round(age * 1e9)
+            moment = max(latest, self._started) + timeout
             self._rows.timeout = JointTimeout(min(moment, arrival), missing)
 
     def _columns(self, block: Block, first: int, end: int) -> None:
@@ -235,19 +235,19 @@ class Ingest:
         assert columns is not None
         q = block.positions[first:end, columns]
         stamps, arrivals = block.stamps[first:end], block.received[first:end]
-        heard = np.zeros(len(q), dtype=bool)
+        reported = np.zeros(len(q), dtype=bool)
         qdot = np.full_like(q, math.nan)
         if settings.velocity_source != 'difference' and (
             block.velocities.shape[1] == len(block.names)
         ):
             velocities = block.velocities[first:end, columns]
             with np.errstate(invalid='ignore'):
-                heard = np.all(np.abs(velocities) <= LARGEST, axis=1)
-            qdot[heard] = velocities[heard]
+                reported = np.all(np.abs(velocities) <= LARGEST, axis=1)
+            qdot[reported] = velocities[reported]
         differenced = np.zeros(len(q), dtype=bool)
-        if settings.velocity_source != 'message' and not np.all(heard[1:]):
+        if settings.velocity_source != 'message' and not np.all(reported[1:]):
             differences = self._differences(q, stamps, settings.timeout)
-            take = ~heard[1:]
+            take = ~reported[1:]
             qdot[1:][take] = differences[take]
             differenced[1:] = take & ~np.any(np.isnan(qdot[1:]), axis=1)
             qdot[np.any(np.isnan(qdot), axis=1)] = math.nan

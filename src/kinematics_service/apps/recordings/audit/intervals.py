@@ -147,7 +147,7 @@ def _interval(robot: Robot, timeline: Timeline, run: Stretch) -> Interval:
         stopped=stopped,
         value=watched_at(robot, timeline, worst),
         factor=_nearest(robot, near),
-        factors=tuple(sorted(_named(robot, timeline, passed.values()), key=lambda one: one.row)),
+        factors=tuple(sorted(_named(robot, timeline, passed.values()), key=lambda item: item.row)),
         lost='' if flat_loop(robot, near) else direction_in_words(near.lost_direction),
         fighting=joints_in_words(robot.joint_names, near.joint_motion),
         q=timeline.q[worst],
@@ -169,11 +169,11 @@ def _nearest(robot: Robot, near: Singularity) -> str:
 def _named(
     robot: Robot, timeline: Timeline, passages: Iterable[FactorPassage]
 ) -> Iterator[FactorPassage]:
-    for one in passages:
-        if one.name not in robot.loop_names or one.name == _nearest(
-            robot, singularity(robot, timeline.q[one.row])
+    for passage in passages:
+        if passage.name not in robot.loop_names or passage.name == _nearest(
+            robot, singularity(robot, timeline.q[passage.row])
         ):
-            yield one
+            yield passage
 
 
 def _pass(robot: Robot, timeline: Timeline, rows: slice, passed: dict[int, FactorPassage]) -> None:
@@ -185,8 +185,8 @@ def _pass(robot: Robot, timeline: Timeline, rows: slice, passed: dict[int, Facto
     distances = timeline.factors[rows]
     nearest = np.argmin(distances, axis=1)
     for k in np.unique(nearest).tolist():
-        own = np.flatnonzero(nearest == k)
-        row = int(own[np.argmin(distances[own, k])])
+        states = np.flatnonzero(nearest == k)
+        row = int(states[np.argmin(distances[states, k])])
         distance = float(distances[row, k])
         if k not in passed or distance < passed[k].distance:
             passed[k] = FactorPassage(

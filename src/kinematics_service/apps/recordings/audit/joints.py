@@ -136,15 +136,15 @@ def jumps_of(robot: Robot, timeline: Timeline) -> tuple[int, tuple[Jump, ...]]:
     for rows in spans(len(timeline)):
         span = slice(max(rows.start - 1, 0), rows.stop)
         gaps, differenced = np.diff(timeline.stamps[span]), timeline.differenced[span]
-        steady, found = (gaps > 0) & (gaps <= INTERVAL_FACTOR * usual), list[Jump]()
+        steady, span_jumps = (gaps > 0) & (gaps <= INTERVAL_FACTOR * usual), list[Jump]()
         for j in range(robot.dof):
             q, speeds = timeline.q.columns[j][span], timeline.qdot.columns[j][span]
             odd = jumps(robot, j, timeline.t[span], q, np.where(differenced, np.nan, speeds))
             odd, steps = odd[steady[odd]], joint_steps(q, bool(robot.continuous[j]))
             count += len(odd)
-            found += [
+            span_jumps += [
                 Jump(span.start + k + 1, robot.joint_names[j], float(steps[k]), gaps[k] * 1e-9)
                 for k in odd[:MAX_JUMPS].tolist()
             ]
-        first = (first + sorted(found))[:MAX_JUMPS]
+        first = (first + sorted(span_jumps))[:MAX_JUMPS]
     return count, tuple(first)

@@ -133,8 +133,8 @@ def _between(robot: Robot, stamps: Times, q: Floats, at: Times) -> tuple[Floats,
     right = np.clip(np.searchsorted(stamps, at), 0, len(stamps) - 1)
     left = np.where(stamps[right] == at, right, np.maximum(right - 1, 0))
     gaps = np.asarray((stamps[right] - stamps[left]) * 1e-9, dtype=np.float64)
-    share = np.divide((at - stamps[left]) * 1e-9, gaps, out=np.zeros(len(at)), where=gaps > 0)
+    fraction = np.divide((at - stamps[left]) * 1e-9, gaps, out=np.zeros(len(at)), where=gaps > 0)
     steps = q[right] - q[left]
     turned = (steps + np.pi) % (2.0 * np.pi) - np.pi
     steps = np.where(robot.continuous, turned, steps)
-    return np.asarray(q[left] + share[:, None] * steps), gaps
+    return np.asarray(q[left] + fraction[:, None] * steps), gaps

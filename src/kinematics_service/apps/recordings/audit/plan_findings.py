@@ -36,19 +36,19 @@ def rounded_up(value: float) -> str:
     return f'{_rounded(value, math.ceil):.4g}'
 
 
-def _rounded(value: float, way: Callable[[float], int]) -> float:
+def _rounded(value: float, rounding: Callable[[float], int]) -> float:
     if value == 0.0 or not math.isfinite(value):
         return value
     unit = 10.0 ** (math.floor(math.log10(abs(value))) - 3)
-    return way(value / unit) * unit
+    return rounding(value / unit) * unit
 
 
-def joints_refuted(audit: Audit, what: Literal['limits', 'speed']) -> list[str]:
+def joints_refuted(audit: Audit, claim: Literal['limits', 'speed']) -> list[str]:
     """
     Return the names of the joints that exceed their position limits, or speed limits, in a plan.
     """
     joints = [joint for plan in audit.plans.values() for joint in plan.joints]
-    return [joint.name for joint in joints if getattr(joint, what) == 'refuted']
+    return [joint.name for joint in joints if getattr(joint, claim) == 'refuted']
 
 
 def plan_findings(audit: Audit) -> list[Finding]:
@@ -67,11 +67,11 @@ def _closures(audit: Audit) -> Iterator[Finding]:
             continue
         if closure.moment is None:
             text = f'all loops close at {closure.samples:,} sampled positions'
-            what = f'{where}Not decided: {text}; between them nothing is proved.'
-            yield Finding(Level.WARN, what)
+            sentence = f'{where}Not decided: {text}; between them nothing is proved.'
+            yield Finding(Level.WARN, sentence)
         else:
-            what = f'{where}Refuted: {_at(closure.moment)}, {closure.sentence}.'
-            yield Finding(Level.ERROR, what)
+            sentence = f'{where}Refuted: {_at(closure.moment)}, {closure.sentence}.'
+            yield Finding(Level.ERROR, sentence)
 
 
 def _at(moment: PlanMoment) -> str:
@@ -91,19 +91,19 @@ def _of_those_checked(audit: Audit) -> str:
 
 
 def _singular(audit: Audit) -> list[Finding]:
-    found = {number: plan.singularity for number, plan in audit.plans.items()}
-    open_ = [(number, one) for number, one in found.items() if one.verdict != 'proved']
+    claims = {number: plan.singularity for number, plan in audit.plans.items()}
+    open_ = [(number, claim) for number, claim in claims.items() if claim.verdict != 'proved']
     open_.sort(key=lambda pair: pair[1].verdict != 'refuted')
     sentences = [
-        _not_proved(audit.robot, _where(audit, k), one) for k, one in open_[:MAX_SENTENCES]
+        _not_proved(audit.robot, _where(audit, k), claim) for k, claim in open_[:MAX_SENTENCES]
     ]
     if len(open_) > MAX_SENTENCES:
         level = Level.ERROR if open_[MAX_SENTENCES][1].verdict == 'refuted' else Level.WARN
         more = counted(len(open_) - MAX_SENTENCES, 'trajectory')
         sentences.append(Finding(level, f'{more} more are refuted or not decided.'))
     if not open_:
-        least = min(found.values(), key=lambda one: one.lower)
-        upper = min(one.upper for one in found.values())
+        least = min(claims.values(), key=lambda claim: claim.lower)
+        upper = min(claim.upper for claim in claims.values())
         near = f'; the nearest found is {rounded_up(upper)} rad away' if upper < math.inf else ''
         kept = f'the plan keeps {rounded_down(least.lower)} rad or more from every singular pose'
         text = f'{_of_those_checked(audit)}Proved, between its points too: {kept}'
@@ -111,41 +111,41 @@ def _singular(audit: Audit) -> list[Finding]:
     return sentences
 
 
-def _named(robot: Robot, found: PlanSingularity) -> str:
+def _named(robot: Robot, claim: PlanSingularity) -> str:
     # Returns, as text, the names of the singular factors that are 0 at the singular pose nearest
     # to the plan.
-    if found.nearest_singular is None or not robot.singularity.factors.names:
+    if claim.nearest_singular is None or not robot.singularity.factors.names:
         return ''
     # for an arm with loops, name only the loop whose equations are singular
     if robot.loop_names:
-        loop = flat_loop(robot, singularity(robot, found.moment.q))
+        loop = flat_loop(robot, singularity(robot, claim.moment.q))
         return f' ({flat_position(loop)})' if loop else ''
-    factors = singularity(robot, found.nearest_singular).factors
+    factors = singularity(robot, claim.nearest_singular).factors
     assert factors is not None
     names = [name for name, away in zip(factors.names, factors.estimates) if away < ZERO_TOLERANCE]
     return f' ({", ".join(names)})' if names else ''
 
 
-def _not_proved(robot: Robot, where: str, found: PlanSingularity) -> Finding:
-    asked = f'{found.threshold:g} rad'
-    if found.verdict == 'refuted':
-        pose = f'{rounded_up(found.upper)} rad from a singular pose{_named(robot, found)}'
-        text = f'Refuted: {_at(found.moment)}, the plan is {pose}'
-        return Finding(Level.ERROR, f'{where}{text} ({found.threshold:g} asked).')
+def _not_proved(robot: Robot, where: str, claim: PlanSingularity) -> Finding:
+    limit = f'{claim.threshold:g} rad'
+    if claim.verdict == 'refuted':
+        pose = f'{rounded_up(claim.upper)} rad from a singular pose{_named(robot, claim)}'
+        text = f'Refuted: {_at(claim.moment)}, the plan is {pose}'
+        return Finding(Level.ERROR, f'{where}{text} ({claim.threshold:g} asked).')
     if robot.loop_names:
-        text = f'no singular pose was found within {asked} of {found.evaluations:,} sampled'
+        text = f'no singular pose was found within {limit} of {claim.evaluations:,} sampled'
         bent = 'there may be one, because nothing is proved of closed loops'
         return Finding(Level.WARN, f'{where}Not decided: {text} positions; {bent}.')
-    begin, end = found.undecided[0]
-    span = seconds(sum(end - begin for begin, end in found.undecided))
+    begin, end = claim.undecided[0]
+    span = seconds(sum(end - begin for begin, end in claim.undecided))
     nearest = 'none was found near it'
-    if math.isfinite(found.upper):
-        nearest = f'the nearest found is {rounded_up(found.upper)} rad away'
+    if math.isfinite(claim.upper):
+        nearest = f'the nearest found is {rounded_up(claim.upper)} rad away'
     return Finding(
         Level.WARN,
-        f'{where}Not decided in {counted(len(found.undecided), "interval")} ({span}), the first '
-        f'from {begin:.3f} to {end:.3f} s: there it is neither proved that the plan keeps {asked} '
-        f'from every singular pose (proved: {rounded_down(found.lower)}) nor refuted ({nearest}).',
+        f'{where}Not decided in {counted(len(claim.undecided), "interval")} ({span}), the first '
+        f'from {begin:.3f} to {end:.3f} s: there it is neither proved that the plan keeps {limit} '
+        f'from every singular pose (proved: {rounded_down(claim.lower)}) nor refuted ({nearest}).',
     )
 
 
@@ -157,8 +157,8 @@ def _joints(audit: Audit) -> Iterator[Finding]:
         'limits': bool(np.any(np.isfinite(robot.limits))),
         'speeds': bool(np.any(np.isfinite(robot.velocity_limits))),
     }
-    kept = ' and '.join(what for what, there in given.items() if there)
-    missing = ' and no '.join(what for what, there in given.items() if not there)
+    kept = ' and '.join(name for name, known in given.items() if known)
+    missing = ' and no '.join(name for name, known in given.items() if not known)
     text = f'Proved, between its points too: joints keep their {kept}' if kept else ''
     if missing:
         text += f'{"; t" if kept else "T"}he robot file gives no {missing} of joints'
@@ -166,12 +166,12 @@ def _joints(audit: Audit) -> Iterator[Finding]:
 
 
 def _speeds(audit: Audit) -> Iterator[Finding]:
-    if not audit.asked.speeds_told:
+    if not audit.plan_settings.speeds_requested:
         return
     for k in range(len(next(iter(audit.plans.values())).speeds)):
         number, plan = max(audit.plans.items(), key=lambda pair: pair[1].speeds[k].upper)
-        found = _speed(plan.speeds[k])
-        yield found._replace(text=f'{_where(audit, number)}{found.text}')
+        finding = _speed(plan.speeds[k])
+        yield finding._replace(text=f'{_where(audit, number)}{finding.text}')
 
 
 def point_in_words(of: str) -> str:
@@ -184,22 +184,22 @@ def point_in_words(of: str) -> str:
 
 
 def _speed(speed: PlanSpeed) -> Finding:
-    who, at = point_in_words(speed.of), f'{speed.moment.time:.3f} s'
+    point, at = point_in_words(speed.of), f'{speed.moment.time:.3f} s'
     low = rounded_down(speed.lower)
     if speed.verdict == 'refuted':
-        text = f'{who} moves at {low} m/s {_at(speed.moment)} ({speed.limit:g} allowed)'
+        text = f'{point} moves at {low} m/s {_at(speed.moment)} ({speed.limit:g} allowed)'
         return Finding(Level.ERROR, f'Refuted: {text}.')
     if math.isinf(speed.upper):  # no upper bound is computed for closed loops
-        found = f'the largest sampled speed of {who} is {low} m/s, at {at}'
+        sentence = f'the largest sampled speed of {point} is {low} m/s, at {at}'
         if speed.limit is None:
-            return Finding(Level.OK, f'{found[0].upper()}{found[1:]}; nothing bounds it.')
+            return Finding(Level.OK, f'{sentence[0].upper()}{sentence[1:]}; nothing bounds it.')
         allowed = f'({speed.limit:g} allowed); between the samples nothing is proved'
-        return Finding(Level.WARN, f'Not decided: {found} {allowed}.')
+        return Finding(Level.WARN, f'Not decided: {sentence} {allowed}.')
     bracket = f'{low} to {rounded_up(speed.upper)} m/s, at {at}'
     if speed.verdict == 'not decided':
-        text = f'the largest speed of {who} is {bracket} ({speed.limit:g} allowed)'
+        text = f'the largest speed of {point} is {bracket} ({speed.limit:g} allowed)'
         return Finding(Level.WARN, f'Not decided: {text}.')
     if speed.verdict == 'proved':
-        text = f'{who} keeps below {speed.limit:g} m/s; its largest speed is {bracket}'
+        text = f'{point} keeps below {speed.limit:g} m/s; its largest speed is {bracket}'
         return Finding(Level.OK, f'Proved: {text}.')
-    return Finding(Level.OK, f'The largest speed of {who} is {bracket}.')
+    return Finding(Level.OK, f'The largest speed of {point} is {bracket}.')

@@ -47,7 +47,7 @@ class PlanSettings(NamedTuple):
     speed_of: tuple[str, ...] = ()
 
     @property
-    def speeds_told(self) -> bool:
+    def speeds_requested(self) -> bool:
         """Return whether a speed limit, or the speed of points besides the tool, was requested."""
         return self.speed_limit is not None or bool(self.speed_of)
 
@@ -56,7 +56,7 @@ def checks_of(
     robot: Robot,
     source: RecordingSource,
     joint_prefix: str,
-    asked: PlanSettings,
+    settings: PlanSettings,
     progress: Callable[[int], None] = lambda plans: None,
 ) -> dict[int, PlanCheck]:
     """
@@ -66,22 +66,22 @@ def checks_of(
     checks = {}
     names = [joint_prefix + name for name in robot.joint_names]
     for number, plan in enumerate(source.plans, 1):
-        which, several = 'The plan', len(source.plans)
+        label, several = 'The plan', len(source.plans)
         if several > 1:
-            which = f'Trajectory {number} of {several}'
-        own = plan.of(names)
+            label = f'Trajectory {number} of {several}'
+        arm_plan = plan.of(names)
         try:
-            checks[number] = check_plan(robot, *own[1:], *asked)
+            checks[number] = check_plan(robot, *arm_plan[1:], *settings)
         except PlanError as error:
-            text = f'{which} is not checked: {error}'
+            text = f'{label} is not checked: {error}'
             source.remarks.append(Remark(Level.ERROR, text, error.code))
         else:
-            source.remarks.extend(_full_turns(robot, own, which))
+            source.remarks.extend(_full_turns(robot, arm_plan, label))
         progress(1)
     return checks
 
 
-def _full_turns(robot: Robot, plan: PlannedTrajectory, which: str) -> Iterator[Remark]:
+def _full_turns(robot: Robot, plan: PlannedTrajectory, label: str) -> Iterator[Remark]:
     # Yields a remark for each joint that makes unnecessary full turns. Without these turns, the
     # joint would move within its limits, and the poses of the arm would be the same.
     for j, name in enumerate(robot.joint_names):
@@ -95,11 +95,11 @@ def _full_turns(robot: Robot, plan: PlannedTrajectory, which: str) -> Iterator[R
             low, high = robot.limits[j] + whole
             if whole and low <= np.min(q[end:]) and np.max(q[end:]) <= high:
                 short = math.degrees(turn - whole)
-                rest = f'{short:.1f} deg end at the same pose'
-                rest = rest if abs(short) >= TURN_RESOLUTION else 'the joint ends where it was'
+                effect = f'{short:.1f} deg end at the same pose'
+                effect = effect if abs(short) >= TURN_RESOLUTION else 'the joint ends where it was'
                 yield Remark(
                     Level.WARN,
-                    f'{which} turns {name} by {math.degrees(turn):.1f} deg from '
-                    f'{plan.times[begin]:.3f} to {plan.times[end]:.3f} s, and {rest}',
+                    f'{label} turns {name} by {math.degrees(turn):.1f} deg from '
+                    f'{plan.times[begin]:.3f} to {plan.times[end]:.3f} s, and {effect}',
                 )
                 break

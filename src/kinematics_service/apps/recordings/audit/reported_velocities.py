@@ -210,9 +210,9 @@ def velocity_check(timeline: MotionColumns, j: int, wraps: bool) -> VelocityChec
             row, worst = int(numbers[new][k + 1 - len(numbers[new])]), float(off[k])
     if (count := len(differences)) < 4:
         return None
-    square, product, reported, left, smooth = (sums[:5] / count).tolist()
+    square, product, reported, error, smooth = (sums[:5] / count).tolist()
     moving = max(smooth * count / sums[5], 0.0) if sums[5] else square
-    speed, rms, noise = math.sqrt(square), math.sqrt(left), math.sqrt(max(square - moving, 0.0))
+    speed, rms, noise = math.sqrt(square), math.sqrt(error), math.sqrt(max(square - moving, 0.0))
     jitter = noise * usual / math.sqrt(2.0)
     surely = max(SPEED_MINIMUM, NOISE_FACTOR * noise / count**0.25)
     if moving < surely**2 or greatest - least < max(RANGE_FACTOR * jitter, RANGE_MINIMUM):
@@ -221,9 +221,9 @@ def velocity_check(timeline: MotionColumns, j: int, wraps: bool) -> VelocityChec
     # positions. The divisor is the mean square velocity without the noise of the positions
     # (`moving`). With the noise, the divisor would be too large and the scale too small.
     scale, lag = product / moving, 0.0
-    left = reported - 2.0 * scale * product + scale**2 * square
+    error = reported - 2.0 * scale * product + scale**2 * square
     least = DIFFERENCE_SHARE * speed
-    explained = left < (EXPLAINED_SHARE * rms) ** 2 and abs(scale - 1.0) > SCALE_TOLERANCE
+    explained = error < (EXPLAINED_SHARE * rms) ** 2 and abs(scale - 1.0) > SCALE_TOLERANCE
     if rms <= least or not explained:
         scale, lag = 1.0, _lag(samples, wraps, usual, least)
     typical = median(differences[rows] for rows in spans(count))
@@ -246,13 +246,13 @@ def _lag(samples: StateTable, wraps: bool, usual: float, least: float) -> float:
         ends = t[:-1] + lags[0], t[1:] + lags[-1]
         use = np.ptp(np.interp(ends, t, gaps, left=math.nan, right=math.nan), axis=0) == 0.0
         pieces.append(np.abs(errors[:, use] / steps[use]))
-    found = np.concatenate(pieces, axis=1)
-    squares, now = np.sum(found**2, axis=1), len(lags) // 2
+    differences = np.concatenate(pieces, axis=1)
+    squares, now = np.sum(differences**2, axis=1), len(lags) // 2
     best = int(np.argmin(squares))
-    if squares[now] <= found.shape[1] * least**2 or best in (0, len(lags) - 1):
+    if squares[now] <= differences.shape[1] * least**2 or best in (0, len(lags) - 1):
         return 0.0
     # Accept a lag if it reduces the mean square or the median of the differences. Both are tested,
     # because outliers hide a lag in the mean square, and a long rest hides it in the median.
     explained = squares[best] < EXPLAINED_SHARE**2 * squares[now]
-    explained |= np.median(found[best]) < EXPLAINED_SHARE * np.median(found[now])
+    explained |= np.median(differences[best]) < EXPLAINED_SHARE * np.median(differences[now])
     return float(lags[best]) if explained else 0.0

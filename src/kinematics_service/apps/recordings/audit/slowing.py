@@ -73,8 +73,8 @@ class Slowing(NamedTuple):
         first.
         """
         seconds: dict[str, float] = {}
-        for one in self.stretches:
-            seconds[one.cause] = seconds.get(one.cause, 0.0) + one.seconds
+        for stretch in self.stretches:
+            seconds[stretch.cause] = seconds.get(stretch.cause, 0.0) + stretch.seconds
         return dict(sorted(seconds.items(), key=lambda pair: -pair[1]))
 
 
@@ -104,14 +104,14 @@ def slowing_of(robot: Robot, timeline: Timeline, settings: SlowingSettings) -> S
         q, qdot = timeline.q[rows], timeline.qdot[rows]
         moving = ~np.any(np.isnan(qdot), axis=1)
         try:
-            asked = np.where(moving[:, None], qdot, 0.0)
-            found = scale(robot, q, asked, reduced=settings.reduced, rule=settings.rule)
+            velocities = np.where(moving[:, None], qdot, 0.0)
+            scaling = scale(robot, q, velocities, reduced=settings.reduced, rule=settings.rule)
         except ServoSettingsError as error:
             raise RecordingError(str(error), code=error.code) from None
-        words = [one.words for one in found.constraints]
-        values.append(np.where(moving, found.value, np.nan))
-        slower = moving & (found.value < 1.0)
-        causes.append(np.where(slower, np.argmin(found.values, axis=-1), -1))
+        words = [constraint.words for constraint in scaling.constraints]
+        values.append(np.where(moving, scaling.value, np.nan))
+        slower = moving & (scaling.value < 1.0)
+        causes.append(np.where(slower, np.argmin(scaling.values, axis=-1), -1))
     shares = values[:]
     runs = stretches_of([(causes[:], timeline.silent[:])])
     slowed = [run for run in runs if run.label >= 0]

@@ -111,7 +111,7 @@ class Timeline(MotionColumns):
         self.messages, self.position = Column(np.int64), StateTable(3)
         self.turned = Column(np.bool_)
         self.speed, self.turning = Column(np.float64), Column(np.float64)
-        kept = [one.name for one in MEASURES.values() if one.on_page]
+        kept = [measure.name for measure in MEASURES.values() if measure.on_page]
         self.measures = {
             name: Column(np.float64) for name in (robot.singularity.thresholds.measure, *kept)
         }

@@ -43,10 +43,10 @@ def verdict_of(audit: Audit) -> tuple[Finding, ...]:
         findings += [*_messages(audit), *_stream(audit), *_velocities(audit)]
     findings += [
         *_jumps(audit),
-        *(Finding(one.level, f'{one.text}.', one.code) for one in audit.remarks),
+        *(Finding(remark.level, f'{remark.text}.', remark.code) for remark in audit.remarks),
     ]
     first, *others = findings
-    return first, *sorted(others, key=lambda one: -one.level)
+    return first, *sorted(others, key=lambda finding: -finding.level)
 
 
 def _unjudged(audit: Audit) -> int:
@@ -86,31 +86,31 @@ def _reasons(refused: dict[str, int]) -> str:
 
 
 def _singular(audit: Audit) -> Finding:
-    found = _singular_poses(audit)
+    finding = _singular_poses(audit)
     if audit.planned:  # another finding lists the samples without a pose
-        return found._replace(level=max(found.level, Level.WARN)) if audit.refused else found
+        return finding._replace(level=max(finding.level, Level.WARN)) if audit.refused else finding
     if not _in_doubt(audit):
-        return found
-    level = max(found.level, Level.WARN)
-    return Finding(level, f'{found.text} {_unjudged_share(audit)} could not be judged.')
+        return finding
+    level = max(finding.level, Level.WARN)
+    return Finding(level, f'{finding.text} {_unjudged_share(audit)} could not be judged.')
 
 
 def _away(audit: Audit) -> str:
     # Returns a sentence which says that no state is near a singular pose. The sentence says
     # nothing about the motion between the states.
-    who = 'planned motion' if audit.planned else 'arm'
-    which = f'its {judged_in_words(audit)}'
+    subject = 'planned motion' if audit.planned else 'arm'
+    states = f'its {judged_in_words(audit)}'
     if audit.planned and audit.refused:
-        which = f'the {judged_in_words(audit)} that could be judged'
+        states = f'the {judged_in_words(audit)} that could be judged'
     if audit.robot.singularity.thresholds.measure == 'distance':
-        return f'No singular pose was found near the {who} at {which}'
-    return f'The {who} keeps away from singular poses at {which}'
+        return f'No singular pose was found near the {subject} at {states}'
+    return f'The {subject} keeps away from singular poses at {states}'
 
 
 def _singular_poses(audit: Audit) -> Finding:
     measure = MEASURES[audit.robot.singularity.thresholds.measure]
     thresholds = audit.robot.singularity.thresholds
-    who = 'The planned motion' if audit.planned else 'The arm'
+    subject = 'The planned motion' if audit.planned else 'The arm'
     row = audit.moments[0].row
     worst = watched_at(audit.robot, audit.timeline, row)
     value = f'{measure.words} {worst:.3g} {measure.unit}'.rstrip()
@@ -120,16 +120,16 @@ def _singular_poses(audit: Audit) -> Finding:
         return Finding(Level.OK, text)
     level = max(interval.level for interval in audit.intervals)
     sign = -1.0 if measure.small_is_bad else 1.0
-    interval = max(audit.intervals, key=lambda one: (one.level, sign * one.value))
-    near = sum(one.seconds for one in audit.intervals)
+    interval = max(audit.intervals, key=lambda item: (item.level, sign * item.value))
+    near = sum(interval.seconds for interval in audit.intervals)
     total = audit.timeline.end
-    names = dict.fromkeys([interval.factor, *(one.name for one in interval.factors)])
+    names = dict.fromkeys([interval.factor, *(passage.name for passage in interval.factors)])
     named = f' ({", ".join(names)})' if interval.factor else ''
     where = (
         f'{counted(len(audit.intervals), "interval")} near it, {seconds(near)} of {seconds(total)}'
     )
-    how = 'too close to' if level == Level.ERROR else 'near'
-    text = f'{who} comes {how} a singularity{named}'
+    nearness = 'too close to' if level == Level.ERROR else 'near'
+    text = f'{subject} comes {nearness} a singularity{named}'
     at = seconds(float(audit.timeline.t[interval.worst]))
     return Finding(
         level,
@@ -148,9 +148,9 @@ def _limits(audit: Audit) -> Iterator[Finding]:
         yield Finding(Level.ERROR, f'Beyond its limits: {", ".join(beyond)}{hint}.')
     elif look_like_degrees(audit.joints):
         yield Finding(Level.WARN, 'Joints turn many times: the positions may be in degrees.')
-    touching = [one.name for one in audit.joints if one.touching and one.name not in beyond]
-    if touching:
-        yield Finding(Level.WARN, f'At its limit: {", ".join(touching)}.')
+    touched = [joint.name for joint in audit.joints if joint.touching and joint.name not in beyond]
+    if touched:
+        yield Finding(Level.WARN, f'At its limit: {", ".join(touched)}.')
     fast = [joint.name for joint in audit.joints if joint.too_fast]
     fast = list(dict.fromkeys([*fast, *joints_refuted(audit, 'speed')]))
     if fast:
@@ -185,7 +185,7 @@ def _slowing(audit: Audit) -> Iterator[Finding]:
     if not slowing.stretches:
         yield Finding(Level.OK, f'ks.scale would have slowed it nowhere ({judged}).')
         return
-    least = min(slowing.stretches, key=lambda one: one.value)
+    least = min(slowing.stretches, key=lambda stretch: stretch.value)
     at = seconds(float(audit.timeline.t[least.worst]))
     shares = ', '.join(f'{cause} {seconds(time)}' for cause, time in slowing.by_cause.items())
     total = seconds(sum(slowing.by_cause.values()))

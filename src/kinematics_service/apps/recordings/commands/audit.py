@@ -176,14 +176,14 @@ def audit(
         'json': _paths('--json', json, files, '.json'),
         'out': _paths('--out', out, files, '.mcap'),
     }
-    for name, own in paths.items():
-        for path in own:
+    for name, targets in paths.items():
+        for path in targets:
             if path is not None and any(_belongs_to(path, file) for file in files):
                 raise WrongUsage(f'--{name}: {path} is the recording itself; give another file')
-    wanted = html is not None, json is not None
+    formats = html is not None, json is not None
     runs = [
-        Run(file, robot, date, reading, settings, failures, *wanted, own)
-        for file, own in zip(files, paths['out'])
+        Run(file, robot, date, reading, settings, failures, *formats, target)
+        for file, target in zip(files, paths['out'])
     ]
     failed = False
     for k, outcome in enumerate(outcomes(runs, jobs or 1, workers)):
@@ -220,25 +220,25 @@ def _dataset_of(
 def _failures(text: str | None) -> tuple[str, ...] | None:
     if text is None:
         return None
-    wanted = tuple(word.strip() for word in text.split(',') if word.strip())
-    for word in wanted:
+    words = tuple(word.strip() for word in text.split(',') if word.strip())
+    for word in words:
         if word not in FAILURES:
             raise WrongUsage(f'--fail-on: {word!r} is not one of {", ".join(FAILURES)}')
-    if not wanted or ('never' in wanted and len(wanted) > 1):
+    if not words or ('never' in words and len(words) > 1):
         raise WrongUsage(f'--fail-on: {text!r} is not accepted; give never alone, or other words')
-    return wanted
+    return words
 
 
 def _judged(robot: Robot, warn: float | None, stop: float | None) -> Robot:
     if warn is None and stop is None:
         return robot
-    own = robot.singularity.thresholds
+    defaults = robot.singularity.thresholds
     try:
         thresholds = thresholds_for(
             robot.singularity.task,
-            own.measure,
-            own.warn if warn is None else warn,
-            own.stop if stop is None else stop,
+            defaults.measure,
+            defaults.warn if warn is None else warn,
+            defaults.stop if stop is None else stop,
         )
     except KinematicsError as error:
         raise WrongUsage(f'--warn, --stop: {error}') from None

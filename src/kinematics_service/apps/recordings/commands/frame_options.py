@@ -46,7 +46,7 @@ def given_limit(option: str, text: str) -> PoseLimit:
     Return the limit of a pose difference from a text such as `4mm,0.5deg`: a length, an angle, or
     both. A missing length or angle becomes infinite.
     """
-    found = {'m': math.inf, 'rad': math.inf}
+    limits = {'m': math.inf, 'rad': math.inf}
     for part in text.split(','):
         match = LIMIT.fullmatch(part.strip())
         if match is None or not 0.0 < float(match[1]) < math.inf:
@@ -54,5 +54,5 @@ def given_limit(option: str, text: str) -> PoseLimit:
                 f'{option}: {part.strip()!r} is no length or angle with its unit, above 0; write '
                 'for instance 4mm,0.5deg'
             )
-        found['m' if match[2] in ('m', 'mm') else 'rad'] = float(match[1]) * FACTORS[match[2]]
-    return PoseLimit(found['m'], found['rad'])
+        limits['m' if match[2] in ('m', 'mm') else 'rad'] = float(match[1]) * FACTORS[match[2]]
+    return PoseLimit(limits['m'], limits['rad'])

@@ -71,7 +71,7 @@ class DatasetArm(NamedTuple):
     guessed: str
 
 
-def arms_of(header: list[str], wanted: Selection, rate: float) -> tuple[DatasetArm, ...]:
+def arms_of(header: list[str], reading: Selection, rate: float) -> tuple[DatasetArm, ...]:
     """
     Find the arms of a dataset by the names of its columns.
 
@@ -86,25 +86,25 @@ def arms_of(header: list[str], wanted: Selection, rate: float) -> tuple[DatasetA
         The joints of the arm are ambiguous or missing.
     """
     stamp = next((name for name in STAMPS if name in header), '')
-    if rate and not stamp and not wanted.stamps.rate:
-        wanted = wanted._replace(stamps=wanted.stamps._replace(rate=rate))
-    if wanted.columns is not None:
-        if stamp and 'stamp=' not in wanted.columns:
-            wanted = wanted._replace(columns=f'stamp={stamp},{wanted.columns}')
-        return (DatasetArm('', wanted, '', ''),)
-    there = [one for one in KNOWN if _elements(header, one.position)]
-    if not there:
+    if rate and not stamp and not reading.stamps.rate:
+        reading = reading._replace(stamps=reading.stamps._replace(rate=rate))
+    if reading.columns is not None:
+        if stamp and 'stamp=' not in reading.columns:
+            reading = reading._replace(columns=f'stamp={stamp},{reading.columns}')
+        return (DatasetArm('', reading, '', ''),)
+    candidates = [names for names in KNOWN if _elements(header, names.position)]
+    if not candidates:
         raise RecordingError(
             f'no vector of joint positions is known among {listed(header, MAX_LISTED)}; name it '
             'with --columns position=VECTOR, or position=VECTOR[0:6] if it holds more',
             code='missing-column',
         )
-    names = max(there, key=lambda one: _elements(header, one.pose.split('+')[0]) != [])
-    if KNOWN[names] and not wanted.pose_format.kind:
-        wanted = wanted._replace(pose_format=wanted.pose_format._replace(kind=KNOWN[names]))
+    names = max(candidates, key=lambda names: _elements(header, names.pose.split('+')[0]) != [])
+    if KNOWN[names] and not reading.pose_format.kind:
+        reading = reading._replace(pose_format=reading.pose_format._replace(kind=KNOWN[names]))
     names = names._replace(stamp=stamp)
-    parts = _parts(header, names.position, wanted)
-    if len(parts) > 1 and '.json' in wanted.joint_format.text:
+    parts = _parts(header, names.position, reading)
+    if len(parts) > 1 and '.json' in reading.joint_format.text:
         raise RecordingError(
             'a file of --joint-format is for one arm, and the dataset has '
             f'{len(parts)}; choose one, for instance with --columns position={parts[0][1]}',
@@ -113,9 +113,9 @@ def arms_of(header: list[str], wanted: Selection, rate: float) -> tuple[DatasetA
     return tuple(
         DatasetArm(
             label,
-            wanted._replace(columns=_columns(header, names, part, k, len(parts))),
+            reading._replace(columns=_columns(header, names, part, k, len(parts))),
             part,
-            f'{part.rstrip(".")} {TAKEN} {", ".join(wanted.robot.joint_names)}',
+            f'{part.rstrip(".")} {TAKEN} {", ".join(reading.robot.joint_names)}',
         )
         for k, (label, part) in enumerate(parts)
     )
@@ -124,23 +124,23 @@ def arms_of(header: list[str], wanted: Selection, rate: float) -> tuple[DatasetA
 def crossed_with(arm: DatasetArm, other: DatasetArm) -> DatasetArm:
     """Return how to read the tool poses of `arm` together with the joint positions of `other`."""
     columns = arm.reading.columns or ''
-    own, theirs = f'position={arm.position}', f'position={other.position}'
-    return arm._replace(reading=arm.reading._replace(columns=columns.replace(own, theirs)))
+    old, new = f'position={arm.position}', f'position={other.position}'
+    return arm._replace(reading=arm.reading._replace(columns=columns.replace(old, new)))
 
 
 def _elements(header: Sequence[str], vector: str) -> list[str]:
     return [name for name in header if name.startswith(f'{vector}.')]
 
 
-def _parts(header: list[str], vector: str, wanted: Selection) -> list[tuple[str, str]]:
+def _parts(header: list[str], vector: str, reading: Selection) -> list[tuple[str, str]]:
     # Returns the label of each arm, and a text that selects the arm's joint columns among the
     # elements of `vector`: the common start of their names, or a slice such as state[0:6].
-    elements, robot = _elements(header, vector), wanted.robot
+    elements, robot = _elements(header, vector), reading.robot
     first = robot.joint_names[0]
     starts = [name.removesuffix(first) for name in elements if name.endswith(first)]
     whole = [s for s in starts if all(s + joint in elements for joint in robot.joint_names)]
-    if f'{vector}.{wanted.joint_prefix}' in whole and wanted.joint_prefix:
-        return [('', f'{vector}.{wanted.joint_prefix}')]
+    if f'{vector}.{reading.joint_prefix}' in whole and reading.joint_prefix:
+        return [('', f'{vector}.{reading.joint_prefix}')]
     if whole:
         labels = [start.removeprefix(f'{vector}.').strip('._') for start in whole]
         return list(zip(labels, whole))
@@ -151,10 +151,10 @@ def _parts(header: list[str], vector: str, wanted: Selection) -> list[tuple[str,
             'of the joints with --columns position=VECTOR',
             code='missing-column',
         )
-    own = [name.removeprefix(f'{vector}.') for name in elements]
-    if not all(map(NUMBERED.fullmatch, own)):
+    names = [name.removeprefix(f'{vector}.') for name in elements]
+    if not all(map(NUMBERED.fullmatch, names)):
         raise RecordingError(
-            f'{vector} names its numbers {listed(own, MAX_LISTED)}, and the joints of '
+            f'{vector} names its numbers {listed(names, MAX_LISTED)}, and the joints of '
             f'{robot.name} are {", ".join(robot.joint_names)}; if they are the same in this '
             f'order, add --columns position={vector}[0:{n}]',
             code='mismatch',
@@ -173,15 +173,15 @@ def _parts(header: list[str], vector: str, wanted: Selection) -> list[tuple[str,
 
 def _columns(header: list[str], names: ColumnNames, part: str, k: int, arms: int) -> str:
     # Returns the value of the option --columns that selects the columns of arm number k.
-    found = [f'stamp={names.stamp}'] if names.stamp else []
-    found.append(f'position={part}')
+    entries = [f'stamp={names.stamp}'] if names.stamp else []
+    entries.append(f'position={part}')
     slice_ = part.removeprefix(names.position)
     if _elements(header, names.velocity):
-        found.append(f'velocity={names.velocity}{slice_}')
-    poses = [len(_elements(header, one)) for one in names.pose.split('+')]
+        entries.append(f'velocity={names.velocity}{slice_}')
+    poses = [len(_elements(header, vector)) for vector in names.pose.split('+')]
     if all(poses):
-        each = [count // arms for count in poses]
-        vectors = zip(names.pose.split('+'), each)
-        sliced = '+'.join(f'{one}[{k * size}:{(k + 1) * size}]' for one, size in vectors)
-        found.append(f'pose={names.pose if arms == 1 else sliced}')
-    return ','.join(found)
+        sizes = [count // arms for count in poses]
+        vectors = zip(names.pose.split('+'), sizes)
+        sliced = '+'.join(f'{vector}[{k * size}:{(k + 1) * size}]' for vector, size in vectors)
+        entries.append(f'pose={names.pose if arms == 1 else sliced}')
+    return ','.join(entries)

@@ -131,18 +131,18 @@ def _described(info: Path) -> tuple[float, dict[str, tuple[str, ...]]]:
             'as 30',
             code='out-of-range' if type(rate) in (int, float) else 'wrong-type',
         )
-    names = {name: _names(one.get('names'), MAX_LIST_DEPTH) for name, one in features.items()}
-    return float(rate), {key: one for key, one in names.items() if one}
+    names = {name: _names(entry.get('names'), MAX_LIST_DEPTH) for name, entry in features.items()}
+    return float(rate), {key: elements for key, elements in names.items() if elements}
 
 
-def _names(names: Any, deepest: int) -> tuple[str, ...]:
+def _names(names: Any, depth: int) -> tuple[str, ...]:
     # Returns element names from a list, from nested lists, or from a mapping such as `motors` or
     # `axes`.
     if isinstance(names, Mapping):
         names = [part for part in names.values() if isinstance(part, list)]
-    if not isinstance(names, list) or not deepest:
+    if not isinstance(names, list) or not depth:
         return ()
-    parts = (_names(one, deepest - 1) if isinstance(one, list) else (str(one),) for one in names)
+    parts = (_names(part, depth - 1) if isinstance(part, list) else (str(part),) for part in names)
     return tuple(chain.from_iterable(parts))
 
 
@@ -292,16 +292,16 @@ def _of_arrays(whole: Episode) -> Iterator[Episode]:
     column = next((name for name in (*NUMBERS, ENDS) if name in headers), '')
     if not column:
         return
-    own = headers.pop(column)
-    refuse_to_hold(file, max(own.size, own.nbytes // 8))
+    header = headers.pop(column)
+    refuse_to_hold(file, max(header.size, header.nbytes // 8))
     counts = {len(array) for array in headers.values() if array.ndim}
     rows = max(counts, default=0)
-    kinds, fits, wanted = 'iuf', own.size in counts, f'a number for each of {rows:,} rows'
+    kinds, fits, required = 'iuf', header.size in counts, f'a number for each of {rows:,} rows'
     if column == ENDS:
-        kinds, fits = 'iu', own.size <= rows
-        wanted = f'whole numbers that rise from 1 to at most {rows:,}, the rows of other arrays'
-    if own.dtype.kind not in kinds or own.shape[:1] != (own.size,) or not fits:
-        message = f'{column} must be {wanted}, not {own.dtype} of shape {own.shape}'
+        kinds, fits = 'iu', header.size <= rows
+        required = f'whole numbers that rise from 1 to at most {rows:,}, the rows of other arrays'
+    if header.dtype.kind not in kinds or header.shape[:1] != (header.size,) or not fits:
+        message = f'{column} must be {required}, not {header.dtype} of shape {header.shape}'
         raise RecordingError(message, code='wrong-shape')
     with np.load(file, allow_pickle=False) as arrays:
         numbers = arrays[column].reshape(-1)
@@ -310,7 +310,7 @@ def _of_arrays(whole: Episode) -> Iterator[Episode]:
         return
     edges = np.append(0, numbers.astype(np.int64))
     for k in np.flatnonzero((edges[1:] <= edges[:-1]) | (edges[1:] > rows))[:1]:
-        message = f'{ENDS} must be {wanted}, not {edges[k]:,} and {edges[k + 1]:,}'
+        message = f'{ENDS} must be {required}, not {edges[k]:,} and {edges[k + 1]:,}'
         raise RecordingError(message, code='wrong-order')
     if edges[-1] not in counts:
         raise RecordingError(
@@ -331,10 +331,10 @@ def _of_hdf5(whole: Episode) -> Iterator[Episode]:
             folder = opened if root == '/' else _held(opened, root)
             if not isinstance(folder, h5py.Group):
                 continue
-            names = [one for one in folder if isinstance(_held(folder, one), h5py.Group)]
-            numbered = [one for one in names if one.rpartition('_')[2].isdecimal()]
-            for one in sorted(numbered, key=lambda one: int(one.rpartition('_')[2])):
-                place = f'{root}/{one}'.lstrip('/')
+            names = [name for name in folder if isinstance(_held(folder, name), h5py.Group)]
+            numbered = [name for name in names if name.rpartition('_')[2].isdecimal()]
+            for name in sorted(numbered, key=lambda name: int(name.rpartition('_')[2])):
+                place = f'{root}/{name}'.lstrip('/')
                 yield replace(whole, name=f'{whole.name}:{place}', place=place)
             if numbered:
                 return

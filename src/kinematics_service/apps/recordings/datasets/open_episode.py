@@ -32,25 +32,25 @@ def open_episode(episode: Episode, columns: Columns, arm: DatasetArm) -> Recordi
     RecordingError
         Columns of the arm are missing.
     """
-    own = arm_columns(episode.file, columns.header, arm.reading)
-    numbers = columns.chosen([*own.positions, *own.velocities, *own.poses])
-    stamps = _stamps(columns, own.stamp, own.stamps)
+    selected = arm_columns(episode.file, columns.header, arm.reading)
+    numbers = columns.chosen([*selected.positions, *selected.velocities, *selected.poses])
+    stamps = _stamps(columns, selected.stamp, selected.stamps)
 
     def pieces() -> Iterator[TableRows]:
         for rows in spans(len(numbers), LARGEST_BLOCK):
             yield TableRows(stamps[rows], numbers[rows])
 
     remarks = [Remark(Level.OK, arm.guessed)] if arm.guessed else []
-    return source_of(own, arm.reading, 'episode', len(numbers), pieces(), remarks)
+    return source_of(selected, arm.reading, 'episode', len(numbers), pieces(), remarks)
 
 
 def _stamps(columns: Columns, column: str, form: StampFormat) -> Times:
     if not column:
         return form.of_rows(0, len(columns))
-    found = columns.chosen([column])[:, 0]
-    digits = UNITS[form.unit or unit_of(float(np.nanmax(found, initial=0.0)))]
+    times = columns.chosen([column])[:, 0]
+    digits = UNITS[form.unit or unit_of(float(np.nanmax(times, initial=0.0)))]
     # Treat negative times, and times after the year 2096, as invalid: the stamp of their row
     # becomes 0, which means unstamped.
-    known = (found >= 0.0) & (found * 10.0 ** (digits - 9) < MAX_EPOCH_TIME)
-    nanoseconds = np.rint(np.where(known, found, 0.0) * 10.0**digits)
+    known = (times >= 0.0) & (times * 10.0 ** (digits - 9) < MAX_EPOCH_TIME)
+    nanoseconds = np.rint(np.where(known, times, 0.0) * 10.0**digits)
     return np.where(known, nanoseconds.astype(np.int64) + STAMP_OFFSET, 0)

@@ -60,15 +60,15 @@ def columns_of_episode(episode: Episode) -> Columns:
         raise episode.fault
     try:
         read = READERS[episode.file.suffix.lower()]
-        found = taken_apart(read(episode), episode.elements)
+        columns = taken_apart(read(episode), episode.elements)
     except ImportError as error:
         raise episodes.missing_library(error) from None
     except Exception as error:
         raise episodes.fault_of(episode.file, error) from None
-    if not found.header or not len(found):
+    if not columns.header or not len(columns):
         message = f'{episode.file}: {episode.name}: has no rows of numbers'
         raise RecordingError(message, code='empty')
-    return found
+    return columns
 
 
 def taken_apart(vectors: Mapping[str, Floats], elements: Mapping[str, Sequence[str]]) -> Columns:
@@ -90,11 +90,11 @@ def taken_apart(vectors: Mapping[str, Floats], elements: Mapping[str, Sequence[s
             header.append(name)
             columns.append(numbers)
             continue
-        own = elements.get(name, ())
-        names = [one.removesuffix('.pos').removesuffix('.position') for one in own]
+        given = elements.get(name, ())
+        names = [element.removesuffix('.pos').removesuffix('.position') for element in given]
         if len(names) != numbers.shape[1] or len(set(names)) < len(names):
             names = list(map(str, range(numbers.shape[1])))
-        header += [f'{name}.{one}' for one in names]
+        header += [f'{name}.{element}' for element in names]
         columns += list(numbers.T)
     episodes.refuse_twice(header)
     return Columns(header, columns)
@@ -112,8 +112,8 @@ def vectors_of_table(table: 'pa.RecordBatch | pa.Table') -> dict[str, Floats]:
         table = pa.Table.from_batches([table])
     table = _without_structs(table)
     episodes.refuse_twice(table.column_names)
-    found = {name: _numbers(table[name]) for name in table.column_names}
-    return {name: numbers for name, numbers in found.items() if numbers is not None}
+    arrays = {name: _numbers(table[name]) for name in table.column_names}
+    return {name: numbers for name, numbers in arrays.items() if numbers is not None}
 
 
 def _numbers(column: Any) -> Floats | None:
@@ -165,14 +165,14 @@ def _of_parquet(episode: Episode) -> dict[str, Floats]:
     count = sum(sizes) if episode.count < 0 else episode.count
     begins = np.cumsum([0, *sizes])
     end = episode.first + count
-    parts = []
+    cuts = []
     for k, begin in enumerate(begins[:-1].tolist()):
         low, high = max(episode.first, begin), min(end, begin + sizes[k])
         if low < high:
             part = _row_group(file, episode.file.stat().st_mtime_ns, k, episode.place)
-            parts.append(part.slice(low - begin, high - low))
-            episodes.refuse_to_hold(episode.file, sum(len(one) * one.num_columns for one in parts))
-    table = pa.concat_tables(parts)
+            cuts.append(part.slice(low - begin, high - low))
+            episodes.refuse_to_hold(episode.file, sum(len(cut) * cut.num_columns for cut in cuts))
+    table = pa.concat_tables(cuts)
     if episode.place == episodes.STEPS:
         table = _steps_of(table[episodes.STEPS].combine_chunks())
     return vectors_of_table(table)
@@ -204,18 +204,18 @@ def _row_group(file: str, changed: int, k: int, place: str) -> Any:
     import pyarrow.parquet as parquet
 
     with parquet.ParquetFile(file) as opened:
-        names = [one.name for one in opened.schema_arrow if _may_be_numbers(one.type)]
+        names = [field.name for field in opened.schema_arrow if _may_be_numbers(field.type)]
         group = opened.metadata.row_group(k)
         chunks = [group.column(j) for j in range(group.num_columns)]
         read = (place,) if place else names
         begins = tuple(f'{name}.' for name in read)
-        own = [
-            one
-            for one in chunks
-            if f'{one.path_in_schema}.'.startswith(begins) and one.physical_type != TEXT_TYPE
+        selected = [
+            chunk
+            for chunk in chunks
+            if f'{chunk.path_in_schema}.'.startswith(begins) and chunk.physical_type != TEXT_TYPE
         ]
-        episodes.refuse_to_hold(Path(file), sum(one.num_values for one in own))
-        return opened.read_row_group(k, columns=[one.path_in_schema for one in own])
+        episodes.refuse_to_hold(Path(file), sum(chunk.num_values for chunk in selected))
+        return opened.read_row_group(k, columns=[chunk.path_in_schema for chunk in selected])
 
 
 def _may_be_numbers(kind: Any) -> bool:
@@ -232,7 +232,7 @@ def _of_hdf5(episode: Episode) -> dict[str, Floats]:
     import h5py
 
     with h5py.File(episode.file, 'r') as opened:
-        found: list[tuple[str, Any]] = []
+        datasets: list[tuple[str, Any]] = []
 
         def take(name: str, part: Any) -> None:
             if name.count('/') > MAX_GROUP_DEPTH:
@@ -248,17 +248,17 @@ def _of_hdf5(episode: Episode) -> dict[str, Floats]:
                         'which are not read; copy them into this file',
                         code='unsupported',
                     )
-                found.append((name.replace('/', '.'), part))
+                datasets.append((name.replace('/', '.'), part))
 
         opened[episode.place or '/'].visititems(take)
-        episodes.refuse_twice(name for name, _ in found)
-        return _alike(episode.file, dict(found), dict(found).__getitem__)
+        episodes.refuse_twice(name for name, _ in datasets)
+        return _alike(episode.file, dict(datasets), dict(datasets).__getitem__)
 
 
 def _of_arrays(episode: Episode) -> dict[str, Floats]:
-    every = _arrays(episode.file, episode.file.stat().st_mtime_ns)
+    arrays = _arrays(episode.file, episode.file.stat().st_mtime_ns)
     end = None if episode.count < 0 else episode.first + episode.count
-    return {name: numbers[episode.first : end] for name, numbers in every.items()}
+    return {name: numbers[episode.first : end] for name, numbers in arrays.items()}
 
 
 @lru_cache(maxsize=1)

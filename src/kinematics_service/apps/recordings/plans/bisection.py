@@ -49,14 +49,14 @@ class Bounded(NamedTuple):
     ----------
     value : shape (N,)
         The value of the quantity at the middle of each piece.
-    most : shape (N,)
+    upper : shape (N,)
         An upper bound of the values of the quantity in each piece.
     short : shape (N,)
         Whether a piece is too short to be halved.
     """
 
     value: Floats
-    most: Floats
+    upper: Floats
     short: npt.NDArray[np.bool_]
 
 
@@ -77,14 +77,14 @@ class Bracket(NamedTuple):
     bound
         The upper bound: the largest of the upper bounds of all pieces. `segment` and `s` of
         `bound` give the middle of the piece with the largest upper bound.
-    pieces, most
+    pieces, upper
         Pieces that cover the whole motion, and the upper bound of the quantity in each piece.
     """
 
     seen: Extreme
     bound: Extreme
     pieces: Pieces
-    most: Floats
+    upper: Floats
 
 
 def verdict_of(seen: float, bound: float, limit: float) -> PlanVerdict:
@@ -121,18 +121,18 @@ def bracketed(
     pieces, seen = joined([ends, motion.whole()]), Extreme(-math.inf, 0, 0.0)
     parts, bounds = [], []
     for halvings in range(MAX_HALVINGS + 1):
-        value, most, short = _in_parts(quantity, pieces)
+        value, upper, short = _in_parts(quantity, pieces)
         seen = max(seen, _largest(pieces, value), key=lambda extreme: extreme.value)
-        split = (most > enough(seen.value)) & ~short
+        split = (upper > enough(seen.value)) & ~short
         budget -= 2 * int(np.sum(split))
         split &= budget >= 0 and halvings < MAX_HALVINGS
         parts.append(pieces.chosen(~split))
-        bounds.append(most[~split])
+        bounds.append(upper[~split])
         if not np.any(split):
             break
         pieces = pieces.chosen(split).halved()
-    pieces, most = joined(parts), np.concatenate(bounds)
-    return Bracket(seen, _largest(pieces, most), pieces, most)
+    pieces, upper = joined(parts), np.concatenate(bounds)
+    return Bracket(seen, _largest(pieces, upper), pieces, upper)
 
 
 def _in_parts(quantity: Quantity, pieces: Pieces) -> Bounded:

@@ -29,13 +29,13 @@ EXTREME_TOLERANCE = 1e-12
 DISTANCE = 'distance'
 
 
-def threshold_of_distance(robot: Robot, which: Literal['warn', 'stop'] = 'stop') -> float:
+def threshold_of_distance(robot: Robot, level: Literal['warn', 'stop'] = 'stop') -> float:
     """
     Return the threshold `warn` or `stop` of the distance to singular poses, rad. Return the
     default if the robot file has thresholds of another measure.
     """
     watched = robot.singularity.thresholds.measure == DISTANCE
-    return float(getattr(robot.singularity.thresholds if watched else MEASURES[DISTANCE], which))
+    return float(getattr(robot.singularity.thresholds if watched else MEASURES[DISTANCE], level))
 
 
 def check_plan(
@@ -106,7 +106,7 @@ def check_plan(
         raise JointVectorError.refused('q', f'numbers, shape ({len(at)}, {robot.dof})', q)
     if not isinstance(speed_of, Iterable):
         raise PlanError.refused('speed_of', 'names of points', speed_of)
-    asked = threshold_of_distance(robot) if distance is None else _threshold(distance)
+    threshold = threshold_of_distance(robot) if distance is None else _threshold(distance)
     if speed_limit is not None:
         check_positive(PlanError, 'speed_limit', speed_limit)
     motion = polynomial_motion(at, given[0], given[1], given[2])
@@ -115,11 +115,11 @@ def check_plan(
     with np.errstate(over='ignore', invalid='ignore'):
         joints = tuple(_joint(robot, motion, j) for j in range(robot.dof))
         if robot.chain.loops:
-            plan = ClosedPlan(robot, motion, asked)
+            plan = ClosedPlan(robot, motion, threshold)
             speeds = tuple(plan.speed(of, speed_limit) for of in points)
             return PlanCheck(plan.singularity(), joints, speeds, plan.closure())
         return PlanCheck(
-            singularity_of_plan(robot, motion, asked),
+            singularity_of_plan(robot, motion, threshold),
             joints,
             tuple(speed_over_plan(robot, motion, of, speed_limit) for of in points),
         )
@@ -199,8 +199,8 @@ def _extreme(
         taylor = polynomials.taylor(pieces)[:, :, 0]
         value = measure(taylor[:, 0])
         powers = pieces.half[:, None] ** np.arange(1, taylor.shape[1])
-        most = value + np.sum(np.abs(taylor[:, 1:]) * powers, axis=1)
-        return Bounded(value, most, pieces.half == 0.0)
+        upper = value + np.sum(np.abs(taylor[:, 1:]) * powers, axis=1)
+        return Bounded(value, upper, pieces.half == 0.0)
 
     def enough(seen: float) -> float:
         return seen + EXTREME_TOLERANCE * max(1.0, abs(seen))

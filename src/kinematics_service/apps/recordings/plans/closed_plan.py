@@ -72,11 +72,11 @@ class ClosedPlan:
             np.sum(np.abs(motion.coefficients[:, 1:]), axis=1)
             / robot.singularity.task.column_scales
         )
-        wanted = np.ceil(np.max(moves, axis=1, initial=0.0) / min(MAX_STEP, threshold))
-        most = max(1, MAX_SAMPLES // len(wanted))
-        each = np.clip(wanted, 1, most).astype(np.int64)
-        parts = [k + np.arange(count) / count for k, count in enumerate(each.tolist())]
-        self.x = np.append(np.concatenate(parts), float(len(each)))
+        needed = np.ceil(np.max(moves, axis=1, initial=0.0) / min(MAX_STEP, threshold))
+        limit = max(1, MAX_SAMPLES // len(needed))
+        counts = np.clip(needed, 1, limit).astype(np.int64)
+        parts = [k + np.arange(count) / count for k, count in enumerate(counts.tolist())]
+        self.x = np.append(np.concatenate(parts), float(len(counts)))
         self.closed = np.zeros(len(self.x), dtype=bool)
         for begin in range(0, len(self.x), BATCH):
             part = slice(begin, begin + BATCH)

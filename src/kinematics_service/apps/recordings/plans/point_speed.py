@@ -172,9 +172,9 @@ class _Speeds:
         # after the middle, the velocity is v + a t to first order. The norm of v + a t is convex
         # in t, so the norm is largest at an end of the piece. Evaluate the norm at both ends.
         ends = np.maximum(np.linalg.norm(v + swing, axis=1), np.linalg.norm(v - swing, axis=1))
-        most = ends + 0.5 * self._third(taylor, pieces.half, T) * seconds**2
-        most = np.where(np.isnan(most), np.inf, most)
-        return Bounded(np.linalg.norm(v, axis=1), most, pieces.half == 0.0)
+        upper = ends + 0.5 * self._third(taylor, pieces.half, T) * seconds**2
+        upper = np.where(np.isnan(upper), np.inf, upper)
+        return Bounded(np.linalg.norm(v, axis=1), upper, pieces.half == 0.0)
 
     def _velocity(self, taylor: Floats, T: Floats) -> tuple[Floats, Floats]:
         # Returns velocity and acceleration of the point at the middle of each piece. Let e and f
@@ -203,26 +203,26 @@ class _Speeds:
         # first three time derivatives of R are at most s, s^2 + a and s^3 + 3 s a + j.
         table = self._chain.table
         turns, slides = taylor @ self._by_theta, taylor @ self._by_d
-        s, a, j = (np.cumsum(_most(turns, order, half, T), axis=1) for order in (1, 2, 3))
+        s, a, j = (np.cumsum(_bound(turns, order, half, T), axis=1) for order in (1, 2, 3))
         # In each piece, bound the length of the vector from each element to the next element. The
         # length changes only if the next element slides along its axis.
         moves, axes = table.before[1:, :, 3], table.before[1:-1, :, 2]
         stroke = table.d_0[1:] + slides[:, 0, 1:]
         lengths = np.linalg.norm(moves[:-1] + axes * stroke[:, :, None], axis=2)
-        lengths += _most(slides, 0, half, T)[:, 1:] - np.abs(slides[:, 0, 1:])
+        lengths += _bound(slides, 0, half, T)[:, 1:] - np.abs(slides[:, 0, 1:])
         last = np.full((len(taylor), 1), np.linalg.norm(moves[-1]))
         far = np.concatenate([lengths, last], axis=1)
-        d1, d2, d3 = (_most(slides, order, half, T) for order in (1, 2, 3))
+        d1, d2, d3 = (_bound(slides, order, half, T) for order in (1, 2, 3))
         bound = np.sum(far * (s**3 + 3.0 * s * a + j), axis=1) + np.sum(d3, axis=1)
         bound += 3.0 * np.sum(d1[:, 1:] * (s**2 + a)[:, :-1], axis=1)
         return np.asarray(bound + 3.0 * np.sum(d2[:, 1:] * s[:, :-1], axis=1))
 
 
-def _most(taylor: Floats, order: int, half: Floats, T: Floats) -> Floats:
+def _bound(taylor: Floats, order: int, half: Floats, T: Floats) -> Floats:
     # Returns for each interval of time (piece) a bound of the absolute value of a function's time
     # derivative of order `order`. `taylor` has the function's Taylor coefficients about the middle
     # of each interval.
-    most = np.zeros_like(taylor[:, 0])
+    bound = np.zeros_like(taylor[:, 0])
     for i in range(order, taylor.shape[1]):
-        most += math.perm(i, order) * np.abs(taylor[:, i]) * half[:, None] ** (i - order)
-    return np.asarray(most / T[:, None] ** order)
+        bound += math.perm(i, order) * np.abs(taylor[:, i]) * half[:, None] ** (i - order)
+    return np.asarray(bound / T[:, None] ** order)

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from ....kernel import Floats, Integers
 from .verdicts import PlanMoment
 
-Which: TypeAlias = npt.NDArray[np.bool_] | slice
+Index: TypeAlias = npt.NDArray[np.bool_] | slice
 
 
 class Pieces(NamedTuple):
@@ -33,9 +33,9 @@ class Pieces(NamedTuple):
     middle: Floats
     half: Floats
 
-    def chosen(self, which: Which) -> 'Pieces':
-        """Return the pieces that `which` (an index array or a slice) selects."""
-        return Pieces(self.segment[which], self.middle[which], self.half[which])
+    def chosen(self, index: Index) -> 'Pieces':
+        """Return the pieces that `index` (an index array or a slice) selects."""
+        return Pieces(self.segment[index], self.middle[index], self.half[index])
 
     def halved(self) -> 'Pieces':
         """Split each piece in the middle, and return both halves."""
@@ -185,7 +185,7 @@ def moment_at(motion: PolynomialMotion, segment: int | Integers, s: float | Floa
     Return the moment at the fraction `s` (0 to 1) of a segment: time, index of the last plan point
     at or before this time, and joint positions.
     """
-    at, share = np.array([segment]), np.array([s])
-    time = float(motion.times(at, share)[0])
+    at, fraction = np.array([segment]), np.array([s])
+    time = float(motion.times(at, fraction)[0])
     last = segment == len(motion.begins) - 1 and s == 1.0 and motion.durations[segment] > 0.0
-    return PlanMoment(time, int(segment + last), motion.positions(at, share)[0])
+    return PlanMoment(time, int(segment + last), motion.positions(at, fraction)[0])

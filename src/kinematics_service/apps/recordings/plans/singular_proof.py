@@ -60,21 +60,21 @@ def singularity_of_plan(
     """Return whether a motion comes within a threshold (rad) of a singular pose."""
     distance = _Distance(robot, motion, threshold)
     budget = MAX_CLEARANCES + MAX_CLEARANCES_OF_SEGMENT * len(motion.begins)
-    found = bracketed(motion, distance.negative, distance.enough, budget)
-    verdict = verdict_of(found.seen.value, found.bound.value, -threshold)
+    bracket = bracketed(motion, distance.negative, distance.enough, budget)
+    verdict = verdict_of(bracket.seen.value, bracket.bound.value, -threshold)
     refuted = verdict == 'refuted'
-    least = found.seen if refuted else found.bound._replace(value=found.seen.value)
+    least = bracket.seen if refuted else bracket.bound._replace(value=bracket.seen.value)
     least = distance.least_around(least)
-    at = least if refuted else found.bound
+    at = least if refuted else bracket.bound
     moment = moment_at(motion, at.segment, at.s)
     return PlanSingularity(
         verdict,
         threshold,
-        0.0 if refuted else max(-found.bound.value, 0.0),
+        0.0 if refuted else max(-bracket.bound.value, 0.0),
         -least.value,
         moment,
         singularity(robot, moment.q).nearest_singular,
-        () if refuted else _times(motion, found.pieces.chosen(found.most > -threshold)),
+        () if refuted else _times(motion, bracket.pieces.chosen(bracket.upper > -threshold)),
         distance.evaluations,
     )
 
@@ -170,8 +170,8 @@ def _span(taylor: Floats, reach: Floats) -> Floats:
     # of the interval to any moment at most `reach` before or after the middle. `reach` is a ratio
     # of the segment's duration.
     powers = reach[:, None] ** np.arange(1, taylor.shape[1])
-    most = np.sum(np.abs(taylor[:, 1:]) * powers[:, :, None], axis=1)
-    return np.asarray(np.linalg.norm(most, axis=1))
+    bounds = np.sum(np.abs(taylor[:, 1:]) * powers[:, :, None], axis=1)
+    return np.asarray(np.linalg.norm(bounds, axis=1))
 
 
 def _times(motion: PolynomialMotion, pieces: Pieces) -> tuple[tuple[float, float], ...]:

@@ -198,6 +198,6 @@ class PlanCheck:
     @property
     def verdict(self) -> PlanVerdict:
         """Return the worst verdict on all claims about the plan."""
-        parts = [one.verdict for one in (self.singularity, self.closure, *self.speeds) if one]
+        parts = [part.verdict for part in (self.singularity, self.closure, *self.speeds) if part]
         joints = [verdict for joint in self.joints for verdict in (joint.limits, joint.speed)]
         return max(filter(None, (*parts, *joints)), key=_ORDER.index)

@@ -130,7 +130,7 @@ class ArmColumns(NamedTuple):
 
 
 def arm_columns(
-    file: Path | str, header: list[str], wanted: Selection, accepted: str = HOW
+    file: Path | str, header: list[str], selection: Selection, accepted: str = HOW
 ) -> ArmColumns:
     """
     Find the columns of an arm in the header of a table.
@@ -151,36 +151,36 @@ def arm_columns(
     if times > 1:
         message = f'{file}: column {_cut(name)} occurs twice; rename one of them'
         raise RecordingError(message, code='duplicate-name')
-    return _Search(file, header, wanted, accepted).found()
+    return _Search(file, header, selection, accepted).columns()
 
 
 class _Search:
     def __init__(
-        self, file: Path | str, header: list[str], wanted: Selection, accepted: str
+        self, file: Path | str, header: list[str], selection: Selection, accepted: str
     ) -> None:
-        own = wanted.robot.joint_names
-        self.heads = units_of_heads(header, own)
-        self.file, self.header, self.wanted = file, self.heads.names, wanted
+        names = selection.robot.joint_names
+        self.heads = units_of_heads(header, names)
+        self.file, self.header, self.selection = file, self.heads.names, selection
         self._accepted = accepted
-        self.joints = [wanted.joint_prefix + name for name in own]
+        self.joints = [selection.joint_prefix + name for name in names]
         named = {head: name for name, head in self.heads.heads.items()}
-        given = {} if wanted.columns is None else _given(wanted.columns)
+        given = {} if selection.columns is None else _given(selection.columns)
         self._given = {key: named.get(value, value) for key, value in given.items()}
 
-    def found(self) -> ArmColumns:
+    def columns(self) -> ArmColumns:
         layout = self._layout()
-        names, wanted = layout.names, self.wanted
+        names, selection = layout.names, self.selection
         guessed: list[str] = []
         stamp = self._stamp(names.stamp)
         positions, velocities = self._positions(names.position), self._family(names.velocity)
         if len(positions) != len(self.joints):
             raise RecordingError(
                 f'{self.file}: --columns: position= names {len(positions)} columns; give '
-                f'{len(self.joints)}, one for each joint of {wanted.robot.name}',
+                f'{len(self.joints)}, one for each joint of {selection.robot.name}',
                 code='wrong-length',
             )
-        joints, form = self._joint_units(positions), wanted.pose_format
-        for scale, column in zip(joints.units(wanted.robot).scale, velocities):
+        joints, form = self._joint_units(positions), selection.pose_format
+        for scale, column in zip(joints.units(selection.robot).scale, velocities):
             unit = self.heads.units.get(column, '')
             if unit and (ANGLES | LENGTHS).get(unit.removesuffix('/s')) != scale:
                 head = self.heads.heads[column]
@@ -216,8 +216,8 @@ class _Search:
                 'other units)'
             )
         poses, form = self._poses(names.pose, form)
-        asked = {'position', 'pose'} & self._given.keys()
-        if not (poses or asked) and form == PoseFormat():
+        requested = {'position', 'pose'} & self._given.keys()
+        if not (poses or requested) and form == PoseFormat():
             poses, form = self._poses_alone(guessed)
         if set(poses) & set(positions):
             poses, form = [], PoseFormat()  # x, y and z are joints of a gantry, not a pose
@@ -237,20 +237,20 @@ class _Search:
     def _joint_units(self, positions: list[str]) -> JointFormat:
         # Returns the units of the joint columns, from the options and the column names. Raises an
         # error if they contradict each other.
-        robot, given, told = self.wanted.robot, self.wanted.joint_format, {}
+        robot, given, units = self.selection.robot, self.selection.joint_format, {}
         for name, column, slides in zip(robot.joint_names, positions, robot.prismatic):
             accepted = (*(LENGTHS if slides else ANGLES), PERCENT)
             if not given.text or self.heads.units.get(column) in accepted:
-                told[name] = self.heads.unit([column], accepted, str(self.file))
-        words = ','.join(f'{name}={unit}' for name, unit in told.items() if unit)
+                units[name] = self.heads.unit([column], accepted, str(self.file))
+        words = ','.join(f'{name}={unit}' for name, unit in units.items() if unit)
         if not words:
             return given
         if given.text:
-            one, other = (JointFormat(text) for text in (given.text, f'{given.text},{words}'))
-            if (one.units(robot).scale != other.units(robot).scale).any():
+            option, header = (JointFormat(text) for text in (given.text, f'{given.text},{words}'))
+            if (option.units(robot).scale != header.units(robot).scale).any():
                 raise self._contradiction(words, f'--joint-format {given.text}')
             return given
-        if '' in told.values():
+        if '' in units.values():
             raise RecordingError(
                 f'{self.file}: some joint columns have a unit in the header ({words}) and some do '
                 'not; give all units with --joint-format',
@@ -259,25 +259,25 @@ class _Search:
         return JointFormat(words)
 
     def _pose_units(self, poses: list[str], form: PoseFormat) -> PoseFormat:
-        told = {
+        units = {
             'length': self.heads.unit(poses[:3], LENGTHS, str(self.file)),
             'angle': self.heads.unit(poses[3:], ('rad', 'deg'), str(self.file)),
         }
-        for field, unit in told.items():
-            given = getattr(self.wanted.pose_format, field)
+        for field, unit in units.items():
+            given = getattr(self.selection.pose_format, field)
             if unit and given not in (unit, getattr(PoseFormat(), field)):
                 raise self._contradiction(unit, f'--pose-format {given}')
-        return form._replace(**{field: unit for field, unit in told.items() if unit})
+        return form._replace(**{field: unit for field, unit in units.items() if unit})
 
     def _stamp_unit(self, stamp: str) -> StampFormat:
-        told, given = self.heads.unit([stamp], UNITS, str(self.file)), self.wanted.stamps
-        if told and given.unit not in ('', told):
-            raise self._contradiction(told, f'--stamps {given.unit}')
-        return given._replace(unit=told or given.unit)
+        unit, given = self.heads.unit([stamp], UNITS, str(self.file)), self.selection.stamps
+        if unit and given.unit not in ('', unit):
+            raise self._contradiction(unit, f'--stamps {given.unit}')
+        return given._replace(unit=unit or given.unit)
 
-    def _contradiction(self, told: str, option: str) -> RecordingError:
+    def _contradiction(self, units: str, option: str) -> RecordingError:
         return RecordingError(
-            f'{self.file}: {option}: the header says {told}; leave out one of them',
+            f'{self.file}: {option}: the header says {units}; leave out one of them',
             code='conflict',
         )
 
@@ -297,17 +297,17 @@ class _Search:
         # Returns a layout if the joint columns have names such as q1 ... q6 or J 1 ... J 6. There
         # must be as many such columns as joints of the arm, and numbers in the joints' own names
         # must rise in the order of the arm.
-        found = [part[1] for name in self.header if (part := NUMBERED.fullmatch(name))]
-        own = [int(part[1]) for name in self.joints if (part := re.search(r'(\d+)$', name))]
-        if len(set(found)) != 1 or len(found) != len(self.joints) or own != sorted(own):
+        starts = [part[1] for name in self.header if (part := NUMBERED.fullmatch(name))]
+        numbers = [int(part[1]) for name in self.joints if (part := re.search(r'(\d+)$', name))]
+        if len(set(starts)) != 1 or len(starts) != len(self.joints) or numbers != sorted(numbers):
             return []
         # Return no layout if the numbers could mean something else. Columns q1 .. q4 may be a
         # quaternion. If a column has the name of a joint, such as q1, the number may be part of
         # the name: column q1 is then joint q1, and not the second joint, counted from q0.
         if pose_columns(self.header, [''], PoseFormat('wxyz')) or {*self.joints} & {*self.header}:
             return []
-        rates = next((one for one in RATES if self._family(one)), '')
-        return [Layout(ColumnNames('', found[0], rates, ''), numbered=True)]
+        rates = next((rate for rate in RATES if self._family(rate)), '')
+        return [Layout(ColumnNames('', starts[0], rates, ''), numbered=True)]
 
     def _fits(self, layout: Layout) -> bool:
         names = layout.names
@@ -320,23 +320,23 @@ class _Search:
         # missing; the missing stamps are reported later. A layout with column names of its own
         # fits only with its stamp column.
         named = names.position and not layout.numbered and 'stamp' not in self._given
-        return not named or names.stamp in self.header or self.wanted.stamps.rate > 0.0
+        return not named or names.stamp in self.header or self.selection.stamps.rate > 0.0
 
     def _stamp(self, name: str) -> str:
-        if self.wanted.stamps.rate:
+        if self.selection.stamps.rate:
             return ''
         named = {column.lower(): column for column in self.header}
         if not name or (name == STAMP and name not in named):
-            name = next((named[one] for one in STAMPS if one in named), STAMP)
+            name = next((named[stamp] for stamp in STAMPS if stamp in named), STAMP)
         columns = self._numbered(name)
         if columns:
             return columns[0]
         if name not in self.header:
-            asked = '' if 'stamp' in self._given else ' (seconds)'
-            rest = '' if 'stamp' in self._given else f'; {self._accepted}'
+            unit = '' if 'stamp' in self._given else ' (seconds)'
+            hint = '' if 'stamp' in self._given else f'; {self._accepted}'
             raise RecordingError(
-                f'{self.file}: there is no column {name!r}{asked}; the header has '
-                f'{self._shown()}{rest}',
+                f'{self.file}: there is no column {name!r}{unit}; the header has '
+                f'{self._shown()}{hint}',
                 code='missing-column',
             )
         return name
@@ -350,7 +350,7 @@ class _Search:
             )
             raise RecordingError(
                 f'{self.file}: there is no column {beginning + missing[0]!r} for joint '
-                f'{missing[0]!r} of {self.wanted.robot.name}; the header has {self._shown()}; '
+                f'{missing[0]!r} of {self.selection.robot.name}; the header has {self._shown()}; '
                 f'{self._accepted}{alone if self._poses_alone([])[0] else ""}',
                 code='missing-column',
             )
@@ -360,8 +360,8 @@ class _Search:
         # `beginning` is empty, these columns have the names of the joints.
         if beginning:
             return self._family(beginning)
-        both = self.joints, self.wanted.robot.joint_names
-        return next((list(own) for own in both if set(own) <= set(self.header)), [])
+        both = self.joints, self.selection.robot.joint_names
+        return next((list(names) for names in both if set(names) <= set(self.header)), [])
 
     def _family(self, beginning: str) -> list[str]:
         # Returns the column of each joint: its name is `beginning` followed by the joint's name or
@@ -373,7 +373,7 @@ class _Search:
             return columns
         n = len(self.joints)
         for start in (beginning, f'{beginning}.', f'{beginning}_', f'{beginning} '):
-            for ends in (self.joints, self.wanted.robot.joint_names, range(n), range(1, n + 1)):
+            for ends in (self.joints, self.selection.robot.joint_names, range(n), range(1, n + 1)):
                 columns = [f'{start}{end}' for end in ends]
                 if all(column in self.header for column in columns):
                     # If the table has columns 0 to n, the n joints could be columns 0 to n - 1 or
@@ -401,16 +401,16 @@ class _Search:
         return self.header[first - 1 : last]
 
     def _poses(self, text: str, form: PoseFormat) -> tuple[list[str], PoseFormat]:
-        asked = 'pose' in self._given or self.wanted.pose_format != PoseFormat()
+        requested = 'pose' in self._given or self.selection.pose_format != PoseFormat()
         parts = [part.strip() for part in text.split('+')]
         columns = [column for part in parts for column in self._numbered(part)]
-        found = (
+        pose = (
             pose_of_columns(columns, form) if columns else pose_columns(self.header, parts, form)
         )
-        if found is None and asked:
+        if pose is None and requested:
             message = f'{self.file}: the columns {text}* are not a pose; {ACCEPTED_POSES}'
             raise RecordingError(message, code='missing-column')
-        return found or ([], PoseFormat())
+        return pose or ([], PoseFormat())
 
     def _poses_alone(self, guessed: list[str]) -> tuple[list[str], PoseFormat]:
         # Returns the columns of the tool pose, whatever their names, if the table has exactly one
@@ -418,13 +418,13 @@ class _Search:
         named = (name for name in self.header if not COMMAND_WORDS.search(name))
         starts = dict.fromkeys(name[:-1] for name in named if name[-1:] in 'xX')
         tried = {start: pose_columns(self.header, [start], PoseFormat()) for start in starts}
-        found = {start: pose for start, pose in tried.items() if pose}
-        if len(found) > 1:
-            which = ' or '.join(f'pose={start.strip()}' for start in found)
-            guessed.append(f'several poses are in the table, and none is read: --columns {which}')
-        if len(found) != 1:
+        poses = {start: pose for start, pose in tried.items() if pose}
+        if len(poses) > 1:
+            words = ' or '.join(f'pose={start.strip()}' for start in poses)
+            guessed.append(f'several poses are in the table, and none is read: --columns {words}')
+        if len(poses) != 1:
             return [], PoseFormat()
-        ((columns, form),) = found.values()
+        ((columns, form),) = poses.values()
         guessed.append(f'{", ".join(columns)} are taken for poses of the tool ({form.kind})')
         return columns, form
 

@@ -97,9 +97,9 @@ def _data_sum(stream: BinaryIO, at: int) -> int:
 
 def _sum_until(stream: BinaryIO, end: int) -> int:
     stream.seek(0)
-    total, left = 0, end
-    while left and (data := stream.read(min(left, READ_SIZE))):
-        total, left = zlib.crc32(data, total), left - len(data)
+    total, remaining = 0, end
+    while remaining and (data := stream.read(min(remaining, READ_SIZE))):
+        total, remaining = zlib.crc32(data, total), remaining - len(data)
     return total
 
 

@@ -58,14 +58,14 @@ def track_of_messages(
             continue
         looked_at += 1
         try:
-            found = read(raw)
+            decoded = read(raw)
         except Exception:  # damaged bytes can make the reader raise any exception
             unreadable += 1
             continue
-        if not found:
+        if not decoded:
             count, looked_at = count - 1, looked_at - 1
             continue
-        message = found[0]
+        message = decoded[0]
         stamp = message.header.stamp
         stamps.append(int(stamp.sec) * SECOND + int(stamp.nanosec) or time)
         rows.append([number(message) for number in numbers])

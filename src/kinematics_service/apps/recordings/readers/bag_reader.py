@@ -36,7 +36,7 @@ MAGIC = {
 
 
 @contextmanager
-def open_bag(path: Path, wanted: Selection) -> Iterator[RecordingSource]:
+def open_bag(path: Path, selection: Selection) -> Iterator[RecordingSource]:
     """
     Open a bag as a recording or a plan.
 
@@ -56,7 +56,7 @@ def open_bag(path: Path, wanted: Selection) -> Iterator[RecordingSource]:
             reader.open()
         try:
             with _one_sentence(path):
-                yield _Bag(path, reader, wanted).source()
+                yield _Bag(path, reader, selection).source()
         finally:
             reader.close()
 
@@ -103,29 +103,29 @@ def _check(path: Path) -> None:
         head = stream.read(16)
     if not head:
         raise RecordingError(f'{path}: the file is empty; record the bag anew', code='empty')
-    magic, what = MAGIC.get(path.suffix.lower(), (b'', ''))
+    magic, kind = MAGIC.get(path.suffix.lower(), (b'', ''))
     if not head.startswith(magic):
-        message = f'{path}: is not {what}; rename it to the suffix of its own type'
+        message = f'{path}: is not {kind}; rename it to the suffix of its own type'
         raise RecordingError(message, code='wrong-kind')
-    for suffix, (start, what) in MAGIC.items():
+    for suffix, (start, kind) in MAGIC.items():
         if head.startswith(start) and path.suffix.lower() != suffix:
-            message = f'{path}: looks like {what}; rename it to *{suffix}'
+            message = f'{path}: looks like {kind}; rename it to *{suffix}'
             raise RecordingError(message, code='wrong-kind')
 
 
 def _types_of(fields: Any) -> Iterator[str]:
     # Yields the type names of a message's fields. If a field is an array, yields the type of its
     # elements.
-    for _, (node, what) in fields:
+    for _, (node, value) in fields:
         while node.name in ('ARRAY', 'SEQUENCE'):
-            node, what = what[0]
+            node, value = value[0]
         if node.name == 'NAME':
-            yield what
+            yield value
 
 
 class _Bag:
-    def __init__(self, path: Path, reader: Any, wanted: Selection) -> None:
-        self.path, self.reader, self.wanted = path, reader, wanted
+    def __init__(self, path: Path, reader: Any, selection: Selection) -> None:
+        self.path, self.reader, self.selection = path, reader, selection
         self.packed = unpacking.leave_messages_packed(reader.readers[0])
         self.types: dict[str, str] = {c.topic: c.msgtype for c in reader.connections}
         self.remarks: list[Remark] = []
@@ -140,7 +140,7 @@ class _Bag:
         if not total:
             raise self._without_messages(topic)
         poses = self._poses()
-        what = {'.bag': 'ROS 1 bag', '.mcap': 'MCAP file'}.get(self.path.suffix, 'rosbag2 bag')
+        filetype = {'.bag': 'ROS 1 bag', '.mcap': 'MCAP file'}.get(self.path.suffix, 'rosbag2 bag')
         planned = kind == TRAJECTORY
         if planned:
 
@@ -150,14 +150,14 @@ class _Bag:
                     yield self.plans[-1]
 
             blocks: Iterator[Block | UnreadableMessage] = blocks_of_trajectories(
-                read(), self.wanted, f'{self.path}: {topic}', self.remarks
+                read(), self.selection, f'{self.path}: {topic}', self.remarks
             )
-            what, total = f'planned trajectory in a {what}', None
+            filetype, total = f'planned trajectory in a {filetype}', None
         else:
             blocks = self._blocks(connections)
         guarded = self._guarded(blocks, connections)
-        rest = lambda: poses, self.remarks, self.plans, self._pose_topics()
-        return RecordingSource(what, topic, planned, total, guarded, *rest)
+        others = lambda: poses, self.remarks, self.plans, self._pose_topics()
+        return RecordingSource(filetype, topic, planned, total, guarded, *others)
 
     def _guarded(
         self, blocks: Iterator[Block | UnreadableMessage], connections: list[Any]
@@ -173,23 +173,23 @@ class _Bag:
     def _promised(self, connections: list[Any]) -> int:
         if self.reader.is2:
             return sum(connection.msgcount for connection in connections)
-        own = {connection.id for connection in connections}
-        chunks = (chunk for one in self.reader.readers for chunk in one.chunk_infos)
+        ids = {connection.id for connection in connections}
+        chunks = (chunk for reader in self.reader.readers for chunk in reader.chunk_infos)
         return sum(
-            n for chunk in chunks for id_, n in chunk.connection_counts.items() if id_ in own
+            n for chunk in chunks for id_, n in chunk.connection_counts.items() if id_ in ids
         )
 
     def _topic(self) -> tuple[str, str]:
-        wanted, kinds = self.wanted.topic, (JOINT_STATE, TRAJECTORY)
-        if wanted is not None:
-            kind = self.types.get(wanted) or self.types.get(f'/{wanted}')
+        topic, kinds = self.selection.topic, (JOINT_STATE, TRAJECTORY)
+        if topic is not None:
+            kind = self.types.get(topic) or self.types.get(f'/{topic}')
             if kind in kinds:
-                return (wanted if wanted in self.types else f'/{wanted}'), kind
+                return (topic if topic in self.types else f'/{topic}'), kind
             known = f'is {kind}' if kind else 'does not exist'
-            message = f'{self.path}: topic {wanted} {known}; {self._listed()}'
+            message = f'{self.path}: topic {topic} {known}; {self._listed()}'
             raise RecordingError(message, code='wrong-type' if kind else 'unknown-name')
         for kind in kinds:
-            topics = [topic for topic, own in self.types.items() if own == kind]
+            topics = [topic for topic, type_ in self.types.items() if type_ == kind]
             if len(topics) > 1:
                 name = kind.rpartition('/')[2]
                 raise RecordingError(
@@ -207,11 +207,11 @@ class _Bag:
         usual = dict(get_typestore(Stores.ROS2_JAZZY).fielddefs)
         if not self.reader.is2:
             usual |= get_typestore(Stores.ROS1_NOETIC).fielddefs
-        own, names = self.reader.typestore.fielddefs, [kind]
+        defined, names = self.reader.typestore.fielddefs, [kind]
         for name in names:
             fields = usual[name][1]
-            if name in own and own[name][1] != fields:
-                listed = ', '.join(field for field, _ in own[name][1]) or 'nothing'
+            if name in defined and defined[name][1] != fields:
+                listed = ', '.join(field for field, _ in defined[name][1]) or 'nothing'
                 raise RecordingError(
                     f'{self.path}: {topic}: the bag defines {name} otherwise than ROS, with the '
                     f'fields {listed[:200]}; record it with the type of ROS',
@@ -247,8 +247,8 @@ class _Bag:
 
     def _blocks(self, connections: list[Any]) -> Iterator[Block | UnreadableMessage]:
         for length, alike in groupby(self._raw(connections), lambda message: len(message[1])):
-            most = max(1, min(LARGEST_BLOCK, LARGEST_BYTES // max(length, 1)))
-            while some := list(islice(alike, most)):
+            limit = max(1, min(LARGEST_BLOCK, LARGEST_BYTES // max(length, 1)))
+            while some := list(islice(alike, limit)):
                 yield from self._alike(some)
                 some.clear()  # free the memory before the next messages are read
 
@@ -287,7 +287,7 @@ class _Bag:
         return Block(tuple(message.name), stamps, received, positions, velocities)
 
     def _poses(self) -> PoseTrack | None:
-        topic = self.wanted.pose_topic
+        topic = self.selection.pose_topic
         if topic is None:
             return None
         topic, _, child = topic.partition(':')
@@ -295,44 +295,46 @@ class _Bag:
         if kind not in (*POSES, TRANSFORMS) or (child and kind != TRANSFORMS):
             known = f'is {kind}' if kind else 'does not exist'
             raise RecordingError(
-                f'{self.path}: pose topic {self.wanted.pose_topic} {known}; poses are on '
+                f'{self.path}: pose topic {self.selection.pose_topic} {known}; poses are on '
                 f'{self._pose_topics() or "no topic"}',
                 code='wrong-type' if kind else 'unknown-name',
             )
         self._refuse_other_fields(topic, kind)
         connections = self._connections(topic)
-        each = kind
+        pose_kind = kind
         if kind == TRANSFORMS:
-            child, each = self._child(topic, child, connections), TRANSFORM
+            child, pose_kind = self._child(topic, child, connections), TRANSFORM
 
         def read(raw: bytes) -> list[Any]:
             message: Any = self.reader.deserialize(raw, kind)
             if kind != TRANSFORMS:
                 return [message]
-            return [one for one in message.transforms if one.child_frame_id == child]
+            return [pose for pose in message.transforms if pose.child_frame_id == child]
 
-        track = track_of_messages(topic, each, self._raw(connections), read)
+        track = track_of_messages(topic, pose_kind, self._raw(connections), read)
         if track is None:
             raise self._without_messages(topic)
         return track
 
     def _pose_topics(self) -> str:
         usable = (*POSES, TRANSFORMS)
-        return ', '.join(sorted(name for name, own in self.types.items() if own in usable))
+        return ', '.join(sorted(name for name, kind in self.types.items() if kind in usable))
 
-    def _child(self, topic: str, asked: str, connections: list[Any]) -> str:
+    def _child(self, topic: str, frame: str, connections: list[Any]) -> str:
         # Returns the name of the child frame whose transforms on a /tf topic are the tool poses:
         # the requested frame, or the only child frame of the topic.
         parents: dict[str, set[str]] = {}
         for message, _ in self._messages(connections):
-            for one in message.transforms:
-                parents.setdefault(one.child_frame_id, set()).add(one.header.frame_id)
-        chosen = asked or (next(iter(parents)) if len(parents) == 1 else '')
+            for transform in message.transforms:
+                parents.setdefault(transform.child_frame_id, set()).add(transform.header.frame_id)
+        chosen = frame or (next(iter(parents)) if len(parents) == 1 else '')
         if len(parents.get(chosen, ())) == 1:
             return chosen
-        shown = [f'{name} in {" and ".join(sorted(own))}' for name, own in sorted(parents.items())]
+        shown = [
+            f'{name} in {" and ".join(sorted(frames))}' for name, frames in sorted(parents.items())
+        ]
         raise RecordingError(
             f'{self.path}: {topic} has the transforms of {listed(shown, MAX_LISTED)}; choose one '
             f'that was measured apart from the joints: --pose-topic {topic}:FRAME',
-            code='unknown-name' if asked and asked not in parents else 'ambiguous',
+            code='unknown-name' if frame and frame not in parents else 'ambiguous',
         )

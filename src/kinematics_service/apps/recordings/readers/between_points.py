@@ -60,17 +60,17 @@ class SampledSteps(NamedTuple):
     velocities: Floats
 
 
-def sampled(planned: PlannedTrajectory, most: int = sys.maxsize) -> SampledSteps:
+def sampled(planned: PlannedTrajectory, limit: int = sys.maxsize) -> SampledSteps:
     """
     Return samples of the motion along a trajectory, including the trajectory's points.
 
-    There are at most `most` samples, so in a long motion the joints move farther from sample to
+    There are at most `limit` samples, so in a long motion the joints move farther from sample to
     sample. But each segment between two points has at least 4 samples, even if all segments
-    together then have more than `most` samples.
+    together then have more than `limit` samples.
     """
     q = planned.positions
     motion = polynomial_motion(planned.times, q, planned.velocities, planned.accelerations)
-    counts = _counts(planned, most)
+    counts = _counts(planned, limit)
     segment = np.append(np.repeat(np.arange(len(counts)), counts), len(motion.begins) - 1)
     s = np.concatenate([*(np.arange(count) / count for count in counts), [1.0]])
     positions = motion.positions(segment, s)
@@ -78,7 +78,7 @@ def sampled(planned: PlannedTrajectory, most: int = sys.maxsize) -> SampledSteps
     return SampledSteps(motion.times(segment, s), positions, motion.velocities(segment, s))
 
 
-def _counts(planned: PlannedTrajectory, most: int) -> Integers:
+def _counts(planned: PlannedTrajectory, limit: int) -> Integers:
     # Returns the number of samples in each segment between two points. The sample at the end of a
     # segment belongs to the next segment.
     reach = np.max(np.abs(np.diff(planned.positions, axis=0)), axis=1)
@@ -89,5 +89,5 @@ def _counts(planned: PlannedTrajectory, most: int) -> Integers:
         fastest = np.maximum(speeds[:-1], speeds[1:])
         reach = np.maximum(reach, 0.5 * np.diff(planned.times) * fastest)
     counts = np.clip(np.ceil(reach / MAX_STEP), MIN_SAMPLES, MAX_SAMPLES)
-    share = min(most / max(float(np.sum(counts)), 1.0), 1.0)
-    return np.asarray(np.maximum(np.floor(share * counts), MIN_SAMPLES), dtype=np.int64)
+    fraction = min(limit / max(float(np.sum(counts)), 1.0), 1.0)
+    return np.asarray(np.maximum(np.floor(fraction * counts), MIN_SAMPLES), dtype=np.int64)

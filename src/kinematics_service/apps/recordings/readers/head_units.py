@@ -46,14 +46,14 @@ class HeadUnits(NamedTuple):
         RecordingError
             The columns have different units, or a unit that is not in `accepted`.
         """
-        found = {self.units.get(name, ''): name for name in names}
-        if len(found) > 1:
-            one, other = (repr(self.heads[name]) for name in list(found.values())[:2])
+        columns = {self.units.get(name, ''): name for name in names}
+        if len(columns) > 1:
+            pair = ' and '.join(repr(self.heads[name]) for name in list(columns.values())[:2])
             raise RecordingError(
-                f'{where}: columns {one} and {other} have different units; write both in one unit',
+                f'{where}: columns {pair} have different units; write both in one unit',
                 code='mixed-units',
             )
-        (unit,) = found or ['']
+        (unit,) = columns or ['']
         if unit and unit not in accepted:
             raise RecordingError(
                 f'{where}: column {self.heads[names[0]]!r}: {unit!r} is not one of '
@@ -81,10 +81,10 @@ def units_of_heads(header: Sequence[str], joints: Collection[str]) -> HeadUnits:
 
 
 def _parted(head: str) -> tuple[str, str]:
-    found = IN_BRACKETS.fullmatch(head) or BEHIND.fullmatch(head)
-    if found is None:
+    match = IN_BRACKETS.fullmatch(head) or BEHIND.fullmatch(head)
+    if match is None:
         return head, ''
-    name, word = found[1], found[2].lower()
+    name, word = match[1], match[2].lower()
     if word.isdecimal():
         return f'{name}.{word}', ''
     rate = RATE.fullmatch(word)

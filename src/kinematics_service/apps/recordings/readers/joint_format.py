@@ -113,12 +113,12 @@ def _take_word(units: JointUnits, robot: Robot, j: int, unit: str) -> None:
 
 
 def _take_range(
-    units: JointUnits, j: int, numbers: tuple[float, float], meant: tuple[float, float]
+    units: JointUnits, j: int, numbers: tuple[float, float], positions: tuple[float, float]
 ) -> None:
     # Sets scale and zero of joint j, so that the first of the two `numbers` in the column becomes
-    # the first position in `meant` (rad or m), and the second number the second position.
-    scale = (meant[1] - meant[0]) / (numbers[1] - numbers[0])
-    units.scale[j], units.zero[j] = scale, 0.5 * sum(numbers) - 0.5 * sum(meant) / scale
+    # the first position in `positions` (rad or m), and the second number the second position.
+    scale = (positions[1] - positions[0]) / (numbers[1] - numbers[0])
+    units.scale[j], units.zero[j] = scale, 0.5 * sum(numbers) - 0.5 * sum(positions) / scale
 
 
 def _take_file(units: JointUnits, robot: Robot, file: Path, first: int) -> None:
@@ -126,17 +126,17 @@ def _take_file(units: JointUnits, robot: Robot, file: Path, first: int) -> None:
         content = json.loads(file.read_text(encoding='utf-8'))
         if not isinstance(content, Mapping):
             raise ValueError('it is not a mapping')
-        motors = {name: one for name, one in content.items() if _is_motor(one)}
+        motors = {name: motor for name, motor in content.items() if _is_motor(motor)}
         if motors:
             _take_calibration(units, robot, motors)
             return
         # Read the least and the largest position (rad or m) of each joint in the dataset. The
         # columns of the dataset have -1 and 1 instead of these two positions.
-        least, most = (
+        least, greatest = (
             [float(x) for x in content[STATE][name][first : first + robot.dof]]
             for name in ('min', 'max')
         )
-        if min(len(least), len(most)) < robot.dof:
+        if min(len(least), len(greatest)) < robot.dof:
             raise ValueError('there are fewer numbers than joints')
     except OSError as error:
         raise RecordingError(
@@ -151,7 +151,7 @@ def _take_file(units: JointUnits, robot: Robot, file: Path, first: int) -> None:
             code='wrong-kind',
         ) from None
     for j in range(robot.dof):
-        _take_range(units, j, (-1.0, 1.0), (least[j], most[j]))
+        _take_range(units, j, (-1.0, 1.0), (least[j], greatest[j]))
 
 
 def _is_motor(content: Any) -> bool:
@@ -163,7 +163,7 @@ def _take_calibration(units: JointUnits, robot: Robot, motors: Mapping[str, Any]
     # (ticks) and 100 at `range_max`; with `drive_mode` the signs are reversed. The middle of the
     # range, 0 in the column, is joint position 0.
     for j, name in enumerate(robot.joint_names):
-        one = motors[name]
-        reach = 0.5 * (float(one['range_max']) - float(one['range_min']))
-        sign = -1.0 if one.get('drive_mode') else 1.0
+        motor = motors[name]
+        reach = 0.5 * (float(motor['range_max']) - float(motor['range_min']))
+        sign = -1.0 if motor.get('drive_mode') else 1.0
         units.scale[j], units.zero[j] = sign * math.tau * reach / SERVO_TURN / 100.0, 0.0

@@ -27,7 +27,7 @@ KINDS = (
 
 
 @contextmanager
-def open_source(file: Path, wanted: Selection) -> Iterator[RecordingSource]:
+def open_source(file: Path, selection: Selection) -> Iterator[RecordingSource]:
     """
     Open a recording or a planned trajectory.
 
@@ -45,27 +45,27 @@ def open_source(file: Path, wanted: Selection) -> Iterator[RecordingSource]:
         raise RecordingError(message, code='not-a-file')
     suffix = file.suffix.lower()
     if file.is_dir() or suffix in BAGS or _looks_like_a_bag(file):
-        if wanted.of_tables:
-            message = f'{file}: {wanted.of_tables} is for tables, and this is a bag; leave it out'
+        if option := selection.of_tables:
+            message = f'{file}: {option} is for tables, and this is a bag; leave it out'
             raise RecordingError(message, code='conflict')
         try:
             from .bag_reader import open_bag
         except ImportError as error:
             raise RecordingError(INSTALL.format(reason=error), code='missing-package') from None
-        with open_bag(file, wanted) as source:
+        with open_bag(file, selection) as source:
             yield source
         return
-    if wanted.topic is not None or wanted.pose_topic is not None:
-        option = '--pose-topic' if wanted.topic is None else '--topic'
+    if selection.topic is not None or selection.pose_topic is not None:
+        option = '--pose-topic' if selection.topic is None else '--topic'
         message = f'{file}: {option} is for bags, and this is not a bag; leave it out'
         raise RecordingError(message, code='conflict')
     if suffix in TEXTS:
-        yield open_planned(file, wanted)
+        yield open_planned(file, selection)
     elif suffix in TABLES:
-        yield TableReader(file, wanted).source()
+        yield TableReader(file, selection).source()
     else:
-        what = f'suffix {suffix}' if suffix else 'a name without suffix'
-        message = f'{file}: {what} is not accepted; give one of {KINDS}'
+        ending = f'suffix {suffix}' if suffix else 'a name without suffix'
+        message = f'{file}: {ending} is not accepted; give one of {KINDS}'
         raise RecordingError(message, code='unsupported')
 
 

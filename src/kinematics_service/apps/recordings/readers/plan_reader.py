@@ -38,7 +38,7 @@ POINT_KEYS = ('positions', 'velocities', 'accelerations', 'effort', 'time_from_s
 SINGULAR = {'positions': 'position', 'velocities': 'velocity', 'accelerations': 'acceleration'}
 
 
-def open_planned(file: Path, wanted: Selection) -> RecordingSource:
+def open_planned(file: Path, selection: Selection) -> RecordingSource:
     """
     Open a JointTrajectory in YAML, as `ros2 topic echo` prints it, or in JSON.
 
@@ -49,14 +49,14 @@ def open_planned(file: Path, wanted: Selection) -> RecordingSource:
     """
     text = text_of(file, MAX_FILE_BYTES, 'write it as a bag')
     documents = _documents(file, text)
-    found = [found for document in documents for found in _trajectories(document)]
-    if not found:
+    trajectories = [trajectory for document in documents for trajectory in _trajectories(document)]
+    if not trajectories:
         raise RecordingError(
             f'{file}: has no JointTrajectory; write joint_names, and points with positions, '
             'time_from_start, and perhaps velocities and accelerations',
             code='missing-key',
         )
-    planned = [_planned(one, str(file)) for one in found]
+    planned = [_planned(trajectory, str(file)) for trajectory in trajectories]
     several = f'{len(planned)} trajectories in a row'
     remarks = [Remark(Level.OK, several)] if len(planned) > 1 else []
     return RecordingSource(
@@ -64,7 +64,7 @@ def open_planned(file: Path, wanted: Selection) -> RecordingSource:
         'points',
         True,
         None,
-        blocks_of_trajectories(planned, wanted, str(file), remarks),
+        blocks_of_trajectories(planned, selection, str(file), remarks),
         plans=planned,
         remarks=remarks,
     )
@@ -160,10 +160,10 @@ def _trajectories(document: Values, depth: int = 0) -> Iterator[Mapping[str, Val
 
 def _planned(data: Mapping[str, Values], where: str) -> PlannedTrajectory:
     points: Any = data['points'] or []
-    names = data['joint_names'] or []
+    joints = data['joint_names'] or []
     if not isinstance(points, list) or not all(isinstance(point, dict) for point in points):
         raise RecordingError(f'{where}: points must be a list of points', code='wrong-type')
-    if not isinstance(names, list):
+    if not isinstance(joints, list):
         raise RecordingError(f'{where}: joint_names must be a list of names', code='wrong-type')
     # Refuse unknown keys, because a misspelt key would change the plan silently.
     for k, point in enumerate(points):
@@ -173,17 +173,17 @@ def _planned(data: Mapping[str, Values], where: str) -> PlannedTrajectory:
                 message = f'{where}: points[{k}]: unknown key {key[:60]!r}{hint}'
                 raise RecordingError(message, code='unknown-key')
     times = [_seconds(point.get('time_from_start'), k, where) for k, point in enumerate(points)]
-    joints = tuple(map(str, names))
-    return _trajectory(joints, times, lambda key: [one.get(key) or [] for one in points], where)
+    names = tuple(map(str, joints))
+    return _trajectory(names, times, lambda key: [point.get(key) or [] for point in points], where)
 
 
 def trajectory_of_message(message: Any) -> PlannedTrajectory:
     """Convert a JointTrajectory message to a planned trajectory."""
     names = tuple(map(str, message.joint_names))
     points = message.points
-    times = [one.time_from_start.sec + one.time_from_start.nanosec * 1e-9 for one in points]
+    times = [point.time_from_start.sec + point.time_from_start.nanosec * 1e-9 for point in points]
     return _trajectory(
-        names, times, lambda key: [getattr(one, key) for one in points], 'a trajectory'
+        names, times, lambda key: [getattr(point, key) for point in points], 'a trajectory'
     )
 
 
@@ -252,7 +252,7 @@ def _seconds(time: Any, k: int, where: str) -> float:
 
 
 def blocks_of_trajectories(
-    trajectories: Iterable[PlannedTrajectory], wanted: Selection, where: str, remarks: list[Remark]
+    plans: Iterable[PlannedTrajectory], selection: Selection, where: str, remarks: list[Remark]
 ) -> Iterator[Block]:
     """
     Yield blocks of joint states sampled from the motions that joint_trajectory_controller makes
@@ -268,19 +268,19 @@ def blocks_of_trajectories(
     RecordingError
         A trajectory lacks a joint of the arm.
     """
-    begin, left = FIRST_STAMP, MAX_FILE_SAMPLES
+    begin, remaining = FIRST_STAMP, MAX_FILE_SAMPLES
     coarsest = MAX_STEP
-    ours = [wanted.joint_prefix + name for name in wanted.robot.joint_names]
-    for planned in trajectories:
+    ours = [selection.joint_prefix + name for name in selection.robot.joint_names]
+    for planned in plans:
         missing = [name for name in ours if name not in planned.names]
         if missing:
             raise RecordingError(
                 f'{where}: the trajectory does not move {", ".join(missing)} of '
-                f'{wanted.robot.name}; its joints are {", ".join(planned.names) or "none"}',
+                f'{selection.robot.name}; its joints are {", ".join(planned.names) or "none"}',
                 code='missing-joint',
             )
-        times, positions, velocities = sampled(planned, left)
-        left = max(left - len(times), 0)
+        times, positions, velocities = sampled(planned, remaining)
+        remaining = max(remaining - len(times), 0)
         if len(times) > 1:
             coarsest = max(coarsest, float(np.max(np.abs(np.diff(positions, axis=0)))))
         stamps: Times = begin + np.rint(times * 1e9).astype(np.int64)

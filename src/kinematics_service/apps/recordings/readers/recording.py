@@ -73,8 +73,8 @@ def read_recording(file: Path, robot: Robot) -> Recording:
         missing = next(name for name in robot.joint_names if name not in given)
         message = f'{file}: there is no column {beginning + missing!r}; {accepted}'
         raise RecordingError(message, code='missing-column')
-    wanted = [*columns.positions, *columns.velocities]
-    pieces = list(reader.pieces(wanted))
+    names = [*columns.positions, *columns.velocities]
+    pieces = list(reader.pieces(names))
     stamps, numbers = (np.concatenate(columns) for columns in zip(*pieces))
     n, units = robot.dof, columns.joints.units(robot)
     velocities = units.scale * numbers[:, n:] if columns.velocities else None

@@ -116,7 +116,7 @@ class RecordingSource:
 
     Attributes
     ----------
-    what
+    kind
         The type of the file, as text.
     topic
         The topic or the columns of the joint states.
@@ -137,7 +137,7 @@ class RecordingSource:
         Names of the bag's topics that have poses, as text; empty without such topics.
     """
 
-    what: str
+    kind: str
     topic: str
     planned: bool
     total: int | None

@@ -42,9 +42,9 @@ class Column(Generic[Scalar]):
 
     def append(self, numbers: npt.ArrayLike) -> None:
         """Append the numbers of the next states."""
-        own = np.array(numbers, dtype=self._kind)
-        self._held.append(own)
-        self._held_count += len(own)
+        copy = np.array(numbers, dtype=self._kind)
+        self._held.append(copy)
+        self._held_count += len(copy)
         if self._held_count > MAX_HELD_NUMBERS:
             self._write()
 
@@ -125,7 +125,7 @@ def median(pieces: Iterable[npt.ArrayLike]) -> float:
 
     Many numbers are partitioned in a temporary file, not in memory.
     """
-    every = Column(np.float64)
+    column = Column(np.float64)
     for piece in pieces:
-        every.append(piece)
-    return float(np.median(every.mapped(), overwrite_input=True)) if len(every) else 0.0
+        column.append(piece)
+    return float(np.median(column.mapped(), overwrite_input=True)) if len(column) else 0.0

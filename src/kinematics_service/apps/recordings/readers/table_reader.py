@@ -51,30 +51,30 @@ class TableReader:
     """
 
     def __init__(
-        self, file: Path, wanted: Selection, accepted: str = HOW, whole: bool = False
+        self, file: Path, selection: Selection, accepted: str = HOW, whole: bool = False
     ) -> None:
-        self.file, self.wanted, self.remarks = file, wanted, list[Remark]()
+        self.file, self.selection, self.remarks = file, selection, list[Remark]()
         self._whole, self._hint = whole, HINT if accepted is HOW else ''
         self._table = table_of(file, accepted)
         self.header = self._table.header
-        numbered = wanted.columns is None or not any(map(str.isdigit, wanted.columns))
+        numbered = selection.columns is None or not any(map(str.isdigit, selection.columns))
         if not self._table.named and numbered:
             raise RecordingError(
                 f'{file}: the first line has numbers, not the names of columns; give the columns '
                 'by number from 1 on, for instance --columns stamp=1,position=2-7,pose=8-13',
                 code='missing-header',
             )
-        self.columns = arm_columns(file, self.header, wanted, accepted)
+        self.columns = arm_columns(file, self.header, selection, accepted)
         self._digits = UNITS.get(self.columns.stamps.unit)
 
     def source(self) -> RecordingSource:
         """Return the table as a recording, with measured tool poses if the table has them."""
-        own = self.columns
+        columns = self.columns
         if self._table.decimal_comma:
             self.remarks.append(Remark(Level.OK, 'commas in numbers are taken as points'))
         total = _count_lines(self.file) - self._table.heads
-        pieces = self.pieces([*own.positions, *own.velocities, *own.poses])
-        return source_of(own, self.wanted, 'table', total, pieces, self.remarks)
+        pieces = self.pieces([*columns.positions, *columns.velocities, *columns.poses])
+        return source_of(columns, self.selection, 'table', total, pieces, self.remarks)
 
     def pieces(self, columns: Sequence[str]) -> Iterator[TableRows]:
         """
@@ -155,10 +155,10 @@ class TableReader:
         try:
             return nanoseconds_of(cell, self._digits)
         except ValueError:
-            what = {9: 'seconds', 6: 'ms', 3: 'us', 0: 'ns'}[self._digits]
+            unit = {9: 'seconds', 6: 'ms', 3: 'us', 0: 'ns'}[self._digits]
             raise RecordingError(
                 f'{self.file}:{line}: column {self.columns.stamp!r}: '
-                f'{cell[:40]!a} is not a time in {what} '
+                f'{cell[:40]!a} is not a time in {unit} '
                 f'(0 to {MAX_STAMP.scaleb(9 - self._digits):f})'
                 f'{", nor a date such as 2024-09-24T14:05:15.1Z" if ":" in cell else ""}'
                 f'{self._hint}',

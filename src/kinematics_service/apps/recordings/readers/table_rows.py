@@ -203,10 +203,10 @@ def nanoseconds_of(text: str, digits: int = 9) -> int:
         Exponent n of the unit of the time, 10^n ns: 9 for seconds, 0 for ns.
     """
     text, latest = text.strip(), MAX_STAMP.scaleb(9 - digits)
-    if found := DATE.fullmatch(text):
-        zone = (found[4] or 'Z').replace(':', '').replace('UTC', 'Z').replace('Z', '+0000')
-        date = datetime.strptime(f'{found[1]} {found[2]}{zone}', '%Y-%m-%d %H:%M:%S%z')
-        text, digits, latest = f'{int(date.timestamp())}.{found[3] or 0}', 9, MAX_STAMP
+    if match := DATE.fullmatch(text):
+        zone = (match[4] or 'Z').replace(':', '').replace('UTC', 'Z').replace('Z', '+0000')
+        date = datetime.strptime(f'{match[1]} {match[2]}{zone}', '%Y-%m-%d %H:%M:%S%z')
+        text, digits, latest = f'{int(date.timestamp())}.{match[3] or 0}', 9, MAX_STAMP
     time = Decimal(text) if NUMBER.fullmatch(text) else Decimal('nan')
     if not (time.is_finite() and 0 <= time < latest):
         raise ValueError(text)

@@ -23,8 +23,8 @@ REPEATED_STAMP_RATIO = 0.2
 
 def source_of(
     columns: ArmColumns,
-    wanted: Selection,
-    what: str,
+    selection: Selection,
+    kind: str,
     total: int,
     pieces: Iterable[TableRows],
     remarks: list[Remark],
@@ -34,7 +34,7 @@ def source_of(
 
     Parameters
     ----------
-    what, total
+    kind, total
         Kind of file, as text, and approximate number of rows.
     pieces
         The rows. Their numbers are the joint positions, joint velocities and tool pose, in the
@@ -42,8 +42,8 @@ def source_of(
     remarks
         Remarks on the file; reading may add remarks.
     """
-    robot = wanted.robot
-    names = tuple(wanted.joint_prefix + name for name in robot.joint_names)
+    robot = selection.robot
+    names = tuple(selection.joint_prefix + name for name in robot.joint_names)
     units = columns.joints.units(robot)
     n = len(columns.positions)
     m = n + len(columns.velocities)
@@ -78,4 +78,4 @@ def source_of(
         return poses.track(name, '', MAX_POSES) if poses.count else None
 
     topic = f'{columns.names.position}*'
-    return RecordingSource(what, topic, False, total, blocks(), track, remarks)
+    return RecordingSource(kind, topic, False, total, blocks(), track, remarks)

@@ -110,9 +110,9 @@ class PoseRows:
         tolerance = UNIT_LENGTH_TOLERANCE if form.kind in QUATERNION_LENGTH else np.inf
         return np.asarray(np.abs(sizes - usual) <= tolerance)
 
-    def track(self, name: str, frame: str, most: int | None = None) -> PoseTrack:
+    def track(self, name: str, frame: str, limit: int | None = None) -> PoseTrack:
         """
-        Return the poses in the order of their stamps: all poses, or at most `most` poses at equal
+        Return the poses in the order of their stamps: all poses, or at most `limit` poses at equal
         distances in the list.
         """
         total = len(self._stamps)
@@ -121,7 +121,7 @@ class PoseRows:
         if refused:
             none = np.zeros(0, dtype=np.int64), np.zeros((0, 4, 4))
             return PoseTrack(name, frame, *none, None, refused, (), self.count if many else total)
-        chosen = slice(None) if most is None else self._chosen(most)
+        chosen = slice(None) if limit is None else self._chosen(limit)
         return PoseTrack(
             name,
             frame,
@@ -147,8 +147,8 @@ class PoseRows:
             return 'a matrix has no row 0 0 0 1, so it is no pose'
         return ''
 
-    def _chosen(self, most: int) -> Times:
-        rows: Times = np.unique(np.linspace(0, len(self._stamps) - 1, most).astype(np.int64))
+    def _chosen(self, limit: int) -> Times:
+        rows: Times = np.unique(np.linspace(0, len(self._stamps) - 1, limit).astype(np.int64))
         return rows if self._rising else np.argsort(self._stamps[:], kind='stable')[rows]
 
     def _doubts(self, total: int) -> Iterator[str]:
@@ -206,8 +206,8 @@ def _numbers(orientations: Floats, form: PoseFormat) -> Floats:
     return np.radians(orientations) if in_degrees else orientations
 
 
-def _more_than_a_turn(what: str, angle: float, form: PoseFormat) -> str:
+def _more_than_a_turn(words: str, angle: float, form: PoseFormat) -> str:
     if form.angle == 'deg':
-        return f'{what} {math.degrees(angle):.4g} deg, more than a turn'
+        return f'{words} {math.degrees(angle):.4g} deg, more than a turn'
     other = 'deg' if form.kind in EULER else 'deg, or deg,rpy if they are roll pitch yaw'
-    return f'{what} {angle:.4g} rad, more than a turn: are these degrees? (--pose-format {other})'
+    return f'{words} {angle:.4g} rad, more than a turn: are these degrees? (--pose-format {other})'

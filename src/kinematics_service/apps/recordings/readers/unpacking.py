@@ -53,14 +53,14 @@ def refuse_to_grow(folder: Path) -> None:
     for file in folder.iterdir():
         if not file.is_file():
             continue
-        most = max(MAX_EXPANSION_RATIO * file.stat().st_size, MIN_EXPANSION_BYTES)
-        most = min(most, shutil.disk_usage(tempfile.gettempdir()).free)
+        limit = max(MAX_EXPANSION_RATIO * file.stat().st_size, MIN_EXPANSION_BYTES)
+        limit = min(limit, shutil.disk_usage(tempfile.gettempdir()).free)
         refusal = (
-            f'{file}: unpacks to more than {most >> 20} MiB; unpack it yourself with zstd -d if '
+            f'{file}: unpacks to more than {limit >> 20} MiB; unpack it yourself with zstd -d if '
             'you trust it'
         )
         with suppress(zstd.ZstdError, EOFError), zstd.open(file, 'rb') as stream:
-            for _ in _pieces(stream, most, refusal):
+            for _ in _pieces(stream, limit, refusal):
                 pass
 
 
@@ -74,11 +74,11 @@ def bounded_chunks(path: Path) -> Iterator[None]:
     def bounded(open_packed: Callable[..., Any]) -> Callable[..., bytes]:
         return lambda data, size=MAX_PART_BYTES: unpacked(data, path, open_packed, size)
 
-    own = {'zstd': bounded(zstd.open), 'lz4': bounded(lz4.frame.open), 'bz2': bounded(bz2.open)}
+    codecs = {'zstd': bounded(zstd.open), 'lz4': bounded(lz4.frame.open), 'bz2': bounded(bz2.open)}
     tables = storage_mcap.DECOMPRESSORS, rosbag1.decompressors
     usual = [dict(table) for table in tables]
     for table in tables:
-        table.update({name: own[name] for name in table if name in own})
+        table.update({name: codecs[name] for name in table if name in codecs})
     try:
         yield
     finally:
@@ -114,23 +114,23 @@ def refuse_to_hold(path: Path, reader: rosbag1.Reader | rosbag2.Reader, topic: s
     """
     storage = getattr(reader, 'storage', None)
     for file in getattr(storage, 'storages', [storage]):
-        ids = {one.id for one in getattr(file, 'connections', ()) if one.topic == topic}
-        chunks = [one for one in getattr(file, 'chunks', ()) if ids & one.channel_count.keys()]
-        most = _most_together(chunks)
-        if most > MAX_OVERLAP_BYTES:
+        ids = {entry.id for entry in getattr(file, 'connections', ()) if entry.topic == topic}
+        chunks = [part for part in getattr(file, 'chunks', ()) if ids & part.channel_count.keys()]
+        size = _largest_overlap(chunks)
+        if size > MAX_OVERLAP_BYTES:
             raise RecordingError(
-                f'{path}: chunks of one time have {most >> 20} MiB together, more than '
+                f'{path}: chunks of one time have {size >> 20} MiB together, more than '
                 f'{MAX_OVERLAP_BYTES >> 20}; order the messages by time with `mcap sort`',
                 code='too-large',
             )
 
 
-def _most_together(chunks: Sequence[Any]) -> int:
+def _largest_overlap(chunks: Sequence[Any]) -> int:
     changes = []
-    for one in chunks:
-        size = max(one.uncompressed_size, one.compressed_size)
-        changes.append((one.message_start_time, 0, size))
-        changes.append((max(one.message_start_time, one.message_end_time), 1, -size))
+    for chunk in chunks:
+        size = max(chunk.uncompressed_size, chunk.compressed_size)
+        changes.append((chunk.message_start_time, 0, size))
+        changes.append((max(chunk.message_start_time, chunk.message_end_time), 1, -size))
     return max(accumulate(size for _, _, size in sorted(changes)), default=0)
 
 
@@ -148,16 +148,16 @@ def unpacked(
     RecordingError
         The unpacked data have more than `size` bytes, or more than `MAX_PART_BYTES`.
     """
-    most = min(size, MAX_PART_BYTES)
-    refusal = f'{path}: a part of it unpacks to more than {most:,} bytes; record it anew'
+    limit = min(size, MAX_PART_BYTES)
+    refusal = f'{path}: a part of it unpacks to more than {limit:,} bytes; record it anew'
     with opened(BytesIO(data), 'rb') as stream:
-        return b''.join(_pieces(stream, most, refusal))
+        return b''.join(_pieces(stream, limit, refusal))
 
 
-def _pieces(stream: Any, most: int, refusal: str) -> Iterator[bytes]:
+def _pieces(stream: Any, limit: int, refusal: str) -> Iterator[bytes]:
     size = 0
     while data := stream.read(READ_SIZE):
         size += len(data)
-        if size > most:
+        if size > limit:
             raise RecordingError(refusal, code='too-large')
         yield data

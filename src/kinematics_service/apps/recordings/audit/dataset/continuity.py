@@ -71,14 +71,14 @@ def breaks_of(q: Floats) -> Breaks:
     steps = np.diff(q, axis=0)
     if len(steps) < MIN_STEPS:
         return Breaks([], [], [])
-    before, own, after = steps[:-2], steps[1:-1], steps[2:]
-    first, size, last = (np.linalg.norm(one, axis=1) for one in (before, own, after))
+    before, step, after = steps[:-2], steps[1:-1], steps[2:]
+    first, size, last = (np.linalg.norm(part, axis=1) for part in (before, step, after))
     around = 0.5 * (first + last)
     # Estimate the noise of the joint positions by the median difference between a step and the
     # mean of the steps before and after it. In smooth motion, only noise causes this difference.
-    noise = float(np.median(np.linalg.norm(own - 0.5 * (before + after), axis=1)))
+    noise = float(np.median(np.linalg.norm(step - 0.5 * (before + after), axis=1)))
     with np.errstate(invalid='ignore', divide='ignore'):
-        cosine = np.sum(own * (before + after), axis=1) / (2.0 * size * around)
+        cosine = np.sum(step * (before + after), axis=1) / (2.0 * size * around)
         straight = np.sum(before * after, axis=1) / (first * last)
         times = np.where(around > 0.0, size / around, 0.0)
     clear = np.minimum(first, last) > MOTION_TO_NOISE * noise
@@ -98,9 +98,9 @@ def breaks_of(q: Floats) -> Breaks:
     missing = clear & alike & whole & (cosine > MIN_COSINE)
     repeated = clear & (size == 0.0) & (straight > MIN_COSINE)
     middle = np.linalg.norm(q[1:-1] - 0.5 * (q[:-2] + q[2:]), axis=1)
-    way = np.linalg.norm(q[2:] - q[:-2], axis=1)
+    chord = np.linalg.norm(q[2:] - q[:-2], axis=1)
     off = (middle > np.maximum(OUTLIER_TO_NOISE * noise, MIN_OUTLIER)) & (
-        middle > OUTLIER_TO_STEP * way
+        middle > OUTLIER_TO_STEP * chord
     )
     return Breaks(
         (np.flatnonzero(missing) + 1).tolist(),
@@ -111,18 +111,18 @@ def breaks_of(q: Floats) -> Breaks:
 
 def break_findings(q: Floats, t: Floats) -> Iterator[Finding]:
     """Yield findings on missing, repeated and outlying frames; q (N, n), rad or m; t (N,), s."""
-    found = breaks_of(q)
-    for rows, one, many in (
-        (found.missing, 'is missing', 'are missing'),
-        (found.repeated, 'repeats the one before while the arm moves', 'repeat the one before'),
+    breaks = breaks_of(q)
+    for rows, singular, plural in (
+        (breaks.missing, 'is missing', 'are missing'),
+        (breaks.repeated, 'repeats the one before while the arm moves', 'repeat the one before'),
         (
-            found.off,
+            breaks.off,
             'is far from those before and after it',
             'are far from those before and after',
         ),
     ):
         if rows:
-            words = one if len(rows) == 1 else many
+            words = singular if len(rows) == 1 else plural
             yield Finding(
                 Level.WARN,
                 f'{counted(len(rows), "frame")} {words}, by the steps of the joints; the first '

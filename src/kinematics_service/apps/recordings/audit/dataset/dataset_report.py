@@ -83,11 +83,11 @@ class DatasetReport(NamedTuple):
 
     def levels(self) -> str:
         """Return how many episodes are OK, WARN and ERROR, as text."""
-        every = [row.level for row in self.rows]
+        levels = [row.level for row in self.rows]
         return ', '.join(
-            f'{level.name} {every.count(level)}'
+            f'{level.name} {levels.count(level)}'
             for level in (Level.ERROR, Level.WARN, Level.OK)
-            if level in every
+            if level in levels
         )
 
 
@@ -95,25 +95,25 @@ def report_of(name: str, robot: str, rows: Sequence[EpisodeRow]) -> DatasetRepor
     """Return the report of a dataset, computed from the rows of its episodes."""
     kinds: dict[tuple[Level, str], list[Finding]] = {}
     for row in rows:
-        told = {NUMBER.sub('#', one.text): one for one in row.findings}
+        findings = {NUMBER.sub('#', finding.text): finding for finding in row.findings}
         if row.error:
             key = NUMBER.sub('#', row.error.split(': ', 1)[-1])
-            told[key] = Finding(Level.ERROR, row.error, row.code)
-        for key, one in told.items():
-            if one.level > Level.OK:
-                kinds.setdefault((one.level, key), []).append(one)
-    ordered = sorted(kinds.items(), key=lambda one: (-one[0][0], -len(one[1])))
+            findings[key] = Finding(Level.ERROR, row.error, row.code)
+        for key, finding in findings.items():
+            if finding.level > Level.OK:
+                kinds.setdefault((finding.level, key), []).append(finding)
+    ordered = sorted(kinds.items(), key=lambda item: (-item[0][0], -len(item[1])))
     return DatasetReport(
         name,
         robot,
         tuple(sorted(rows, key=_badness)),
-        tuple(Kind(level, len(own), own[0].text, own[0].code) for (level, _), own in ordered),
+        tuple(Kind(level, len(kind), kind[0].text, kind[0].code) for (level, _), kind in ordered),
     )
 
 
 def _badness(row: EpisodeRow) -> tuple[Any, ...]:
-    levels = [one.level for one in row.findings]
-    return -row.level, not row.error, [-levels.count(one) for one in (Level.ERROR, Level.WARN)]
+    levels = [finding.level for finding in row.findings]
+    return -row.level, not row.error, [-levels.count(level) for level in (Level.ERROR, Level.WARN)]
 
 
 def print_report(report: DatasetReport) -> None:
@@ -147,9 +147,9 @@ def page_of_dataset(report: DatasetReport, date: str) -> str:
     """Return the page as HTML: frequent findings, and all episodes with their findings."""
     title = f'Audit of {report.name.rstrip("/").rpartition("/")[2]}'
     kinds = (
-        TableColumn('level', lambda one: _tag(one.level.name)),
-        TableColumn('episodes', lambda one: f'{one.episodes:,}', True),
-        TableColumn('for instance', lambda one: escape(one.example)),
+        TableColumn('level', lambda kind: _tag(kind.level.name)),
+        TableColumn('episodes', lambda kind: f'{kind.episodes:,}', True),
+        TableColumn('for instance', lambda kind: escape(kind.example)),
     )
     columns = (
         TableColumn('episode', lambda row: escape(row.name)),
@@ -178,7 +178,7 @@ def _tag(level: str) -> str:
 def _findings(row: EpisodeRow) -> str:
     if row.error:
         return escape(row.error)
-    first, *others = (escape(one.text) for one in row.findings)
+    first, *others = (escape(finding.text) for finding in row.findings)
     if not others:
         return first
     items = ''.join(f'<li>{text}</li>' for text in others)
@@ -202,8 +202,8 @@ def document_of_dataset(report: DatasetReport) -> dict[str, Json]:
                 'level': row.level.name,
                 **attributes(row, 'failed', 'error', 'code'),
                 'findings': [
-                    {'level': one.level.name, 'code': one.code, 'text': one.text}
-                    for one in row.findings
+                    {'level': finding.level.name, 'code': finding.code, 'text': finding.text}
+                    for finding in row.findings
                 ],
             }
             for row in report.rows

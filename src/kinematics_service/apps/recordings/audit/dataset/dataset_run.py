@@ -46,10 +46,10 @@ def rows_of_dataset(
         raise RecordingError(message, code='empty')
     stride = math.ceil(len(episodes) / SEARCHED_EPISODES)
     sought = [(episode, k % stride == 0) for k, episode in enumerate(episodes)]
-    most = SEARCHED_OF_BATCH if len(episodes) > LARGE_DATASET else MAX_BATCH_EPISODES
+    max_searches = SEARCHED_OF_BATCH if len(episodes) > LARGE_DATASET else MAX_BATCH_EPISODES
     rows = []
     with shown_bar(len(episodes), 'episodes') as progress:
-        batches = list(_batches(work, most, sought))
+        batches = list(_batches(work, max_searches, sought))
         for rows_of_episodes in spread(rows_of_batch, batches, jobs, workers):
             for rows_of_episode in rows_of_episodes:
                 rows += rows_of_episode
@@ -58,14 +58,14 @@ def rows_of_dataset(
 
 
 def _batches(
-    work: EpisodeWork, most: int, episodes: Sequence[tuple[Episode, bool]]
+    work: EpisodeWork, max_searches: int, episodes: Sequence[tuple[Episode, bool]]
 ) -> Iterator[EpisodeBatch]:
     held: list[tuple[Episode, bool]] = []
     frames = 0
-    for one in episodes:
+    for pair in episodes:
         if held and (frames > MAX_BATCH_FRAMES or len(held) >= MAX_BATCH_EPISODES):
-            yield EpisodeBatch(work, most, *zip(*held))
+            yield EpisodeBatch(work, max_searches, *zip(*held))
             held, frames = [], 0
-        held.append(one)
-        frames += max(one[0].count, 0)
-    yield EpisodeBatch(work, most, *zip(*held))
+        held.append(pair)
+        frames += max(pair[0].count, 0)
+    yield EpisodeBatch(work, max_searches, *zip(*held))

@@ -120,11 +120,11 @@ class EpisodeBatch(NamedTuple):
 
     In the episodes that `sought` marks, the cause of a difference between measured and computed
     tool poses is searched even if the difference is small. The cause of a large difference is
-    searched only in the first `most` episodes that have a large difference.
+    searched only in the first `max_searches` episodes that have a large difference.
     """
 
     work: EpisodeWork
-    most: int
+    max_searches: int
     episodes: tuple[Episode, ...]
     sought: tuple[bool, ...]
 
@@ -134,14 +134,14 @@ def rows_of_batch(batch: EpisodeBatch) -> list[list[EpisodeRow]]:
     Return for each episode the rows of the result table, one row for each arm. An unreadable
     episode has one row, with the error message.
     """
-    frames, found, left = batch.work.settings.frames, [], batch.most
+    frames, rows, remaining = batch.work.settings.frames, [], batch.max_searches
     for episode, sought in zip(batch.episodes, batch.sought):
-        fine = frames.fine if sought else frames.limits.warn if left > 0 else ANY_REMAINDER
+        fine = frames.fine if sought else frames.limits.warn if remaining > 0 else ANY_REMAINDER
         settings = batch.work.settings._replace(frames=frames._replace(fine=fine))
         work = batch.work._replace(settings=settings)
-        found.append(_rows(work, episode))
-        left -= any(row.disagrees for row in found[-1])
-    return found
+        rows.append(_rows(work, episode))
+        remaining -= any(row.disagrees for row in rows[-1])
+    return rows
 
 
 def _rows(work: EpisodeWork, episode: Episode) -> list[EpisodeRow]:
@@ -169,9 +169,9 @@ def _row(
     source = open_episode(episode, columns, arm)
     robot = work.reading.robot
     finished = audit(source, robot, episode.name, work.settings)
-    found = [*_rows_at_fault(finished), *_breaks(finished)]
+    findings = [*_rows_at_fault(finished), *_breaks(finished)]
     if missing := no_frames(finished, work.failures):
-        found.append(Finding(Level.ERROR, missing))
+        findings.append(Finding(Level.ERROR, missing))
     disagrees = False
     if isinstance(finished.frames, FrameReport):
         disagrees = finished.frames.level > Level.OK
@@ -181,13 +181,13 @@ def _row(
             if other is not arm
         ]
         if work.settings.frames.fine != ANY_REMAINDER:
-            found += _frames(finished, finished.frames, source, crossed)
+            findings += _frames(finished, finished.frames, source, crossed)
     # Put findings of level ERROR first, then WARN. Within a level keep the order of the list, in
     # which findings about causes, such as missing frames, precede findings about effects.
-    found = sorted([*found, *verdict_of(finished)], key=lambda one: -one.level)
+    findings = sorted([*findings, *verdict_of(finished)], key=lambda finding: -finding.level)
     failed, end = failed_by(finished, work.failures), finished.timeline.end
     return EpisodeRow(
-        episode.name, arm.label, len(columns), end, failed, '', '', disagrees, tuple(found)
+        episode.name, arm.label, len(columns), end, failed, '', '', disagrees, tuple(findings)
     )
 
 
@@ -240,7 +240,7 @@ def _base(report: FrameReport) -> Iterator[Finding]:
     far = float(np.linalg.norm(X[:3, 3]))
     turned = float(np.linalg.norm(rotation_vector(X[:3, :3])))
     if far > BASE_TOLERANCE or turned > BASE_ANGLE_TOLERANCE:
-        x, y, z = (length_in_words(float(one)) for one in X[:3, 3])
+        x, y, z = (length_in_words(float(number)) for number in X[:3, 3])
         yield Finding(
             Level.WARN,
             f'The poses are given in another base frame: that of the robot file is at {x}, {y}, '
@@ -255,7 +255,7 @@ def _others(
     # the dataset. Or they fit the joint positions of this arm with another robot model.
     if track.q is None:
         return
-    robot, own, limit = finished.robot, report.diagnosis.errors, report.limits.warn
+    robot, errors, limit = finished.robot, report.diagnosis.errors, report.limits.warn
     tried: list[tuple[str, Errors | None]] = []
     for label, source in crossed:
         for _ in source.blocks:
@@ -263,13 +263,13 @@ def _others(
         theirs = source.poses()
         if theirs is not None and theirs.q is not None and theirs.q.shape == track.q.shape:
             tried.append((f'the {label} arm', left_by(robot, theirs.q, track.poses)))
-    model = other_robot(robot, own, track.q, track.poses, limit)
+    model = other_robot(robot, errors, track.q, track.poses, limit)
     if model is not None:
         tried.append((f'the robot {model.name}', model.left))
-    good = [(whose, left) for whose, left in tried if explains(left, own, limit)]
+    good = [(whose, residual) for whose, residual in tried if explains(residual, errors, limit)]
     if good:
-        whose, left = min(good, key=lambda one: one[1].position_rms)
-        text = f'The poses are those of {whose}: with its joints {left.in_words()} remain.'
+        whose, residual = min(good, key=lambda pair: pair[1].position_rms)
+        text = f'The poses are those of {whose}: with its joints {residual.in_words()} remain.'
         yield Finding(Level.ERROR, text)
 
 

@@ -41,15 +41,15 @@ LABELS = ('distance', 'manipulability', 'lost_direction', 'branch', CLEARANCE)
 MAX_FACTORS = 31
 
 
-def _branch(found: Singularities) -> npt.NDArray[np.int32]:
+def _branch(singularity: Singularities) -> npt.NDArray[np.int32]:
     # Returns the label `branch` (N,): the signs of the robot file's singular factors as bits.
     # Without factors it is the sign of det J as one bit, or 0 if J is not square.
-    if found.factors is not None:
-        positive = np.asarray(found.factors.values[..., :MAX_FACTORS] > 0.0, dtype=np.int32)
+    if singularity.factors is not None:
+        positive = np.asarray(singularity.factors.values[..., :MAX_FACTORS] > 0.0, dtype=np.int32)
         return positive @ (1 << np.arange(positive.shape[-1], dtype=np.int32))
-    if found.determinant is None:
-        return np.zeros(np.shape(found.distance), dtype=np.int32)
-    return np.asarray(np.asarray(found.determinant) > 0.0, dtype=np.int32)
+    if singularity.determinant is None:
+        return np.zeros(np.shape(singularity.distance), dtype=np.int32)
+    return np.asarray(np.asarray(singularity.determinant) > 0.0, dtype=np.int32)
 
 
 def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> 'dict[str, pa.Array]':
@@ -102,8 +102,8 @@ def labels_of_arms(
     arrays = {}
     for arm in arms:
         robot = arm.reading.robot
-        own = arm_columns(file, columns.header, arm.reading)
-        q = own.joints.units(robot).positions(columns.chosen(own.positions))
+        selected = arm_columns(file, columns.header, arm.reading)
+        q = selected.joints.units(robot).positions(columns.chosen(selected.positions))
         start = f'{arm.label}.' if arm.label else ''
         for name, values in labels_of(robot, q, clearance).items():
             arrays[start + name] = values
@@ -157,16 +157,16 @@ def judge_table(
     except ImportError as error:
         raise missing_library(error) from None
     robot = as_robot(robot)
-    wanted = Selection(
+    selection = Selection(
         robot,
         columns=columns,
         joint_prefix=joint_prefix,
         joint_format=JointFormat(joint_format),
         stamps=StampFormat(rate=1.0),
     )
-    found = taken_apart(vectors_of_table(batch), {})
-    arms = arms_of(found.header, wanted, 0.0)
-    added = labels_of_arms('the table', found, arms, clearance)
+    table = taken_apart(vectors_of_table(batch), {})
+    arms = arms_of(table.header, selection, 0.0)
+    added = labels_of_arms('the table', table, arms, clearance)
     twice = [name for name in added if name in batch.schema.names]
     if twice:
         message = f'the table has a column {twice[0]!r} already; rename it'

@@ -105,25 +105,26 @@ def _audited(run: Run, bar: Bar) -> Audit:
         return audit(source, reading.robot, str(run.file), run.settings, progress, write)
 
 
-def failed_by(finished: Audit, wanted: tuple[str, ...] | None) -> bool:
+def failed_by(finished: Audit, failures: tuple[str, ...] | None) -> bool:
     """
-    Return whether an audit fails, so that the command exits with code 1. `wanted` has the words of
-    `--fail-on`; None: the option's default.
+    Return whether an audit fails, so that the command exits with code 1. `failures` has the words
+    of `--fail-on`; None: the option's default.
     """
-    if wanted is None:
-        usual = 'stop', 'undecided', *(['speed'] if finished.asked.speed_limit is not None else [])
-        wanted = usual if finished.planned else ('never',)
+    if failures is None:
+        limited = finished.plan_settings.speed_limit is not None
+        usual = 'stop', 'undecided', *(['speed'] if limited else [])
+        failures = usual if finished.planned else ('never',)
     worst = max((interval.level for interval in finished.intervals), default=Level.OK)
     frames = finished.frames
     plans = finished.plans.values()
     # A plan along which a loop of the arm does not close fails like a plan through a singular
     # pose, because the arm can follow neither.
-    poses = [one.verdict for plan in plans for one in (plan.singularity, plan.closure) if one]
+    poses = [part.verdict for plan in plans for part in (plan.singularity, plan.closure) if part]
     speeds = [speed.verdict for plan in plans for speed in plan.speeds]
     near = 'refuted' in poses
     beyond = joints_refuted(finished, 'limits')
     fast = bool(joints_refuted(finished, 'speed')) or 'refuted' in speeds
-    met = {
+    failed = {
         'never': False,
         'warn': worst >= Level.WARN or near,
         'stop': worst >= Level.ERROR or near,
@@ -137,7 +138,7 @@ def failed_by(finished: Audit, wanted: tuple[str, ...] | None) -> bool:
     # Fail on refused samples of a plan and on damaged files, because not all of their content was
     # judged.
     unjudged = finished.damaged or (finished.planned and bool(finished.refused))
-    return (unjudged and wanted != ('never',)) or any(met[word] for word in wanted)
+    return (unjudged and failures != ('never',)) or any(failed[word] for word in failures)
 
 
 def no_frames(finished: Audit, failures: tuple[str, ...] | None) -> str:

@@ -124,22 +124,22 @@ class BagWriter:
         measures = (getattr(part.singularity, name)[:, None] for name in self._measures)
         numbers = [poses, J, state.twist, state.twist, *measures]
         columns = []
-        for topic, own in zip(self._topics, numbers):
-            data = memoryview(topic.filled(own, known.stamps).tobytes())
+        for topic, values in zip(self._topics, numbers):
+            data = memoryview(topic.filled(values, known.stamps).tobytes())
             columns.append((topic, data, len(topic.raw)))
         warnings = defaultdict[int, list[PublishedWarning]](list)
         for warning in part.warnings:
             warnings[warning.row - part.first].append(warning)
         for k, (arrival, moves) in enumerate(zip(known.arrivals.tolist(), known.moving.tolist())):
-            own = warnings[k]
-            while own and own[0].moment < arrival:
+            pending = warnings[k]
+            while pending and pending[0].moment < arrival:
                 # write the warning about a time-out that came before this joint state
-                self._warn(*own.pop(0)[1:])
+                self._warn(*pending.pop(0)[1:])
             for topic, data, size in columns:
                 if moves or not topic.of_motion:
                     message = data[k * size : (k + 1) * size]
                     self._writer.write(topic.connection, arrival, message)
-            for warning in own:
+            for warning in pending:
                 self._warn(*warning[1:])
 
     def _warn(self, moment: int, status_text: StatusText) -> None:

@@ -52,7 +52,7 @@ class Chart(NamedTuple):
         curve.
     end : s
         End of the time axis.
-    most
+    clip
         The largest value on the axis; larger values are drawn at this value.
     height
         In px.
@@ -66,7 +66,7 @@ class Chart(NamedTuple):
     log: bool = False
     height: int = 150
     end: float = 0.0
-    most: float = math.inf
+    clip: float = math.inf
 
     def html(self) -> str:
         """Return the chart as an HTML figure."""
@@ -106,9 +106,9 @@ class Chart(NamedTuple):
             marks.append(f'<line class="grid" x1="0" x2="{WIDTH}" y1="{y:.2f}" y2="{y:.2f}"/>')
             labels.append(f'<span class="y" style="top:{y:.2f}%">{shown(value)}</span>')
         for value in nice_ticks(0.0, self.end / scale, 8):
-            share = 100.0 * value * scale / self.end if self.end else 0.0
-            if share < 94.0:
-                labels.append(f'<span class="x" style="left:{share:.2f}%">{shown(value)}</span>')
+            x = 100.0 * value * scale / self.end if self.end else 0.0
+            if x < 94.0:
+                labels.append(f'<span class="x" style="left:{x:.2f}%">{shown(value)}</span>')
         for level in self.levels:
             if axis.low <= level.value <= axis.high:
                 y = axis.at(level.value)
@@ -155,7 +155,7 @@ class ValueScale(NamedTuple):
         values = [curve.values for curve in chart.curves]
         lows = [float(np.min(column)) for column in values if len(column)] or [0.0]
         highs = [float(np.max(column)) for column in values if len(column)] or [1.0]
-        low, high = min(lows), min(max(highs), chart.most)
+        low, high = min(lows), min(max(highs), chart.clip)
         marks = [level.value for level in chart.levels]
         return cls._of_powers(low, high, marks) if chart.log else cls._plain(low, high, marks)
 
@@ -185,11 +185,11 @@ class ValueScale(NamedTuple):
     def at_all(self, values: Floats) -> Floats:
         """Return the distances of values from the top of the drawing, 0 to `HEIGHT`."""
         if self.log:
-            share = np.log(np.maximum(values, self.low) / self.low)
-            share = share / math.log(self.high / self.low)
+            fraction = np.log(np.maximum(values, self.low) / self.low)
+            fraction = fraction / math.log(self.high / self.low)
         else:
-            share = (values - self.low) / (self.high - self.low)
-        return np.asarray(HEIGHT * (1.0 - np.clip(share, 0.0, 1.0)))
+            fraction = (values - self.low) / (self.high - self.low)
+        return np.asarray(HEIGHT * (1.0 - np.clip(fraction, 0.0, 1.0)))
 
     def ticks(self) -> list[float]:
         """Return round numbers at which the axis has labels."""
@@ -202,11 +202,11 @@ class ValueScale(NamedTuple):
         return [10.0**k for k in range(first, last + 1)]
 
 
-def nice_ticks(low: float, high: float, most: int) -> list[float]:
-    """Return round numbers at even steps from `low` to `high`, about `most` of them."""
+def nice_ticks(low: float, high: float, count: int) -> list[float]:
+    """Return round numbers at even steps from `low` to `high`, about `count` of them."""
     if not high > low:
         return [low]
-    raw = (high - low) / most
+    raw = (high - low) / count
     power = 10.0 ** math.floor(math.log10(raw))
     step = next(power * m for m in (1.0, 2.0, 2.5, 5.0, 10.0) if power * m >= raw * 0.999)
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)

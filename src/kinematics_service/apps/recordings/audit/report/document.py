@@ -31,21 +31,21 @@ from ..verdict import verdict_of
 MAX_ROWS = 10_000
 
 
-def thinned_rows(count: int, most: int, worse: Callable[[slice], Floats]) -> Times:
+def thinned_rows(count: int, max_rows: int, worse: Callable[[slice], Floats]) -> Times:
     """
-    Return row numbers from 0 to `count` - 1: all of them, or a selection of at most `most`.
+    Return row numbers from 0 to `count` - 1: all of them, or a selection of at most `max_rows`.
 
-    If `count` exceeds `most`, divide all rows into `most` / 2 equal intervals. Select two rows of
-    each interval: the first row, and the row at which `worse` is largest.
+    If `count` exceeds `max_rows`, divide all rows into `max_rows` / 2 equal intervals. Select two
+    rows of each interval: the first row, and the row at which `worse` is largest.
 
     Parameters
     ----------
     worse
         A function that returns a value for each row of a slice.
     """
-    if count <= most:
+    if count <= max_rows:
         return np.arange(count)
-    edges = np.linspace(0, count, max(most // 2, 1) + 1).astype(int)
+    edges = np.linspace(0, count, max(max_rows // 2, 1) + 1).astype(int)
     worst = [a + int(np.argmax(worse(slice(a, b)))) for a, b in zip(edges, edges[1:])]
     return np.unique(np.concatenate([edges[:-1], worst]))
 
@@ -60,14 +60,15 @@ def document_of(audit: Audit) -> dict[str, Json]:
     return {
         'version': __version__,
         'file': audit.file,
-        'kind': audit.what,
+        'kind': audit.kind,
         **attributes(audit, 'topic', 'planned'),
         'robot': robot.name,
         **attributes(robot, 'joint_names', 'base_frame', 'tool_frame'),
         **attributes(robot.singularity.thresholds, 'measure', 'warn', 'stop'),
-        'level': max(one.level for one in findings).name,
+        'level': max(finding.level for finding in findings).name,
         'verdict': [
-            {'level': one.level.name, 'code': one.code, 'sentence': one.text} for one in findings
+            {'level': finding.level.name, 'code': finding.code, 'sentence': finding.text}
+            for finding in findings
         ],
         'messages': {
             'total': audit.stream.messages,
@@ -106,7 +107,7 @@ def document_of(audit: Audit) -> dict[str, Json]:
         'joints': audit.joints,
         'jumps': {'count': audit.jump_count, 'first': audit.jumps},
         'worst_moments': [
-            {**attributes(moment, 'what', 'value'), **_at(timeline, moment.row)}
+            {'what': moment.quantity, 'value': moment.value, **_at(timeline, moment.row)}
             for moment in audit.moments
         ],
         'warnings': [
@@ -140,10 +141,10 @@ def _slowing(audit: Audit) -> dict[str, Json] | None:
         'seconds': dict(audit.slowing.by_cause),
         'stretches': [
             {
-                **attributes(one, 'begin', 'end', 'cause', 'value'),
-                't': float(audit.timeline.t[one.worst]),
+                **attributes(stretch, 'begin', 'end', 'cause', 'value'),
+                't': float(audit.timeline.t[stretch.worst]),
             }
-            for one in audit.slowing.stretches
+            for stretch in audit.slowing.stretches
         ],
     }
 
@@ -226,10 +227,10 @@ def _cause(cause: TestedCause) -> dict[str, Json]:
     return {**attributes(cause, 'key', 'sentence', 'value', 'ratio', 'errors'), **_offsets(cause)}
 
 
-def _offsets(found: FrameDiagnosis | TestedCause) -> dict[str, Json]:
+def _offsets(fit: FrameDiagnosis | TestedCause) -> dict[str, Json]:
     # Write the base and tool offset between measured and computed poses, each as xyz (m) and rpy
     # (rad), as in a robot file, and as a matrix.
-    poses = {'base_offset': found.base_offset, 'tool_offset': found.tool_offset}
+    poses = {'base_offset': fit.base_offset, 'tool_offset': fit.tool_offset}
     return {
         name: {'xyz': T[:3, 3], 'rpy': roll_pitch_yaw(T[:3, :3]), 'matrix': T}
         for name, T in poses.items()

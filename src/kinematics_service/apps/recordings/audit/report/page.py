@@ -51,9 +51,9 @@ def page_of(audit: Audit, origin: Provenance | None = None) -> str:
 def _introduction(audit: Audit) -> str:
     robot, stream = audit.robot, audit.stream
     rate = f', {stream.rate:.4g} messages a second' if stream.rate and not audit.planned else ''
-    what = counted(stream.messages, 'sample' if audit.planned else 'message')
+    count = counted(stream.messages, 'sample' if audit.planned else 'message')
     return (
-        f'<p class="soft">{escape(audit.what)}, {escape(audit.topic)}: {what} over '
+        f'<p class="soft">{escape(audit.kind)}, {escape(audit.topic)}: {count} over '
         f'{seconds(audit.timeline.end)}{rate}. Robot {escape(robot.name)}, '
         f'{escape(robot.tool_frame)} in {escape(robot.base_frame)}.</p>\n'
     )
@@ -61,9 +61,9 @@ def _introduction(audit: Audit) -> str:
 
 def _verdict(findings: Sequence[Finding]) -> str:
     first, *others = findings
-    items = ''.join(f'<li>{_tag(one.level.name)} {escape(one.text)}</li>' for one in others)
+    items = ''.join(f'<li>{_tag(other.level.name)} {escape(other.text)}</li>' for other in others)
     listed = f'<ul>{items}</ul>' if items else ''
-    worst = max(one.level for one in findings)
+    worst = max(finding.level for finding in findings)
     return (
         f'<section class="verdict {worst.name}"><p class="first">'
         f'{_tag(first.level.name)} {escape(first.text)}</p>{listed}</section>\n'
@@ -86,36 +86,38 @@ def _singularities(audit: Audit) -> str:
         none = f'<p>None of the {judged_in_words(audit)} judged is near a singularity.</p>\n'
         return text + none
     columns = (
-        TableColumn('begins', lambda one: f'{one.begin:.3f} s', True),
-        TableColumn('lasts', lambda one: seconds(one.seconds), True),
+        TableColumn('begins', lambda interval: f'{interval.begin:.3f} s', True),
+        TableColumn('lasts', lambda interval: seconds(interval.seconds), True),
         TableColumn(
-            'time at ERROR', lambda one: seconds(one.stopped) if one.stopped else '', True
+            'time at ERROR',
+            lambda interval: seconds(interval.stopped) if interval.stopped else '',
+            True,
         ),
-        TableColumn('level', lambda one: _tag(one.level.name)),
+        TableColumn('level', lambda interval: _tag(interval.level.name)),
         TableColumn('which', partial(_factors, audit)),
-        TableColumn(worst, lambda one: f'{one.value:.3g}', True),
-        TableColumn('at', lambda one: _at(audit, one.worst), True),
-        TableColumn('tool motion lost there', lambda one: escape(one.lost)),
-        TableColumn('joints against each other', lambda one: escape(one.fighting)),
+        TableColumn(worst, lambda interval: f'{interval.value:.3g}', True),
+        TableColumn('at', lambda interval: _at(audit, interval.worst), True),
+        TableColumn('tool motion lost there', lambda interval: escape(interval.lost)),
+        TableColumn('joints against each other', lambda interval: escape(interval.fighting)),
     )
     return text + first_rows(columns, audit.intervals)
 
 
 def _factors(audit: Audit, interval: Interval) -> str:
     names = (
-        f'{escape(one.name)}: {one.distance:.3g} rad at {_at(audit, one.row)}'
-        for one in interval.factors
+        f'{escape(passage.name)}: {passage.distance:.3g} rad at {_at(audit, passage.row)}'
+        for passage in interval.factors
     )
     return '<br>'.join(names).replace(' ', '&nbsp;') or '(the robot file names no factors)'
 
 
 def _moments(audit: Audit) -> str:
     columns = (
-        TableColumn('what', lambda one: escape(one.what)),
-        TableColumn('value', lambda one: escape(one.value), True),
-        TableColumn('at', lambda one: _at(audit, one.row), True),
-        TableColumn('message', lambda one: f'{audit.timeline.messages[one.row]:,}', True),
-        TableColumn('joints there', lambda one: _pose(audit, one.row)),
+        TableColumn('what', lambda moment: escape(moment.quantity)),
+        TableColumn('value', lambda moment: escape(moment.value), True),
+        TableColumn('at', lambda moment: _at(audit, moment.row), True),
+        TableColumn('message', lambda moment: f'{audit.timeline.messages[moment.row]:,}', True),
+        TableColumn('joints there', lambda moment: _pose(audit, moment.row)),
     )
     return '<h2>Worst moments</h2>\n' + table_of(columns, audit.moments)
 
@@ -173,8 +175,8 @@ def _speed(joint: JointReport, speed: float, otherwise: str = NOTHING) -> str:
     return f'{_shown(joint, speed)}/s' if math.isfinite(speed) else otherwise
 
 
-def _error(joint: JointReport, which: str) -> str:
-    return NOTHING if joint.check is None else f'{_shown(joint, getattr(joint.check, which))}/s'
+def _error(joint: JointReport, field: str) -> str:
+    return NOTHING if joint.check is None else f'{_shown(joint, getattr(joint.check, field))}/s'
 
 
 def _lag_and_scale(check: VelocityCheck | None) -> str:
@@ -191,12 +193,12 @@ def _slowing(audit: Audit) -> str:
         return ''
     text = f'<h2>Where it would have been slowed</h2>\n{slowing_chart(audit, slowing.values)}'
     columns = (
-        TableColumn('begins', lambda one: f'{one.begin:.3f} s', True),
-        TableColumn('lasts', lambda one: seconds(one.seconds), True),
-        TableColumn('cause', lambda one: escape(one.cause)),
-        TableColumn('least scale', lambda one: f'{one.value:.3g}', True),
-        TableColumn('at', lambda one: _at(audit, one.worst), True),
-        TableColumn('joints there', lambda one: _pose(audit, one.worst)),
+        TableColumn('begins', lambda stretch: f'{stretch.begin:.3f} s', True),
+        TableColumn('lasts', lambda stretch: seconds(stretch.seconds), True),
+        TableColumn('cause', lambda stretch: escape(stretch.cause)),
+        TableColumn('least scale', lambda stretch: f'{stretch.value:.3g}', True),
+        TableColumn('at', lambda stretch: _at(audit, stretch.worst), True),
+        TableColumn('joints there', lambda stretch: _pose(audit, stretch.worst)),
     )
     if slowing.stretches:
         text += first_rows(columns, slowing.stretches)
@@ -231,9 +233,9 @@ def _stream(audit: Audit) -> str:
     text = '<h2>Messages</h2>\n' + table(['', ''], rows, (1,))
     if audit.examples:
         first = (
-            TableColumn('first one without a state', lambda one: escape(one[0])),
-            TableColumn('message', lambda one: f'{one[1].message:,}', True),
-            TableColumn('', lambda one: escape(one[1].sentence)),
+            TableColumn('first one without a state', lambda item: escape(item[0])),
+            TableColumn('message', lambda item: f'{item[1].message:,}', True),
+            TableColumn('', lambda item: escape(item[1].sentence)),
         )
         text += table_of(first, audit.examples.items())
     if stream.gaps:

@@ -58,9 +58,9 @@ def _scaled(column: Column[np.float64], scale: float) -> Values:
 @lru_cache(maxsize=1)
 def _bands(audit: Audit) -> list[Band]:
     timeline, rows = audit.timeline, list(spans(len(audit.timeline)))
-    runs = stretches_of((timeline.levels[own], _breaks(audit, own)) for own in rows)
+    runs = stretches_of((timeline.levels[span], _breaks(audit, span)) for span in rows)
     bad = list(islice((run for run in runs if run.label != Level.OK), MAX_BANDS + 1))
-    quiet = (k for own in rows for k in np.flatnonzero(_breaks(audit, own)) + own.start if k)
+    quiet = (k for span in rows for k in np.flatnonzero(_breaks(audit, span)) + span.start if k)
     shown = [(run.first, run.until, Level(run.label).name) for run in bad]
     shown = shown if len(bad) <= MAX_BANDS else []
     shown += [(k - 1, k, 'gap') for k in islice(quiet, MAX_BANDS)]
@@ -86,8 +86,8 @@ def measure_charts(audit: Audit) -> str:
     curve = _curve(audit, measure.words, 'c0', partial(watched_values, robot, timeline))
     title = measure.long or measure.words
     log = bool(np.any(curve.values > 0.0))
-    most = CLIP_RATIO * thresholds.stop if not measure.small_is_bad else math.inf
-    charts = [Chart(title, measure.unit, [curve], levels=levels, log=log, most=most, height=210)]
+    clip = CLIP_RATIO * thresholds.stop if not measure.small_is_bad else math.inf
+    charts = [Chart(title, measure.unit, [curve], levels=levels, log=log, clip=clip, height=210)]
     factors = robot.singularity.factors.names
     if len(factors) > 1:
         curves = [
@@ -101,8 +101,8 @@ def measure_charts(audit: Audit) -> str:
             other = MEASURES[name]
             curve = _curve(audit, other.words, 'c0', column.__getitem__)
             if np.any(curve.values > 0.0):
-                most = math.inf if other.small_is_bad else CLIP_RATIO * (other.stop or math.inf)
-                charts.append(Chart(other.words, other.unit, [curve], log=True, most=most))
+                clip = math.inf if other.small_is_bad else CLIP_RATIO * (other.stop or math.inf)
+                charts.append(Chart(other.words, other.unit, [curve], log=True, clip=clip))
     text = ''.join(_html(audit, chart) for chart in charts)
     if audit.intervals:
         text += (

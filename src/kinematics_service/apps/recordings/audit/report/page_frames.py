@@ -38,7 +38,7 @@ def frame_section(audit: Audit) -> str:
         'with a constant base and tool offset': diagnosis.errors,
         **{f'and undone: {cause.sentence}': cause.errors for cause in causes},
     }
-    rows = ([escape(name), *one.cells()] for name, one in errors.items())
+    rows = ([escape(name), *error.cells()] for name, error in errors.items())
     headers = ('poses apart', 'position rms', 'largest', 'orientation rms', 'largest')
     # If the check found the cause of the pose differences, show the base and tool offsets that
     # were fitted after the cause was corrected. Offsets fitted without this correction are wrong.

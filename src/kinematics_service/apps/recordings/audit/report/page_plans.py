@@ -35,40 +35,40 @@ def plan_section(audit: Audit) -> str:
 
 
 def _rows(audit: Audit, number: int, plan: PlanCheck) -> list[list[str]]:
-    which = f'trajectory {number}: ' if audit.trajectories > 1 else ''
-    found = plan.singularity
-    pose = '' if found.nearest_singular is None else _numbers(found.nearest_singular.tolist())
+    label = f'trajectory {number}: ' if audit.trajectories > 1 else ''
+    claim = plan.singularity
+    pose = '' if claim.nearest_singular is None else _numbers(claim.nearest_singular.tolist())
     rows = [
         [
-            f'{which}{found.threshold:g} rad from every singular pose',
-            TAGS[found.verdict],
-            f'{rounded_down(found.lower)} rad' if found.lower > 0.0 else '&ndash;',
-            f'{rounded_up(found.upper)} rad' if math.isfinite(found.upper) else '&ndash;',
-            *_moment(found.moment),
+            f'{label}{claim.threshold:g} rad from every singular pose',
+            TAGS[claim.verdict],
+            f'{rounded_down(claim.lower)} rad' if claim.lower > 0.0 else '&ndash;',
+            f'{rounded_up(claim.upper)} rad' if math.isfinite(claim.upper) else '&ndash;',
+            *_moment(claim.moment),
             pose,
         ]
     ]
     if plan.closure is not None:
         moment = plan.closure.moment
         where = ['', '', ''] if moment is None else _moment(moment)
-        name = f'{which}loops close at {plan.closure.samples:,} samples'
+        name = f'{label}loops close at {plan.closure.samples:,} samples'
         if plan.closure.loop:
             closes = 'close' if closed_together(plan.closure.loop) else 'closes'
-            name = f'{which}the {escape(group_in_words(plan.closure.loop))} {closes}'
+            name = f'{label}the {escape(group_in_words(plan.closure.loop))} {closes}'
         rows.append([name, TAGS[plan.closure.verdict], '', '', *where, ''])
     for joint in plan.joints:
-        for verdict, what, extremes in (
+        for verdict, words, extremes in (
             (joint.limits, 'inside its limits', (joint.least, joint.greatest)),
             (joint.speed, 'below its velocity limit', (joint.fastest,)),
         ):
             for extreme in extremes if verdict == 'refuted' else ():
-                name, value = f'{which}{escape(joint.name)} {what}', f'{extreme.value:.4g}'
+                name, value = f'{label}{escape(joint.name)} {words}', f'{extreme.value:.4g}'
                 rows.append([name, TAGS[verdict], '', value, *_moment(extreme.moment), ''])
     for speed in plan.speeds:
         limit = '' if speed.limit is None else f' below {speed.limit:g} m/s'
         rows.append(
             [
-                f'{which}{escape(point_in_words(speed.of))}{limit}',
+                f'{label}{escape(point_in_words(speed.of))}{limit}',
                 '' if speed.verdict is None else TAGS[speed.verdict],
                 f'{rounded_up(speed.upper)} m/s' if math.isfinite(speed.upper) else '&ndash;',
                 f'{rounded_down(speed.lower)} m/s',

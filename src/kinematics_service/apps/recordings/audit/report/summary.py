@@ -30,7 +30,7 @@ def summary_of(audit: Audit) -> Summary:
     """Return the printed part of an audit, which is small enough to send between processes."""
     noun = 'sample' if audit.planned else 'message'
     return Summary(
-        f'{audit.file}: {audit.what}, {counted(audit.stream.messages, noun)} over '
+        f'{audit.file}: {audit.kind}, {counted(audit.stream.messages, noun)} over '
         f'{seconds(audit.timeline.end)}, {audit.robot.name}',
         verdict_of(audit),
         tuple(
@@ -40,7 +40,7 @@ def summary_of(audit: Audit) -> Summary:
                 interval.level.name,
                 f'{interval.value:.3g}',
                 f'{audit.timeline.t[interval.worst]:.3f} s',
-                ', '.join(one.name for one in interval.factors) or interval.lost,
+                ', '.join(passage.name for passage in interval.factors) or interval.lost,
             )
             for interval in audit.intervals[:MAX_INTERVALS]
         ),
@@ -57,8 +57,8 @@ def print_summary(summary: Summary) -> None:
         out.print(Text.assemble((f'{level.name}  ', STYLES[level]), plain(sentence.text)))
     if summary.intervals:
         rows = table('begins', 'lasts', 'level', 'worst', 'at', 'which')
-        for *cells, which in summary.intervals:
-            rows.add_row(*cells, plain(which))
+        for *cells, names in summary.intervals:
+            rows.add_row(*cells, plain(names))
         out.print(Text(''), rows)
         if summary.more:
             out.print(Text(f'and {summary.more:,} more'))

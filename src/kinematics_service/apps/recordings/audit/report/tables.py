@@ -26,18 +26,18 @@ class TableColumn(NamedTuple):
     number: bool = False
 
 
-def table_of(columns: Sequence[TableColumn], found: Iterable[object]) -> str:
+def table_of(columns: Sequence[TableColumn], objects: Iterable[object]) -> str:
     """Return an HTML table with a row for each object, without empty columns."""
-    things = list(found)
-    cells = [[column.cell(one) for one in things] for column in columns]
-    kept = [k for k, own in enumerate(cells) if not things or set(own) - {'', NOTHING}]
+    rows = list(objects)
+    cells = [[column.cell(row) for row in rows] for column in columns]
+    kept = [k for k, texts in enumerate(cells) if not rows or set(texts) - {'', NOTHING}]
     numbers = [place for place, k in enumerate(kept) if columns[k].number]
     return table([columns[k].header for k in kept], zip(*(cells[k] for k in kept)), numbers)
 
 
-def first_rows(columns: Sequence[TableColumn], found: Sequence[object]) -> str:
+def first_rows(columns: Sequence[TableColumn], objects: Sequence[object]) -> str:
     """Return an HTML table of at most `MAX_TABLE_ROWS` objects, and how many more exist."""
-    return table_of(columns, found[:MAX_TABLE_ROWS]) + more_of(len(found))
+    return table_of(columns, objects[:MAX_TABLE_ROWS]) + more_of(len(objects))
 
 
 def more_of(number: int) -> str:
