@@ -80,8 +80,8 @@ class LikelyOrder(NamedTuple):
         # `of_file`, and C_f the rotations `chosen`, of F poses. Take the candidate R with the
         # smaller sum over f of (trace(R^T C_f) - trace(A^T A_f))^2.
         rotations = _rotations(self.written, _numbers(self.read, poses[:, :3, :3]))
-        found = rotations.reshape(2, -1, 9) @ self.chosen.T
-        wrong = np.sum((found - A[:, :3, :3].reshape(-1, 9) @ self.of_file.T) ** 2, axis=2)
+        traces = rotations.reshape(2, -1, 9) @ self.chosen.T
+        wrong = np.sum((traces - A[:, :3, :3].reshape(-1, 9) @ self.of_file.T) ** 2, axis=2)
         undone = np.array(poses)
         undone[:, :3, :3] = rotations[np.argmin(wrong, axis=0), np.arange(len(poses))]
         return Hypothesis('angle_order', self.sentence, poses=undone)
@@ -102,11 +102,11 @@ def likely_orders(poses: Floats, A: Floats, read: str = '') -> list[LikelyOrder]
     R = poses[:, :3, :3]
     few = few_of(len(R))
     pairs = _pairs(read)
-    numbers = {name: _numbers(name, R[few]) for name in dict.fromkeys(one.read for one in pairs)}
+    numbers = {name: _numbers(name, R[few]) for name in dict.fromkeys(pair.read for pair in pairs)}
     made = np.empty((len(pairs), 2, len(few), 3, 3))
-    for kind in dict.fromkeys(one.written for one in pairs):
-        own = [k for k, one in enumerate(pairs) if one.written == kind]
-        made[own] = _rotations(kind, np.stack([numbers[pairs[k].read] for k in own]))
+    for kind in dict.fromkeys(pair.written for pair in pairs):
+        indices = [k for k, pair in enumerate(pairs) if pair.written == kind]
+        made[indices] = _rotations(kind, np.stack([numbers[pairs[k].read] for k in indices]))
     of_file = A[few, :3, :3].reshape(-1, 9)
     chosen, off = _chosen(made.reshape(*made.shape[:3], 9), of_file @ of_file.T)
     # If `read` is unknown, several pairs of conventions (written, read) give the same rotations.
@@ -128,8 +128,8 @@ def few_of(count: int) -> Integers:
 
 def order_hypotheses_of(poses: Floats, A: Floats, read: str = '') -> Iterator[Hypothesis]:
     """Yield a hypothesis for each likely order of angles (see `likely_orders`)."""
-    for one in likely_orders(poses, A, read):
-        yield one.undone(poses, A)
+    for order in likely_orders(poses, A, read):
+        yield order.undone(poses, A)
 
 
 def _pairs(read: str) -> list[_Taken]:
@@ -141,10 +141,10 @@ def _pairs(read: str) -> list[_Taken]:
     orders = (*EULER_ORDERS, ROTVEC)
     known = 'xyz' if read == 'rpy' else read
     if known in orders:
-        return [_Taken(one, known) for one in orders if one != known]
-    still = sorted((one for one in EULER_ORDERS if one.islower()), key=lambda one: one != 'xyz')
-    pairs = [_Taken(one, other) for other in (*still, ROTVEC) for one in orders if one != other]
-    return pairs + [_Taken(ROTVEC, one) for one in EULER_ORDERS if one.isupper()]
+        return [_Taken(name, known) for name in orders if name != known]
+    fixed = sorted(filter(str.islower, EULER_ORDERS), key=lambda name: name != 'xyz')
+    pairs = [_Taken(name, other) for other in (*fixed, ROTVEC) for name in orders if name != other]
+    return pairs + [_Taken(ROTVEC, name) for name in EULER_ORDERS if name.isupper()]
 
 
 def _numbers(kind: str, R: Floats) -> Floats:
@@ -165,15 +165,15 @@ def _rotations(kind: str, numbers: Floats) -> Floats:
     return exponential(numbers) if kind == ROTVEC else rotation_of_euler(kind, numbers)
 
 
-def _chosen(every: Floats, products: Floats) -> tuple[Floats, Floats]:
+def _chosen(candidates: Floats, products: Floats) -> tuple[Floats, Floats]:
     # Choose one of two candidate rotations for each of N poses, and do so for each of H pairs of
-    # conventions (written, read). `every` (H, 2, N, 9) has the candidates R. `products` (N, N) has
-    # the traces trace(A_i^T A_j) of the robot file's rotations A. Choose candidates whose traces
-    # trace(R_i^T R_j) agree with `products`. Return the chosen rotations (H, N, 9), and the sums
-    # (H,) of the squared differences of the traces. Run the choice twice, starting with the first
-    # and with the second candidate of pose 0, and keep the result with the smaller sum.
-    count, _, many, _ = every.shape
-    flat = every.reshape(count, 2 * many, 9)
+    # conventions (written, read). `candidates` (H, 2, N, 9) has the rotations R. `products` (N, N)
+    # has the traces trace(A_i^T A_j) of the robot file's rotations A. Choose candidates whose
+    # traces trace(R_i^T R_j) agree with `products`. Return the chosen rotations (H, N, 9), and the
+    # sums (H,) of the squared differences of the traces. Run the choice twice, starting with the
+    # first and with the second candidate of pose 0, and keep the result with the smaller sum.
+    count, _, many, _ = candidates.shape
+    flat = candidates.reshape(count, 2 * many, 9)
     wrong = (flat @ np.swapaxes(flat, 1, 2)).reshape(count, 2, many, 2, many)
     wrong = (wrong - products[:, None]) ** 2
     pairs, pose = np.arange(count), np.arange(many)
@@ -194,14 +194,14 @@ def _chosen(every: Floats, products: Floats) -> tuple[Floats, Floats]:
         off = np.sum(sums[pair, branches, pose], axis=1)
         best = np.where((off < least)[:, None], branches, best)
         least = np.minimum(off, least)
-    return every[pair, best, pose], least
+    return candidates[pair, best, pose], least
 
 
 def _sentence(pair: _Taken, read: str) -> str:
     written, taken = _words(pair.written), _words(pair.read)
-    how = 'are read' if read else 'were read'
+    verb = 'are read' if read else 'were read'
     advice = f' (--pose-format {pair.written})' if read else ''
-    return f'the orientations are {written}, and {how} as {taken}{advice}'
+    return f'the orientations are {written}, and {verb} as {taken}{advice}'
 
 
 def _words(kind: str) -> str:

@@ -207,10 +207,10 @@ def causes_of(given: ComparedData, A: Floats, fit: Fit, limit: PoseLimit = EXPLA
         return tuple(sorted(kept, key=lambda cause: (cause.value is not None, -cause.ratio)))
 
     if best >= NAMED_RATIO:
-        named = tuple(one for one in about(RIVAL_RATIO) if one.ratio >= NAMED_RATIO)
+        named = tuple(cause for cause in about(RIVAL_RATIO) if cause.ratio >= NAMED_RATIO)
         return Causes(named, decisive=len(named) == 1 and _decisive(named[0], fit, limit))
     if best >= LIKELY_RATIO:
-        likely = (one for one in about(LIKELY_RIVAL_RATIO) if one.ratio >= LIKELY_RATIO)
+        likely = (cause for cause in about(LIKELY_RIVAL_RATIO) if cause.ratio >= LIKELY_RATIO)
         return Causes(likely=tuple(likely))
     return Causes()
 
@@ -223,8 +223,8 @@ def _decisive(cause: TestedCause, before: Fit, limit: PoseLimit) -> bool:
     gross = cause.value is None or cause.key in ('joint_scale', 'time_lag')
     if gross and errors_of(before.position, before.rotation).within(NOMINAL):
         return False
-    most = ERROR_LIMIT if cause.key == 'time_lag' else limit
-    within = cause.errors.within(PoseLimit(*map(max, zip(most, limit))))
+    bound = ERROR_LIMIT if cause.key == 'time_lag' else limit
+    within = cause.errors.within(PoseLimit(*map(max, zip(bound, limit))))
     return within and cause.resolution > MIN_RESOLUTION
 
 
@@ -232,13 +232,13 @@ def _simplest(tried: Sequence[TestedCause]) -> list[TestedCause]:
     # Leave out the cause "wrong scale of one joint" in two cases. (1) Wrong units of all joints or
     # of all poses reduce the residuals nearly as much. (2) A cause without a fitted number states
     # the same mistake, for example that the joint counts the other way round.
-    said = {one.sentence for one in tried if one.value is None}
-    units = [one.ratio for one in tried if one.key in ('degrees', 'millimetres')]
+    sentences = {cause.sentence for cause in tried if cause.value is None}
+    units = [cause.ratio for cause in tried if cause.key in ('degrees', 'millimetres')]
     least = RIVAL_RATIO * max(units, default=0.0)
     return [
-        one
-        for one in tried
-        if one.key != 'joint_scale' or (one.ratio > least and one.sentence not in said)
+        cause
+        for cause in tried
+        if cause.key != 'joint_scale' or (cause.ratio > least and cause.sentence not in sentences)
     ]
 
 
@@ -247,7 +247,7 @@ def _whole(given: ComparedData, fit: Fit) -> list[TestedCause]:
     # of base and tool to at most 40 poses. For the mistakes with the smallest residuals, fit the
     # offsets again to all poses.
     changes = possible(given)
-    sifted = _sifted(*undone(given, changes, few_of(len(given.q))), _most(fit))
+    sifted = _sifted(*undone(given, changes, few_of(len(given.q))), _score_limit(fit))
     return _undoing(given, [changes[k] for k in sifted], fit, sifted)
 
 
@@ -262,35 +262,33 @@ def _orders(
     # orientations that this order gives. All orders have the same positions, and the same poses A
     # of the robot file.
     others = np.tile(given.poses[few], (len(likely), 1, 1, 1))
-    others[..., :3, :3] = np.reshape([one.chosen for one in likely], (len(likely), -1, 3, 3))
-    sifted = _sifted(np.broadcast_to(A[few], others.shape), others, _most(fit, tried))
+    others[..., :3, :3] = np.reshape([order.chosen for order in likely], (len(likely), -1, 3, 3))
+    sifted = _sifted(np.broadcast_to(A[few], others.shape), others, _score_limit(fit, tried))
     return _undoing(given, [likely[k].undone(given.poses, A) for k in sifted], fit, sifted)
 
 
-def _most(fit: Fit, tried: Sequence[TestedCause] = ()) -> float:
+def _score_limit(fit: Fit, tried: Sequence[TestedCause] = ()) -> float:
     # Return the threshold of the preselection. Each hypothesis is first fitted to at most 40
     # poses. If the score (RMS residual) of this fit is below the threshold, the hypothesis is
     # fitted to all poses. If the score is above the threshold, the hypothesis is not even a likely
     # cause, or is clearly worse than a cause in `tried`.
-    ratio = max([LIKELY_RATIO, *(one.ratio / RIVAL_RATIO for one in tried)])
+    ratio = max([LIKELY_RATIO, *(cause.ratio / RIVAL_RATIO for cause in tried)])
     return SIFT_MARGIN * float(fit.score) / ratio
 
 
-def _sifted(A: Floats, B: Floats, most: float) -> dict[int, Fit]:
+def _sifted(A: Floats, B: Floats, limit: float) -> dict[int, Fit]:
     # Fit the offsets between A and B (H, N, 4, 4) for each of H hypotheses. Return the fits with
-    # the smallest scores (RMS residuals) below `most`, by the index of the hypothesis. Skip the
+    # the smallest scores (RMS residuals) below `limit`, by the index of the hypothesis. Skip the
     # fit of a hypothesis if the lower bound of its score is far above the best score.
-    bounds, found = least_angles(A, B), dict[int, Fit]()
+    bounds, fits = least_angles(A, B), dict[int, Fit]()
     order = np.argsort(bounds, kind='stable')
     for some in np.split(order, range(BATCH_SIZE, len(order), BATCH_SIZE)):
-        best = min((float(one.score) for one in found.values()), default=np.inf)
-        near = some[bounds[some] < min(most, SIFT_MARGIN * RIVAL_RATIO * best)].tolist()
+        best = min((float(fit.score) for fit in fits.values()), default=np.inf)
+        near = some[bounds[some] < min(limit, SIFT_MARGIN * RIVAL_RATIO * best)].tolist()
         if near:
-            fits = fit_offsets(A[near], B[near], steps=SIFT_STEPS)
-            found |= {k: one for i, k in enumerate(near) if (one := fits.one(i)).score < most}
-    return {
-        k: found[k] for k in sorted(sorted(found, key=lambda k: found[k].score)[:FITTED_IN_FULL])
-    }
+            batch = fit_offsets(A[near], B[near], steps=SIFT_STEPS)
+            fits |= {k: fit for i, k in enumerate(near) if (fit := batch.one(i)).score < limit}
+    return {k: fits[k] for k in sorted(sorted(fits, key=lambda k: fits[k].score)[:FITTED_IN_FULL])}
 
 
 def _undoing(
@@ -312,8 +310,8 @@ def possible(given: ComparedData) -> list[Hypothesis]:
 
     A mistake is possible only if all loops of the arm close at the corrected joint positions.
     """
-    chain, every = given.robot.chain, hypotheses_of(given)
-    return [one for one in every if one.q is None or np.all(closes_at(chain, one.q))]
+    chain, trials = given.robot.chain, hypotheses_of(given)
+    return [trial for trial in trials if trial.q is None or np.all(closes_at(chain, trial.q))]
 
 
 def undone(
@@ -338,23 +336,24 @@ def _numbers(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     # one explains to first order, and fit the best ones.
     scales = list(scale_hypotheses_of(given))
     numbers = [*number_hypotheses_of(given), *scales]
-    moved, rest = _beyond(given, A, fit, np.concatenate([one.columns for one in numbers], axis=2))
-    squares = np.maximum(np.sum(moved**2, axis=0), WEAK_RATIO**2 * len(rest))
-    firsts = np.cumsum([0, *(one.columns.shape[2] for one in numbers)])[:-1]
-    taken = np.add.reduceat((rest @ moved) ** 2 / squares, firsts)
-    most = float(fit.score) ** 2 * len(A)
+    columns = np.concatenate([number.columns for number in numbers], axis=2)
+    moved, residuals = _beyond(given, A, fit, columns)
+    squares = np.maximum(np.sum(moved**2, axis=0), WEAK_RATIO**2 * len(residuals))
+    firsts = np.cumsum([0, *(number.columns.shape[2] for number in numbers)])[:-1]
+    taken = np.add.reduceat((residuals @ moved) ** 2 / squares, firsts)
+    total = float(fit.score) ** 2 * len(A)
     starts = [
         (numbers[k], np.zeros(numbers[k].columns.shape[2]), fit)
         for k in np.argsort(-taken, kind='stable')[:FITTED_IN_FULL].tolist()
-        if taken[k] > most * FIRST_ORDER_SHARE
+        if taken[k] > total * FIRST_ORDER_SHARE
     ]
     if not errors_of(fit.position, fit.rotation).within(EXPLAINED):
         starts += _scale_starts(given, scales, fit)
-    found = [cause for start in starts if (cause := _fitted(given, fit, *start))]
+    causes = [cause for start in starts if (cause := _fitted(given, fit, *start))]
     # Keep one cause for each joint. Prefer a wrong zero to a wrong scale. Prefer a positive scale
     # to a negative scale, because a turned base and tool have the effect of a negative scale.
-    found.sort(key=_preference)
-    return list({one.name: one for one in found}.values())
+    causes.sort(key=_preference)
+    return list({cause.name: cause for cause in causes}.values())
 
 
 def _preference(cause: TestedCause) -> float:
@@ -383,23 +382,23 @@ def _scale_starts(
     # the best results. They are the start values of the fits to all poses.
     few, farthest = few_of(len(given.q)), np.max(np.abs(given.q), axis=0)
     grid = [
-        (one, reach / farthest[one.joint] - 1.0)
-        for one in scales
-        for reach in (SLIDING_REACHES if one.unit == 'm' else TURNING_REACHES)
+        (scale, reach / farthest[scale.joint] - 1.0)
+        for scale in scales
+        for reach in (SLIDING_REACHES if scale.unit == 'm' else TURNING_REACHES)
     ]
     if given.robot.chain.loops or not grid:
         return []  # scaled joint positions would not satisfy the closed loops
-    joints, more = [one.joint for one, _ in grid], np.array([share for _, share in grid])
+    joints, more = [scale.joint for scale, _ in grid], np.array([change for _, change in grid])
     ways = joint_ways(given.q)[joints][:, few]
     moved = partial(moved_joints, given.robot, given.q[few], joints, ways)
     means, ranges = given.q.mean(axis=0)[joints], joint_range(given.q)[joints]
     values, B = np.stack([more * means, more * ranges], axis=1), given.poses[few]
     B = np.tile(B, (len(grid), 1, 1, 1))
-    found = fit_numbers(moved, values, B, fit_offsets(moved(values).pose, B, steps=0), SIFT_STEPS)
+    result = fit_numbers(moved, values, B, fit_offsets(moved(values).pose, B, steps=0), SIFT_STEPS)
     return [
-        (grid[k][0], found.values[k], found.fit.one(k))
-        for k in np.argsort(found.fit.score, kind='stable')[:FITTED_IN_FULL].tolist()
-        if found.fit.score[k] < _most(before)
+        (grid[k][0], result.values[k], result.fit.one(k))
+        for k in np.argsort(result.fit.score, kind='stable')[:FITTED_IN_FULL].tolist()
+        if result.fit.score[k] < _score_limit(before)
     ]
 
 
@@ -409,16 +408,16 @@ def _fitted(
     # Fit the offsets of base and tool together with one number of the robot. Return the cause
     # 'this number is wrong', or None if a closed loop does not close.
     try:
-        found = fit_numbers(number.at, values[None], given.poses[None], lifted(begin), ROUNDS)
+        result = fit_numbers(number.at, values[None], given.poses[None], lifted(begin), ROUNDS)
     except LoopError:
         return None
-    fit, value, size, q = found.fit.one(0), float(found.values[0, -1]), number.usual, given.q
+    fit, value, size, q = result.fit.one(0), float(result.values[0, -1]), number.usual, given.q
     if number.joint >= 0 and joint_range(q)[number.joint] > MIN_RANGE:
         # the zero or scale of a moving joint may be wrong by any amount
         size = max(size, abs(value))
     if number.key == 'joint_scale':
         q = q + np.eye(q.shape[1])[number.joint] * (
-            joint_ways(q)[number.joint] @ found.values[0][:, None]
+            joint_ways(q)[number.joint] @ result.values[0][:, None]
         )
         value = 1.0 + value / float(joint_range(given.q)[number.joint])
     cause = _cause(number.key, number_in_words(number, value), value, before, fit)
@@ -431,17 +430,17 @@ def _fitted(
     # Analysis, chapter 4). r is 1 if the poses distinguish this number from all other numbers,
     # else less. The result is r - |d / v|, because a large d means that other numbers explain the
     # residuals better.
-    there, change = given._replace(q=q), number.at(found.values)
+    corrected, change = given._replace(q=q), number.at(result.values)
     others = [
-        one.usual * one.columns[:, :, -1:]
-        for one in (*number_hypotheses_of(there), *scale_hypotheses_of(there))
-        if (one.key, one.name) != (number.key, number.name)
+        hypothesis.usual * hypothesis.columns[:, :, -1:]
+        for hypothesis in (*number_hypotheses_of(corrected), *scale_hypotheses_of(corrected))
+        if (hypothesis.key, hypothesis.name) != (number.key, number.name)
     ]
     columns = np.concatenate([*others, size * change.jacobian[0, :, :, -1:]], axis=2)
-    moved, rest = _beyond(given, change.pose[0], fit, columns)
+    moved, residuals = _beyond(given, change.pose[0], fit, columns)
     noise = max(float(fit.score), POSE_DIGIT) ** 2 / 6.0
     inverse = np.linalg.inv(moved.T @ moved + noise * np.eye(moved.shape[1]))
-    taken = size * abs(inverse[-1] @ (moved.T @ rest) / found.values[0, -1])
+    taken = size * abs(inverse[-1] @ (moved.T @ residuals) / result.values[0, -1])
     resolution = 1.0 - noise * float(inverse[-1, -1]) - float(taken)
     return cause._replace(name=number.name, resolution=resolution)
 
@@ -460,24 +459,24 @@ def number_in_words(number: NumberHypothesis, value: float) -> str:
     shown = shown if value < 0.0 else f'+{shown}'
     if number.key == 'joint_offset':
         return f'the zero of joint {number.name} is off: its positions need {shown}'
-    what = 'a length' if number.unit == 'm' else 'an angle'
-    return f'{what} of the table is off: {number.name} needs {shown}'
+    kind = 'a length' if number.unit == 'm' else 'an angle'
+    return f'{kind} of the table is off: {number.name} needs {shown}'
 
 
 def _lag(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     if given.later is None:
         return []
     try:
-        found = lagged(given.robot, given.later, given.poses, A, fit)
+        lag = lagged(given.robot, given.later, given.poses, A, fit)
     except LoopError:
         return []  # a loop does not close at joint positions that are interpolated for a trial lag
-    if found is None:
+    if lag is None:
         return []
-    size, unit = abs(found.value), given.later.unit
+    size, unit = abs(lag.value), given.later.unit
     shown = time_in_words(size) if unit == 's' else f'{size:.3g} {unit}'
-    side = 'behind' if found.value < 0.0 else 'ahead of'
+    side = 'behind' if lag.value < 0.0 else 'ahead of'
     sentence = f'the poses are {shown} {side} the joint states'
-    return [_cause('time_lag', sentence, found.value, found.before, found.fit)]
+    return [_cause('time_lag', sentence, lag.value, lag.before, lag.fit)]
 
 
 def _cause(

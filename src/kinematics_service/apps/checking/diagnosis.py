@@ -295,11 +295,14 @@ def _sentence(
 def _known_offset(fit: Fit) -> str:
     # Return a text on the fitted offsets if they only rotate the base about its origin, or only
     # rotate the tool about its origin. Return an empty text for any other offsets.
-    for end, one, other in (('base', fit.X, fit.Y), ('tool', fit.Y, fit.X)):
-        turn, rest = rotation_vector(one[:3, :3]), rotation_vector(other[:3, :3])
-        way = max(np.linalg.norm(one[:3, 3]), np.linalg.norm(other[:3, 3]))
+    for end, offset, other in (('base', fit.X, fit.Y), ('tool', fit.Y, fit.X)):
+        turn, other_turn = rotation_vector(offset[:3, :3]), rotation_vector(other[:3, :3])
+        shift = max(np.linalg.norm(offset[:3, 3]), np.linalg.norm(other[:3, 3]))
         angle = math.degrees(np.linalg.norm(turn))
-        if np.linalg.norm(rest) < NOMINAL.angle < np.linalg.norm(turn) and way < NOMINAL.position:
+        if (
+            np.linalg.norm(other_turn) < NOMINAL.angle < np.linalg.norm(turn)
+            and shift < NOMINAL.position
+        ):
             axis = direction_in_words(np.append(np.zeros(3), turn), ('', 'about'))
             link = ': base_link of UR arms' if (end, axis, round(angle)) == BASE_LINK else ''
             return f'(the {end} is turned by {angle:.3g} deg {axis}{link}) '
@@ -309,12 +312,14 @@ def _known_offset(fit: Fit) -> str:
 def _mention(causes: Causes) -> str:
     if causes.named:
         tried = '; '.join(
-            f'{one.sentence}, which leaves {one.errors.in_words()}' for one in causes.named
+            f'{cause.sentence}, which leaves {cause.errors.in_words()}' for cause in causes.named
         )
         return f' for certain; tried, not decided: {tried}'
     if causes.likely:
-        first, *rest = causes.likely
-        others = f' (also possible: {"; ".join(one.sentence for one in rest)})' if rest else ''
+        first, *rivals = causes.likely
+        others = (
+            f' (also possible: {"; ".join(cause.sentence for cause in rivals)})' if rivals else ''
+        )
         return (
             f'; most likely, not decisive: {first.sentence}{others}, {first.ratio:.2g} times less'
         )

@@ -225,9 +225,9 @@ def _with_rows(
     robot: Robot, rows: Sequence[Row], base: Floats | None = None, tool: Floats | None = None
 ) -> Robot:
     # Return the robot with the table `rows`, and with another base or tool if one is given.
-    own = robot.description
-    base = own.base.motion.matrix if base is None else base
-    tool = own.tool.motion.matrix if tool is None else tool
+    description = robot.description
+    base = description.base.motion.matrix if base is None else base
+    tool = description.tool.motion.matrix if tool is None else tool
     return with_chain(robot, fold(rows, robot.variables, base, tool))
 
 
@@ -243,21 +243,21 @@ def number_signs_of(robot: Robot) -> Iterator[Hypothesis]:
                 continue
             turned = np.where(np.arange(len(constants)) == j, -constants, constants)
             changed = [*rows[:k], _with_constants(robot, link, turned), *rows[k + 1 :]]
-            what = f'the constant of {name}' if link[name].affine.coefficients else name
-            said = f'{what} of links[{k}] has the other sign'
-            yield Hypothesis('number_sign', said, robot=_with_rows(robot, changed))
+            number = f'the constant of {name}' if link[name].affine.coefficients else name
+            sentence = f'{number} of links[{k}] has the other sign'
+            yield Hypothesis('number_sign', sentence, robot=_with_rows(robot, changed))
 
 
 def _constants(row: DhRow) -> Floats:
-    return np.array([one.argument.affine.constant for one in row.motions])
+    return np.array([motion.argument.affine.constant for motion in row.motions])
 
 
 def _with_constants(robot: Robot, row: DhRow, constants: Floats) -> Row:
     arguments = (
-        replace(one.argument, affine=replace(one.argument.affine, constant=float(x)))
-        for one, x in zip(row.motions, constants)
+        replace(motion.argument, affine=replace(motion.argument.affine, constant=float(x)))
+        for motion, x in zip(row.motions, constants)
     )
-    motions = tuple(replace(one, argument=new) for one, new in zip(row.motions, arguments))
+    motions = tuple(replace(motion, argument=new) for motion, new in zip(row.motions, arguments))
     return row_of(replace(row, motions=motions), robot.convention)
 
 
@@ -278,15 +278,15 @@ def exchanges_of(robot: Robot) -> Iterator[Hypothesis]:
         for step, where in ((1, 'high'), (-1, 'low')):
             other = np.array(table)
             other[:, column] = np.roll(table[:, column], step)
-            said = f'column {name} of the table is one row too {where}'
-            yield from _with_numbers(robot, rows, other, said, tried)
+            sentence = f'column {name} of the table is one row too {where}'
+            yield from _with_numbers(robot, rows, other, sentence, tried)
     slots = list(itertools.product(range(count), range(len(names))))
     for (k, i), (m, j) in itertools.combinations(slots, 2):
         if i == j or not (angles[i] or angles[j]):
             other = np.array(table)
             other[k, i], other[m, j] = table[m, j], table[k, i]
-            said = f'{names[i]} of links[{k}] and {names[j]} of links[{m}] are exchanged'
-            yield from _with_numbers(robot, rows, other, said, tried)
+            sentence = f'{names[i]} of links[{k}] and {names[j]} of links[{m}] are exchanged'
+            yield from _with_numbers(robot, rows, other, sentence, tried)
 
 
 def _with_numbers(
@@ -306,13 +306,13 @@ def ends_left_out_of(robot: Robot) -> Iterator[Hypothesis]:
     Yield the hypotheses that the poses were given without the base offset of the file, or without
     its tool offset.
     """
-    rows, own, still = table_rows(robot.description), robot.description, np.eye(4)
-    if not np.array_equal(own.base.motion.matrix, still):
+    rows, description, identity = table_rows(robot.description), robot.description, np.eye(4)
+    if not np.array_equal(description.base.motion.matrix, identity):
         sentence = "the poses are given in the table's frame 0, without the base of the file"
-        yield Hypothesis('base', sentence, robot=_with_rows(robot, rows, base=still))
-    if not np.array_equal(own.tool.motion.matrix, still):
+        yield Hypothesis('base', sentence, robot=_with_rows(robot, rows, base=identity))
+    if not np.array_equal(description.tool.motion.matrix, identity):
         sentence = 'the poses are those of the frame after the last row, without the tool'
-        yield Hypothesis('tool', sentence, robot=_with_rows(robot, rows, tool=still))
+        yield Hypothesis('tool', sentence, robot=_with_rows(robot, rows, tool=identity))
 
 
 def _of_poses(poses: Floats) -> Iterator[Hypothesis]:
@@ -359,13 +359,15 @@ def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
     yield from _of_joints(given, 'joint_offset', 1)
     if robot.chain.loops:
         return  # with another table, closed loops would no longer close at the given positions
-    arm, own = parameters_of(robot), robot.description
+    arm, description = parameters_of(robot), robot.description
     ends = len(arm.table), len(arm.table) + len(SIX)
-    chain = placement(arm.chain, own.base.motion.matrix, own.tool.motion.matrix, ends)
+    chain = placement(
+        arm.chain, description.base.motion.matrix, description.tool.motion.matrix, ends
+    )
     corrections = np.eye(ends[1] + len(SIX))
     columns = pose_change(chain, 0.0 * corrections[0], given.q).jacobian
-    for k, one in enumerate(arm.table):
-        if one.group == 'offsets':
+    for k, number in enumerate(arm.table):
+        if number.group == 'offsets':
             continue  # `_of_joints` has already yielded the zero of each joint
         row = slice(k, k + 1)
 
@@ -373,9 +375,9 @@ def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
             change = pose_change(chain, values[0] @ corrections[row], given.q)
             return PoseChange(change.pose[None], change.jacobian[None, :, :, row])
 
-        key, unit = ('link_twist', 'rad') if one.angle else ('link_length', 'm')
-        name = f'{one.name.rstrip("0123456789")} of links[{one.row}]'
-        yield NumberHypothesis(key, name, unit, one.scale, at, columns[:, :, row])
+        key, unit = ('link_twist', 'rad') if number.angle else ('link_length', 'm')
+        name = f'{number.name.rstrip("0123456789")} of links[{number.row}]'
+        yield NumberHypothesis(key, name, unit, number.scale, at, columns[:, :, row])
 
 
 def scale_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
@@ -440,9 +442,9 @@ def moved_joints(
     values : shape (H, c)
         Values of the c parameters.
     """
-    every = np.arange(len(joints))
+    indices = np.arange(len(joints))
     moved = np.tile(q, (len(joints), 1, 1))
-    moved[every, :, joints] += (ways @ values[..., None])[..., 0]
+    moved[indices, :, joints] += (ways @ values[..., None])[..., 0]
     state = evaluate(robot, moved)
-    J = state.jacobian[every, :, :, joints]
+    J = state.jacobian[indices, :, :, joints]
     return PoseChange(state.pose, J[..., None] * ways[:, :, None])

@@ -107,13 +107,13 @@ def pose_causes(robot: Robot) -> PoseCauses:
     for mistakes in (_whole(given), itertools.chain(_ends(given), _numbers(given))):
         tried = list(mistakes)
         count += len(tried)
-        found = [
-            one.sentence
-            for one in tried
-            if all(error.share <= 1.0 for error in errors_between(known, one.poses, one.expected))
+        sentences = [
+            fix.sentence
+            for fix in tried
+            if all(error.share <= 1.0 for error in errors_between(known, fix.poses, fix.expected))
         ]
-        if found:
-            return PoseCauses(tuple(dict.fromkeys(found)), count)
+        if sentences:
+            return PoseCauses(tuple(dict.fromkeys(sentences)), count)
     return PoseCauses((), count)
 
 
@@ -155,15 +155,15 @@ def _angle_units(given: ComparedData) -> Iterator[Hypothesis]:
     except ValueError:
         return  # the angles are expressions, in which a wrong unit is unlikely
     in_degrees = description.angle_unit == 'deg'
-    meant, factor = (
+    unit, factor = (
         ('radians, not degrees', 1.0) if in_degrees else ('degrees, not radians', math.pi / 180.0)
     )
     poses = np.array(given.poses)
     poses[:, :3, :3] = [rotation_of_roll_pitch_yaw(factor * three) for three in angles]
     turning = np.array([kind != 'prismatic' for kind in given.robot.joint_types])
     q = np.where(turning, given.q * (180.0 / math.pi if in_degrees else factor), given.q)
-    yield Hypothesis('degrees', f'rpy of the poses is in {meant}', poses=poses)
-    yield Hypothesis('degrees', f'q and rpy of the poses are in {meant}', q, poses=poses)
+    yield Hypothesis('degrees', f'rpy of the poses is in {unit}', poses=poses)
+    yield Hypothesis('degrees', f'q and rpy of the poses are in {unit}', q, poses=poses)
 
 
 def _written_rpy(pose: KnownPose) -> Floats:
@@ -180,11 +180,11 @@ def _ends(given: ComparedData) -> Iterator[_Undone]:
         return
     X, Y = B[0] @ inverse(A[0]), inverse(A[0]) @ B[0]
     description = given.robot.description
-    for end, own, poses in (
+    for end, offset, poses in (
         ('base', X @ description.base.motion.matrix, X @ A),
         ('tool', description.tool.motion.matrix @ Y, A @ Y),
     ):
-        numbers = (own[:3, 3], exact_rpy(own[:3, :3]))
+        numbers = (offset[:3, 3], exact_rpy(offset[:3, :3]))
         xyz, rpy = (', '.join(f'{x + 0.0:.6g}' for x in np.round(three, 9)) for three in numbers)
         yield _Undone(f'the {end} is at xyz [{xyz}] m, rpy [{rpy}] rad', poses, B)
 
@@ -196,14 +196,14 @@ def _numbers(given: ComparedData) -> Iterator[_Undone]:
     oriented = _has_orientations(given.robot)
     for hypothesis in hypotheses.number_hypotheses_of(given):
         starts = START_ANGLES if hypothesis.unit == 'rad' else START_ANGLES[:1]
-        sought = (_sought(hypothesis.at, given.poses, start, oriented) for start in starts)
-        off, value = min(sought)
+        fitted = (_fit_correction(hypothesis.at, given.poses, start, oriented) for start in starts)
+        off, value = min(fitted)
         if math.isfinite(off):
             poses = hypothesis.at(np.array([[value]])).pose[0]
             yield _Undone(number_in_words(hypothesis, value), poses, given.poses)
 
 
-def _sought(
+def _fit_correction(
     at: Callable[[Floats], PoseChange], expected: Floats, value: float, oriented: bool
 ) -> tuple[float, float]:
     # Fit the correction of one number to the expected poses, starting with the correction `value`.
@@ -215,11 +215,11 @@ def _sought(
             change = at(np.array([[value]]))
             poses, J = change.pose[0], change.jacobian[0, :, :count, 0]
             turns = rotation_vector(expected[:, :3, :3] @ np.swapaxes(poses[:, :3, :3], 1, 2))
-            left = np.concatenate([(expected - poses)[:, :3, 3], turns], axis=1)[:, :count]
-            off, best, squares = float(np.linalg.norm(left)), value, float(np.sum(J**2))
+            residuals = np.concatenate([(expected - poses)[:, :3, 3], turns], axis=1)[:, :count]
+            off, best, squares = float(np.linalg.norm(residuals)), value, float(np.sum(J**2))
             if not squares:
                 break
-            value += float(np.sum(J * left)) / squares
+            value += float(np.sum(J * residuals)) / squares
         return off, best
     except LoopError:
         return math.inf, value

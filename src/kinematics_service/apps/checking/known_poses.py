@@ -76,10 +76,10 @@ def errors_between(
         PoseError(
             index,
             pose,
-            float(np.linalg.norm(T[:3, 3] - wanted[:3, 3])),
-            float(np.linalg.norm(rotation_vector(wanted[:3, :3].T @ T[:3, :3]))),
+            float(np.linalg.norm(T[:3, 3] - T_expected[:3, 3])),
+            float(np.linalg.norm(rotation_vector(T_expected[:3, :3].T @ T[:3, :3]))),
         )
-        for index, (pose, T, wanted) in enumerate(zip(known, poses, expected))
+        for index, (pose, T, T_expected) in enumerate(zip(known, poses, expected))
     )
 
 
@@ -120,9 +120,9 @@ def _tolerance(robot: Robot, error: PoseError) -> str:
     # tolerance that is large enough already.
     lengths = 1000.0 if robot.description.length_unit == 'mm' else 1.0
     angles = 180.0 / math.pi if robot.description.angle_unit == 'deg' else 1.0
-    needed = [('xyz', error.distance * lengths, error.known.tolerance_xyz * lengths)]
+    rows = [('xyz', error.distance * lengths, error.known.tolerance_xyz * lengths)]
     if not math.isinf(error.known.tolerance_rpy):
-        needed.append(('rpy', error.angle * angles, error.known.tolerance_rpy * angles))
+        rows.append(('rpy', error.angle * angles, error.known.tolerance_rpy * angles))
     return ', '.join(
-        f'{key}: {10.0 ** math.ceil(math.log10(off)):g}' for key, off, own in needed if off > own
+        f'{key}: {10.0 ** math.ceil(math.log10(off)):g}' for key, off, limit in rows if off > limit
     )

@@ -107,11 +107,11 @@ def lagged(robot: Robot, later: Later, poses: Floats, A: Floats, fit: Fit) -> La
     B = np.broadcast_to(poses[few], (TRIALS, len(few), 4, 4))
     sifted = fit_offsets(evaluate(robot, q, depth=kernel.POSE).pose, B, steps=TRIAL_STEPS)
     before = fit_offsets(A[known][None], poses[known][None], begin=lifted(fit), steps=2).one(0)
-    found = [
+    results = [
         _refined(robot, later, poses, known, before, sifted.one(k), float(lags[k]))
         for k in _valleys(sifted.score)
     ]
-    return min(found, key=lambda one: float(one.fit.score))
+    return min(results, key=lambda result: float(result.fit.score))
 
 
 def _valleys(scores: Floats) -> list[int]:
@@ -133,5 +133,5 @@ def _refined(
         state = evaluate(robot, lookup.q[rows], np.ascontiguousarray(lookup.rates[rows]))
         return state.pose[None], state.twist[None, :, :, None]
 
-    found = fit_numbers(moved, np.array([[lag]]), poses[rows][None], lifted(begin), REFINE_STEPS)
-    return Lagged(float(found.values[0, 0]), before, found.fit.one(0))
+    result = fit_numbers(moved, np.array([[lag]]), poses[rows][None], lifted(begin), REFINE_STEPS)
+    return Lagged(float(result.values[0, 0]), before, result.fit.one(0))

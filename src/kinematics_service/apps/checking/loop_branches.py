@@ -53,10 +53,10 @@ def other_branches(description: RobotDescription, g: int) -> tuple[tuple[float, 
     assert closure is not None  # the description has loops
     passive = passive_of(groups[g])
     turning = np.array([joint.type == 'revolute' for joint in passive])
-    first = len(description.joints) + sum(len(passive_of(one)) for one in groups[:g])
+    first = len(description.joints) + sum(len(passive_of(group)) for group in groups[:g])
     places = np.arange(first, first + len(passive))
     known = closure.variables_at_start()
-    found = [known[places]]
+    branches = [known[places]]
     for values in _starts(closure, g, places, turning, 2.0 * np.abs(known[places]) + 1.0):
         section = np.zeros(closure.width)
         section[: len(known)] = known
@@ -64,10 +64,10 @@ def other_branches(description: RobotDescription, g: int) -> tuple[tuple[float, 
         if kernel.assemble(closure.first, g + 1, closure.dof, section):
             continue
         closed = section[places]
-        apart = [np.where(turning, np.sin(0.5 * (closed - one)), closed - one) for one in found]
-        if min(float(np.max(np.abs(one))) for one in apart) > BRANCH_TOLERANCE:
-            found.append(closed)
-    wrapped = [np.where(turning, np.arctan2(np.sin(v), np.cos(v)), v) for v in found[1:]]
+        gaps = [np.where(turning, np.sin(0.5 * (closed - v)), closed - v) for v in branches]
+        if min(float(np.max(np.abs(gap))) for gap in gaps) > BRANCH_TOLERANCE:
+            branches.append(closed)
+    wrapped = [np.where(turning, np.arctan2(np.sin(v), np.cos(v)), v) for v in branches[1:]]
     return tuple(tuple(values.tolist()) for values in wrapped)
 
 

@@ -155,11 +155,11 @@ def _better(fit: Fit, new: Fit) -> Fit:
     return Fit(*_chosen(new.score < fit.score, new, fit))
 
 
-def _chosen(which: Flags, some: Sequence[Floats], others: Sequence[Floats]) -> Iterator[Floats]:
+def _chosen(mask: Flags, some: Sequence[Floats], others: Sequence[Floats]) -> Iterator[Floats]:
     # `some` and `others` are two results of H fits, each a sequence of arrays. Yield arrays that
-    # have entry k of `some` if which[k] is True, and entry k of `others` if which[k] is False.
-    for one, other in zip(some, others):
-        yield np.where(which.reshape(-1, *[1] * (one.ndim - 1)), one, other)
+    # have entry k of `some` if mask[k] is True, and entry k of `others` if mask[k] is False.
+    for array, other in zip(some, others):
+        yield np.where(mask.reshape(-1, *[1] * (array.ndim - 1)), array, other)
 
 
 def residual(fit: Fit, scale: Floats) -> Floats:
@@ -360,8 +360,8 @@ def _translated(A: Floats, B: Floats, scale: Floats, RX: Floats, RY: Floats) -> 
     # Solve p_B = t_X + R_X p_A + R_X R_A t_Y, which is linear in the translations t_X and t_Y.
     RXA = RX[:, None] @ A[..., :3, :3]
     M = np.concatenate([np.broadcast_to(np.eye(3), RXA.shape), RXA], axis=-1)
-    rest = B[..., :3, 3] - np.einsum('hij,hnj->hni', RX, A[..., :3, 3])
-    t = solved(M.reshape(len(A), -1, 6), rest.reshape(len(A), -1))
+    right = B[..., :3, 3] - np.einsum('hij,hnj->hni', RX, A[..., :3, 3])
+    t = solved(M.reshape(len(A), -1, 6), right.reshape(len(A), -1))
     X[:, :3, 3], Y[:, :3, 3] = t[:, :3], t[:, 3:]
     return fit_at(A, B, X, Y, scale)
 
@@ -381,17 +381,17 @@ def _rotations(A: Floats, B: Floats) -> list[tuple[Floats, Floats]]:
     axes, strengths, _ = np.linalg.svd(np.swapaxes(alpha, 1, 2) @ alpha / alpha.shape[1])
     RY = nearest_rotation(np.swapaxes(alpha, 1, 2) @ beta)
     RX = nearest_rotation(np.einsum('hnij,hnkj->hik', RB, RA @ RY[:, None]))
-    found = [(RX, RY)]
+    pairs = [(RX, RY)]
     if np.sqrt(np.median(strengths[:, 1])) < AXIS_VARIETY:
         RX = RX @ _about_the_axis(A, B, RX, axes[:, :, 0])
-        found.append((RX, nearest_rotation(np.einsum('hnji,hnjk->hik', RX[:, None] @ RA, RB))))
+        pairs.append((RX, nearest_rotation(np.einsum('hnji,hnjk->hik', RX[:, None] @ RA, RB))))
     # Add a candidate whose X is computed from positions alone. It is a good start if the tool
     # turns little or is close to the flange.
     pA = A[..., :3, 3] - A[..., :3, 3].mean(axis=1, keepdims=True)
     pB = B[..., :3, 3] - B[..., :3, 3].mean(axis=1, keepdims=True)
     RX = nearest_rotation(np.swapaxes(pB, 1, 2) @ pA)
-    found.append((RX, nearest_rotation(np.einsum('hnji,hnjk->hik', RX[:, None] @ RA, RB))))
-    return found
+    pairs.append((RX, nearest_rotation(np.einsum('hnji,hnjk->hik', RX[:, None] @ RA, RB))))
+    return pairs
 
 
 def _about_the_axis(A: Floats, B: Floats, RX: Floats, axis: Floats) -> Floats:
@@ -410,6 +410,6 @@ def _about_the_axis(A: Floats, B: Floats, RX: Floats, axis: Floats) -> Floats:
     ways = np.stack([p - still, np.cross(axis[:, None], p)], axis=-1)
     M = np.broadcast_to(np.eye(3), (*p.shape, 3))
     M = np.concatenate([M, B[..., :3, :3], RX[:, None] @ ways], axis=-1)
-    rest = B[..., :3, 3] - np.einsum('hij,hnj->hni', RX, still)
-    found = solved(M.reshape(len(p), -1, 8), rest.reshape(len(p), -1))
-    return exponential(np.arctan2(found[:, 7], found[:, 6])[:, None] * axis)
+    right = B[..., :3, 3] - np.einsum('hij,hnj->hni', RX, still)
+    solution = solved(M.reshape(len(p), -1, 8), right.reshape(len(p), -1))
+    return exponential(np.arctan2(solution[:, 7], solution[:, 6])[:, None] * axis)

@@ -46,15 +46,15 @@ def left_by(robot: Robot, q: Floats, poses: Floats) -> Errors | None:
     return errors_of(fit.position, fit.rotation)
 
 
-def explains(left: Errors | None, errors: Errors, limit: PoseLimit) -> TypeGuard[Errors]:
+def explains(residuals: Errors | None, errors: Errors, limit: PoseLimit) -> TypeGuard[Errors]:
     """
-    Return whether another robot explains the poses: its residuals `left` are within `limit`, and
-    its position residuals are at least 3 times smaller than those of the given robot, `errors`.
+    Return whether another robot explains the poses: its `residuals` are within `limit`, and its
+    position residuals are at least 3 times smaller than those of the given robot, `errors`.
     """
     return (
-        left is not None
-        and left.within(limit)
-        and MIN_RATIO * left.position_rms < errors.position_rms
+        residuals is not None
+        and residuals.within(limit)
+        and MIN_RATIO * residuals.position_rms < errors.position_rms
     )
 
 
@@ -66,9 +66,9 @@ def other_robot(
 
     `errors` are the residuals of `robot`; the residuals of another robot must be within `limit`.
     """
-    found = [(name, left_by(other, q, poses)) for name, other in _robots_like(robot)]
-    good = [OtherRobot(name, left) for name, left in found if explains(left, errors, limit)]
-    return min(good, key=lambda one: one.left.position_rms, default=None)
+    tried = [(name, left_by(other, q, poses)) for name, other in _robots_like(robot)]
+    good = [OtherRobot(name, rms) for name, rms in tried if explains(rms, errors, limit)]
+    return min(good, key=lambda other: other.left.position_rms, default=None)
 
 
 def _robots_like(robot: Robot) -> Iterator[tuple[str, Robot]]:

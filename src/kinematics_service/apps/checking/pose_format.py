@@ -114,7 +114,7 @@ def pose_format(text: str) -> PoseFormat:
         A word is unknown, or two words of one kind exclude each other.
     """
     fields = {'kind': KINDS, 'length': LENGTHS, 'angle': ANGLES}
-    found: dict[str, str] = {}
+    values: dict[str, str] = {}
     words = [part.strip() for part in text.split(',')]
     makers = [word for word in words if word.lower() in MAKERS]
     if len(makers) > 1:
@@ -122,26 +122,26 @@ def pose_format(text: str) -> PoseFormat:
             f'{makers[0]} and {makers[1]} exclude each other; write one', code='conflict'
         )
     usual = MAKERS[makers[0].lower()] if makers else PoseFormat()
-    for word in (one for one in words if one not in makers):
+    for word in (part for part in words if part not in makers):
         field = next((name for name, words in fields.items() if word in words), None)
         if field is None:
-            named = (*(one for one in KINDS if one not in EULER_ORDERS), *LENGTHS, *ANGLES)
+            named = (*(kind for kind in KINDS if kind not in EULER_ORDERS), *LENGTHS, *ANGLES)
             raise RecordingError(
                 f'{word!r} is not one of {", ".join(named)}, nor three angles by their axes such '
                 'as xyz (axes that stand still) or ZYX (axes that move along), nor a maker '
                 f'({", ".join(MAKERS)})',
                 code='unknown-name',
             )
-        if found.get(field, word) != word:
+        if values.get(field, word) != word:
             raise RecordingError(
-                f'{found[field]} and {word} exclude each other; write one', code='conflict'
+                f'{values[field]} and {word} exclude each other; write one', code='conflict'
             )
-        found[field] = word
-    return usual._replace(**found)
+        values[field] = word
+    return usual._replace(**values)
 
 
 def pose_columns(
-    header: list[str], beginnings: Sequence[str], wanted: PoseFormat
+    header: list[str], beginnings: Sequence[str], given: PoseFormat
 ) -> tuple[list[str], PoseFormat] | None:
     """
     Find the columns of a pose in a header. Return the columns with their format; None if no
@@ -152,7 +152,7 @@ def pose_columns(
     beginnings
         One text with which all column names begin; or two texts: the beginning of the position's
         column names, and the beginning of the orientation's column names.
-    wanted
+    given
         The format that the user asked for.
     """
     endings = [_ends_of(header, beginning) for beginning in beginnings]
@@ -162,26 +162,26 @@ def pose_columns(
     else:
         choices = (((place, turn), kind) for place in PLACES for turn, kind in TURNS)
     for parts, kind in choices:
-        if _asked(kind, wanted) and all(
-            end in found for ends, found in zip(parts, endings) for end in ends
+        if _is_allowed(kind, given) and all(
+            end in names for ends, names in zip(parts, endings) for end in ends
         ):
             order = ('w', *XYZ) if kind == 'wxyz' and parts[-1] == (*XYZ, 'w') else parts[-1]
             columns = [
-                found[end] for ends, found in zip((*parts[:-1], order), endings) for end in ends
+                names[end] for ends, names in zip((*parts[:-1], order), endings) for end in ends
             ]
-            return columns, wanted._replace(kind=wanted.kind or kind)
+            return columns, given._replace(kind=given.kind or kind)
     return None
 
 
-def pose_of_columns(columns: list[str], wanted: PoseFormat) -> tuple[list[str], PoseFormat] | None:
+def pose_of_columns(columns: list[str], given: PoseFormat) -> tuple[list[str], PoseFormat] | None:
     """
     Return given columns, which are in the order of a pose's numbers, with their format; None if
     their count fits no format.
     """
     for ends, kind in ENDS:
         fits = ends == _numbers(len(columns))
-        if fits and (wanted.kind == '' or _family(wanted.kind) == kind):
-            return columns, wanted._replace(kind=wanted.kind or kind)
+        if fits and (given.kind == '' or _family(given.kind) == kind):
+            return columns, given._replace(kind=given.kind or kind)
     return None
 
 
@@ -189,17 +189,17 @@ def _family(kind: str) -> str:
     return 'rpy' if kind in EULER else kind
 
 
-def _asked(kind: str, wanted: PoseFormat) -> bool:
+def _is_allowed(kind: str, given: PoseFormat) -> bool:
     # Return whether columns with this kind of orientation may be taken as a pose. Columns of
     # positions are taken only if the user asked for `position`.
-    if wanted.kind == '':
+    if given.kind == '':
         return kind != 'position'
-    return _family(wanted.kind) == _family(kind)
+    return _family(given.kind) == _family(kind)
 
 
 def _ends_of(header: list[str], beginning: str) -> dict[str, str]:
     # Return the column names that start with `beginning`. The keys are the endings of the names in
     # small letters, with and without a leading dot, space or underscore.
-    found = {name[len(beginning) :]: name for name in header if name.startswith(beginning)}
-    plain = {end.lstrip('. _').lower(): name for end, name in found.items()}
-    return plain | {end.lower(): name for end, name in found.items()}
+    names = {name[len(beginning) :]: name for name in header if name.startswith(beginning)}
+    plain = {end.lstrip('. _').lower(): name for end, name in names.items()}
+    return plain | {end.lower(): name for end, name in names.items()}

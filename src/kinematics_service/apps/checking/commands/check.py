@@ -89,14 +89,14 @@ def check(
       generic_rank            rank of these rows at poses that are not singular
       known_poses             objects: index, agrees
     """
-    out, found = Output(), []
+    out, results = Output(), []
     for file in files:
-        found.append(_checked(file))
+        results.append(_checked(file))
         if not json:
-            _print_check(out, found[-1])
-    faulty, doubtful = (sum(map(bool, column)) for column in zip(*(one[1:3] for one in found)))
+            _print_check(out, results[-1])
+    faulty, doubtful = (sum(map(bool, column)) for column in zip(*(row[1:3] for row in results)))
     if json:
-        print(json_text({'files': [_entry(*one) for one in zip(files, found)]}))
+        print(json_text({'files': [_entry(*row) for row in zip(files, results)]}))
     elif len(files) > 1:
         counts = [f'{faulty} of them with faults' if faulty else 'no faults']
         counts += [f'{doubtful} with warnings'] if doubtful else []
@@ -121,24 +121,24 @@ def _checked(file: str) -> FileCheck:
     return FileCheck(robot, faults, robot.description.warnings, errors)
 
 
-def _print_check(out: Output, found: FileCheck) -> None:
-    if found.robot is not None:
-        _print_robot(out, found.robot)
-        _print_arm(out, found.robot, found.errors)
-    lines = [*map(doubt_text, found.warnings), *map(str, found.faults)]
+def _print_check(out: Output, result: FileCheck) -> None:
+    if result.robot is not None:
+        _print_robot(out, result.robot)
+        _print_arm(out, result.robot, result.errors)
+    lines = [*map(doubt_text, result.warnings), *map(str, result.faults)]
     if lines:
         # Flush stdout first, so that the lines are in order if both streams show on one screen.
         sys.stdout.flush()
         print(plain('\n'.join(lines)), file=sys.stderr)
 
 
-def _entry(file: str, found: FileCheck) -> dict[str, Any]:
-    robot, fields = found.robot, ('line', 'where', 'message', 'code')
+def _entry(file: str, result: FileCheck) -> dict[str, Any]:
+    robot, fields = result.robot, ('line', 'where', 'message', 'code')
     entry: dict[str, Any] = {
         'file': file,
         'robot': None if robot is None else robot.name,
-        'faults': [attributes(fault, *fields) for fault in found.faults],
-        'warnings': [attributes(doubt, *fields) for doubt in found.warnings],
+        'faults': [attributes(fault, *fields) for fault in result.faults],
+        'warnings': [attributes(doubt, *fields) for doubt in result.warnings],
     }
     if robot is not None:
         entry |= attributes(robot, 'dof', 'joint_names', 'joint_types', 'convention')
@@ -147,7 +147,7 @@ def _entry(file: str, found: FileCheck) -> dict[str, Any]:
             entry |= {'reach': None, 'length': None}
         entry['task_rows'] = robot.singularity.task.rows
         entry['known_poses'] = [
-            {'index': one.index, 'agrees': one.share <= 1.0} for one in found.errors
+            {'index': error.index, 'agrees': error.share <= 1.0} for error in result.errors
         ]
     return entry
 
@@ -295,11 +295,11 @@ def _positions(joints: Sequence[PassiveJoint], values: Iterable[float], digits: 
 
 
 def _branches(robot: Robot, g: int) -> str:
-    found = other_branches(robot.description, g)
+    branches = other_branches(robot.description, g)
     passive = passive_of(loop_groups(robot.description.loops)[g])
-    texts = [_positions(passive, branch, 4) for branch in found[:BRANCHES_SHOWN]]
-    if len(found) > BRANCHES_SHOWN:
-        texts.append(f'{len(found) - BRANCHES_SHOWN} more')
+    texts = [_positions(passive, branch, 4) for branch in branches[:BRANCHES_SHOWN]]
+    if len(branches) > BRANCHES_SHOWN:
+        texts.append(f'{len(branches) - BRANCHES_SHOWN} more')
     return '; '.join(texts) or 'none was found'
 
 
