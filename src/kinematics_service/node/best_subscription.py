@@ -112,7 +112,7 @@ class BestSubscription:
         overrides = QoSOverridingOptions.with_default_policies(callback=self._settle_reliability)
         self._current = self._open(self._qos, overrides)
         self._counting = self._current  # the subscription whose losses are counted
-        self._wanted = self._qos
+        self._next_qos = self._qos
         self._full_depth = self._qos.depth
         # the ids of the publishers at the last call of `settle`
         self._known_publishers: set[tuple[int, ...]] = set()
@@ -175,8 +175,8 @@ class BestSubscription:
                 self._qos.depth < self._full_depth
                 and now - self._large_message_time > DEPTH_RECOVERY_TIME
             ):
-                self._want(depth=self._full_depth)
-        if self._wanted is not self._qos:
+                self._set_policies(depth=self._full_depth)
+        if self._next_qos is not self._qos:
             self._replace()
 
     def fit(self, size: int) -> None:
@@ -186,23 +186,23 @@ class BestSubscription:
         self._large_message_time = time.monotonic()
         # round down to a power of 2, so that the depth changes rarely
         depth = 1 << max(MAX_QUEUE_SIZE // size, 1).bit_length() - 1
-        if depth < self._wanted.depth:
-            self._want(depth=depth)
+        if depth < self._next_qos.depth:
+            self._set_policies(depth=depth)
 
-    def _want(self, **policies: Any) -> None:
+    def _set_policies(self, **policies: Any) -> None:
         # Store quality-of-service policies. `_replace` applies them between two messages, by a new
         # subscription.
-        wanted = copy.copy(self._wanted)
+        qos = copy.copy(self._next_qos)
         for policy, value in policies.items():
-            setattr(wanted, policy, value)
-        self._wanted = self._qos if wanted == self._qos else wanted
+            setattr(qos, policy, value)
+        self._next_qos = self._qos if qos == self._qos else qos
 
     def _replace(self) -> None:
         former = self._former
         if former is not None:
             # take the older messages of the former subscription first
             self._take_waiting(former)
-            if former is not self._former or former.qos != self._wanted:
+            if former is not self._former or former.qos != self._next_qos:
                 # At most two subscriptions may exist. So only end the former subscription here.
                 # The next call of `_replace` opens the new subscription.
                 self._end(former)
@@ -212,8 +212,8 @@ class BestSubscription:
             return
         else:
             self._former, self._recent = self._current, {}
-            self._current = self._open(self._wanted)
-        self._qos = self._wanted
+            self._current = self._open(self._next_qos)
+        self._qos = self._next_qos
         self._all_connected_since = time.monotonic()
 
     def _end(self, former: '_CountedSubscription') -> None:
@@ -252,7 +252,7 @@ class BestSubscription:
                 self._take_waiting(former)
                 if subscription is self._current:
                     self._end(former)
-        if self._wanted is not self._qos:
+        if self._next_qos is not self._qos:
             self._replace()
 
     def _take_once(self, recent: Recent, data: bytes, info: Info) -> None:
@@ -290,9 +290,9 @@ class BestSubscription:
                 subscription.losses.publishers_changed()
         is_reliable = {qos.reliability for qos in offered.values()} == {RELIABLE}
         if self._adapts and not (is_reliable and has_changed):
-            self._want(reliability=RELIABLE if is_reliable else BEST_EFFORT)
+            self._set_policies(reliability=RELIABLE if is_reliable else BEST_EFFORT)
         for publisher in self._known_publishers - before:
-            compatibility, reason = qos_check_compatible(offered[publisher], self._wanted)
+            compatibility, reason = qos_check_compatible(offered[publisher], self._next_qos)
             if compatibility == QoSCompatibility.ERROR:
                 self._node.get_logger().warning(
                     f'messages of a publisher of {self.topic_name} are not received: its quality '

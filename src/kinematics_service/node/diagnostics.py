@@ -169,12 +169,12 @@ def incomplete_in_words(
         return unmatched
     if not state.counts:
         count = len(state.publishers)
-        why = counted(count, 'publisher') if count else 'no publisher'
-        return f'no joint state was received on {topic} ({why}): missing {missing}'
+        detail = counted(count, 'publisher') if count else 'no publisher'
+        return f'no joint state was received on {topic} ({detail}): missing {missing}'
     text = f'joint states are stale: missing {missing}'
     if math.isinf(arm.joints.age(state.arrival)) and not state.counts[outcomes.ACCEPTED]:
-        why = ', '.join(f'{reason}: {count}' for reason, count in state.counts.items())
-        text = f'no complete joint state was received on {topic} ({why}): missing {missing}'
+        detail = ', '.join(f'{reason}: {count}' for reason, count in state.counts.items())
+        text = f'no complete joint state was received on {topic} ({detail}): missing {missing}'
     expected = {*arm.names, *(mimic.name for mimic in arm.robot.description.mimics)}
     if unknown := {
         name for group in state.messages for name in group.names if name not in expected
@@ -217,12 +217,12 @@ def input_warnings(arm: Estimator, state: InputState) -> Iterator[str]:
             'clocks of all that publish joint states'
         )
     for group in state.messages:
-        every = 1e-9 * float(np.median(np.diff(group.arrivals))) if len(group.q) > 1 else 0.0
+        period = 1e-9 * float(np.median(np.diff(group.arrivals))) if len(group.q) > 1 else 0.0
         timeout = 1e-9 * arm.settings.timeout
-        if every > timeout and not set(arm.names).isdisjoint(group.names):
+        if period > timeout and not set(arm.names).isdisjoint(group.names):
             yield (
-                f'a joint state comes every {every:.3g} s, but joint_state_timeout is '
-                f'{timeout:.3g} s: set it to {2.0 * every:.2g}'
+                f'a joint state comes every {period:.3g} s, but joint_state_timeout is '
+                f'{timeout:.3g} s: set it to {2.0 * period:.2g}'
             )
     if state.simulated == 0 and state.news[outcomes.NOT_STAMPED]:
         yield 'no twist without stamps: no /clock was received; publish it or unset use_sim_time'

@@ -54,17 +54,17 @@ def why_no_joint_states(node: Node, topic: str, given: str) -> str:
     """
     topics = dict(node.get_topic_names_and_types())
     kinds = set(topics.get(topic, ())) - {JOINT_STATES}
-    who = 'its publishers are silent' if node.count_publishers(topic) else 'it has no publisher'
+    cause = 'its publishers are silent' if node.count_publishers(topic) else 'it has no publisher'
     if kinds:
-        who = f'it is published as {", ".join(sorted(kinds))}, not as {JOINT_STATES}'
+        cause = f'it is published as {", ".join(sorted(kinds))}, not as {JOINT_STATES}'
     # Skip topics of kinematics nodes. Such a node publishes joint states that it computed for a
     # target, not joint states of a robot.
     nodes = tuple(f'{name}/' for name in kinematics_nodes(node))
-    own = {topic, *(publisher.topic_name for publisher in node.publishers)}
+    own_topics = {topic, *(publisher.topic_name for publisher in node.publishers)}
     others = sorted(
         name
         for name, types in topics.items()
-        if JOINT_STATES in types and name not in own and not name.startswith(nodes)
+        if JOINT_STATES in types and name not in own_topics and not name.startswith(nodes)
         # Call count_publishers, because get_publishers_info_by_topic would remap the topic's name.
         if node.count_publishers(name)
     )
@@ -72,7 +72,7 @@ def why_no_joint_states(node: Node, topic: str, given: str) -> str:
     if others:
         elsewhere = f'joint states are published on {", ".join(others)}'
         elsewhere += f': try -r {given}:={others[0]}'
-    return f'no joint state has come on {topic}: {who}; {elsewhere}'
+    return f'no joint state has come on {topic}: {cause}; {elsewhere}'
 
 
 def namesakes_in_words(node: Node) -> str:
@@ -82,12 +82,12 @@ def namesakes_in_words(node: Node) -> str:
     """
     publishers = node.get_publishers_info_by_topic(POSE)
     names = [_name_of(info) for info in publishers if info.node_name != UNKNOWN]
-    if (own := f'/{full_name(node)}') in names:
-        names.remove(own)
+    if (own_name := f'/{full_name(node)}') in names:
+        names.remove(own_name)
     if not names:
         return ''
-    who, topic = ' and '.join(dict.fromkeys(names)), node.resolve_topic_name(POSE)
-    return f'a second node, {who}, publishes {topic}, too: end it, or rename it (-r __node:=NAME)'
+    name, topic = ' and '.join(dict.fromkeys(names)), node.resolve_topic_name(POSE)
+    return f'a second node, {name}, publishes {topic}, too: end it, or rename it (-r __node:=NAME)'
 
 
 def _name_of(info: TopicEndpointInfo) -> str:
@@ -164,17 +164,17 @@ class Health:
     def _explain_silence(self, now: float, state: diagnostics.InputState) -> None:
         # Log why no joint states arrive, because users look at the terminal before /diagnostics.
         topic = self._subscription.topic_name
-        why = state.silent or diagnostics.incomplete_in_words(
+        reason = state.silent or diagnostics.incomplete_in_words(
             self._estimator, topic, state, self.warnings
         )
-        if state.silent or not why or state.interval > STALL_INTERVAL:
+        if state.silent or not reason or state.interval > STALL_INTERVAL:
             self._answered = now
         elif now - self._answered >= SILENCE_TIMEOUT:
             if not state.counts:
                 given = self._subscription.given_topic
-                why = why_no_joint_states(self._node, topic, given)
-            if self._throttle.passes(without_numbers(why)):
-                self._node.get_logger().warning(why)
+                reason = why_no_joint_states(self._node, topic, given)
+            if self._throttle.passes(without_numbers(reason)):
+                self._node.get_logger().warning(reason)
 
     def _log(self, unstamped: str, logged: Sequence[str]) -> None:
         logger = self._node.get_logger()

@@ -42,8 +42,8 @@ class ManagedNode(KinematicsNode, LifecycleNodeMixin):
             return self._change(request, response)
         except Exception as error:
             state = self._state_machine.current_state[1]
-            wanted = request.transition.label or request.transition.id
-            self.get_logger().error(f'transition {wanted} is refused in state {state}: {error}')
+            label = request.transition.label or request.transition.id
+            self.get_logger().error(f'transition {label} is refused in state {state}: {error}')
             response.success = False
             return response
 

@@ -183,9 +183,9 @@ class KinematicsNode(Node):
         """
         result = super().set_parameters_atomically(parameter_list)
         if result.successful and self.is_started:
-            own = tuple(f'parameter {parameter.name}:' for parameter in parameter_list)
+            prefixes = tuple(f'parameter {parameter.name}:' for parameter in parameter_list)
             result.reason = '; '.join(
-                doubt for doubt in self.settings.doubts if doubt.startswith(own)
+                doubt for doubt in self.settings.doubts if doubt.startswith(prefixes)
             )
         return result
 
@@ -302,9 +302,9 @@ class KinematicsNode(Node):
             warned = (singularity, level) if is_due else None
             if self._watchdog.is_canceled():  # the state was stale until this message
                 self._watchdog.reset()
-        wanted = active.channels or self.settings.values['publish_tf']
+        is_needed = active.channels or self.settings.values['publish_tf']
         try:
-            if wanted and self._grid.passes(outcome.stamp, self.settings.period):
+            if is_needed and self._grid.passes(outcome.stamp, self.settings.period):
                 self._outputs.publish(outcome, active, isinstance(message, SerializedSample))
         finally:
             # Publish the warning even after an error, because the estimator has counted it as

@@ -49,9 +49,9 @@ class Reload:
     ) -> None:
         self._node, self._parameters, self._apply = node, parameters, apply
         # Headers of service requests that wait for an answer. The requests in `_answered` are
-        # answered when the present reading of the robot ends. The requests in `_asked` arrived
+        # answered when the present reading of the robot ends. The requests in `_queued` arrived
         # later and are answered after the next reading.
-        self._asked: list[Any] = []
+        self._queued: list[Any] = []
         self._answered: list[Any] = []
         # whether a thread is reading the robot, and whether it must be read again after that
         self._reading = self._again = False
@@ -71,7 +71,7 @@ class Reload:
         setattr(self._service, 'send_response', self._on_request)  # noqa: B010
 
     def _on_request(self, response: Trigger.Response, header: Any) -> None:
-        self._asked.append(header)
+        self._queued.append(header)
         self.read()
 
     def read(self) -> None:
@@ -80,7 +80,7 @@ class Reload:
         if self._reading:
             return
         self._reading = True
-        self._answered, self._asked, self._outcome = self._asked, [], None
+        self._answered, self._queued, self._outcome = self._queued, [], None
         read = self._parameters.reading_again()
 
         def work() -> None:

@@ -209,21 +209,21 @@ def _servo_code(scales: MotionScales, reason: _Reason) -> int:
 
 def _reason_in_words(scales: MotionScales, reason: _Reason, value: float) -> StatusText:
     proved = 'proved', 'yes' if scales.proved[0] else 'no'
-    share = 'scale', f'{value:.3g}'
+    scale = 'scale', f'{value:.3g}'
     if reason.k < 0:
         rising = '; the scale rises to it' if value < SLOWED_SCALES[0] else ''
-        return StatusText(reason.level, f'the command may be kept{rising}', (share, proved))
+        return StatusText(reason.level, f'the command may be kept{rising}', (scale, proved))
     constraint = scales.constraints[reason.k]
     cause, of, unit = constraint
-    margin, left = (float(column[0][reason.k]) for column in (scales.margins, scales.times))
-    how = 'stopped' if reason.level is Level.ERROR else f'slowed to {value:.2g}'
+    margin, time_left = (float(column[0][reason.k]) for column in (scales.margins, scales.times))
+    action = 'stopped' if reason.level is Level.ERROR else f'slowed to {value:.2g}'
     values = (
-        share,
+        scale,
         ('cause', cause),
         ('of', of),
         ('margin', f'{margin:.6g} {unit}'),
-        ('time left', f'{left:.3g} s'),
+        ('time left', f'{time_left:.3g} s'),
         proved,
     )
-    sentence = f'{how}: {constraint.words}, {margin:.3g} {unit} left'
+    sentence = f'{action}: {constraint.words}, {margin:.3g} {unit} left'
     return StatusText(reason.level, sentence, values)

@@ -44,19 +44,19 @@ class Throttle:
         self._passed[kind] = now
         return True
 
-    def reason_of(self, node: Node, what: str, error: Exception) -> str:
+    def reason_of(self, node: Node, item: str, error: Exception) -> str:
         """
-        Return a text with the reason why `what`, such as a target, is refused. Log the error if it
+        Return a text with the reason why `item`, such as a target, is refused. Log the error if it
         is internal.
         """
         if isinstance(error, KinematicsError):
             return str(error)
-        self.internal_error(node, what, error)
+        self.internal_error(node, item, error)
         return 'internal error'
 
-    def internal_error(self, node: Node, what: str, error: Exception) -> None:
-        """Log an internal error that occurred while `what` was handled."""
+    def internal_error(self, node: Node, item: str, error: Exception) -> None:
+        """Log an internal error that occurred while `item` was handled."""
         if self.passes('internal'):
             node.get_logger().error(
-                f'internal error while handling {what}, please report it: {error!a}'
+                f'internal error while handling {item}, please report it: {error!a}'
             )

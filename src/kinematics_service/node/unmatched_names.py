@@ -53,8 +53,8 @@ def shown(names: Sequence[str]) -> str:
 
 
 def _remedies(robot: Robot, lists: Sequence[Sequence[str]], received: list[str]) -> Iterator[str]:
-    own = [joint.name for joint in robot.description.joints]
-    if prefixes := _prefixes(own, received):
+    joint_names = [joint.name for joint in robot.description.joints]
+    if prefixes := _prefixes(joint_names, received):
         for prefix in prefixes:
             option = f'-p joint_prefix:={prefix}'
             yield option if prefix else 'without joint_prefix and joint_names'
@@ -69,10 +69,10 @@ def _remedies(robot: Robot, lists: Sequence[Sequence[str]], received: list[str])
     for names in lists:
         if (
             set(names) <= set(received)
-            and len(set(names)) == len(names) == len(own) <= MAX_GUESSED_JOINTS
+            and len(set(names)) == len(names) == len(joint_names) <= MAX_GUESSED_JOINTS
         ):
-            similar = [difflib.get_close_matches(name, names, 1, 0.0)[0] for name in own]
-            is_order = len(set(similar)) == len(own)
+            similar = [difflib.get_close_matches(name, names, 1, 0.0)[0] for name in joint_names]
+            is_order = len(set(similar)) == len(joint_names)
             if is_order or not others:
                 order = similar if is_order else list(names)
                 yield f'-p "joint_names:={order}" (this order is a guess: check it)'

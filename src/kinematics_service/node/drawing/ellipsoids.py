@@ -72,9 +72,9 @@ def ellipsoid_scales(robot: Robot, size: float) -> EllipsoidScales:
     q = closed_poses(robot.chain, seeded_poses(robot.limits, robot.prismatic)[:MEDIAN_POSES])
     J = evaluate(robot, q).jacobian
 
-    def scale(block: Floats, share: float) -> float:
+    def scale(block: Floats, fraction: float) -> float:
         longest = float(np.median(np.linalg.svd(block, compute_uv=False)[:, 0]))
-        return share * size / longest if longest > 0.0 else share * size
+        return fraction * size / longest if longest > 0.0 else fraction * size
 
     return EllipsoidScales(
         scale(J[:, :3], MEDIAN_RADII['linear']), scale(J[:, 3:], MEDIAN_RADII['angular'])

@@ -188,13 +188,13 @@ def _lost(seen: Observation, size: float) -> LostDirection:
     tool = seen.pose[:3, 3]
 
     def line(part: Floats) -> Floats | None:
-        share = float(np.linalg.norm(part))
-        if share < NEGLIGIBLE_RATIO * float(np.linalg.norm(direction)):
+        norm = float(np.linalg.norm(part))
+        if norm < NEGLIGIBLE_RATIO * float(np.linalg.norm(direction)):
             return None
         # Draw the linear or angular part of the lost direction as a line. Half of its length is
         # LOST_LENGTH times the square root of the norm of the part, so that a small part stays
         # visible.
-        half = LOST_LENGTH * size * part / share**0.5
+        half = LOST_LENGTH * size * part / norm**0.5
         return np.stack([tool - half, tool + half])
 
     words = f'lost: {direction_in_words(direction)}'

@@ -70,10 +70,10 @@ class _Maker:
         self._next: Counter[str] = Counter()
 
     def add(
-        self, namespace: str, kind: int, there: bool, colour: Colour, alpha: float = 1.0
+        self, namespace: str, kind: int, visible: bool, colour: Colour, alpha: float = 1.0
     ) -> Marker:
         """
-        Append a marker that draws a shape if `there` is true, or else deletes the shape. The
+        Append a marker that draws a shape if `visible` is true, or else deletes the shape. The
         caller sets the size of the shape.
         """
         r, g, b = colour
@@ -82,7 +82,7 @@ class _Maker:
             ns=namespace,
             id=self._next[namespace],
             type=kind,
-            action=Marker.ADD if there else Marker.DELETE,
+            action=Marker.ADD if visible else Marker.DELETE,
             color=ColorRGBA(r=r / 255.0, g=g / 255.0, b=b / 255.0, a=alpha),
         )
         marker.pose.orientation.w = 1.0
@@ -168,7 +168,7 @@ def _ellipsoid(maker: _Maker, scene: Scene) -> None:
 
 
 def _twist(maker: _Maker, scene: Scene) -> None:
-    shaft, head, length = (share * scene.size for share in ARROW_SIZES)
+    shaft, head, length = (ratio * scene.size for ratio in ARROW_SIZES)
     sizes = shaft, head, length
     maker.points(TWIST, Marker.ARROW, scene.velocity, sizes, look.VELOCITY_COLOUR)
     maker.points(TWIST, Marker.ARROW, scene.rotation, sizes, look.ROTATION_COLOUR)
@@ -178,8 +178,8 @@ def _lost(maker: _Maker, scene: Scene) -> None:
     lost, size = scene.lost or LostDirection(None, None, '', ''), scene.size
     ring = None if lost.angular is None else look.ring(lost.angular, size).reshape(-1, 3)
     width = LOST_LINE_WIDTH * size
-    for points, share in ((lost.linear, 1.0), (lost.angular, 0.5), (ring, 0.5)):
-        maker.points(LOST, Marker.LINE_LIST, points, (share * width, 0.0, 0.0), look.LOST_COLOUR)
+    for points, scale in ((lost.linear, 1.0), (lost.angular, 0.5), (ring, 0.5)):
+        maker.points(LOST, Marker.LINE_LIST, points, (scale * width, 0.0, 0.0), look.LOST_COLOUR)
     at = scene.tool[:3, 3] + [0.0, 0.0, 0.12 * size] if scene.lost else None
     words = '\n'.join(filter(None, (lost.name, lost.words)))
     maker.text(LOST, at, words, TEXT_HEIGHT * size, look.LOST_COLOUR)

@@ -165,10 +165,10 @@ def _is_base(frame: str, settings: NodeSettings) -> bool:
     )
 
 
-def _check_finite(what: str, values: Floats) -> None:
+def _check_finite(name: str, values: Floats) -> None:
     if not all(map(math.isfinite, values)):
         raise RefusedTargetError(
-            f'{what}: {_listed(values)}; give finite numbers', code='not-finite'
+            f'{name}: {_listed(values)}; give finite numbers', code='not-finite'
         )
 
 

@@ -129,7 +129,7 @@ class DescriptionTopic:
         executor = SingleThreadedExecutor(context=self._node.context)
         executor.add_node(self._node)
         refused: str | None = None
-        why, unlogged, report_time = '', 0, 0.0
+        reason, unlogged, report_time = '', 0, 0.0
         log_time = time.monotonic() + LOG_PERIOD
         try:
             while not stopped() and self._node.context.ok():
@@ -140,13 +140,13 @@ class DescriptionTopic:
                     except KinematicsError as error:
                         log_time = log_time if refused is not None else 0.0
                         refused, unlogged = self._text, unlogged + 1
-                        why = f'the robot is refused: {error}'
+                        reason = f'the robot is refused: {error}'
                 if (now := time.monotonic()) > report_time:
                     report_time = now + REPORT_PERIOD
-                    why = why if refused is not None else self._why_none()
-                    report(f'waits for a robot description on {self._topic}: {why}')
+                    reason = reason if refused is not None else self._why_none()
+                    report(f'waits for a robot description on {self._topic}: {reason}')
                 if now > log_time and (unlogged or refused is None):
-                    self._node.get_logger().warning(f'{why}{last_of(unlogged)}')
+                    self._node.get_logger().warning(f'{reason}{last_of(unlogged)}')
                     log_time, unlogged = now + (LOG_PERIOD if unlogged else math.inf), 0
             raise StoppedWaiting
         finally:

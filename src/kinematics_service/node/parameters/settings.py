@@ -128,10 +128,10 @@ def _refuse(name: str, value: object, accepted: str, code: str) -> SettingsError
     return SettingsError(f'parameter {name}: {value!r} is not accepted; {accepted}', code=code)
 
 
-def _checked_name(name: str, value: str, what: str) -> str:
+def _checked_name(name: str, value: str, noun: str) -> str:
     has_space = any(character.isspace() for character in value)
     if has_space or value.startswith('/') or not _is_plain(value):
-        accepted = f'give {what} without spaces, commas and a leading slash'
+        accepted = f'give {noun} without spaces, commas and a leading slash'
         raise _refuse(name, value, accepted, 'syntax')
     return value
 
@@ -366,11 +366,11 @@ def _with_tool(values: Mapping[str, Any], robot: Robot) -> Robot:
 
 def _reference(values: Mapping[str, Any]) -> ReferenceLimits:
     limits = ReferenceLimits(*(values[f'reference.{name}'] for name in ReferenceLimits._fields))
-    for what in ('position', 'angle'):
-        warn, stop = (values[f'reference.{what}_{end}'] for end in ('warn', 'stop'))
+    for quantity in ('position', 'angle'):
+        warn, stop = (values[f'reference.{quantity}_{end}'] for end in ('warn', 'stop'))
         if stop < warn:
-            name = f'reference.{what}_stop'
-            accepted = f'give at least reference.{what}_warn, {warn:g}'
+            name = f'reference.{quantity}_stop'
+            accepted = f'give at least reference.{quantity}_warn, {warn:g}'
             raise _refuse(name, stop, accepted, 'wrong-order')
     return limits
 
@@ -384,12 +384,12 @@ def _reduced(values: Mapping[str, Any], robot: Robot) -> bool:
 
 
 @contextmanager
-def _refused_as(what: str) -> Iterator[None]:
-    # Turns a KinematicsError in the `with` block into a SettingsError about the parameters `what`.
+def _refused_as(names: str) -> Iterator[None]:
+    # Turns a KinematicsError in the `with` block into a SettingsError that begins with `names`.
     try:
         yield
     except KinematicsError as error:
-        raise SettingsError(f'{what}: {error}', code=error.code) from None
+        raise SettingsError(f'{names}: {error}', code=error.code) from None
 
 
 def _scale_rule(values: Mapping[str, Any], robot: Robot) -> ServoRule | None:

@@ -38,17 +38,17 @@ def mixture_refusal() -> str | None:
     """
     Return the reason not to start if rclpy comes from wheels and a ROS installation is sourced.
     """
-    here = Path(rclpy.__file__).resolve()
+    origin = Path(rclpy.__file__).resolve()
     version = f'python{sys.version_info.major}.{sys.version_info.minor}'
     prefixes = [Path(p) for p in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep) if p]
-    if any(here.is_relative_to(prefix.resolve()) for prefix in prefixes):
+    if any(origin.is_relative_to(prefix.resolve()) for prefix in prefixes):
         return None
     for prefix in prefixes:
         if (prefix / 'lib' / version / 'site-packages' / 'rclpy').exists() or (
             prefix / 'lib' / 'librcl.so'
         ).exists():
             return (
-                f'two ROS installations are mixed: rclpy comes from {here.parent.parent}, but '
+                f'two ROS installations are mixed: rclpy comes from {origin.parent.parent}, but '
                 f'{prefix} is sourced, so which libraries are loaded is left to chance; use a '
                 'terminal without the sourced one, or an environment without the rclpy wheels '
                 '(--allow-mixed-ros starts anyway)'

@@ -25,7 +25,7 @@ class LatestMessage:
         The arguments of `Node.create_subscription`.
     then
         A function that is called with the bytes of each kept message; None: no call.
-    wanted
+    accepts
         A function that returns whether to keep a message; None: keep every message.
 
     Attributes
@@ -43,9 +43,9 @@ class LatestMessage:
         type: Any,
         qos: QoSProfile,
         then: Callable[[bytes], None] | None = None,
-        wanted: Callable[[Any], bool] | None = None,
+        accepts: Callable[[Any], bool] | None = None,
     ) -> None:
-        self.count, self._wanted = 0, wanted
+        self.count, self._accepts = 0, accepts
         self._type, self._then = type, then
         self._bytes: bytes | None = None
         self._message: Any = None
@@ -54,7 +54,7 @@ class LatestMessage:
         self.topic = node.create_subscription(type, topic, self._take, qos, raw=True).topic_name
 
     def _take(self, message: bytes) -> None:
-        if self._wanted and not self._wanted(deserialize_message(message, self._type)):
+        if self._accepts and not self._accepts(deserialize_message(message, self._type)):
             return
         self.count += 1
         self._bytes, self._message = message, None

@@ -32,10 +32,11 @@ def why_no_messages(
     """
     publishers = node.count_publishers(topic)
     if publishers > 0:
-        who = f'{counted(publishers, "publisher")}, which {"has" if publishers == 1 else "have"}'
+        words = f'{counted(publishers, "publisher")}, which {"has" if publishers == 1 else "have"}'
         look = f'it reports: {report}' if report else 'look whether any arrive (/diagnostics)'
         return (
-            f'waiting for {topic}: it has {who} sent nothing; the node answers {answered}; {look}'
+            f'waiting for {topic}: it has {words} sent nothing; '
+            f'the node answers {answered}; {look}'
         )
     if report:
         return f'waiting for {topic}: it has no publisher; its node reports: {report}'

@@ -124,11 +124,11 @@ def _run(node: str, ros_args: Sequence[str], request: Callable[[Ask], str]) -> i
             end, name = time.monotonic() + DISCOVERY_TIMEOUT, f'{node}/{service}'
             answer = call_service(client, spinner, kind, name, content, end, longest)
             if answer is None:
-                here = ', '.join(kinematics_nodes(client)) or 'none'
-                what, code = 'there is no node of this name', 'unknown-name'
+                nodes = ', '.join(kinematics_nodes(client)) or 'none'
+                reason, code = 'there is no node of this name', 'unknown-name'
                 if client.count_services(name):
-                    what, code = f'{service} does not answer', 'no-answer'
-                raise SettingsError(f'{what}; kinematics nodes here: {here}', code=code)
+                    reason, code = f'{service} does not answer', 'no-answer'
+                raise SettingsError(f'{reason}; kinematics nodes here: {nodes}', code=code)
             return answer
 
         try:

@@ -61,8 +61,8 @@ class _Passed:
         self._newest.clear()  # free large messages, which a reference cycle would keep
         return newest
 
-    def answer(self, most: int) -> int:
-        newest = self.restore()[-most:]
+    def answer(self, limit: int) -> int:
+        newest = self.restore()[-limit:]
         for arguments in newest:
             self._callback(*arguments)
         return self.received - len(newest)

@@ -102,7 +102,7 @@ def _of_cell(arm: ArmChoice) -> list[ArmChoice]:
         ArmChoice(f'{arm.robot}:{cell.frame}:{name}', f'{space}/{name}', topic=topic)
         for name in cell.arms
     ]
-    closed = any(one.loops for one in list(cell.arms.values())[:2])
+    closed = any(robot.loops for robot in list(cell.arms.values())[:2])
     if len(nodes) > 1 and not closed:
         nodes.append(ArmChoice(arm.robot, f'{space}/{NODE_NAME}', RELATIVE, topic))
     return nodes
