@@ -138,8 +138,8 @@ def show_everything(command: Any) -> None:
         parameter.hidden = False
 
 
-def _print_everything(context: typer.Context, wanted: bool) -> None:
-    if wanted and not context.resilient_parsing:
+def _print_everything(context: typer.Context, is_given: bool) -> None:
+    if is_given and not context.resilient_parsing:
         show_everything(context.command)
         print(context.get_help())
         raise typer.Exit()
@@ -275,8 +275,8 @@ app = typer.Typer(
 )
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
+def _print_version(is_given: bool) -> None:
+    if is_given:
         print(f'kinematics_service {__version__}')
         raise typer.Exit()
 

@@ -254,9 +254,9 @@ def _arc_entry(arc: IkArc) -> dict[str, Any]:
 def _print_result(
     out: Output, robot: Robot, result: IkResult, near: Floats | None, degrees: bool
 ) -> None:
-    how = HOW[result.method]
+    method = HOW[result.method]
     out.print(
-        heading(f'{robot.name}: {robot.tool_frame} to the target in {robot.base_frame}, {how}'),
+        heading(f'{robot.name}: {robot.tool_frame} to the target in {robot.base_frame}, {method}'),
         f'  {plain(result.reason)}{_completeness(result)}',
     )
     if result.solutions:
@@ -290,8 +290,8 @@ def _completeness(result: IkResult) -> str:
     others = f'; {OTHERS[result.complete]}'
     if result.complete == 'found' or result.roots is None:
         return others
-    found, bound = result.roots
-    return f'{others} ({found} of {bound} complex ones found)'
+    count, bound = result.roots
+    return f'{others} ({count} of {bound} complex ones found)'
 
 
 def _solution_rows(

@@ -77,11 +77,11 @@ def import_urdf(
         return
     if urdf is None:
         raise WrongUsage('give --urdf FILE, or --ur-calibration FILE with --robot NAME')
-    found = imported(urdf, base, tip, name, convention.value, round_angles)
-    _write(out, found.text, f'{found.robot.name}: {found.certificate}')
-    for doubt in found.doubts:
+    result = imported(urdf, base, tip, name, convention.value, round_angles)
+    _write(out, result.text, f'{result.robot.name}: {result.certificate}')
+    for doubt in result.doubts:
         print(doubt_text(doubt), file=sys.stderr)
-    for remark in found.remarks:
+    for remark in result.remarks:
         print(remark, file=sys.stderr)
 
 
@@ -92,8 +92,8 @@ def _import_ur_calibration(file: Path, robot: str, out: str) -> None:
     arm = given_robot(robot)
     date = datetime.now().astimezone().date().isoformat()
     text = robot_file_text(*find_robot(robot))
-    found = app.import_ur_calibration(file, arm, text, date)
-    _write(out, found.text, f'{arm.name}: {found}')
+    result = app.import_ur_calibration(file, arm, text, date)
+    _write(out, result.text, f'{arm.name}: {result}')
 
 
 def _write(out: str, text: str, message: str) -> None:

@@ -139,27 +139,27 @@ def _from_table(
     if convention not in (None, 'standard', 'modified'):
         raise WrongUsage(f'--convention: a table is standard or modified, not {convention}')
     file = '<stdin>' if table == '-' else table
-    found = read_table(given_text(table), file, name, units, convention, columns, round_angles)
-    for note in found.doubts:
+    result = read_table(given_text(table), file, name, units, convention, columns, round_angles)
+    for note in result.doubts:
         print(note, file=sys.stderr)
-    return found.text
+    return result.text
 
 
 def _unit_words(text: str) -> list[str]:
-    found = re.findall(r'[^\s,]+', text)
-    for word in found:
+    words = re.findall(r'[^\s,]+', text)
+    for word in words:
         if word not in (*get_args(AngleUnit), *get_args(LengthUnit)):
             message = f'--units: unknown unit {word!r} (accepted: rad, deg, m, mm, as deg,mm)'
             raise WrongUsage(message)
     for accepted in get_args(AngleUnit), get_args(LengthUnit):
-        if all(unit in found for unit in accepted):
+        if all(unit in words for unit in accepted):
             raise WrongUsage(f'--units: {" and ".join(accepted)} exclude each other; write one')
-    return found
+    return words
 
 
 def _units(text: str) -> Units:
-    found, default = _unit_words(text), Units()
+    words, default = _unit_words(text), Units()
     return Units(
-        next((unit for unit in get_args(AngleUnit) if unit in found), default.angle),
-        next((unit for unit in get_args(LengthUnit) if unit in found), default.length),
+        next((unit for unit in get_args(AngleUnit) if unit in words), default.angle),
+        next((unit for unit in get_args(LengthUnit) if unit in words), default.length),
     )

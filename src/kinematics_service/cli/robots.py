@@ -40,16 +40,16 @@ def robots(
       dof, joints, convention        joints: the letters above
       source                         where the numbers come from
     """
-    found = {
+    bundled = {
         title: [(name, path, read_robot_file(path)) for name, path in robots.items()]
         for title, robots in grouped_robots().items()
     }
     if json:
-        entries = [_entry(title, *one) for title, robots in found.items() for one in robots]
+        entries = [_entry(title, *robot) for title, robots in bundled.items() for robot in robots]
         print(json_text({'robots': entries}))
         return
     out = Output()
-    groups = {title: [_row(name, about) for name, _, about in found[title]] for title in found}
+    groups = {title: [_row(name, about) for name, _, about in bundled[title]] for title in bundled}
     table = [HEADER, *(row for rows in groups.values() for row in rows)]
     widths = [max(map(len, column)) for column in zip(*table)]
     out.print(heading(_line(HEADER, widths, out.width)))

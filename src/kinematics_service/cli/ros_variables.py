@@ -67,9 +67,9 @@ def _middlewares() -> list[str]:
     spec = importlib.util.find_spec('rclpy')
     if spec is None or spec.origin is None:
         return []
-    here = Path(spec.origin).resolve()
+    origin = Path(spec.origin).resolve()
     sourced = [Path(p) for p in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep) if p]
-    if not any(here.is_relative_to(prefix.resolve()) for prefix in sourced):
-        sourced = [parent for parent in here.parents if (parent / INDEX).is_dir()][:1]
-    found = {file.name for prefix in sourced for file in (prefix / INDEX).glob('*')}
-    return sorted(found - {CHOOSER})
+    if not any(origin.is_relative_to(prefix.resolve()) for prefix in sourced):
+        sourced = [parent for parent in origin.parents if (parent / INDEX).is_dir()][:1]
+    names = {file.name for prefix in sourced for file in (prefix / INDEX).glob('*')}
+    return sorted(names - {CHOOSER})

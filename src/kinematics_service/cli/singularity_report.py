@@ -146,8 +146,8 @@ def _print_joints(out: Output, state: ToolState, singularity: Singularity) -> No
     robot = state.robot
     outside = beyond_limits(robot, state.q)
     nearest = singularity.nearest_singular
-    found = [] if nearest is None else ['singular']
-    joints = table('  joint', 'position', '', *found, 'way out', 'weakest motion', '')
+    heads = [] if nearest is None else ['singular']
+    joints = table('  joint', 'position', '', *heads, 'way out', 'weakest motion', '')
     for column in joints.columns[1:-1]:
         column.justify = 'right'
         column.no_wrap = True
@@ -166,7 +166,7 @@ def _print_joints(out: Output, state: ToolState, singularity: Singularity) -> No
     out.print(
         joints,
         '',
-        *(f'  {name}: where {_end_words(robot, singularity)} was found nearest' for name in found),
+        *(f'  {name}: where {_end_words(robot, singularity)} was found nearest' for name in heads),
         f'  way out: the joint motion that leads away fastest{either}',
         '  weakest motion: the joint motion that moves the tool least',
     )
