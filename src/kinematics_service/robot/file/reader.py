@@ -131,14 +131,14 @@ def described(translated: RobotText, file: str, content: bytes) -> RobotDescript
 
 
 def _content(file: str) -> bytes:
-    most = MAX_TRANSLATED_BYTES if translator_of(file) else MAX_BYTES
+    max_bytes = MAX_TRANSLATED_BYTES if translator_of(file) else MAX_BYTES
     try:
         kind = KINDS.get(stat.S_IFMT(os.stat(file).st_mode))
         if kind is None:
             with open(file, 'rb') as stream:
                 # A file may be endless, so read at most one byte more than the largest accepted
                 # size. If this byte exists, the caller refuses the file.
-                return stream.read(most + 1)
+                return stream.read(max_bytes + 1)
         reason, code = f'is {kind}; give the robot file itself', 'not-a-file'
     except FileNotFoundError:
         reason, code = NO_SUCH_FILE, 'missing-file'
@@ -290,7 +290,7 @@ def _names(entry: RobotEntry, data: dict[str, Yaml], units: Units, top: Place) -
         heads = read_joint_heads(entry.joints, constant_names, top['joints'])
     moving = [head.variable for head in heads if head.variable]
     passive = read_passive(entry.loops, [*constant_names, *moving], top['loops'])
-    moving += [joint.name for own in passive for joint in own]
+    moving += [joint.name for joints in passive for joint in joints]
     constants = read_constants(entry.constants, units, moving, top['constants'])
     known = {head.variable: head.type for head in heads if head.variable and head.type}
     values = {constant.name: constant.value for constant in constants.constants}
@@ -306,7 +306,7 @@ def _names(entry: RobotEntry, data: dict[str, Yaml], units: Units, top: Place) -
         used=set(constants.used),
         letters=frozenset(constant.name for constant in constants.constants if constant.letter),
     )
-    of_loops = {joint.name: joint.type for own in passive for joint in own}
+    of_loops = {joint.name: joint.type for joints in passive for joint in joints}
     quantities = replace(driven, joint_types={**known, **of_loops, **known})
     return _FileNames(heads, passive, constants, driven, quantities)
 

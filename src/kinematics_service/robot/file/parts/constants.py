@@ -91,5 +91,5 @@ def _stand_in(name: str, units: Units) -> float:
     # Return a substitute value, 0.2 to 0.8 m in the unit of the file, for a constant without a
     # value. The value is computed from a hash of the name, so that two constants have different
     # values.
-    share = zlib.crc32(name.encode()) / 2**32
-    return (0.2 + 0.6 * share) * (1000.0 if units.length == 'mm' else 1.0)
+    fraction = zlib.crc32(name.encode()) / 2**32
+    return (0.2 + 0.6 * fraction) * (1000.0 if units.length == 'mm' else 1.0)

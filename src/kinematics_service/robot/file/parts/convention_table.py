@@ -80,7 +80,7 @@ class Convention:
     @cached_property
     def motions(self) -> tuple[NamedMotion, ...]:
         """Return the elementary motions of a row's transform T, from left to right."""
-        return tuple(NamedMotion(*found) for found in FACTOR.findall(self.product))
+        return tuple(NamedMotion(*factor) for factor in FACTOR.findall(self.product))
 
     @cached_property
     def quantities(self) -> tuple[str, ...]:

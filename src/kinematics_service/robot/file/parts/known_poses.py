@@ -72,8 +72,9 @@ def _known_pose(
     if tolerance.xyz is not None or tolerance.rpy is not None:
         return KnownPose(q, motion, xyz, rpy)
     kinds = [KIND_OF[joint_type or 'revolute'] for joint_type in types]
+    pairs = list(zip(entry.q or (), kinds))
     halves = {
-        kind: _half_digit([t for t, one in zip(entry.q or (), kinds) if one == kind], kind, units)
+        kind: _half_digit([text for text, joint_kind in pairs if joint_kind == kind], kind, units)
         for kind in KIND_OF.values()
     }
     rounding = Rounding(
@@ -88,12 +89,12 @@ def _half_digit(texts: Sequence[str | None], kind: Kind, units: Units) -> float:
     # Return the largest rounding error of the numbers in `texts`, m or rad: half a unit of the
     # last digit, or 0 if the numbers count as exact. The number with the most decimals gives the
     # last digit, because zeros at the end of other numbers may be omitted.
-    decimals = [found for text in texts if (found := DECIMALS.fullmatch(text or ''))]
-    most = max((len(found[1]) for found in decimals), default=0)
-    if any(unit_doubt(float(found[0]), kind) for found in decimals):
+    matches = [match for text in texts if (match := DECIMALS.fullmatch(text or ''))]
+    decimals = max((len(match[1]) for match in matches), default=0)
+    if any(unit_doubt(float(match[0]), kind) for match in matches):
         units = Units('deg', 'mm')  # the number is implausible in rad or m, so assume deg and mm
-    half = units.to_si(0.5 * 10.0**-most, kind)
-    return half if most and half <= MAX_ROUNDING else 0.0
+    half = units.to_si(0.5 * 10.0**-decimals, kind)
+    return half if decimals and half <= MAX_ROUNDING else 0.0
 
 
 def _remark_of_limits(q: Sequence[float], joints: Sequence[JointDescription], at: Place) -> None:

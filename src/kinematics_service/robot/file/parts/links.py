@@ -38,8 +38,8 @@ def read_links(
         items = items[:MAX_ROWS]
     read_row = READERS[convention.rows]
     rows = [read_row(item, convention, at[k], quantities) for k, item in enumerate(items)]
-    found = tuple(row for row in rows if row is not None)
-    return found if at.intact and len(found) == len(items) else None
+    links = tuple(row for row in rows if row is not None)
+    return links if at.intact and len(links) == len(items) else None
 
 
 def likely_convention(data: Yaml) -> Convention:
@@ -111,10 +111,10 @@ def check_helical(rows: Sequence[Link], quantities: Quantities) -> None:
             for variable, _ in expression.affine.coefficients:
                 places.setdefault(variable, {}).setdefault(kind, f'{place} of links[{index}]')
     for position, (variable, joint_type) in enumerate(quantities.joint_types.items()):
-        found = places.get(variable, {})
-        if joint_type == 'helical' and len(found) == 1:
-            (only,) = found.values()
-            other = 'a length (its pitch)' if 'angle' in found else 'an angle'
+        by_kind = places.get(variable, {})
+        if joint_type == 'helical' and len(by_kind) == 1:
+            (only,) = by_kind.values()
+            other = 'a length (its pitch)' if 'angle' in by_kind else 'an angle'
             message = f'{variable!r} is helical and only in {only}; write it into {other} as well'
             quantities.top['joints', position, 'type'].fault(message, 'missing-pitch')
 
@@ -141,8 +141,8 @@ def _elementary_row(
     data: Yaml, _: Convention, at: Place, quantities: Quantities
 ) -> ElementaryMotion | None:
     if not isinstance(data, ScalarNode):
-        what = 'a mapping' if isinstance(data, dict) else 'a list'
-        at.fault(f'expected an elementary motion such as Rz(q1), not {what}', 'wrong-type')
+        noun = 'a mapping' if isinstance(data, dict) else 'a list'
+        at.fault(f'expected an elementary motion such as Rz(q1), not {noun}', 'wrong-type')
         return None
     text = checked_formula(data, at)
     return None if text is None else _elementary_motion(text, at, quantities)
@@ -161,14 +161,14 @@ def _shape_row(data: Yaml, _: Convention, at: Place, quantities: Quantities) -> 
 
 
 def _elementary_motion(text: str, at: Place, quantities: Quantities) -> ElementaryMotion | None:
-    found = ELEMENTARY.fullmatch(text)
-    if found is None:
+    match = ELEMENTARY.fullmatch(text)
+    if match is None:
         accepted = ', '.join(AXES)
         message = f'{quoted(text)} is not an elementary motion (accepted: {accepted}, as Rz(q1))'
         at.fault(message, 'unknown-name')
         return None
-    axis = AXES[AXES.index(found[1])]
-    argument = quantities.moving(found[2].strip(), _kind(axis), at, axis)
+    axis = AXES[AXES.index(match[1])]
+    argument = quantities.moving(match[2].strip(), _kind(axis), at, axis)
     return None if argument is None else ElementaryMotion(axis, argument)
 
 

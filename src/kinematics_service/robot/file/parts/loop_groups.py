@@ -28,7 +28,9 @@ def loop_groups(loops: Sequence[LoopDescription]) -> tuple[tuple[LoopDescription
     needed = _needed(loops)
     groups: list[list[int]] = []
     for k in range(len(loops)):
-        group = next((one for one in groups if one[0] in needed[k] and k in needed[one[0]]), None)
+        group = next(
+            (group for group in groups if group[0] in needed[k] and k in needed[group[0]]), None
+        )
         if group is None:
             groups.append([k])
         else:
@@ -45,8 +47,8 @@ def _needed(loops: Sequence[LoopDescription]) -> list[set[int]]:
         for k, loop in enumerate(loops)
     ]
     for _ in loops:
-        for own in needed:
-            own.update(*(needed[k] for k in tuple(own)))
+        for indices in needed:
+            indices.update(*(needed[k] for k in tuple(indices)))
     return needed
 
 

@@ -56,7 +56,7 @@ def read_passive(
         at.fault(f'{len(loops)} loops (at most {MAX_LOOPS})', 'too-many')
         return ()
     owner: dict[str, int] = {}
-    found = []
+    passive = []
     for k, loop in enumerate(loops):
         items, place = loop.get('passive') if isinstance(loop, dict) else None, at[k, 'passive']
         if items is not None:
@@ -67,11 +67,11 @@ def read_passive(
                 place[i].fault(f'{quoted(joint.name)} {fault.message}', fault.code)
             elif joint:
                 owner[joint.name] = k
-        found.append(tuple(joint for joint in joints if joint))
+        passive.append(tuple(joint for joint in joints if joint))
     if len(owner) > MAX_PASSIVE:
         at.fault(f'{len(owner)} passive joints (at most {MAX_PASSIVE})', 'too-many')
         return ()
-    return tuple(found)
+    return tuple(passive)
 
 
 def _why_not_passive(
@@ -127,28 +127,28 @@ def read_loops(
     """
     at = quantities.top['loops']
     reader = _LoopReader(table, points, convention, quantities)
-    loops = [
-        reader.read(item, own, at[k])
-        for k, (item, own) in enumerate(zip(data if isinstance(data, list) else (), passive))
+    results = [
+        reader.read(item, joints, at[k])
+        for k, (item, joints) in enumerate(zip(data if isinstance(data, list) else (), passive))
     ]
-    found = tuple(loop for loop in loops if loop is not None)
-    if table is None or len(found) < len(loops) or not at.intact:
+    loops = tuple(loop for loop in results if loop is not None)
+    if table is None or len(loops) < len(results) or not at.intact:
         return ()
     if len(quantities.joint_types) - len(quantities.types) < sum(map(len, passive)):
         return ()  # two joints have the same name, which another function reports as a fault
-    called = [loop.name for loop in found]
-    _check_effect(found, table, at)
-    for k, loop in enumerate(found):
+    called = [loop.name for loop in loops]
+    _check_effect(loops, table, at)
+    for k, loop in enumerate(loops):
         first = called.index(loop.name)
         if first < k:
             message = f'{quoted(loop.name)} is already the name of loops[{first}]'
             at[k, 'name'].fault(message, 'duplicate-name')
-        if loop.q != found[0].q:
+        if loop.q != loops[0].q:
             at[k, 'assembled', 'q'].fault(
-                f'differs from that of {quoted(found[0].name)}; all loops have one assembled q',
+                f'differs from that of {quoted(loops[0].name)}; all loops have one assembled q',
                 'mismatch',
             )
-    return found
+    return loops
 
 
 def _check_effect(loops: Sequence[LoopDescription], table: Sequence[Link], at: Place) -> None:
@@ -251,10 +251,10 @@ class _LoopReader:
             return None
         if not (entry.name and start and meets and links):
             return None
-        there = tuple(self.table[start.row : meets.row])
+        table_links = tuple(self.table[start.row : meets.row])
         line = at['assembled'].line
         return LoopDescription(
-            entry.name, passive, start, meets, there, links, rows, q, assembled, line
+            entry.name, passive, start, meets, table_links, links, rows, q, assembled, line
         )
 
     def _ends(
@@ -288,11 +288,11 @@ class _LoopReader:
         return PointDescription(f'row {entry.row}', entry.row, motion)
 
     def _point(self, name: str, at: Place) -> PointDescription | None:
-        found = next((point for point in self.points if point.name == name), None)
-        if found is None:
+        point = next((point for point in self.points if point.name == name), None)
+        if point is None:
             known = ', '.join(point.name for point in self.points) or 'none'
             at.fault(f'unknown point {quoted(name)} (known: {known})', 'unknown-name')
-        return found
+        return point
 
     def _assembled(
         self, data: Yaml, passive: Sequence[PassiveJoint], at: Place

@@ -72,8 +72,8 @@ class Measure:
         """Return why a threshold is invalid, as text `must be ...`; '' for a valid threshold."""
         if math.isfinite(threshold) and self.least < threshold <= self.most:
             return ''
-        most = f' and at most {self._amount(self.most)}' if self.most < math.inf else ''
-        return f'must be above {self.least:g}{most}, not {self._amount(threshold)}'
+        upper = f' and at most {self._amount(self.most)}' if self.most < math.inf else ''
+        return f'must be above {self.least:g}{upper}, not {self._amount(threshold)}'
 
     def farther(self, value: float) -> str:
         """

@@ -162,6 +162,6 @@ def uncertain_parameters(
     ends: Sequence[str] = ENDS,
 ) -> dict[str, ArmParameter]:
     """Return, by name, all parameters of an arm whose standard deviation a robot file may give."""
-    table = [one.parameter for row in placed_rows(links, convention) for one in row]
-    placed = [one for end in ends for one in end_parameters(end, 0)]
-    return {one.name: one for one in (*table, *placed, *gear_parameters(joints))}
+    table = [entry.parameter for row in placed_rows(links, convention) for entry in row]
+    placed = [parameter for end in ends for parameter in end_parameters(end, 0)]
+    return {parameter.name: parameter for parameter in (*table, *placed, *gear_parameters(joints))}

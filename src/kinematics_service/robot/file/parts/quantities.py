@@ -156,12 +156,12 @@ class Quantities:
         if texts is not None and self.types and len(texts) != len(self.types):
             at.fault(f'{len(texts)} values for {len(self.types)} joints', 'wrong-length')
             return ()
-        found = [
+        values = [
             self.fixed(text, KIND_OF[joint_type], at[index], usual=False)
             for index, (text, joint_type) in enumerate(zip(texts or (), self.types))
             if joint_type
         ]
-        return tuple(value for value in found if value is not None)
+        return tuple(value for value in values if value is not None)
 
     def fixed_expression(
         self, text: str | None, kind: Kind, at: Place, advice: str = ''
@@ -205,7 +205,7 @@ class Quantities:
         scope = self._scope(None, moving=True)
         try:
             text = text and self._plain(text, scope)
-            if text is None or not self._judged(text, scope):
+            if text is None or not self._is_evaluable(text, scope):
                 return None
             check_function(text, scope)
         except ExpressionError as error:
@@ -219,14 +219,14 @@ class Quantities:
             message = f'{name!r} is a joint variable; write a constant here{advice}'
             refused[name] = NameRefusal(message, 'not-constant')
         variables = tuple(self.joint_types) if moving else ()
-        wanted = None if kind is None else int(kind == 'angle')
-        return Scope(self.units.angle, self.constants, variables, refused, wanted)
+        quantity = None if kind is None else int(kind == 'angle')
+        return Scope(self.units.angle, self.constants, variables, refused, quantity)
 
     def _plain(self, text: str, scope: Scope) -> str:
         known = {*self.constants, *self.joint_types, *self.unreadable}
-        return plain_expression(text, known, self.units.angle, scope.wanted)
+        return plain_expression(text, known, self.units.angle, scope.quantity)
 
-    def _judged(self, text: str, scope: Scope) -> bool:
+    def _is_evaluable(self, text: str, scope: Scope) -> bool:
         # Return whether all names of an expression are defined without faults, so that the
         # expression can be evaluated. Otherwise check only the syntax of the expression, and
         # return False.
@@ -242,8 +242,8 @@ class Quantities:
         # `hidden` has names whose definitions have faults. Such a name may be a joint variable, so
         # accept all names in `hidden` as joint variables.
         varying = tuple(dict.fromkeys((*scope.variables, *sorted(hidden))))
-        refused = {name: why for name, why in scope.refused.items() if name not in hidden}
-        check_function(text, replace(scope, variables=varying, refused=refused, wanted=None))
+        refused = {name: refusal for name, refusal in scope.refused.items() if name not in hidden}
+        check_function(text, replace(scope, variables=varying, refused=refused, quantity=None))
         return False
 
     def _read(
@@ -254,7 +254,7 @@ class Quantities:
         try:
             check_finite(text)
             text = self._plain(text, scope)
-            if not self._judged(text, scope):
+            if not self._is_evaluable(text, scope):
                 return None
             affine = self._in_si(parse_affine(text, scope), kind)
             _check_size(affine, kind)
@@ -269,27 +269,27 @@ class Quantities:
     def _in_si(self, affine: Affine, kind: Kind) -> Affine:
         coefficients = []
         for variable, factor in affine.coefficients:
-            own = KIND_OF[self.joint_types[variable]]
-            if own != kind:
+            joint_kind = KIND_OF[self.joint_types[variable]]
+            if joint_kind != kind:
                 # If a length such as d contains the angle of a helical joint, the coefficient of
                 # the angle is a length per angle. If an angle contains a length, the coefficient
                 # of the length is an angle per length.
-                factor = self.units.to_si(factor, kind) / self.units.to_si(1.0, own)
+                factor = self.units.to_si(factor, kind) / self.units.to_si(1.0, joint_kind)
             coefficients.append((variable, factor))
         return Affine(self.units.to_si(affine.constant, kind), tuple(coefficients))
 
     def warn_of_length(
-        self, length: float, least: float, most: float, words: str, at: Place
+        self, length: float, smallest: float, largest: float, words: str, at: Place
     ) -> None:
         """
         Warn if a length, m, shows that the file probably has the wrong unit (m or mm).
 
-        Lengths from `least` to `most` are plausible. In the text `words`, {} is replaced by the
-        length and its unit.
+        Lengths from `smallest` to `largest` are plausible. In the text `words`, {} is replaced by
+        the length and its unit.
         """
-        if self.units.length == 'm' and most < length < math.inf:
+        if self.units.length == 'm' and largest < length < math.inf:
             at.warn(f'{words.format(f"{number(length)} m")}: {MILLIMETRES}', 'wrong-unit')
-        if self.units.length == 'mm' and 0.0 < length < least:
+        if self.units.length == 'mm' and 0.0 < length < smallest:
             at.warn(f'{words.format(f"{number(length * 1e3)} mm")}: {METRES}', 'wrong-unit')
 
     def _warn_of_units(self, expression: Expression, kind: Kind, at: Place) -> None:

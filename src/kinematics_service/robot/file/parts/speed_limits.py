@@ -38,8 +38,8 @@ def read_speed_limits(
     at = quantities.top['speed_limits']
     given = checked_mapping(data, at, 'the tool or a point to {linear, angular, reduced}')
     known = ('tool', *(point.name for point in points))
-    found = [_limit(name, value, known, quantities) for name, value in given.items()]
-    return tuple(limit for limit in found if limit is not None)
+    limits = [_limit(name, value, known, quantities) for name, value in given.items()]
+    return tuple(limit for limit in limits if limit is not None)
 
 
 def _limit(
@@ -69,8 +69,8 @@ def _limit(
 
 
 def _warn_of_units(limit: SpeedLimit, at: Place, quantities: Quantities) -> None:
-    least, most, words = SMALLEST_USUAL_SPEED, LARGEST_USUAL_SPEED, 'a speed of {}/s'
+    smallest, largest, words = SMALLEST_USUAL_SPEED, LARGEST_USUAL_SPEED, 'a speed of {}/s'
     for key, speed in (('linear', limit.linear), ('reduced', limit.reduced)):
-        quantities.warn_of_length(speed, least, most, words, at[key])
+        quantities.warn_of_length(speed, smallest, largest, words, at[key])
     if quantities.units.angle == 'rad' and LARGEST_USUAL_ROTATION < limit.angular < math.inf:
         at['angular'].warn(f'a speed of {number(limit.angular)} rad/s: {DEGREES}', 'wrong-unit')

@@ -47,13 +47,14 @@ def read_tolerances(
     last = {**dict.fromkeys(_axes_of(convention), rows), GEAR: joints}
     named = []
     for name, item in checked_mapping(entry.of, at['of'], 'names to numbers').items():
-        here, match = at['of', name], NAME.fullmatch(name)
+        place, match = at['of', name], NAME.fullmatch(name)
         if match is None or int(match[2]) > last.get(match[1], 0):
-            accepted = tuple(f'{word}1 to {word}{most}' for word, most in last.items())
+            accepted = tuple(f'{word}1 to {word}{index}' for word, index in last.items())
             message = f'unknown number {quoted(name)}{choice(accepted)}'
-            here.fault(message, 'unknown-name')
+            place.fault(message, 'unknown-name')
             continue
-        value = quantities.above_zero(checked_number(item, here), kind_of(name, convention), here)
+        text = checked_number(item, place)
+        value = quantities.above_zero(text, kind_of(name, convention), place)
         if value is not None:
             named.append((name, value))
     return Tolerances(length, angle, gear, tuple(named))

@@ -66,17 +66,17 @@ def read_uncertainty(
     rpy = _deviation(floor.rpy, 'angle', at['floor', 'rpy'], quantities)
     if not at.intact:
         return None
-    found = Uncertainty(noise, resolution, backlash, velocities, parameters, factor, xyz, rpy)
-    if velocities is None and not found.of_pose:
+    section = Uncertainty(noise, resolution, backlash, velocities, parameters, factor, xyz, rpy)
+    if velocities is None and not section.of_pose:
         at.fault('all numbers are 0; write one above 0, or leave the section out', 'no-effect')
         return None
-    return found
+    return section
 
 
-def _kind(one: ArmParameter) -> Kind:
-    if one.group == GEARS:
+def _kind(parameter: ArmParameter) -> Kind:
+    if parameter.group == GEARS:
         return 'number'
-    return 'angle' if one.angle else 'length'
+    return 'angle' if parameter.angle else 'length'
 
 
 def _deviation(text: str | None, kind: Kind, at: Place, quantities: Quantities) -> float:
@@ -114,15 +114,15 @@ def _of_joints(
 def _parameters(
     data: Yaml, known: Mapping[str, ArmParameter], at: Place, quantities: Quantities
 ) -> tuple[tuple[str, float], ...]:
-    found = []
-    for name, item in entries.checked_mapping(
-        data, at, 'parameters to standard deviations'
-    ).items():
+    given = entries.checked_mapping(data, at, 'parameters to standard deviations')
+    deviations = []
+    for name, item in given.items():
         text = entries.checked_number(item, at[name])
-        group = [one for one in known.values() if one.group == name and name in TABLE_GROUPS]
-        kinds = {_kind(one) for one in ([known[name]] if name in known else group)}
+        group = [parameter for parameter in known.values() if parameter.group == name]
+        chosen = [known[name]] if name in known else group if name in TABLE_GROUPS else []
+        kinds = {_kind(parameter) for parameter in chosen}
         if len(kinds) == 1:
-            found.append((name, _deviation(text, kinds.pop(), at[name], quantities)))
+            deviations.append((name, _deviation(text, kinds.pop(), at[name], quantities)))
         elif kinds:
             message = 'one number cannot be rad and m; write the parameters one by one'
             at[name].fault(message, 'ambiguous')
@@ -130,7 +130,7 @@ def _parameters(
             at[name].fault('the table has no parameter in this group; delete it', 'no-effect')
         else:
             _unknown(name, at[name], known, TABLE_GROUPS)
-    return tuple(found)
+    return tuple(deviations)
 
 
 def _unknown(
@@ -151,7 +151,7 @@ def _factor(
     data: Yaml, known: Mapping[str, ArmParameter], at: Place, quantities: Quantities
 ) -> tuple[tuple[str, tuple[float, ...]], ...]:
     given = entries.checked_mapping(data, at, 'parameters to rows of L in L L^T')
-    found = []
+    rows = []
     for index, (name, item) in enumerate(given.items()):
         place = at[name]
         items = entries.checked_list(item, place, 'a list of numbers, the row of L')
@@ -161,11 +161,11 @@ def _factor(
                 f'(at most {index + 1})',
                 'wrong-length',
             )
-        texts = [entries.checked_number(one, place[k]) for k, one in enumerate(items)]
+        texts = [entries.checked_number(element, place[k]) for k, element in enumerate(items)]
         if name not in known:
             _unknown(name, place, known, ())
             continue
         kind = _kind(known[name])
         row = [quantities.fixed(text, kind, place[k], usual=False) for k, text in enumerate(texts)]
-        found.append((name, tuple(value or 0.0 for value in row)))
-    return tuple(found)
+        rows.append((name, tuple(value or 0.0 for value in row)))
+    return tuple(rows)

@@ -29,11 +29,11 @@ Check = Callable[[Yaml], Any]
 
 
 class WrongValue(Exception):
-    """A value has a fault; `meant` is the accepted word that the user probably meant."""
+    """A value has a fault; `suggestion` is the accepted word that the user probably meant."""
 
-    def __init__(self, message: str, code: str, meant: str | None = None) -> None:
+    def __init__(self, message: str, code: str, suggestion: str | None = None) -> None:
         super().__init__(message)
-        self.code, self.meant = code, meant
+        self.code, self.suggestion = code, suggestion
 
 
 def is_null(value: Yaml) -> bool:
@@ -41,13 +41,13 @@ def is_null(value: Yaml) -> bool:
     return isinstance(value, ScalarNode) and not value.quoted and bool(NULL.fullmatch(value.text))
 
 
-def _scalar(value: Yaml, wanted: str) -> ScalarNode:
+def _scalar(value: Yaml, expected: str) -> ScalarNode:
     if not isinstance(value, ScalarNode):
-        raise WrongValue(f'expected {wanted}, not {shown(value)}', 'wrong-type')
+        raise WrongValue(f'expected {expected}, not {shown(value)}', 'wrong-type')
     if is_null(value):
-        raise WrongValue(f'has no value; write {wanted}', 'empty')
+        raise WrongValue(f'has no value; write {expected}', 'empty')
     if not value.quoted and TRUTH.fullmatch(value.text):
-        raise WrongValue(f"expected {wanted}, not the truth value '{value.text}'", 'wrong-type')
+        raise WrongValue(f"expected {expected}, not the truth value '{value.text}'", 'wrong-type')
     return value
 
 
@@ -93,13 +93,13 @@ def _truth(value: Yaml) -> bool:
     raise WrongValue(f'expected true or false, not {shown(value)}', 'wrong-type')
 
 
-def _listed(length: int | None, wanted: str) -> Callable[[Yaml], list[Yaml]]:
+def _listed(length: int | None, expected: str) -> Callable[[Yaml], list[Yaml]]:
     def check(value: Yaml) -> list[Yaml]:
         if not isinstance(value, list):
-            raise WrongValue(f'expected {wanted}, not {shown(value)}', 'wrong-type')
+            raise WrongValue(f'expected {expected}, not {shown(value)}', 'wrong-type')
         if length is not None and len(value) != length:
             comma = ' (a decimal is written with a point: 0.4)' if len(value) > length else ''
-            raise WrongValue(f'expected {wanted}, not {len(value)}{comma}', 'wrong-length')
+            raise WrongValue(f'expected {expected}, not {len(value)}{comma}', 'wrong-length')
         return value
 
     return check
@@ -115,9 +115,9 @@ def one_of(*accepted: str, also: Mapping[str, str] | None = None) -> Check:
     def check(value: Yaml) -> str:
         text = _scalar(value, ' or '.join(accepted)).text
         if text not in accepted:
-            meant = meant_by(text, accepted, also)
-            message = f'unknown {quoted(text)}{did_you_mean(meant)}{choice(accepted)}'
-            raise WrongValue(message, 'unknown-name', meant)
+            suggestion = meant_by(text, accepted, also)
+            message = f'unknown {quoted(text)}{did_you_mean(suggestion)}{choice(accepted)}'
+            raise WrongValue(message, 'unknown-name', suggestion)
         return text
 
     return check
@@ -153,9 +153,9 @@ def meant_by(
     return near[0] if near else None
 
 
-def did_you_mean(meant: str | None) -> str:
+def did_you_mean(word: str | None) -> str:
     """Return `, did you mean 'alpha'?` for the word `alpha`, and '' for None."""
-    return f', did you mean {meant!r}?' if meant else ''
+    return f', did you mean {word!r}?' if word else ''
 
 
 def choice(accepted: tuple[str, ...]) -> str:
@@ -206,22 +206,22 @@ class Entry:
         raise AttributeError(f'an entry is frozen: {name}')
 
 
-def _taken(
+def _apply(
     checks: Sequence[Check], value: Yaml, place: Path
 ) -> tuple[Any, list[tuple[Path, WrongValue]]]:
     # Apply the functions `checks` to a value. Return the checked value, and the place and the
     # reason of each fault.
     if not checks:
         return value, []
-    whole, *each = checks
+    check, *item_checks = checks
     try:
-        result = whole(value)
+        result = check(value)
     except WrongValue as wrong:
         return None, [(place, wrong)]
-    if not each:
+    if not item_checks:
         return result, []
-    items = [_taken(each, item, (*place, k)) for k, item in enumerate(result)]
-    return [item for item, _ in items], [one for _, refused in items for one in refused]
+    items = [_apply(item_checks, item, (*place, k)) for k, item in enumerate(result)]
+    return [item for item, _ in items], [refusal for _, refusals in items for refusal in refusals]
 
 
 def _before_colon(key: str, keys: tuple[str, ...]) -> str | None:
@@ -244,9 +244,9 @@ def checked(kind: type[EntryType], data: Yaml, at: Place) -> EntryType:
     """
     checks, keys = kind.checks, tuple(kind.checks)
     if not isinstance(data, dict):
-        wanted = f'{{{", ".join(keys)}}}'
+        expected = f'{{{", ".join(keys)}}}'
         advice = _named(keys, data) if isinstance(data, list) else ''
-        message = f'expected {kind.noun} as a mapping {wanted}, not {shown(data)}{advice}'
+        message = f'expected {kind.noun} as a mapping {expected}, not {shown(data)}{advice}'
         at.fault(message, 'wrong-type')
         return kind({})
     # The search for a similar key takes time, so do it only for the unknown keys that the message
@@ -261,12 +261,12 @@ def checked(kind: type[EntryType], data: Yaml, at: Place) -> EntryType:
             at.fault(message, 'missing-key')
     values: dict[str, Value | None] = {}
     for key in [key for key in keys if key in data]:
-        taken, refusals = _taken(checks[key], data[key], (key,))
-        values[key] = None if refusals else taken
+        checked_value, refusals = _apply(checks[key], data[key], (key,))
+        values[key] = None if refusals else checked_value
         for place, wrong in refusals:
             at[place].fault(str(wrong), wrong.code)
-            if wrong.meant and place == (key,):
-                values[key], _ = _taken(checks[key], ScalarNode(wrong.meant, 0, False), place)
+            if wrong.suggestion and place == (key,):
+                values[key], _ = _apply(checks[key], ScalarNode(wrong.suggestion, 0, False), place)
     for key in unknown:
         word = renamed.get(key)
         if _before_colon(key, keys):
@@ -278,7 +278,7 @@ def checked(kind: type[EntryType], data: Yaml, at: Place) -> EntryType:
             continue
         at[key].fault(f'unknown key{did_you_mean(word)}{choice(keys)}', 'unknown-key')
         if word and word not in data:
-            value, refusals = _taken(checks[word], data[key], ())
+            value, refusals = _apply(checks[word], data[key], ())
             values[word] = None if refusals else value
     return kind(values)
 

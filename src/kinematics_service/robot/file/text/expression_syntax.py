@@ -129,9 +129,9 @@ def syntax_tree(text: str, why_not: WhyNot) -> ast.expr:
         raise ExpressionError(f'cannot be read as an expression: {short(text)}') from None
     for node in postorder(tree, operands_of):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
-            wanted = ARGUMENTS_OF[node.func.id]
-            if len(node.args) != wanted:
-                takes = f'{node.func.id}() takes {counted(wanted, "argument")}'
+            required = ARGUMENTS_OF[node.func.id]
+            if len(node.args) != required:
+                takes = f'{node.func.id}() takes {counted(required, "argument")}'
                 raise ExpressionError(f'{takes}, not {len(node.args)}', code='wrong-length')
     return tree
 
@@ -203,8 +203,8 @@ def evaluated(tree: ast.expr, worth: Callable[[float | str, list[Worth]], Worth]
                 return operands[0]
             case ast.UnaryOp(op=operator) | ast.BinOp(op=operator):
                 return worth(OPERATORS[type(operator)], operands)
-            case ast.Constant(value=float(said)) | ast.Name(id=said):
-                return worth(said, [])
+            case ast.Constant(value=float(symbol)) | ast.Name(id=symbol):
+                return worth(symbol, [])
             case ast.Call(func=ast.Name(id=function)):
                 return worth(function, operands)
         raise ExpressionError(f'{type(node).__name__} is not accepted in an expression')
@@ -227,11 +227,11 @@ def _tokens(text: str, why_not: WhyNot) -> list[Token]:
     tokens: list[Token] = []
     position, end = 0, len(text.rstrip())
     while position < end:
-        found = TOKEN.match(text, position)
-        if found is None or found.lastgroup is None:
+        match = TOKEN.match(text, position)
+        if match is None or match.lastgroup is None:
             raise ExpressionError(_strange(text[position:end].lstrip()[0]))
-        kind = found.lastgroup
-        token = Token(kind, found[kind], found.start(kind), found.end())
+        kind = match.lastgroup
+        token = Token(kind, match[kind], match.start(kind), match.end())
         _check_token(token)
         if tokens and tokens[-1].end == token.start:
             _check_touching(tokens[-1], token, text, why_not)
@@ -347,8 +347,8 @@ def _check_order(tokens: list[Token], text: str) -> None:
 
 
 def _comma(text: str, at: int) -> ExpressionError:
-    for found in DECIMAL_COMMA.finditer(text):
-        if found.start() < at < found.end():
-            message = f"'{found[0]}' is not a number; write {found[0].replace(',', '.')}"
+    for match in DECIMAL_COMMA.finditer(text):
+        if match.start() < at < match.end():
+            message = f"'{match[0]}' is not a number; write {match[0].replace(',', '.')}"
             return ExpressionError(message, code='decimal-comma')
     return ExpressionError("',' is accepted only between the arguments of a function")

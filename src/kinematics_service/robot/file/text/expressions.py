@@ -71,7 +71,7 @@ class Scope:
         Accepted joint variables, in the order of the joints.
     refused
         Names that the file defines but the expression may not use, each with the reason.
-    wanted
+    quantity
         The expected quantity: 1 for an angle, 0 for a length or a ratio, None for any of the
         three.
     """
@@ -80,7 +80,7 @@ class Scope:
     constants: Mapping[str, float] = field(default_factory=dict)
     variables: tuple[str, ...] = ()
     refused: Mapping[str, expression_syntax.NameRefusal] = field(default_factory=dict)
-    wanted: int | None = None
+    quantity: int | None = None
 
     @property
     def known(self) -> tuple[str, ...]:
@@ -92,10 +92,10 @@ class Scope:
         """Return the reason why an expression may not use a name; None if the name is allowed."""
         if name in self.known or name == 'pi':
             return None  # here `pi` is allowed; in a file with degrees, `_value` refuses it
-        hint = did_you_mean(self._meant(name))
+        hint = did_you_mean(self._suggestion(name))
         if not hint and self.variables and JOINT.fullmatch(name):
             hint = '; add a joint of that name to joints, or take a known one'
-        elif not hint and not self.constants and self.wanted is not None:
+        elif not hint and not self.constants and self.quantity is not None:
             hint = (
                 f': name it under constants, as in {{{name}: 0.3}}, or {{{name}: }} for a letter'
             )
@@ -104,7 +104,7 @@ class Scope:
         )
         return self.refused.get(name) or expression_syntax.NameRefusal(message, 'unknown-name')
 
-    def _meant(self, name: str) -> str | None:
+    def _suggestion(self, name: str) -> str | None:
         # Return a suggestion for an unknown name: pi/2 for `pi2`, sin(q1) for `sinq1`, the joint
         # variable with the same number, or a known name with other letter case.
         if (part := PART_OF_PI.fullmatch(name)) and self.angle_unit == 'rad':
@@ -113,10 +113,10 @@ class Scope:
             if name.removeprefix(function) in self.known and name.startswith(function):
                 return f'{function}({name.removeprefix(function)})'
         if joint := JOINT.fullmatch(name):
-            same = [one for one in self.variables if END.sub('', one) + joint[1] == one]
+            same = [known for known in self.variables if END.sub('', known) + joint[1] == known]
             if len(same) == 1:
                 return same[0]
-        cases = {one.lower().replace('_', ''): one for one in self.known}
+        cases = {known.lower().replace('_', ''): known for known in self.known}
         return cases.get(name.lower().replace('_', '')) or meant_by(name, self.known)
 
 
@@ -167,14 +167,14 @@ def _value(text: str, scope: Scope, must_be_linear: bool) -> Affine | None:
     if scope.angle_unit == 'deg' and 'pi' in expression_syntax.names_in(text):
         raise ExpressionError(_advice_on_pi(text, scope), code='pi-in-degrees')
 
-    def worth(said: float | str, taken: list[Affine | None]) -> Affine | None:
-        operands = [value for value in taken if value is not None]
-        if len(operands) < len(taken):
-            if said == '/' and taken[1] == Affine(0.0, ()):
+    def worth(symbol: float | str, values: list[Affine | None]) -> Affine | None:
+        operands = [value for value in values if value is not None]
+        if len(operands) < len(values):
+            if symbol == '/' and values[1] == Affine(0.0, ()):
                 raise ExpressionError('division by zero', code='division-by-zero')
             return None
         try:
-            return _finite(_combined(said, operands, scope), scope)
+            return _finite(_combined(symbol, operands, scope), scope)
         except _NotLinearError:
             if must_be_linear:
                 raise
@@ -199,54 +199,54 @@ def _advice_on_pi(text: str, scope: Scope) -> str:
         return undecided
     factors = dict(value.coefficients)
     whole, others = 180.0 * factors.pop('pi', 0.0), bool(factors)
-    if scope.wanted == 0 or value.constant or not whole or len(text) > MAX_ADVISED_LENGTH:
+    if scope.quantity == 0 or value.constant or not whole or len(text) > MAX_ADVISED_LENGTH:
         return undecided
     shown, number, instead = 'pi', '180', re.sub(r'\bpi\b', '180', text).strip()
     if not others and math.isclose(float(f'{whole:.6g}'), whole, rel_tol=1e-14):
         shown, number, instead = text.strip(), f'{whole:.6g}', f'{whole:.6g}'
-    where = 'here' if others or scope.wanted else 'here, if it is an angle'
+    where = 'here' if others or scope.quantity else 'here, if it is an angle'
     return f"{shown} is {number} {where}: write {instead} (the file has 'angle: deg')"
 
 
-def _combined(said: float | str, operands: list[Affine], scope: Scope) -> Affine:
-    if isinstance(said, float):
-        return Affine(said, ())
-    if said in expression_syntax.ARGUMENTS_OF:
-        return _called(said, operands, scope.angle_unit == 'deg')
+def _combined(symbol: float | str, operands: list[Affine], scope: Scope) -> Affine:
+    if isinstance(symbol, float):
+        return Affine(symbol, ())
+    if symbol in expression_syntax.ARGUMENTS_OF:
+        return _called(symbol, operands, scope.angle_unit == 'deg')
     if operands:
-        return OPERATIONS[said](*operands)
-    if said in scope.variables:
-        return Affine(0.0, ((said, 1.0),))
-    return Affine(math.pi if said == 'pi' else scope.constants[said], ())
+        return OPERATIONS[symbol](*operands)
+    if symbol in scope.variables:
+        return Affine(0.0, ((symbol, 1.0),))
+    return Affine(math.pi if symbol == 'pi' else scope.constants[symbol], ())
 
 
 def _scaled(value: Affine, factor: float) -> Affine:
     return Affine(value.constant * factor, tuple((n, c * factor) for n, c in value.coefficients))
 
 
-def _sum(one: Affine, other: Affine) -> Affine:
-    coefficients = dict(one.coefficients)
-    for name, coefficient in other.coefficients:
+def _sum(left: Affine, right: Affine) -> Affine:
+    coefficients = dict(left.coefficients)
+    for name, coefficient in right.coefficients:
         coefficients[name] = coefficients.get(name, 0.0) + coefficient
-    return Affine(one.constant + other.constant, tuple(coefficients.items()))
+    return Affine(left.constant + right.constant, tuple(coefficients.items()))
 
 
-def _product(one: Affine, other: Affine) -> Affine:
-    if one.coefficients and other.coefficients:
-        raise _not_linear(f'{_names(one)} is multiplied by {_names(other)}')
-    return _scaled(other, one.constant) if other.coefficients else _scaled(one, other.constant)
+def _product(left: Affine, right: Affine) -> Affine:
+    if left.coefficients and right.coefficients:
+        raise _not_linear(f'{_names(left)} is multiplied by {_names(right)}')
+    return _scaled(right, left.constant) if right.coefficients else _scaled(left, right.constant)
 
 
-def _quotient(one: Affine, other: Affine) -> Affine:
-    if other.coefficients:
-        raise _not_linear(f'division by {_names(other)}')
-    if other.constant == 0.0:
+def _quotient(left: Affine, right: Affine) -> Affine:
+    if right.coefficients:
+        raise _not_linear(f'division by {_names(right)}')
+    if right.constant == 0.0:
         raise ExpressionError('division by zero', code='division-by-zero')
-    divisor = other.constant
+    divisor = right.constant
     # Divide each coefficient by the divisor. A product with the reciprocal of the divisor would be
     # rounded twice.
-    coefficients = tuple((name, value / divisor) for name, value in one.coefficients)
-    return Affine(one.constant / divisor, coefficients)
+    coefficients = tuple((name, value / divisor) for name, value in left.coefficients)
+    return Affine(left.constant / divisor, coefficients)
 
 
 def _called(name: str, operands: list[Affine], degrees: bool) -> Affine:
@@ -265,10 +265,10 @@ def _called(name: str, operands: list[Affine], degrees: bool) -> Affine:
 
 OPERATIONS: dict[str, Callable[..., Affine]] = {
     '+': _sum,
-    '-': lambda one, other: _sum(one, _scaled(other, -1.0)),
+    '-': lambda left, right: _sum(left, _scaled(right, -1.0)),
     '*': _product,
     '/': _quotient,
-    'neg': lambda one: _scaled(one, -1.0),
+    'neg': lambda value: _scaled(value, -1.0),
 }
 
 

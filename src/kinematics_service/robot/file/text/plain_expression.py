@@ -21,7 +21,7 @@ OPENED_OR_CLOSED = re.compile(r'(\w*)\s*\(|\)', re.ASCII)
 
 
 def plain_expression(
-    text: str, known: Collection[str], angle_unit: str, wanted: int | None
+    text: str, known: Collection[str], angle_unit: str, quantity: int | None
 ) -> str:
     """
     Return the expression with names spelled as the file defines them, and without degree signs.
@@ -36,7 +36,7 @@ def plain_expression(
         name stays unchanged.
     angle_unit
         The file's unit of angles: 90° becomes `pi/2` for 'rad', and `90` for 'deg'.
-    wanted
+    quantity
         The expected quantity: 1 for an angle, 0 for a length or a ratio, None for any of the
         three.
 
@@ -46,11 +46,11 @@ def plain_expression(
         The text has a degree sign, but a length or a ratio is expected.
     """
     text = _with_known_names(text, known)
-    for found in IN_DEGREES.finditer(text) if wanted == 0 else ():
-        if not _in_a_function(text[: found.start()]):
-            message = f"'{found[0]}' is an angle; write a length or a ratio here"
+    for match in IN_DEGREES.finditer(text) if quantity == 0 else ():
+        if not _in_a_function(text[: match.start()]):
+            message = f"'{match[0]}' is an angle; write a length or a ratio here"
             raise ExpressionError(message, code='wrong-unit')
-    return IN_DEGREES.sub(lambda found: _without_sign(found, angle_unit), text)
+    return IN_DEGREES.sub(lambda match: _without_sign(match, angle_unit), text)
 
 
 def known_names_in(text: str, known: Collection[str]) -> frozenset[str]:
@@ -62,35 +62,35 @@ def known_names_in(text: str, known: Collection[str]) -> frozenset[str]:
 
 
 def _with_known_names(text: str, known: Collection[str]) -> str:
-    def name(found: re.Match[str]) -> str:
-        bare = found[0].replace('_', '')
-        same = [one for one in known if one.replace('_', '') == bare]
-        return same[0] if len(same) == 1 and found[0] not in ARGUMENTS_OF else found[0]
+    def name(match: re.Match[str]) -> str:
+        bare = match[0].replace('_', '')
+        same = [word for word in known if word.replace('_', '') == bare]
+        return same[0] if len(same) == 1 and match[0] not in ARGUMENTS_OF else match[0]
 
-    return NAME.sub(name, text) if '_' in text or any('_' in one for one in known) else text
+    return NAME.sub(name, text) if '_' in text or any('_' in word for word in known) else text
 
 
 def _in_a_function(before: str) -> bool:
     # Return whether the text `before` ends inside the parentheses of a sine or cosine.
     closed = 0
-    for found in reversed(list(OPENED_OR_CLOSED.finditer(before))):
-        if found[0] == ')':
+    for match in reversed(list(OPENED_OR_CLOSED.finditer(before))):
+        if match[0] == ')':
             closed += 1
         elif closed:
             closed -= 1
-        elif found[1] in ('sin', 'cos'):
+        elif match[1] in ('sin', 'cos'):
             return True
     return False
 
 
-def _without_sign(found: re.Match[str], angle_unit: str) -> str:
+def _without_sign(match: re.Match[str], angle_unit: str) -> str:
     if angle_unit == 'deg':
-        return found[1]
-    share = Fraction(found[1]) / 180  # the angle divided by pi, as an exact fraction
-    over = '' if share.denominator == 1 else f'/{share.denominator}'
-    times = '' if share.numerator == 1 else f'{share.numerator}*'
-    if not share:
+        return match[1]
+    fraction = Fraction(match[1]) / 180  # the angle divided by pi, as an exact fraction
+    over = '' if fraction.denominator == 1 else f'/{fraction.denominator}'
+    times = '' if fraction.numerator == 1 else f'{fraction.numerator}*'
+    if not fraction:
         return '0'
     # If the angle comes after `/`, write parentheses around it: 1/90° becomes 1/(pi/2).
-    divides = found.string[: found.start()].rstrip('+- \t\n').endswith('/')
+    divides = match.string[: match.start()].rstrip('+- \t\n').endswith('/')
     return f'({times}pi{over})' if divides else f'{times}pi{over}'

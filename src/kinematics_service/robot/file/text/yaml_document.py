@@ -51,7 +51,7 @@ class Document:
         self.file = file
         self._lines: dict[Path, int] = {}
         self.faults: list[tuple[Path, int, str]] = []
-        self.data = self._taken(root, (), root.line)
+        self.data = self._value(root, (), root.line)
 
     def line(self, path: Path) -> int:
         """
@@ -62,22 +62,22 @@ class Document:
             path = path[:-1]
         return self._lines[path]
 
-    def _taken(self, node: Node, path: Path, line: int) -> Yaml:
+    def _value(self, node: Node, path: Path, line: int) -> Yaml:
         self._lines[path] = line
         if isinstance(node, ListNode):
-            return [self._taken(item, (*path, k), item.line) for k, item in enumerate(node.items)]
+            return [self._value(item, (*path, k), item.line) for k, item in enumerate(node.items)]
         if not isinstance(node, MappingNode):
             return node
-        found: dict[str, Yaml] = {}
+        mapping: dict[str, Yaml] = {}
         for key, value in node.entries:
             inner = (*path, key.text)
-            if key.text in found:
+            if key.text in mapping:
                 first = self.line(inner)
                 lines = f'lines {first} and {key.line}' if first < key.line else f'line {first}'
                 self.faults.append((inner, key.line, f'the key is written twice, on {lines}'))
             else:
-                found[key.text] = self._taken(value, inner, key.line)
-        return found
+                mapping[key.text] = self._value(value, inner, key.line)
+        return mapping
 
 
 def texts_in(data: Yaml) -> Iterator[str]:

@@ -110,9 +110,9 @@ class YamlReader(Generic[Read]):
             The text is not YAML, or has anchors, aliases, tags, directives, keys that are lists or
             mappings, too many values, or too deep nesting.
         """
-        if found := UNACCEPTED.search(text):
-            line = text.count('\n', 0, found.start()) + 1
-            message = f'character {found[0]!a} is not accepted in YAML; delete it'
+        if match := UNACCEPTED.search(text):
+            line = text.count('\n', 0, match.start()) + 1
+            message = f'character {match[0]!a} is not accepted in YAML; delete it'
             raise YamlError(line, message, 'control-characters')
         try:
             for event in yaml.parse(text, Loader=LOADER):

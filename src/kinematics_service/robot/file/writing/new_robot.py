@@ -184,12 +184,12 @@ def _elementary(links: Sequence[_Link], _: Convention, units: Units) -> Iterator
 def _shape(links: Sequence[_Link], _: Convention, units: Units) -> Iterator[str]:
     # Yield rows in the convention of Sheth and Uicker. The key `in` of row i is the fixed motion
     # before joint i. It is made from d, a and alpha of row i - 1 of the standard DH table.
-    way = ''
+    motion = ''
     for i, link in enumerate(links, 1):
-        yield f'{{{way}joint: Rz(q{i})}}'
+        yield f'{{{motion}joint: Rz(q{i})}}'
         xyz = f'[{_length(link.a, units)}, 0, {_length(link.d, units)}]'
-        way = f'in: {{xyz: {xyz}, rpy: [{_angle(link.alpha, units)}, 0, 0]}}, '
-    yield f'{{{way.removesuffix(", ")}}}'
+        motion = f'in: {{xyz: {xyz}, rpy: [{_angle(link.alpha, units)}, 0, 0]}}, '
+    yield f'{{{motion.removesuffix(", ")}}}'
 
 
 WRITERS: dict[RowKind, Callable[[Sequence[_Link], Convention, Units], Iterator[str]]] = {

@@ -87,13 +87,13 @@ def written_entries(text: str, value: Node, without: Sequence[str]) -> dict[str,
 def _comments(lines: list[str]) -> dict[str, str]:
     # Return the comments at the ends of the lines of `factors`, by the name of the factor in each
     # line. The name is empty for the line of the key `factors`.
-    found = {}
+    comments = {}
     for line in lines:
         comment = re.search(r'\s+#.*$', line.rstrip('\n'))
         named = re.search(r'name:\s*"?([^,"}]+?)"?\s*[,}]', line)
         if comment:
-            found[named[1] if named and 'factors:' not in line else ''] = comment[0]
-    return found
+            comments[named[1] if named and 'factors:' not in line else ''] = comment[0]
+    return comments
 
 
 def _factor_lines(
