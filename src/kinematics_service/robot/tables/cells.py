@@ -53,7 +53,9 @@ def plain_cell(text: str) -> str:
     """Return a cell without marks of LaTeX, Markdown or program code; `q(1)` becomes `q1`."""
     for pattern, plain in PLAIN:
         text = pattern.sub(plain, text)
-    text = INDEX.sub(lambda one: one[0] if one[1] in ARGUMENTS_OF else one[1] + one[2], text)
+    text = INDEX.sub(
+        lambda match: match[0] if match[1] in ARGUMENTS_OF else match[1] + match[2], text
+    )
     text = text.strip(' \t\n`"\'')
     return text.strip('* ') if text.startswith('*') else text
 

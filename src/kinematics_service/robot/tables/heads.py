@@ -67,9 +67,9 @@ def head_of(text: str) -> Head:
     `Link twist`.
     """
     text = INDEX.sub(r'\1\2', plain_cell(text).strip('*').lower())
-    found = IN_HEAD.search(text)
-    unit = _unit(found[1]) if found else ''
-    text = text[: found.start()] if found else text
+    match = IN_HEAD.search(text)
+    unit = _unit(match[1]) if match else ''
+    text = text[: match.start()] if match else text
     for meaning, pattern in (('min', MINIMUM), ('max', MAXIMUM)):
         if pattern.search(text):
             return Head(meaning, unit)
@@ -133,7 +133,7 @@ def with_r(heads: Sequence[Head], report: TableReport) -> tuple[Sequence[Head], 
     In tables of Khalil and Dombre, d is along x and r along z; in other books r means a.
     """
     meanings = [head.meaning for head in heads]
-    heads = [one._replace(meaning='type') if one.meaning == 'sigma' else one for one in heads]
+    heads = [head._replace(meaning='type') if head.meaning == 'sigma' else head for head in heads]
     if 'r' not in meanings or 'd' not in meanings:
         return heads, ''
     r, d = (heads[meanings.index(name)] for name in ('r', 'd'))
@@ -142,15 +142,15 @@ def with_r(heads: Sequence[Head], report: TableReport) -> tuple[Sequence[Head], 
     if of_khalil or (d.before and not r.before):
         message = 'the letters are those of Khalil: d is along x (a here), r along z (d here)'
         report.note(message, 'khalil')
-        heads = [one._replace(meaning=khalil.get(one.meaning, one.meaning)) for one in heads]
+        heads = [head._replace(meaning=khalil.get(head.meaning, head.meaning)) for head in heads]
         return heads, 'modified'
     if r.before and not d.before:
-        return [one._replace(meaning='a') if one is r else one for one in heads], ''
+        return [head._replace(meaning='a') if head is r else head for head in heads], ''
     words = [meaning or '-' for meaning in meanings]
-    one, other = (','.join(way.get(x, x) for x in words) for way in (khalil, {'r': 'a'}))
+    columns, others = (','.join(names.get(x, x) for x in words) for names in (khalil, {'r': 'a'}))
     return report.refuse(
-        f'columns d and r: for a table of Khalil (d along x, r along z) write --columns {one} '
-        f'--convention modified; for others (r is a, along x) --columns {other}',
+        f'columns d and r: for a table of Khalil (d along x, r along z) write --columns {columns} '
+        f'--convention modified; for others (r is a, along x) --columns {others}',
         'ambiguous',
     )
 

@@ -76,7 +76,7 @@ def without_stars(
     In some tables a star marks the joint variables, such as `theta1*`. Remove the stars in the
     cells d and theta; return the names that had a star.
     """
-    found = [
+    stars = [
         (row, place, star)
         for row in rows
         for place in OWN
@@ -85,15 +85,15 @@ def without_stars(
     ]
     # A star may mark a joint variable or mean a product: `q2*-1` is q2 - 1 or q2 times -1. If
     # every star is before a minus sign, the meaning is unknown, so report a fault.
-    if found and all(star[0].endswith('*') and star['sign'] for _, _, star in found):
-        row, place, _ = found[0]
+    if stars and all(star[0].endswith('*') and star['sign'] for _, _, star in stars):
+        row, place, _ = stars[0]
         message = f'{row.cells[place]}: a product, or a variable with its star? Write it without *'
         row.fault(report, place, message, 'ambiguous')
-    for row, place, star in found:
+    for row, place, star in stars:
         row.cells[place] = row.cells[place].replace(star[0], f'{star[1]} ').strip()
-    if found:
+    if stars:
         report.note('a star marks the variable of a joint', 'star')
-    return {star[1] for _, _, star in found}
+    return {star[1] for _, _, star in stars}
 
 
 def moving_rows(
@@ -122,17 +122,17 @@ def moving_rows(
             continue
         known = [before.variable for before in arm if before.variable]
         free = f'q{len(known) + 1}'
-        own = _moving(row, place, constants) if place else frozenset()
-        new = sorted(name for name in own - {MARK} if bare(name) not in map(bare, known))
+        names = _moving(row, place, constants) if place else frozenset()
+        new = sorted(name for name in names - {MARK} if bare(name) not in map(bare, known))
         if len(new) > 1 and len(angles := list(filter(ANGLE.fullmatch, new))) == 1:
             # Only one name in the cell looks like an angle. The other names are constants without
             # a value.
             new = angles
         free = f'joint_{free}' if free in taken else free
-        variable = free if place and (MARK in own or not own) else new[0] if new else ''
+        variable = free if place and (MARK in names or not names) else new[0] if new else ''
         moved = _moved(row, place, variable, constants)
         arm.append(moved)
-        for column, message, code in _faults(moved, new, MARK in own, named):
+        for column, message, code in _faults(moved, new, MARK in names, named):
             row.fault(report, column, message, code)
     _judge_fixed(arm, joints, report)
     return arm
@@ -156,20 +156,19 @@ def _lengths(
     # theta2. If the table marks variables by stars, a name without a star is a length.
     turning = {name for row in rows for name in _moving(row, 'theta', known)}
     numbers = {_number(name) for name in turning}
-    found = set[str]()
+    lengths = set[str]()
     for row in rows:
         names = _moving(row, 'd', known) - {MARK} - turning
         turns = _moving(row, 'theta', known) or (starred and not names & starred)
         slides = not turns and not NOT_A_JOINT.fullmatch(row.cells.get('joint', ''))
         if 'type' in row.cells:
             slides = TYPES.get(row.cells['type'].lower()) == 'd'
-        found |= {one for one in names if not slides or (_number(one) or '-') in numbers}
-        if slides and names - found and row is rows[-1] and found and not starred:
-            one = f'{min(names)} may slide, or be the length of a tool: write {min(names)}* if it'
-            row.fault(
-                report, 'd', f'{one} slides; if not, tool into the column joint', 'ambiguous'
-            )
-    return found
+        lengths |= {name for name in names if not slides or (_number(name) or '-') in numbers}
+        if slides and names - lengths and row is rows[-1] and lengths and not starred:
+            hint = f'{min(names)} may slide, or be the length of a tool: write {min(names)}* if it'
+            message = f'{hint} slides; if not, tool into the column joint'
+            row.fault(report, 'd', message, 'ambiguous')
+    return lengths
 
 
 def _number(name: str) -> str:
@@ -178,7 +177,7 @@ def _number(name: str) -> str:
 
 def _marked(row: NumberedRow, place: str, constants: Collection[str]) -> str:
     cell = row.cells.get(place, '')
-    return OWN[place].sub(lambda found: found[0] if found[0] in constants else MARK, cell)
+    return OWN[place].sub(lambda match: match[0] if match[0] in constants else MARK, cell)
 
 
 def _moving(row: NumberedRow, place: str, constants: Collection[str]) -> frozenset[str]:
@@ -187,8 +186,8 @@ def _moving(row: NumberedRow, place: str, constants: Collection[str]) -> frozens
     text = _marked(row, place, constants)
     names = names_in(text).difference(constants, ('pi',))
     slides = TYPES.get(row.cells.get('type', '').lower()) == 'd'
-    own = {name for name in names if place == 'theta' or slides or SLIDING.fullmatch(name)}
-    return frozenset(own | {MARK} if MARK in text else own)
+    moving = {name for name in names if place == 'theta' or slides or SLIDING.fullmatch(name)}
+    return frozenset(moving | {MARK} if MARK in text else moving)
 
 
 def bare(name: str) -> str:
@@ -225,7 +224,7 @@ def _moved(row: NumberedRow, place: str, variable: str, constants: Collection[st
 
 
 def _faults(
-    moved: MovingRow, new: Sequence[str], own: bool, named: bool
+    moved: MovingRow, new: Sequence[str], marked: bool, named: bool
 ) -> Iterator[tuple[str, str, str]]:
     cells = moved.row.cells
     unnamed = named and moved.place == 'theta' and not cells['theta'] and 'type' not in cells
@@ -233,7 +232,7 @@ def _faults(
     for column in ('a', 'alpha', 'd', 'theta'):
         if not texts[column]:
             yield column, 'the cell is empty; write 0, or the number of merged cells', 'empty'
-    if len(new) + own > 1:
+    if len(new) + marked > 1:
         message = f'{" and ".join(new)}: which moves this row? Write numbers for the others'
         yield moved.place, message, 'ambiguous'
     elif moved.place == 'theta' and new and LENGTH.fullmatch(new[0]):
@@ -242,13 +241,13 @@ def _faults(
         if wrong := next(filter(ANGLE.fullmatch, names_in(cells[column])), None):
             yield column, f'{wrong} is the name of a joint; {ORDER}', 'wrong-column'
     for column in ('a', 'd'):
-        found = cells[column].strip('-')
-        if AN_ANGLE.fullmatch(found) and ('pi' in found or is_quarter(found)):
-            yield column, f'{found} is an angle; {ORDER}', 'wrong-column'
+        text = cells[column].strip('-')
+        if AN_ANGLE.fullmatch(text) and ('pi' in text or is_quarter(text)):
+            yield column, f'{text} is an angle; {ORDER}', 'wrong-column'
     if cells.get('offset', '') not in ZERO:
         if not moved.place:
             yield 'offset', 'no joint moves this row; write 0', 'no-effect'
-        elif cells[moved.place] not in (*ZERO, moved.variable) and not own:
+        elif cells[moved.place] not in (*ZERO, moved.variable) and not marked:
             yield 'offset', f'{moved.place} has a number as well; write one of the two', 'conflict'
 
 
@@ -258,17 +257,17 @@ def _judge_fixed(
     # A row without a joint variable of its own is one of three cases. The row is fixed, or the
     # joint of an earlier row also moves this row, or the table's author forgot the variable. In
     # the first two cases add a note to the report, in the third case a fault.
-    rows = [one.row for one in arm if not one.place and 'type' not in one.row.cells]
+    rows = [moved.row for moved in arm if not moved.place and 'type' not in moved.row.cells]
     fixed = [row for row in rows if row in joints]
-    moving = [one.variable for one in arm if one.variable]
+    moving = [moved.variable for moved in arm if moved.variable]
     numbers = [int(number) for number in map(_number, moving) if number]
     skipped = any(b - a != 1 for a, b in zip(numbers, numbers[1:]))
     for row, *_, variable, place in arm:
-        if place and not variable and (again := row.cells[place]) in moving:
+        if place and not variable and (shared := row.cells[place]) in moving:
             if skipped:
-                message = f'{again} again, and a number is left out: which is it?'
+                message = f'{shared} again, and a number is left out: which is it?'
                 row.fault(report, place, message, 'duplicate-name')
-            report.note(f'row {row.number} is moved by {again}, as a row above is', 'coupled-row')
+            report.note(f'row {row.number} is moved by {shared}, as a row above is', 'coupled-row')
     for row, *_ in arm if all(place == 'd' for *_, place in arm) else ():
         turn = row.cells['theta']
         if IN_METRES.fullmatch(turn) and not is_quarter(turn.strip('-')):
@@ -277,7 +276,7 @@ def _judge_fixed(
         if row is arm[-1].row or not skipped and len(fixed) < len(moving):
             report.note(f'row {row.number} is fixed: it has no variable', 'fixed-row')
         else:
-            name, own = f'q{row.number}', row.cells['theta']
-            fault = f'{own} without a variable; write {sum_of(name, own)} if a joint turns there'
-            message = f'{fault}, or a column type with R, P and fixed'
+            name, cell = f'q{row.number}', row.cells['theta']
+            hint = f'{cell} without a variable; write {sum_of(name, cell)} if a joint turns there'
+            message = f'{hint}, or a column type with R, P and fixed'
             row.fault(report, 'theta', message, 'missing-variable')

@@ -68,8 +68,8 @@ def rows_of(text: str, report: TableReport) -> list[PastedRow]:
     blocks = blocks_of(text)
     tables = [block for block in blocks if len(block.rows) > 1]
     if len(tables) > 1:
-        named = ', '.join(f'{one.name or "one"} in line {one.rows[0].line}' for one in tables)
-        report.refuse(f'{SEVERAL} ({named})', 'several-tables')
+        names = [f'{table.name or "one"} in line {table.rows[0].line}' for table in tables]
+        report.refuse(f'{SEVERAL} ({", ".join(names)})', 'several-tables')
     lines = [] if tables else _read_lines(text, report)
     if not tables and (len(blocks) != 1 or find_heads(lines) is not None):
         return lines
@@ -80,11 +80,11 @@ def remark_heads(text: str) -> list[PastedRow]:
     """
     Return a row of heads from a comment such as `# theta, a, d, alpha of each joint`, else [].
     """
-    for found in REMARK.finditer(text):
-        words = re.findall(r'[a-z]+', found[0].lower())
+    for match in REMARK.finditer(text):
+        words = re.findall(r'[a-z]+', match[0].lower())
         heads = [word for word in words if MEANINGS.get(word) in ('a', 'alpha', 'd', 'theta')]
         if len(set(heads)) == len(heads) > 2:
-            return [PastedRow(text.count('\n', 0, found.start()) + 1, tuple(heads))]
+            return [PastedRow(text.count('\n', 0, match.start()) + 1, tuple(heads))]
     return []
 
 
@@ -145,7 +145,7 @@ def _groups(text: str) -> Iterator[tuple[int, int, int]]:
         elif sign in ')]}' and opened:
             start, called = opened.pop()
             if not called:
-                yield start, k, next((one for one, call in reversed(opened) if not call), -1)
+                yield start, k, next((begin for begin, call in reversed(opened) if not call), -1)
 
 
 def _plain(rows: Iterable[PastedRow]) -> list[PastedRow]:
@@ -157,7 +157,7 @@ def _latex(text: str) -> Iterator[PastedRow]:
     line = 1
     for row in re.split(r'\\\\(?:\[[^\]]*\])?', LATEX_ONLY.sub('', text)):
         before = row[: len(row) - len(row.lstrip())]
-        merged = MERGED.sub(lambda found: found[2] + '&' * (int(found[1] or 1) - 1), row)
+        merged = MERGED.sub(lambda match: match[2] + '&' * (int(match[1] or 1) - 1), row)
         if '&' in merged:
             yield PastedRow(line + before.count('\n'), tuple(merged.split('&')))
         line += row.count('\n')
@@ -195,8 +195,8 @@ def _lines(text: str, delimiter: str) -> Iterator[PastedRow]:
     lines = {n: UNIT_BEHIND.sub('', re.sub(r',\s+', ',', line)) for n, line in lines.items()}
     packed = {n: re.sub(r'(?<=\w)\s+([-+*/])\s+(?=\w)', r'\1', line) for n, line in lines.items()}
     ways = [
-        [PastedRow(n, tuple(re.split(gap, line.strip()))) for n, line in way.items()]
-        for gap, way in ((r'\s+', lines), (r'\s{2,}', lines), (r'\s+', packed))
+        [PastedRow(n, tuple(re.split(gap, line.strip()))) for n, line in texts.items()]
+        for gap, texts in ((r'\s+', lines), (r'\s{2,}', lines), (r'\s+', packed))
     ]
     counts = [{len(row.cells) for row in rows} for rows in ways]
     yield from ways[min(range(3), key=lambda k: (max(counts[k], default=0) < 3, len(counts[k])))]

@@ -69,16 +69,16 @@ def rows_of_substitutions(text: str, report: TableReport) -> list[PastedRow]:
 def _with_lists(text: str) -> str:
     # A YAML list may have one item in each line. Return the text with such lists in brackets.
     return BLOCK_LIST.sub(
-        lambda found: f'{found[1]}{found[2]}: [{", ".join(ITEM.sub("", found[3]).split())}]\n',
+        lambda match: f'{match[1]}{match[2]}: [{", ".join(ITEM.sub("", match[3]).split())}]\n',
         without_comments(text),
     )
 
 
 def _pairs(text: str) -> list[_Pair]:
     return [
-        _Pair(one.start(), one.end(), one['owner'] or '', one['key'].lower(), one['value'].strip())
-        for one in PAIR.finditer(text)
-        if one['value'].strip()
+        _Pair(*match.span(), match['owner'] or '', match['key'].lower(), match['value'].strip())
+        for match in PAIR.finditer(text)
+        if match['value'].strip()
     ]
 
 
@@ -124,16 +124,16 @@ def _numbered(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[Pa
     # has alpha(i-1), a(i-1), d(i) and theta(i). If the text has no value for a quantity, its cell
     # gets the name of the quantity, such as `d2`.
     parts = (NUMBERED.sub(r'\1 \2', pair.key).split() for pair in pairs)
-    found = {(name, int(index)): pair for (name, index), pair in zip(parts, pairs)}
-    if len({(pair.key, pair.value) for pair in pairs}) > len(found):
+    by_index = {(name, int(index)): pair for (name, index), pair in zip(parts, pairs)}
+    if len({(pair.key, pair.value) for pair in pairs}) > len(by_index):
         report.refuse(SEVERAL, 'several-tables')
-    twists = sorted(k for name, k in found if name == 'alpha')
-    angle = next((name for name, _ in found if name in ('theta', 'th', 'q')), 'q')
-    before = twists[0] == 0 and not {('d', 0), (angle, 0)} & found.keys()
+    twists = sorted(k for name, k in by_index if name == 'alpha')
+    angle = next((name for name, _ in by_index if name in ('theta', 'th', 'q')), 'q')
+    before = twists[0] == 0 and not {('d', 0), (angle, 0)} & by_index.keys()
     last = '(i-1)' if before else ''
     rows = [PastedRow(0, (f'alpha{last}', f'a{last}', 'd', 'theta'))]
     for k in twists:
         places = (('alpha', k), ('a', k), ('d', k + before), (angle, k + before))
-        cells = [found[at].value if at in found else f'{at[0]}{at[1]}' for at in places]
-        rows.append(_row(text, found['alpha', k], cells))
+        cells = [by_index[at].value if at in by_index else f'{at[0]}{at[1]}' for at in places]
+        rows.append(_row(text, by_index['alpha', k], cells))
     return rows

@@ -179,15 +179,15 @@ def _headed(
         given = [head_of(word) for word in words]
         # Take the quantities from `columns`. Keep the units and indices of the table's own heads,
         # unless `columns` gives others.
-        own = [*heads, *[Head('')] * len(given)]
+        padded = [*heads, *[Head('')] * len(given)]
         heads = [
-            old._replace(meaning=one.meaning, unit=one.unit or old.unit) if not one.before else one
-            for one, old in zip(given, own)
+            old._replace(meaning=new.meaning, unit=new.unit or old.unit) if not new.before else new
+            for new, old in zip(given, padded)
         ]
     named = [k for k, head in enumerate(heads) if head.meaning == 'joint']
     heads = [Head('') if k in named[1:] else head for k, head in enumerate(heads)]
-    left = [word for word, head in zip(words, heads) if word.strip(' -') and not head.meaning]
-    for word in left:
+    ignored = [word for word, head in zip(words, heads) if word.strip(' -') and not head.meaning]
+    for word in ignored:
         report.note(f'the column {word!r} is left out', 'left-out')
     if not body:
         report.refuse('no rows below the heads', 'empty')
@@ -335,8 +335,8 @@ def _in_the_table(fault: Fault, arm: Sequence[MovingRow]) -> Fault:
     # A fault is at a place of the generated robot file. Return this fault with the row and column
     # of the pasted table.
     where, line = fault.where, 0
-    if found := PLACE.fullmatch(where):
-        rows = arm if found[1] == 'links' else [row for row in arm if row.variable]
-        line, number, _ = rows[int(found[2])].row
-        where = f'row {number}' + (f', column {found[3]}' if found[3] else '')
+    if match := PLACE.fullmatch(where):
+        rows = arm if match[1] == 'links' else [row for row in arm if row.variable]
+        line, number, _ = rows[int(match[2])].row
+        where = f'row {number}' + (f', column {match[3]}' if match[3] else '')
     return Fault(fault.file, line, where, fault.message, fault.code)

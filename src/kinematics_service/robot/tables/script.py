@@ -36,16 +36,16 @@ def constants_of(text: str, report: TableReport) -> dict[str, str]:
     Return the constants of a script: a dictionary from names, except names of joints, to the
     assigned expressions.
     """
-    found: dict[str, str] = {}
+    constants: dict[str, str] = {}
     for names, value in CONSTANT.findall(text):
         values = cells_of(value) if ',' in names else [value]
-        found |= zip(re.split(r'\s*,\s*', names), map(plain_cell, values))
+        constants |= zip(re.split(r'\s*,\s*', names), map(plain_cell, values))
     for name, value in VECTOR.findall(text):
         first = 1 if re.search(rf'\b{name}\(\d', text) else 0
-        found |= {f'{name}{k}': plain_cell(v) for k, v in enumerate(cells_of(value), first)}
-    if joints := sorted(filter(ANGLE.fullmatch, found)):
+        constants |= {f'{name}{k}': plain_cell(v) for k, v in enumerate(cells_of(value), first)}
+    if joints := sorted(filter(ANGLE.fullmatch, constants)):
         report.note(f'the values of {", ".join(joints)} are left out: joints move', 'left-out')
-    return {name: value for name, value in found.items() if name not in joints}
+    return {name: value for name, value in constants.items() if name not in joints}
 
 
 def settings_of(text: str, report: TableReport) -> dict[str, str]:
@@ -53,11 +53,11 @@ def settings_of(text: str, report: TableReport) -> dict[str, str]:
     Return a dictionary from `offset`, `base` and `tool` to the expressions that a script gives for
     them.
     """
-    found = {key: value.strip() for key, value in SETTING.findall(text)}
-    if found.pop('qlim', ''):
+    settings = {key: value.strip() for key, value in SETTING.findall(text)}
+    if settings.pop('qlim', ''):
         message = 'qlim of the robot is not read; write limits into the robot file'
         report.note(message, 'left-out')
-    return found
+    return settings
 
 
 def end_lines(text: str, settings: Mapping[str, str], report: TableReport) -> Iterator[str]:
@@ -67,13 +67,13 @@ def end_lines(text: str, settings: Mapping[str, str], report: TableReport) -> It
     """
     for end in ('base', 'tool'):
         if end in settings:
-            found = _placement(settings[end])
-            if found is None:
+            placement = _placement(settings[end])
+            if placement is None:
                 fault = (
                     f'{end}: {settings[end]!r} is not understood; write transl(x, y, z)*trotx(a)'
                 )
                 report.refuse(f'{fault}, or write {end} into the robot file', 'syntax')
-            yield _line(end, *found)
+            yield _line(end, *placement)
     for end, xyz, order, angles in BOXED.findall(text):
         # In Corke's toolbox, the order xyz means R = Rx(yaw) Ry(pitch) Rz(roll). The text lists
         # roll first, which is the angle about z. A robot file lists the angle about x first. So
@@ -107,9 +107,9 @@ def _placement(text: str) -> tuple[list[str], list[str]] | None:
 
 
 def _line(end: str, *placed: list[str]) -> str:
-    cells = [[cell.strip() for cell in one] for one in placed]
+    cells = [[cell.strip() for cell in part] for part in placed]
     plain = [
-        ['0' if cell.strip(DEGREE) in ZERO else scalar(cell) for cell in one] for one in cells
+        ['0' if cell.strip(DEGREE) in ZERO else scalar(cell) for cell in part] for part in cells
     ]
     xyz, rpy = map(', '.join, plain)
     return f'{end}: {{xyz: [{xyz}], rpy: [{rpy}]}}'

@@ -73,7 +73,7 @@ def toolbox_links(text: str, report: TableReport) -> ToolboxLinks | None:
         The script has several robots, or its links are not written one after another.
     """
     text = without_comments(text).replace('"', "'")
-    links = [_call(text, found, report) for found in LINK.finditer(text)] or _matrix_links(text)
+    links = [_call(text, match, report) for match in LINK.finditer(text)] or _matrix_links(text)
     if not links:
         return None
     _refuse_other_orders(text, [link.target for link in links if link.target], report)
@@ -92,7 +92,7 @@ def toolbox_links(text: str, report: TableReport) -> ToolboxLinks | None:
         for link, cell in zip(links, cells):
             link.values['offset'] = cell
     always = re.search(r"SerialLink\([^;\n]*'modified'", text) is not None
-    modified = {always or 'MDH' in one.function or one.has('mdh', 'modified') for one in links}
+    modified = {always or 'MDH' in link.function or link.has('mdh', 'modified') for link in links}
     if len(modified) > 1:
         message = 'some links are standard and some modified; write all in one way'
         report.refuse(message, 'conflict')
@@ -103,9 +103,9 @@ def toolbox_links(text: str, report: TableReport) -> ToolboxLinks | None:
 def _matrix_links(text: str) -> list[_LinkCall]:
     # Return one link for each row of the matrix `dh` in SerialLink(dh). A row has theta, d, a,
     # alpha, sigma, offset.
-    found = OF_MATRIX.search(text)
-    blocks = blocks_of(text) if found else []
-    named = [block for block in blocks if found and block.name == found[1]]
+    match = OF_MATRIX.search(text)
+    blocks = blocks_of(text) if match else []
+    named = [block for block in blocks if match and block.name == match[1]]
     named = named or [block for block in blocks if len(block.rows) > 1]
     if len(named) != 1:
         return []
@@ -118,7 +118,7 @@ def _refuse_other_orders(text: str, targets: list[str], report: TableReport) -> 
         message = 'the text has several robots; leave the links of one in it'
         report.refuse(message, 'several-tables')
     listed = [word for word in NAME.findall(robots[0]) if word in targets] if robots else []
-    places = [int(found[1]) for one in targets if (found := re.search(r'(\d+)\W?$', one))]
+    places = [int(match[1]) for target in targets if (match := re.search(r'(\d+)\W?$', target))]
     apart = any(b - a != 1 for a, b in zip(places, places[1:]))
     if (listed or targets) != targets or apart:
         message = 'the links of the robot are others, or in another order; write only those'
@@ -131,22 +131,22 @@ def _refuse_other_orders(text: str, targets: list[str], report: TableReport) -> 
         report.refuse(message, 'unsupported')
 
 
-def _call(text: str, found: re.Match[str], report: TableReport) -> _LinkCall:
-    line = text.count('\n', 0, found.start(2)) + 1
-    values, rest = dict.fromkeys(OPTION.findall(found[3]), '1'), OPTION.sub('', found[3])
-    if vector := re.match(r'\s*\[([^\]]*)\]', rest):
+def _call(text: str, match: re.Match[str], report: TableReport) -> _LinkCall:
+    line = text.count('\n', 0, match.start(2)) + 1
+    values, arguments = dict.fromkeys(OPTION.findall(match[3]), '1'), OPTION.sub('', match[3])
+    if vector := re.match(r'\s*\[([^\]]*)\]', arguments):
         elements = cells_of(vector[1].replace(',', ' '))
         if not 4 <= len(elements) <= len(VECTOR):
             message = f'{len(elements)} numbers; write theta d a alpha, then sigma and offset'
             report.fault(message, 'wrong-length', line)
         values |= zip(VECTOR, elements)
-        rest = rest[vector.end() :]
-    given = {matlab or python: value for matlab, python, value in VALUE.findall(rest)}
-    strange = ', '.join(given.keys() - KNOWN) or VALUE.sub('', rest).strip(' ,.\t\n')
+        arguments = arguments[vector.end() :]
+    given = {matlab or python: value for matlab, python, value in VALUE.findall(arguments)}
+    strange = ', '.join(given.keys() - KNOWN) or VALUE.sub('', arguments).strip(' ,.\t\n')
     if strange:
         report.fault(f'{strange!r} is not understood; write a=..., alpha=...', 'syntax', line)
     values |= {key: value.strip() for key, value in given.items()}
-    return _LinkCall(line, found[1] or '', found[2], values)
+    return _LinkCall(line, match[1] or '', match[2], values)
 
 
 def _row(link: _LinkCall, report: TableReport) -> PastedRow:

@@ -57,10 +57,10 @@ def in_one_unit(
     return the unit.
     """
     meanings, accepted, _ = KINDS[kind]
-    in_heads = {one.meaning: one.unit for one in heads if one.meaning in meanings and one.unit}
-    asked = set(given).intersection(accepted)
-    chosen = {*in_heads.values(), *asked}
-    if asked and len(chosen) > 1:
+    stated = {head.meaning: head.unit for head in heads if head.meaning in meanings and head.unit}
+    requested = set(given).intersection(accepted)
+    chosen = {*stated.values(), *requested}
+    if requested and len(chosen) > 1:
         message = f'{kind} in {" and in ".join(sorted(chosen))}; write them in one unit'
         report.refuse(message, 'conflict')
     cells = [(row, name) for row in rows for name in meanings if row.cells.get(name)]
@@ -77,11 +77,11 @@ def in_one_unit(
         ]
         unit = _likely_unit(kind, texts, text, report)
     for row, name in cells:
-        own, cell = in_heads.get(name, unit if len(chosen) < 2 else ''), row.cells[name]
-        if own != unit and TERM.search(cell) and cell not in ZERO:
-            if not own:
+        cell_unit, cell = stated.get(name, unit if len(chosen) < 2 else ''), row.cells[name]
+        if cell_unit != unit and TERM.search(cell) and cell not in ZERO:
+            if not cell_unit:
                 row.fault(report, name, 'no unit; write it into the heads', 'missing-unit')
-            cell = TERM.sub(rf'\g<0>{DEGREE if own == "deg" else own}', cell)
+            cell = TERM.sub(rf'\g<0>{DEGREE if cell_unit == "deg" else cell_unit}', cell)
         row.cells[name] = in_unit(cell, unit)
     return unit
 
@@ -89,21 +89,21 @@ def in_one_unit(
 def _likely_unit(kind: str, texts: Sequence[str], whole: str, report: TableReport) -> str:
     # Choose the unit by marks in the cells: degree signs, the name pi, or unit words. If the cells
     # have no marks, choose the unit by the size of the numbers.
-    _, (small, large), most = KINDS[kind]
-    words = {unit: said[0] for unit, one in WORDS.items() if (said := one.search(whole))}
+    _, (small, large), limit = KINDS[kind]
+    words = {unit: match[0] for unit, pattern in WORDS.items() if (match := pattern.search(whole))}
     marks = words if len(words.keys() & {small, large}) == 1 else dict[str, str]()
     plain: list[str] = []
     for text in texts:
-        found = ['m' if unit == 'm' else 'mm' for _, unit in MARKED.findall(text)]
+        units = ['m' if unit == 'm' else 'mm' for _, unit in MARKED.findall(text)]
         if kind == 'angles':
-            found = ['deg'] * (DEGREE in text) + ['rad'] * ('pi' in names_in(text))
-        marks |= dict.fromkeys(found, text.strip())
+            units = ['deg'] * (DEGREE in text) + ['rad'] * ('pi' in names_in(text))
+        marks |= dict.fromkeys(units, text.strip())
         # Compare only terms of sums, not factors, because in 26.45*0.0254 the factor 26.45 is
         # larger than the product.
-        if 'rad' not in found:
+        if 'rad' not in units:
             plain += [number for number in TERM.findall(text) if float(number)]
     plain.sort(key=float)
-    is_large = bool(plain) and float(plain[-1]) > most
+    is_large = bool(plain) and float(plain[-1]) > limit
     if kind == 'angles' and is_large and (quarters := list(filter(is_quarter, plain))):
         marks.setdefault('rad', quarters[0])
     other = marks.get(small if is_large else large)
@@ -115,10 +115,10 @@ def _likely_unit(kind: str, texts: Sequence[str], whole: str, report: TableRepor
             'ambiguous',
         )
     unit = large if is_large or (large in marks and small not in marks) else small
-    why = f', because {float(number):g} {small} would be too large' if is_large else ''
+    reason = f', because {float(number):g} {small} would be too large' if is_large else ''
     if unit == 'deg' and not is_large:
-        why = ', because of the degree signs'
-    message = f'{kind} are read in {unit}{why} (--units changes it)'
+        reason = ', because of the degree signs'
+    message = f'{kind} are read in {unit}{reason} (--units changes it)'
     report.note(message, 'assumed-unit')
     return unit
 
@@ -132,11 +132,11 @@ def in_unit(cell: str, unit: str) -> str:
         cell = re.sub(r'\bpi\b', '180', cell.replace(DEGREE, ''))
     cell = re.sub(r'(\bpi\b[^*/]*?)\s*\b(?:rad|radians?)\b', r'\1', cell)
 
-    def number(found: re.Match[str]) -> str:
-        if found[2].startswith('rad'):
-            value = float(found[1])
-            return number_text(math.degrees(value)) if unit == 'deg' else found[1]
-        in_mm = Decimal(found[1]) * IN_MM[found[2][:2]]
+    def number(match: re.Match[str]) -> str:
+        if match[2].startswith('rad'):
+            value = float(match[1])
+            return number_text(math.degrees(value)) if unit == 'deg' else match[1]
+        in_mm = Decimal(match[1]) * IN_MM[match[2][:2]]
         return number_text(float(in_mm if unit == 'mm' else in_mm / 1000))
 
     return MARKED.sub(number, cell)
@@ -150,11 +150,11 @@ def rounded(cell: str, unit: str) -> str:
     If the unit is degrees, round the numbers to DEGREE_DECIMALS decimals instead.
     """
 
-    def part(found: re.Match[str]) -> str:
+    def part(match: re.Match[str]) -> str:
         if unit == 'deg':
-            return number_text(round(float(found[0]), DEGREE_DECIMALS))
-        quarters = [k * math.pi / 2.0 for _, k in rounded_quarters(found[0])]
-        text = angle_of(*quarters or [as_rounded_part_of_pi(found[0])]).text
-        return text if 'pi' in text else found[0]
+            return number_text(round(float(match[0]), DEGREE_DECIMALS))
+        quarters = [k * math.pi / 2.0 for _, k in rounded_quarters(match[0])]
+        text = angle_of(*quarters or [as_rounded_part_of_pi(match[0])]).text
+        return text if 'pi' in text else match[0]
 
     return TERM.sub(part, cell)
