@@ -73,8 +73,8 @@ def certify(chain: UrdfChain, robot: Robot) -> Certificate:
     Compare the tool poses of a robot with the poses of the URDF chain from which it was made.
     """
     q = configurations(chain)
-    expected, found = chain.poses(q), poses_and_jacobians(robot.chain, q)[0]
-    position = np.linalg.norm(found[:, :3, 3] - expected[:, :3, 3], axis=1)
-    turned = np.swapaxes(expected[:, :3, :3], 1, 2) @ found[:, :3, :3]
+    expected, actual = chain.poses(q), poses_and_jacobians(robot.chain, q)[0]
+    position = np.linalg.norm(actual[:, :3, 3] - expected[:, :3, 3], axis=1)
+    turned = np.swapaxes(expected[:, :3, :3], 1, 2) @ actual[:, :3, :3]
     rotation = np.linalg.norm(rotation_vector(turned), axis=1)
     return Certificate(len(q), float(position.max()), float(rotation.max()))

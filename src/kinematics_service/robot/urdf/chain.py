@@ -132,11 +132,11 @@ def read_chain(tree: UrdfTree, base: str, tip: str, rounds: bool = False) -> Urd
     UrdfError
         There is no such chain, no joint moves the tip, or a robot file cannot express a joint.
     """
-    elements = tree.way(base, tip)
+    elements = tree.path(base, tip)
     up = len(elements.up)
-    way = [_joint(tree, element, rounds) for element in (*elements.up, *elements.down)]
-    leaders = {joint.name: _followed(tree, joint) for joint in way if joint.type in MOVING}
-    moving = [joint for joint in way if joint.name in leaders and leaders[joint.name].multiplier]
+    path = [_joint(tree, element, rounds) for element in (*elements.up, *elements.down)]
+    leaders = {joint.name: _followed(tree, joint) for joint in path if joint.type in MOVING}
+    moving = [joint for joint in path if joint.name in leaders and leaders[joint.name].multiplier]
     names = list(dict.fromkeys(leaders[joint.name].mimics for joint in moving))
     if not names:
         tree.root.refuse(f'no joint moves {tip!r} against {base!r}; give other links', 'no-effect')
@@ -146,7 +146,7 @@ def read_chain(tree: UrdfTree, base: str, tip: str, rounds: bool = False) -> Urd
     if set(names) <= set(order):
         names.sort(key=order.index)
     motions, still = [], np.eye(4)
-    for k, joint in enumerate(way):
+    for k, joint in enumerate(path):
         # On the part of the path that goes up from the base, the path enters a joint at its child
         # link. There the motion of the joint is inverted.
         before, after, sign = (
@@ -160,17 +160,18 @@ def read_chain(tree: UrdfTree, base: str, tip: str, rounds: bool = False) -> Urd
                 still = still @ moved(turns, joint.axis, np.array([offset]))[0]
             else:
                 variable, follows = names.index(leader.mimics), bool(joint.mimics)
-                motions.append(
-                    MovingJoint(turns, still, joint.axis, variable, factor, offset, follows)
-                )
+                motion = MovingJoint(turns, still, joint.axis, variable, factor, offset, follows)
+                motions.append(motion)
                 still = np.eye(4)
         still = still @ after
     actuated = {name: _joint(tree, tree.joints[name]) for name in names}
     variables = [_variable(actuated[name], moving, leaders) for name in names]
-    joints = {**actuated, **{joint.name: joint for joint in way}}
+    joints = {**actuated, **{joint.name: joint for joint in path}}
     mimics = tuple(
-        MimicFormula(one.name, one.mimics, one.multiplier, one.offset, one.type == 'prismatic')
-        for one in (leaders[joint.name] for joint in moving if joint.mimics)
+        MimicFormula(
+            mimic.name, mimic.mimics, mimic.multiplier, mimic.offset, mimic.type == 'prismatic'
+        )
+        for mimic in (leaders[joint.name] for joint in moving if joint.mimics)
     )
     robot = tree.root.attributes.get('name', '')
     base, tip = base.removeprefix('/'), tip.removeprefix('/')

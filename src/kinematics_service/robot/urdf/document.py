@@ -132,8 +132,8 @@ def parse_urdf(content: bytes, file: str) -> XmlElement:
     root = _XmlReader(file).read(content)
     if root.tag != 'robot':
         other = {'sdf': 'SDF', 'mujoco': 'MuJoCo XML'}.get(root.tag)
-        what = f'this is {other}, not URDF; ' if other else ''
-        root.refuse(f'{what}the root of a URDF is <robot>', 'wrong-type')
+        reason = f'this is {other}, not URDF; ' if other else ''
+        root.refuse(f'{reason}the root of a URDF is <robot>', 'wrong-type')
     return root
 
 
@@ -171,21 +171,21 @@ class _XmlReader:
         assert self.root is not None  # without a root element, expat has raised an error
         return self.root
 
-    def _in_utf_8(self, content: bytes) -> tuple[bytes, str | None]:
+    def _in_utf_8(self, data: bytes) -> tuple[bytes, str | None]:
         # Return the bytes of the file and their encoding; the encoding is None if expat detects
         # it. Valid UTF-8 counts as UTF-8 even if the file declares another encoding. A text from a
         # ROS message is UTF-8, but may still declare the encoding of its file.
-        found = DECLARED.match(content)
-        declared = found[1].decode('ascii') if found else 'UTF-8'
-        codec = CODECS.get(declared.lower().replace('-', '_'))
-        if b'\0' in content:  # probably UTF-16, which expat can read
-            return content, None
+        match = DECLARED.match(data)
+        declared = match[1].decode('ascii') if match else 'UTF-8'
+        declared_codec = CODECS.get(declared.lower().replace('-', '_'))
+        if b'\0' in data:  # probably UTF-16, which expat can read
+            return data, None
         line = 0
-        for one in ('utf-8', codec):
+        for codec in ('utf-8', declared_codec):
             try:
-                return (content.decode(one).encode('utf-8'), 'utf-8') if one else (content, None)
+                return (data.decode(codec).encode('utf-8'), 'utf-8') if codec else (data, None)
             except UnicodeDecodeError as error:
-                line = content.count(b'\n', 0, error.start) + 1
+                line = data.count(b'\n', 0, error.start) + 1
         return refuse(
             self.file,
             f'not {declared} text; write its encoding into the first line, such as <?xml '

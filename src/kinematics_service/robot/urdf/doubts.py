@@ -81,9 +81,9 @@ def chain_remarks(tree: UrdfTree, chain: UrdfChain, rounded: UrdfChain) -> tuple
     rates = {'jerk', 'deceleration'} if tree.version >= SINCE['jerk'] else set()
     left_out = [name for name, limit in limits.items() if limit and rates & {*limit.attributes}]
     nearly = [
-        one.name
-        for one, other in zip(chain.joints, rounded.joints)
-        if max(np.abs(one.origin - other.origin).max(), np.abs(one.axis - other.axis).max())
+        joint.name
+        for joint, other in zip(chain.joints, rounded.joints)
+        if max(np.abs(joint.origin - other.origin).max(), np.abs(joint.axis - other.axis).max())
         > ROUND_OFF
     ]
     remarks = {
@@ -124,6 +124,6 @@ def _of_joint(joint: XmlElement, version: str) -> Iterator[Fault]:
             for value in map(float, part.attributes.get(name, '').split()):
                 if doubt := unit_doubt(value, kind):
                     yield part.fault(_in_urdf(doubt), 'wrong-unit')
-        for meant in () if known else get_close_matches(part.tag[:60], ATTRIBUTES, 1, SIMILARITY):
-            message = f'an unknown element, which is not read{did_you_mean(meant)}'
+        for word in () if known else get_close_matches(part.tag[:60], ATTRIBUTES, 1, SIMILARITY):
+            message = f'an unknown element, which is not read{did_you_mean(word)}'
             yield part.fault(message, 'unknown-key')

@@ -49,7 +49,7 @@ class ChainEnds(NamedTuple):
     doubts: tuple[Fault, ...] = ()
 
 
-class _LinkWay(NamedTuple):
+class _LinkPath(NamedTuple):
     # The path to a link: the link where the path begins, the number of its joints, and the names
     # of its moving joints.
     base: str
@@ -89,44 +89,44 @@ def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
         branches that may be limbs or fingers.
     """
     if tip:
-        way = _way(tree, tip, base)
-        return ChainEnds(base or way.base, tip, () if base else tuple(_cuts(tree, [way])))
+        path = _path_to(tree, tip, base)
+        return ChainEnds(base or path.base, tip, () if base else tuple(_cuts(tree, [path])))
     if base:
-        tree.way(base, base)  # raises an error if the tree has no link `base`
+        tree.path(base, base)  # raises an error if the tree has no link `base`
         base = base.removeprefix('/')
-    joints = [one for one in tree.joints.values() if one.attributes.get('type') not in WHY_NOT]
-    parents = {end_of(joint, 'parent') for joint in joints}
-    ways = {link: _way(tree, link, base) for link in tree.links if link not in parents}
+    kept = [joint for joint in tree.joints.values() if joint.attributes.get('type') not in WHY_NOT]
+    parents = {end_of(joint, 'parent') for joint in kept}
+    paths = {link: _path_to(tree, link, base) for link in tree.links if link not in parents}
     if base:
-        ways = {link: way for link, way in ways.items() if way.base == base}
-    moving = {link: _count(tree, way.moving) for link, way in ways.items()}
+        paths = {link: path for link, path in paths.items() if path.base == base}
+    moving = {link: _count(tree, path.moving) for link, path in paths.items()}
     if not any(moving.values()):
         where = f'below {quoted(base)}; give another base' if base else 'in the file'
         tree.root.refuse(f'no moving joint {where}', 'no-effect')
-    tip, hand = _tip(tree, ways)
-    cuts = () if base else tuple(_cuts(tree, [way for link, way in ways.items() if moving[link]]))
-    way = _way(tree, tip, base)
-    others = [link for link in ways if moving[link] and link != tip]
+    tip, hand = _tip(tree, paths)
+    cuts = () if base else tuple(_cuts(tree, [paths[link] for link in paths if moving[link]]))
+    path = _path_to(tree, tip, base)
+    others = [link for link in paths if moving[link] and link != tip]
     others.sort(key=moving.__getitem__, reverse=True)
     if not others:
-        return ChainEnds(way.base, tip, cuts)
+        return ChainEnds(path.base, tip, cuts)
     named = listed([f'{link} ({moving[link]})' for link in others], MAX_NAMED_TIPS)
     ends = f' before {quoted(hand)}, the first one of a hand' if hand else ''
     choice = tree.root.fault(
-        f'the chain is {way.base} to {tip}, with {_count(tree, way.moving)} moving joints'
+        f'the chain is {path.base} to {tip}, with {_count(tree, path.moving)} moving joints'
         f'{ends}; other tips, and their joints: {named}; to take the first of them, write '
-        f'{tree.root.file}:{ways[others[0]].base}:{others[0]}',
+        f'{tree.root.file}:{paths[others[0]].base}:{others[0]}',
         'chosen-chain',
     )
-    return ChainEnds(way.base, tip, (choice, *cuts))
+    return ChainEnds(path.base, tip, (choice, *cuts))
 
 
-def _cuts(tree: UrdfTree, ways: Sequence[_LinkWay]) -> Iterator[Fault]:
+def _cuts(tree: UrdfTree, paths: Sequence[_LinkPath]) -> Iterator[Fault]:
     # Yield a fault for each floating or planar joint that has moving joints both above and below
     # it in the tree.
-    for base in dict.fromkeys(way.base for way in ways):
+    for base in dict.fromkeys(path.base for path in paths):
         for joint in tree.above.get(base, ())[:1]:
-            if above := _way(tree, end_of(joint, 'parent')).moving:
+            if above := _path_to(tree, end_of(joint, 'parent')).moving:
                 yield joint.fault(
                     f'a {joint.attributes["type"]} joint, which a robot file cannot have, cuts '
                     f'the chain: {listed(above, MAX_NAMED_TIPS)} above it and the joints below it '
@@ -135,38 +135,38 @@ def _cuts(tree: UrdfTree, ways: Sequence[_LinkWay]) -> Iterator[Fault]:
                 )
 
 
-def _way(tree: UrdfTree, link: str, base: str = '') -> _LinkWay:
+def _path_to(tree: UrdfTree, link: str, base: str = '') -> _LinkPath:
     joints: list[XmlElement] = []
     while link != base and (above := tree.above.get(link)):
         if not base and above[0].attributes.get('type') in WHY_NOT:
             break
         joints.append(above[0])
         link = end_of(above[0], 'parent')
-    moving = [one for one in reversed(joints) if one.attributes.get('type') in MOVING]
-    return _LinkWay(link, len(joints), tuple(one.attributes['name'] for one in moving))
+    moving = [joint for joint in reversed(joints) if joint.attributes.get('type') in MOVING]
+    return _LinkPath(link, len(joints), tuple(joint.attributes['name'] for joint in moving))
 
 
 def _count(tree: UrdfTree, joints: Sequence[str]) -> int:
     # Return the number of independent joints: several joints that mimic one joint count as one.
-    mimics = [(name, tree.joints[name].first('mimic')) for name in joints]
-    return len({name if one is None else one.attributes.get('joint') for name, one in mimics})
+    pairs = [(name, tree.joints[name].first('mimic')) for name in joints]
+    return len({name if mimic is None else mimic.attributes.get('joint') for name, mimic in pairs})
 
 
-def _tip(tree: UrdfTree, ways: Mapping[str, _LinkWay]) -> tuple[str, str]:
+def _tip(tree: UrdfTree, paths: Mapping[str, _LinkPath]) -> tuple[str, str]:
     # Return the tip link of the arm, and the name of the first joint of the hand after the tip, or
     # ''.
-    arms = {link: way.moving[: _before_hand(tree, way.moving)] for link, way in ways.items()}
-    leaf = max(arms, key=lambda one: (_count(tree, arms[one]), _count(tree, ways[one].moving)))
-    count = _before_branches(tree, ways, leaf, arms[leaf])
+    arms = {link: path.moving[: _before_hand(tree, path.moving)] for link, path in paths.items()}
+    leaf = max(arms, key=lambda link: (_count(tree, arms[link]), _count(tree, paths[link].moving)))
+    count = _before_branches(tree, paths, leaf, arms[leaf])
     arm = arms[leaf][:count]
-    here = [link for link, way in ways.items() if way.moving[:count] == arm]
-    first = next((ways[link].moving[count] for link in here if ways[link].moving != arm), '')
-    ends = [link for link in here if ways[link].moving == arm]
+    links = [link for link, path in paths.items() if path.moving[:count] == arm]
+    first = next((paths[link].moving[count] for link in links if paths[link].moving != arm), '')
+    ends = [link for link in links if paths[link].moving == arm]
     if not ends:
         return end_of(tree.joints[first], 'parent'), first
 
     def rank(link: str) -> tuple[bool, bool, int]:
-        return bool(TOOL.search(link)), not FINGER.search(link), ways[link].length
+        return bool(TOOL.search(link)), not FINGER.search(link), paths[link].length
 
     return max(ends, key=rank), first
 
@@ -190,32 +190,32 @@ def _of_hand(joint: XmlElement, word: re.Pattern[str]) -> bool:
 
 
 def _before_branches(
-    tree: UrdfTree, ways: Mapping[str, _LinkWay], leaf: str, arm: tuple[str, ...]
+    tree: UrdfTree, paths: Mapping[str, _LinkPath], leaf: str, arm: tuple[str, ...]
 ) -> int:
     # Return the number of joints in the arm before a hand. The hand is found by its branches or by
     # a tool link, not by names of joints. If no hand is found, return the number of all joints.
     of_fingers = arm and _of_hand(tree.joints[arm[0]], GRIPPER)
     for k in range(1, 0 if of_fingers else min(len(arm), MAX_JOINTS)):
-        paths = {link: way.moving for link, way in ways.items() if way.moving[:k] == arm[:k]}
+        chains = {link: path.moving for link, path in paths.items() if path.moving[:k] == arm[:k]}
         shared, fingers = _count(tree, arm[:k]), dict[str, int]()
-        for path in paths.values():
-            if more := _count(tree, path) - shared:
-                fingers[path[k]] = max(more, fingers.get(path[k], 0))
-        tools = {path[: k + 1] for link, path in paths.items() if TOOL.search(link)}
-        fewest, most = min(fingers.values(), default=0), max(fingers.values(), default=0)
-        if any(_of_hand(tree.joints[one], FINGER) for one in fingers):
+        for chain in chains.values():
+            if more := _count(tree, chain) - shared:
+                fingers[chain[k]] = max(more, fingers.get(chain[k], 0))
+        tools = {chain[: k + 1] for link, chain in chains.items() if TOOL.search(link)}
+        smallest, largest = min(fingers.values(), default=0), max(fingers.values(), default=0)
+        if any(_of_hand(tree.joints[joint], FINGER) for joint in fingers):
             return k
-        if most > shared or arm[: k + 1] in tools:
+        if largest > shared or arm[: k + 1] in tools:
             # No hand begins directly after joint k. Either a branch after joint k has more moving
             # joints than the path to joint k, so the branch is a limb and not a finger, or a tool
             # link is farther along the arm.
             continue
-        similar = len(fingers) > 1 and fewest >= most - 1
-        short = fewest == most <= MAX_FINGER_JOINTS
+        similar = len(fingers) > 1 and smallest >= largest - 1
+        short = smallest == largest <= MAX_FINGER_JOINTS
         if arm[:k] in tools or (similar and (len(fingers) > 2 or short)):
             return k
         if similar:
-            begin = f'{tree.root.file}:{ways[leaf].base}'
+            begin = f'{tree.root.file}:{paths[leaf].base}'
             hand = end_of(tree.joints[arm[k]], 'parent')
             tree.root.refuse(
                 f'{" and ".join(map(quoted, fingers))} are joints of fingers or of limbs; for '

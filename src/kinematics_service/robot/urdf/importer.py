@@ -131,8 +131,8 @@ def urdf_as_robot_file(content: bytes, file: str, base: str, tip: str) -> RobotT
         The errors that `import_urdf` raises.
     """
     root = parse_urdf(content, file)
-    found = _imported(root, f'URDF {PurePath(file).name}', base, tip)
-    return RobotText(found.text, found.doubts, found.mimics, found.remarks)
+    imported = _imported(root, f'URDF {PurePath(file).name}', base, tip)
+    return RobotText(imported.text, imported.doubts, imported.mimics, imported.remarks)
 
 
 def _imported(
@@ -152,25 +152,25 @@ def _imported(
         messages = [error.fault.message, *(choice.message for choice in choices)]
         raise UrdfError(replace(error.fault, message='; '.join(messages))) from None
     _check_names(tree, chain)
-    for count, most, what in (
+    for count, limit, noun in (
         (len(chain.variables), MAX_JOINTS, 'joints'),
         (len(chain.motions), MAX_ROWS, 'rows'),
     ):
-        if count > most:
+        if count > limit:
             message = (
-                f'the chain from {quoted(base)} to {quoted(tip)} has {count} {what}, '
-                f'and a robot file at most {most}'
+                f'the chain from {quoted(base)} to {quoted(tip)} has {count} {noun}, '
+                f'and a robot file at most {limit}'
             )
             refuse(root.file, message, 'too-many')
 
     rounded = read_chain(tree, base, tip, rounds=True)
-    meant = rounded if round_angles else chain
-    table = table_of(meant)
+    table_chain = rounded if round_angles else chain
+    table = table_of(table_chain)
     if convention == 'modified':
         table = modified(table)
     name = name or re.sub(r'\W', '_', chain.robot, flags=re.ASCII) or 'robot'
     poses = configurations(chain, 2)
-    known = list(zip(poses, meant.poses(poses)))
+    known = list(zip(poses, table_chain.poses(poses)))
 
     def source(certificate: str) -> str:
         return f'{origin}, robot {chain.robot!r}, {base} to {tip}; {certificate}'
@@ -201,7 +201,7 @@ def _imported(
         *(written, robot, certificate),
         (*choices, *doubts),
         chain.mimics,
-        chain_remarks(tree, meant, rounded),
+        chain_remarks(tree, table_chain, rounded),
     )
 
 
@@ -211,10 +211,10 @@ def _check_names(tree: UrdfTree, chain: UrdfChain) -> None:
     for element, refused in (*joints, *links):
         name = element.attributes['name']
         if not name.isprintable() or re.search(refused, name) or len(name) > MAX_NAME_LENGTH:
-            what = 'commas' if refused == REFUSED_IN_JOINTS else 'white space'
+            forbidden = 'commas' if refused == REFUSED_IN_JOINTS else 'white space'
             element.refuse(
-                f'the name of a {element.tag} must not have {what}, control characters, or more '
-                f'than {MAX_NAME_LENGTH} characters; rename it',
+                f'the name of a {element.tag} must not have {forbidden}, control characters, or '
+                f'more than {MAX_NAME_LENGTH} characters; rename it',
                 'wrong-name',
             )
 

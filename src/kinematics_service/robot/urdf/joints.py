@@ -111,9 +111,9 @@ def read_joint(element: XmlElement, version: str, rounds: bool = False) -> UrdfJ
     """
     kind = element.attributes.get('type', '')
     if kind not in (*MOVING, 'fixed'):
-        why = WHY_NOT.get(kind, f'unknown type {quoted(kind)}')
+        reason = WHY_NOT.get(kind, f'unknown type {quoted(kind)}')
         code = 'unsupported' if kind in WHY_NOT else 'unknown-name'
-        element.refuse(f'{why} (accepted: {", ".join(MOVING)}, fixed)', code)
+        element.refuse(f'{reason} (accepted: {", ".join(MOVING)}, fixed)', code)
     mimic = None if kind == 'fixed' else element.first('mimic')
     followed = '' if mimic is None else mimic.attributes.get('joint', '')
     if mimic is not None and not followed:
@@ -251,7 +251,7 @@ def _numbers(
             'decimal-comma',
         )
     if len(words) != count and '$' not in text:
-        wanted = 'three' if count == 3 else 'four'
-        message = f'{attribute}: expected {wanted} numbers, not {quoted(text)}'
+        required = 'three' if count == 3 else 'four'
+        message = f'{attribute}: expected {required} numbers, not {quoted(text)}'
         element.refuse(message, 'wrong-length')
     return [_value(element, attribute, word, rounds) for word in words]

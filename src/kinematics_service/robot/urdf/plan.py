@@ -65,16 +65,16 @@ def _with_leaders(robot: Robot, rows: list[list[_JointTerm]]) -> list[list[_Join
     # If the term has another factor, split the term into a leader and a second term:
     # q/3 = q - 2/3 q. In each row, put leaders before other terms, because Pinocchio needs this
     # order.
-    led: set[int] = set()
+    with_leader: set[int] = set()
     result = []
     for row in rows:
         leaders, followers = [], []
         for motion in row:
             slides = bool(robot.prismatic[motion.joint])
-            if motion.joint in led or motion.turns == slides:
+            if motion.joint in with_leader or motion.turns == slides:
                 followers.append(motion)
                 continue
-            led.add(motion.joint)
+            with_leader.add(motion.joint)
             sign = math.copysign(1.0, motion.factor)
             leaders.append(replace(motion, factor=sign, leads=True))
             if motion.factor != sign:
@@ -110,11 +110,11 @@ class _Planner:
             for name, point in self.points.items()
         ]
         joints.append(self._fixed(frames[-1], self.tool, robot.description.tool.motion.matrix))
-        found = [joint.name for joint in joints if joint.type != 'fixed' and not joint.mimic]
-        order = tuple(name for name in robot.joint_names if name in found)
+        names = [joint.name for joint in joints if joint.type != 'fixed' and not joint.mimic]
+        order = tuple(name for name in robot.joint_names if name in names)
         # Readers of URDF order joints as in the chain. So write the order of the joints only if it
         # differs from the order in the chain.
-        order = () if list(order) == found else order
+        order = () if list(order) == names else order
         moved = {motion.joint for motion in itertools.chain(*motions)}
         joints += [self._idle(j) for j in range(robot.dof) if j not in moved]
         links = (self.base, *(joint.child for joint in joints))
@@ -166,8 +166,8 @@ class _Planner:
             limits, velocity = np.sort(factor * limits), abs(factor) * velocity
             name, mimic = _unique(f'{name}_in_row_{i}', self._joints), Mimic(name, factor)
             factor = 1.0
-        lower, upper, most = np.clip([*limits, velocity], -UNLIMITED, UNLIMITED).tolist()
-        limit: Limit | None = Limit(lower, upper, most)
+        lower, upper, speed = np.clip([*limits, velocity], -UNLIMITED, UNLIMITED).tolist()
+        limit: Limit | None = Limit(lower, upper, speed)
         if kind == 'continuous':
             limit = Limit(None, None, velocity) if math.isfinite(velocity) else None
         return PlannedJoint(name, kind, parent, child, origin, factor, limit, mimic, hub)

@@ -113,22 +113,22 @@ def table_of(chain: UrdfChain) -> UrdfTable:
     base = _base(lines[0])
     T, sign = base.matrix, 1.0
     rows: list[UrdfRow] = []
-    for here, there, line in zip(chain.motions, [*chain.motions[1:], None], lines[1:]):
+    for joint, next_joint, line in zip(chain.motions, [*chain.motions[1:], None], lines[1:]):
         line = line.seen_from(T)
-        if there is not None and not there.turns:
-            # The joint `there` is prismatic, so only the direction of its axis has an effect. Use
-            # an axis through the origin of the present frame.
+        if next_joint is not None and not next_joint.turns:
+            # The next joint is prismatic, so only the direction of its axis has an effect. Use an
+            # axis through the origin of the present frame.
             line = _Line(np.zeros(3), line.direction)
         next_sign = 1.0
-        if there is not None and (here.follows or there.follows) and _coincide(line):
-            # The axes of the two joints `here` and `there` are one line, so the joints will be in
-            # one row of the table. If the axis of `there` has the direction of -z, the term of
-            # `there` gets a minus sign.
+        if next_joint is not None and (joint.follows or next_joint.follows) and _coincide(line):
+            # The axes of the two joints are one line, so the joints will be in one row of the
+            # table. If the axis of the next joint has the direction of -z, the term of the next
+            # joint gets a minus sign.
             next_sign = math.copysign(1.0, line.direction[2])
         line = _Line(line.point, next_sign * line.direction)
-        steps = _last_steps(line, size) if there is None else _steps(line, size)
-        term = Term(here.turns, here.variable, sign * here.factor)
-        rows += [replace(steps[0], terms=(term,), follows=here.follows), *steps[1:]]
+        steps = _last_steps(line, size) if next_joint is None else _steps(line, size)
+        term = Term(joint.turns, joint.variable, sign * joint.factor)
+        rows += [replace(steps[0], terms=(term,), follows=joint.follows), *steps[1:]]
         for step in steps:
             T = T @ _matrix(step)
         sign = next_sign

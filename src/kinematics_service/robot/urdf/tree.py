@@ -13,7 +13,7 @@ from .document import XmlElement, listed_names, refuse
 from .elements import VERSIONS
 
 
-class UrdfWay(NamedTuple):
+class UrdfPath(NamedTuple):
     """
     The joints on the path between two links of the tree. `up` goes from the first link up to a
     link above both. `down` goes from that link down to the second link.
@@ -57,7 +57,7 @@ class UrdfTree:
         written = self.root.attributes.get('version', VERSIONS[0])
         return written if written in VERSIONS else VERSIONS[-1]
 
-    def way(self, base: str, tip: str) -> UrdfWay:
+    def path(self, base: str, tip: str) -> UrdfPath:
         """
         Return the joints on the path from the base link to the tip link.
 
@@ -77,13 +77,13 @@ class UrdfTree:
         joints = self._joints_above(tip, base)
         links = [tip, *(end_of(joint, 'parent') for joint in joints)]
         if links[-1] == base:
-            return UrdfWay((), tuple(reversed(joints)))
+            return UrdfPath((), tuple(reversed(joints)))
         up = self._joints_above(base, *links)
         meets = end_of(up[-1], 'parent') if up else base
         if meets not in links[1:]:
             above = f'; it is below: {listed_names(links[1:])}' if links[1:] else ''
             self.root.refuse(f'{quoted(tip)} is not below {quoted(base)}{above}', 'wrong-order')
-        return UrdfWay(up, tuple(reversed(joints[: links.index(meets)])))
+        return UrdfPath(up, tuple(reversed(joints[: links.index(meets)])))
 
     def _joints_above(self, link: str, *ends: str) -> tuple[XmlElement, ...]:
         # Return the joints on the path upwards from a link. The path ends at the first link that
@@ -155,22 +155,21 @@ def _refuse_circle(tree: UrdfTree) -> None:
         upwards = error.args[1][:0:-1]
         first = upwards.index(next(link for link in tree.links if link in upwards))
         circle = [*upwards[first:], *upwards[: first + 1]]
-        joint = next(
-            one for one in reversed(tree.above[circle[-2]]) if end_of(one, 'parent') == circle[0]
-        )
+        above = reversed(tree.above[circle[-2]])
+        joint = next(joint for joint in above if end_of(joint, 'parent') == circle[0])
         message = f'a loop: link {quoted(circle[0])} is below itself ({listed_names(circle)})'
         joint.refuse(message, 'loop')
 
 
 def _named(root: XmlElement, tag: str) -> dict[str, XmlElement]:
-    found: dict[str, XmlElement] = {}
+    elements: dict[str, XmlElement] = {}
     for element in root.all(tag):
         name = element.attributes.get('name', '')
         name = name.removeprefix('/') if tag == 'link' else name
         if not name:
             element.refuse('the attribute name is missing', 'missing-key')
-        if name in found:
-            message = f'line {found[name].line} has the same name; rename one of the two'
+        if name in elements:
+            message = f'line {elements[name].line} has the same name; rename one of the two'
             element.refuse(message, 'duplicate-name')
-        found[name] = element
-    return found
+        elements[name] = element
+    return elements
