@@ -144,8 +144,8 @@ def _other_model(text: str, name: str) -> bool:
     # two names differ (ur5, ur10), or if one name has additional letters at the end (ur5, ur5e).
     # Otherwise one of the names probably has a typing mistake, for example two swapped digits.
     (digits, behind), (others, other_behind) = (
-        (sorted(re.findall(r'\d', one)), re.sub(r'^.*\d|[\W_]', '', one.lower()))
-        for one in (text, name)
+        (sorted(re.findall(r'\d', robot_name)), re.sub(r'^.*\d|[\W_]', '', robot_name.lower()))
+        for robot_name in (text, name)
     )
     lacks = behind.startswith(other_behind) or other_behind.startswith(behind)
     return bool(digits) and (digits != others or (lacks and behind != other_behind))

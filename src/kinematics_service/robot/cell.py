@@ -94,11 +94,11 @@ class Cell:
             message = f'from {base} to {tip} is not a motion of one arm against another'
             refuse(self.file, message, 'unsupported')
         if start == self.frame:
-            return self._found(self._of(tip, end), f'{self.name}_{tip}')
-        found = relative_motion(self._of(base, start), self._of(tip, end), (start, end))
-        return self._found(found, f'{self.name}_{base}_{tip}')
+            return self._renamed(self._arm(tip, end), f'{self.name}_{tip}')
+        motion = relative_motion(self._arm(base, start), self._arm(tip, end), (start, end))
+        return self._renamed(motion, f'{self.name}_{base}_{tip}')
 
-    def _found(self, description: RobotDescription, name: str) -> RobotDescription:
+    def _renamed(self, description: RobotDescription, name: str) -> RobotDescription:
         return replace(
             description,
             name=name.replace('/', '_'),
@@ -107,7 +107,7 @@ class Cell:
             parts=self.parts,
         )
 
-    def _of(self, name: str, arm: str) -> RobotDescription:
+    def _arm(self, name: str, arm: str) -> RobotDescription:
         _, _, point = name.partition('/')
         description = self.arms[arm]
         if not point:
@@ -271,13 +271,13 @@ def _check_names(arms: Mapping[str, RobotDescription], common: Sequence[str], to
                 'duplicate-name',
             )
     for index, name in enumerate(common):
-        theirs = [
+        shared = [
             replace(joint, variable='', unused=False)
             for arm in arms.values()
             for joint in arm.joints
             if joint.name == name
         ]
-        if any(one != theirs[0] for one in theirs):
+        if any(joint != shared[0] for joint in shared):
             message = f'{quoted(name)} differs between the arms in type, limits or speed'
             top['common', index].fault(message, 'mismatch')
         if sum(name in joints for joints in names.values()) < 2:

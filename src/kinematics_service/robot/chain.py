@@ -41,8 +41,8 @@ class FrozenArrays:
     def __init_subclass__(cls) -> None:
         """Store the names of the fields that the subclass annotates as arrays."""
         super().__init_subclass__()
-        own = (name for name, kind in cls.__annotations__.items() if kind in ARRAYS)
-        cls.READ_ONLY = (*cls.READ_ONLY, *own)
+        names = (name for name, kind in cls.__annotations__.items() if kind in ARRAYS)
+        cls.READ_ONLY = (*cls.READ_ONLY, *names)
 
     def __post_init__(self) -> None:
         """Make the array fields read-only."""

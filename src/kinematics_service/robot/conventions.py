@@ -66,7 +66,7 @@ def _constants(motions: Sequence[NamedMotion], link: DhRow) -> Floats:
     screws = []
     for axis, together in groupby(motions, key=lambda motion: motion.axis[1]):
         values = [(motion.axis[0], link[motion.quantity].affine.constant) for motion in together]
-        angle, length = (sum(value for kind, value in values if kind == own) for own in 'RT')
+        angle, length = (sum(value for kind, value in values if kind == letter) for letter in 'RT')
         screws.append(screw(axis, angle, length))
     return reduce(np.matmul, screws) if screws else np.eye(4)
 

@@ -152,11 +152,12 @@ def motions_to_zeros(results: Floats, column_scales: Floats) -> Floats:
 def _taped(description: RobotDescription) -> Factors:
     # Return the factors of a robot file, with the elementary operations of their expressions on
     # one tape.
-    listed = description.singularity.factors
+    factors = description.singularity.factors
     steps: list[tuple[int, int, int]] = []
     numbers: list[float] = []
     angle, length = description.radians, description.metres
-    constants = {'pi': math.pi, **{one.name: one.value for one in description.constants}}
+    constants = {'pi': math.pi}
+    constants |= {constant.name: constant.value for constant in description.constants}
     # Map each joint variable to the index of its joint, and to the factor from rad or m to the
     # file's unit.
     variables = {
@@ -179,11 +180,11 @@ def _taped(description: RobotDescription) -> Factors:
         numbers.append(number)
         return len(steps) - 1
 
-    ends = [evaluated(syntax_tree(one.text, lambda _: None), add_step) for one in listed]
+    ends = [evaluated(syntax_tree(factor.text, lambda _: None), add_step) for factor in factors]
     return Factors(
-        names=tuple(factor.name for factor in listed),
-        texts=tuple(factor.text for factor in listed),
-        approximate=tuple(factor.approximate for factor in listed),
+        names=tuple(factor.name for factor in factors),
+        texts=tuple(factor.text for factor in factors),
+        approximate=tuple(factor.approximate for factor in factors),
         complete=False,
         operations=np.array(steps, dtype=np.int64).reshape(-1, 3),
         constants=np.array(numbers),
@@ -273,8 +274,8 @@ def _product_is_the_determinant(factors: Factors, chain: Chain, task: Task, q: F
     powers = np.round(np.linalg.lstsq(columns, target, rcond=None)[0][1:])
     if np.any(powers < 1.0):
         return False
-    rest = target - logs @ powers
-    return bool(np.ptp(rest) < LOG_DIFFERENCE_TOLERANCE)
+    residual = target - logs @ powers
+    return bool(np.ptp(residual) < LOG_DIFFERENCE_TOLERANCE)
 
 
 def _check_zeros(factors: Factors, k: int, name: str, chain: Chain, task: Task, q: Floats) -> None:

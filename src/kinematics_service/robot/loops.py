@@ -133,11 +133,11 @@ def _grouped(
     before = list(chains)
     first, following = dof + sum(len(passive_of(group)) for group in groups), None
     for group in reversed(groups):
-        row, loop = sum(len(one.rows) for one in group), None
+        row, loop = sum(len(description.rows) for description in group), None
         first -= row
-        for one in reversed(group):
-            row -= len(one.rows)
-            axes = np.array([ROWS.index(name) for name in one.rows], dtype=np.int64)
+        for description in reversed(group):
+            row -= len(description.rows)
+            axes = np.array([ROWS.index(name) for name in description.rows], dtype=np.int64)
             loop = Loop(*before.pop(), axes, row, loop)
         assert loop is not None
         following = LoopGroup(loop, first, size, units, following)
@@ -150,12 +150,12 @@ def _chains(
 ) -> tuple[Chain, Chain]:
     # Return the two chains of a closed loop: the chain of table rows, and the chain of the rows in
     # the loop's own list. Both chains begin in the frame `loop.start`.
-    convention, here = description.convention, np.eye(4)
-    there = [row_of(link, convention) for link in loop.there]
-    back = [row_of(link, convention) for link in loop.links]
+    convention, identity = description.convention, np.eye(4)
+    table_rows = [row_of(link, convention) for link in loop.there]
+    loop_rows = [row_of(link, convention) for link in loop.links]
     return (
-        fold(there, variables, inverse(loop.start.motion.matrix), loop.meets.motion.matrix),
-        fold(back, variables, here, here),
+        fold(table_rows, variables, inverse(loop.start.motion.matrix), loop.meets.motion.matrix),
+        fold(loop_rows, variables, identity, identity),
     )
 
 
@@ -196,20 +196,20 @@ def _gap(pair: tuple[Chain, Chain], x: Floats) -> Floats:
     # Return the difference between the ends of a loop's two chains, (6,), in the coordinates of
     # the frame in which both chains begin: translation, m, and rotation as unit vector times sine
     # of the angle.
-    (there,), (back,) = (poses_and_jacobians(chain, x[None])[0] for chain in pair)
-    return gap_between(there, back)
+    (first,), (second,) = (poses_and_jacobians(chain, x[None])[0] for chain in pair)
+    return gap_between(first, second)
 
 
-def gap_between(there: Floats, back: Floats) -> Floats:
+def gap_between(first: Floats, second: Floats) -> Floats:
     """
     Return the translation (m) and the rotation (unit vector times sine of the angle) from pose
-    `there` to pose `back`, in the frame in which both poses are given.
+    `first` to pose `second`, in the frame in which both poses are given.
 
     Poses have shape (..., 4, 4), the result has shape (..., 6).
     """
-    turn = back[..., :3, :3] @ np.swapaxes(there[..., :3, :3], -1, -2)
-    way = back[..., :3, 3] - there[..., :3, 3]
-    return np.concatenate([way, 0.5 * skew_part(turn)], axis=-1)
+    turn = second[..., :3, :3] @ np.swapaxes(first[..., :3, :3], -1, -2)
+    translation = second[..., :3, 3] - first[..., :3, 3]
+    return np.concatenate([translation, 0.5 * skew_part(turn)], axis=-1)
 
 
 def _refuse(
@@ -220,11 +220,11 @@ def _refuse(
     start: Floats,
 ) -> NoReturn:
     groups = loop_groups(description.loops)
-    group, first = groups[g], sum(len(one) for one in groups[:g])
+    group, first = groups[g], sum(len(earlier) for earlier in groups[:g])
     variables, n = len(given), len(description.joints)
     failure = start[2 * variables + (variables - n) * n + 3 * g :]
     passive = passive_of(group)
-    begin = n + sum(len(passive_of(one)) for one in groups[:g])
+    begin = n + sum(len(passive_of(earlier)) for earlier in groups[:g])
     moved = np.arange(begin, begin + len(passive))
     alone = len(group) == 1
     its = 'its' if alone else 'their'

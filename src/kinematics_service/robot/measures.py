@@ -138,9 +138,9 @@ def why_unsearched(joints: int, farthest: float = 0.0) -> str:
     farthest
         The largest absolute joint position, rad.
     """
-    text, most = 'the distance to a singular pose is found', kernel.MAX_SEARCHED_JOINTS
-    if joints > most:
-        return f'{text} for up to {most} joints, not {joints}'
+    text, limit = 'the distance to a singular pose is found', kernel.MAX_SEARCHED_JOINTS
+    if joints > limit:
+        return f'{text} for up to {limit} joints, not {joints}'
     if not farthest < kernel.LARGEST_REDUCED:
         return f'{text} up to positions of {kernel.LARGEST_REDUCED:g} rad, not {farthest:.3g}'
     return ''

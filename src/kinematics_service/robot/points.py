@@ -83,9 +83,9 @@ def described_point(description: RobotDescription, of: str | int) -> PointDescri
     if isinstance(of, str):
         if of == TOOL:
             return PointDescription(TOOL, rows, description.tool.motion)
-        found = next((point for point in description.points if point.name == of), None)
-        if found is not None:
-            return found
+        point = next((point for point in description.points if point.name == of), None)
+        if point is not None:
+            return point
     elif isinstance(of, (int, np.integer)) and not isinstance(of, bool) and 0 <= of <= rows:
         return PointDescription(f'row {of}', int(of), IDENTITY)
     known = known_points(description)

@@ -106,7 +106,7 @@ def relative_motion(
             )
         for joint in arm.joints:
             variables.setdefault(joint.name, f'{name}_{joint.variable}')
-        chains.append(_chain(arm, {one.variable: variables[one.name] for one in arm.joints}))
+        chains.append(_chain(arm, {joint.variable: variables[joint.name] for joint in arm.joints}))
     called = list(variables.values())
     if twice := [variable for variable in called if called.count(variable) > 1]:
         refuse(
@@ -119,7 +119,7 @@ def relative_motion(
         message = f'no joint moves the tool of {names[1]} against that of {names[0]}'
         refuse(first.file, message, 'no-effect')
     links = tuple(_links(chain))
-    joints = {variables[one.name]: one for one in (*first.joints, *second.joints)}
+    joints = {variables[joint.name]: joint for joint in (*first.joints, *second.joints)}
     moving = names_in_rows(links)
     if len(moving) > MAX_JOINTS:
         message = f'{len(moving)} joints move the two arms (at most {MAX_JOINTS})'
@@ -159,15 +159,15 @@ def _joined(first: _JointChain, second: _JointChain) -> _JointChain:
     size = sum(float(np.linalg.norm(motion[:3, 3])) for motion in motions)
     k = len(first.screws)
     while 0 < k < len(screws):
-        here, there, between = screws[k - 1], screws[k], motions[k]
-        # `here` and `there` are two screw motions, each about its own z axis. They can cancel if
+        screw, other, between = screws[k - 1], screws[k], motions[k]
+        # `screw` and `other` are two screw motions, each about its own z axis. They can cancel if
         # the two z axes are one line. If both z axes have the same direction, opposite screws
         # cancel. If the directions are opposite, equal screws cancel. Screws that only slide can
         # also cancel if the z axes are parallel.
         round_z = between[2, 2] < 0.0
-        undone = there == (here if round_z else tuple(map(_negative, here)))
+        undone = other == (screw if round_z else tuple(map(_negative, screw)))
         parallel = np.abs(between[:2, 2]).max() <= AXIS_TOLERANCE
-        same = not here[0].coefficients or np.abs(between[:2, 3]).max() <= AXIS_TOLERANCE * size
+        same = not screw[0].coefficients or np.abs(between[:2, 3]).max() <= AXIS_TOLERANCE * size
         if not (undone and parallel and same):
             break
         motions[k - 1 : k + 2] = [motions[k - 1] @ motions[k] @ motions[k + 1]]

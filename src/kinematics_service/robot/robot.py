@@ -150,9 +150,9 @@ class Robot(FrozenArrays):
         # Look up stored points only if `of` is a str or an int. As keys, True and 1.0 would find
         # row 1.
         if type(of) is str or type(of) is int:
-            found = self._found_points.get(of)
-            if found is not None:
-                return found
+            point = self._found_points.get(of)
+            if point is not None:
+                return point
         described, chain = described_point(self.description, of), self.chain
         if of != TOOL:
             chain = chain_of(self.description, chain.closure, described)
@@ -181,9 +181,9 @@ class Robot(FrozenArrays):
             numbers.
         """
         point = self.point(of)
-        found = self._found_ends.get(point.name) if at is None else None
-        if found is not None:
-            return found
+        arm = self._found_ends.get(point.name) if at is None else None
+        if arm is not None:
+            return arm
         if not point.chain.entries:
             sentence = (
                 f'no joint moves {of!r} of {self.name}, so it cannot be singular; '

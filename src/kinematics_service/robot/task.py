@@ -186,14 +186,14 @@ def least_motion(chain: Chain) -> float:
     return max(MOVED_ROW_RATIO * moved, ROUND_OFF_RATIO * still)
 
 
-def _moved(J: Floats, least: float, share: float = MOVED_ROW_RATIO) -> list[bool]:
+def _moved(J: Floats, least: float, ratio: float = MOVED_ROW_RATIO) -> list[bool]:
     # Return, for each of the six rows of J, (N, 6, n), whether a joint moves the tool along (or
-    # about) the axis of the row. The answer is yes if an entry of the row exceeds `share` times
+    # about) the axis of the row. The answer is yes if an entry of the row exceeds `ratio` times
     # the largest entry of all linear rows (or of all angular rows). An entry of a linear row must
     # also exceed `least`, m.
     largest = np.max(np.abs(J), axis=(0, 2))
     linear, angular = np.max(largest[:3]), np.max(largest[3:])
-    limits = [max(share * linear, least)] * 3 + [share * angular] * 3
+    limits = [max(ratio * linear, least)] * 3 + [ratio * angular] * 3
     return [bool(size > limit) for size, limit in zip(largest, limits)]
 
 
@@ -258,8 +258,8 @@ def find_task(
     rows = rows or _default_rows(J, moved)
     indices = [ROW_NAMES.index(name) for name in rows]
     if not any(moved[i] for i in indices):
-        asked = ' '.join(rows) or 'tool'
-        message = f'no joint moves the tool (task {asked}): nothing to judge'
+        task_name = ' '.join(rows) or 'tool'
+        message = f'no joint moves the tool (task {task_name}): nothing to judge'
         raise KinematicsError(message, code='no-effect')
 
     row_scales = np.array([length if i >= 3 else 1.0 for i in indices])
