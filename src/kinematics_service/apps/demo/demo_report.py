@@ -108,12 +108,12 @@ class PlainReport:
             return
         pose, distance = pose_of(listener.pose.message), listener.measure('distance')
         xyz = ' '.join(number(float(x)) for x in pose.position)
-        left = '' if distance is None else _distance(distance)
+        distance_text = '' if distance is None else _distance(distance)
         kept = ''
         if listener.scale.message is not None and listener.reason.message is not None:
             cause = plain(warned_of(listener.reason.message).cause)
             kept = f'scale {scale_of(listener.scale.message).scale:.2f} {cause}'.rstrip()
-        parts = f'{listener.time:6.1f} s', f'tool {xyz} m', left, self._level, kept
+        parts = f'{listener.time:6.1f} s', f'tool {xyz} m', distance_text, self._level, kept
         self._output.line('  '.join(part for part in parts if part))
 
 

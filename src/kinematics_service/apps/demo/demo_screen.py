@@ -107,8 +107,8 @@ def _histories(listener: DemoListener, width: int) -> list[Text]:
     return [_labelled(label, f'{history} {BARS[-1]} {full}') for label, history, full in lines]
 
 
-def _labelled(label: str, rest: str, style: str = '') -> Text:
-    return Text.assemble((label.ljust(LABEL_WIDTH), 'bold'), (rest, style))
+def _labelled(label: str, text: str, style: str = '') -> Text:
+    return Text.assemble((label.ljust(LABEL_WIDTH), 'bold'), (text, style))
 
 
 def _title(listener: DemoListener, width: int) -> Text:

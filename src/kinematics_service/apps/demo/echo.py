@@ -35,14 +35,14 @@ SEPARATOR = '---'
 
 
 def run_echo(
-    what: str, node: str, once: bool, as_json: bool, timeout: float | None, ros_args: Sequence[str]
+    name: str, node: str, once: bool, as_json: bool, timeout: float | None, ros_args: Sequence[str]
 ) -> int:
     """
     Show the messages of a topic of a node until a signal.
 
     Parameters
     ----------
-    what
+    name
         A name of `ECHO_TOPICS`; another name means diagnostics.
     node
         Full name of the node; the leading slash may be missing.
@@ -66,7 +66,7 @@ def run_echo(
 
     def work(context: Context, stop: StopSignal) -> int:
         listener = session.helper_node(f'kinematics_echo_{os.getpid()}', context)
-        echo = _Echo(listener, source, what, once, as_json, timeout)
+        echo = _Echo(listener, source, name, once, as_json, timeout)
         spinner = Spinner(context, [listener])
         spinner.obey(stop)
         with echo.shown():
@@ -82,11 +82,11 @@ class _Echo:
     # Subscribes to a topic, and writes the received messages to the output.
 
     def __init__(
-        self, node: Node, source: str, what: str, once: bool, as_json: bool, timeout: float | None
+        self, node: Node, source: str, name: str, once: bool, as_json: bool, timeout: float | None
     ) -> None:
         self.in_vain = False
         diagnostics = diagnostics_of(source)
-        self._node, self._echoed = node, ECHO_TOPICS.get(what, diagnostics)
+        self._node, self._echoed = node, ECHO_TOPICS.get(name, diagnostics)
         self._once, self._as_json, self._timeout = once, as_json, timeout
         self._output = StandardOutput()
         self._live = self._output.is_terminal and not once and not as_json

@@ -54,7 +54,7 @@ class EchoTopic(NamedTuple):
     answers
         Text for the user: the input on which the node publishes this topic, such as `joint
         states`. `echo` writes it after "the node answers" while no message arrives.
-    wanted
+    accepts
         If several nodes publish on the topic: a function that returns whether a message comes from
         the node that `echo` shows. Otherwise None.
     awaited
@@ -68,7 +68,7 @@ class EchoTopic(NamedTuple):
     reading: Callable[[Any], Any]
     shown: Callable[[Any, int], list[str]]
     answers: str = JOINT_STATES_ANSWERED
-    wanted: Callable[[Any], bool] | None = None
+    accepts: Callable[[Any], bool] | None = None
     awaited: str = ''
 
     @property
@@ -87,7 +87,7 @@ class EchoTopic(NamedTuple):
         function `then` is called with each message.
         """
         topic = self.name.replace('~', source)
-        return LatestMessage(node, topic, self.type, self.qos, then, self.wanted)
+        return LatestMessage(node, topic, self.type, self.qos, then, self.accepts)
 
     def lines(self, message: Any, width: int) -> list[str]:
         """
@@ -118,7 +118,7 @@ def diagnostics_of(node: str) -> EchoTopic:
         reading,
         statuses_lines,
         answers='itself, once a second',
-        wanted=lambda message: bool(reading(message).statuses),
+        accepts=lambda message: bool(reading(message).statuses),
         awaited=WARNING.replace('~', node),
     )
 
