@@ -187,5 +187,5 @@ def _draw_lost(axes: Axes3D, point: Floats, direction: Floats, edge: float) -> N
     if norm < 0.1:
         return
     arrow = AXIS_LENGTH * edge * direction / norm
-    for way in (arrow, -arrow):
-        axes.quiver(*point, *way, color=PURPLE, linestyle='--', label='lost translation', zorder=3)
+    for tip in (arrow, -arrow):
+        axes.quiver(*point, *tip, color=PURPLE, linestyle='--', label='lost translation', zorder=3)

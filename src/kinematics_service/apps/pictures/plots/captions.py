@@ -41,8 +41,10 @@ def positions(robot: Robot, q: Floats, width: int, skip: Sequence[int] = ()) -> 
         chosen = [j for j in range(robot.dof) if robot.units[j] == unit and j not in skip]
         if chosen:
             # A no-break space keeps a name and its number on one line.
-            each = (f'{short(robot.variables[j])}\N{NO-BREAK SPACE}{signed(q[j])}' for j in chosen)
-            groups.append(f'{", ".join(each)}\N{NO-BREAK SPACE}{unit}')
+            texts = (
+                f'{short(robot.variables[j])}\N{NO-BREAK SPACE}{signed(q[j])}' for j in chosen
+            )
+            groups.append(f'{", ".join(texts)}\N{NO-BREAK SPACE}{unit}')
     return '\n'.join(textwrap.wrap('; '.join(groups), width, break_on_hyphens=False))
 
 

@@ -82,8 +82,8 @@ def _merged(axes: Axes3D, labels: Sequence[Label], near: float) -> list[Label]:
     merged: list[Label] = []
     for label in labels:
         for k, other in enumerate(merged):
-            at, there = _on_paper(axes, np.stack([label.point, other.point]))
-            if other.color == label.color and np.hypot(*(at - there)) < near:
+            at, other_at = _on_paper(axes, np.stack([label.point, other.point]))
+            if other.color == label.color and np.hypot(*(at - other_at)) < near:
                 merged[k] = replace(other, text=f'{other.text}, {label.text}')
                 break
         else:

@@ -64,9 +64,10 @@ class PlottedMotion:
         """
         if not len(self.open_rows):
             return self.name
-        left = len(self.open_rows)
+        count = len(self.open_rows)
         return (
-            f'{self.name}; loops do not close at {left} of its {left + len(self.times)} positions'
+            f'{self.name}; loops do not close at {count} of its '
+            f'{count + len(self.times)} positions'
         )
 
     def broken(self, values: Floats) -> tuple[Floats, Floats]:

@@ -37,11 +37,11 @@ def velocity_picture(robot: Robot, motion: PlottedMotion, marked: Sequence[float
     ]
 
     def draw(figure: Figure) -> None:
-        how = ' (velocities: differences of the positions)' if motion.differentiated else ''
+        note = ' (velocities: differences of the positions)' if motion.differentiated else ''
         heights = [2.2, 2.2] + [1.7] * len(joints)
         title = (
             f'{words(robot.name)}: velocity of {words(robot.tool_frame)} in the axes of '
-            f'{words(robot.base_frame)}\nalong {words(motion.described)}{how}'
+            f'{words(robot.base_frame)}\nalong {words(motion.described)}{note}'
         )
         linear, angular, *rates = rows = panels(figure, heights, title)
         for axes, part, kind, letter, unit in (

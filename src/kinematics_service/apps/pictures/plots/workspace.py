@@ -161,31 +161,31 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
             'more with --points',
             code='open-loop',
         )
-    found = map_batches(function, robot, tried, workers)
-    found = found[np.isfinite(found[:, 0])]
-    if not len(found):
+    rows = map_batches(function, robot, tried, workers)
+    rows = rows[np.isfinite(rows[:, 0])]
+    if not len(rows):
         message = f'{robot.name}: the tool does not reach the {plane.title}; choose another plane'
         raise PlotError(message, code='unreachable')
-    widest = float(np.max(np.ptp(found[:, :2], axis=0)))
+    widest = float(np.max(np.ptp(rows[:, :2], axis=0)))
     size = max(widest, MIN_WIDTH_RATIO * robot.singularity.task.reach) / CELLS
-    found = _best_of_cells(found, size)
-    each = max(CHANGED_RATIO * points // ROUNDS, 1)
+    rows = _best_of_cells(rows, size)
+    batch = max(CHANGED_RATIO * points // ROUNDS, 1)
     span = np.ptp(ranges, axis=1)
     for _ in range(ROUNDS):
-        parents = _parents(random, found, size, each)
-        scale = 10.0 ** random.uniform(*CHANGE_POWERS, (each, 1))
-        change = random.normal(size=(each, robot.dof)) * scale * span
+        parents = _parents(random, rows, size, batch)
+        scale = 10.0 ** random.uniform(*CHANGE_POWERS, (batch, 1))
+        change = random.normal(size=(batch, robot.dof)) * scale * span
         tried = np.clip(parents + change, ranges[:, 0], ranges[:, 1])
-        count += each
+        count += batch
         tried = tried[closes_at(robot.chain, tried)]
-        open_poses += each - len(tried)
+        open_poses += batch - len(tried)
         # Compute in this process, because a round takes less time than its transfer to workers.
-        found = _best_of_cells(np.vstack([found, function(robot, tried)]), size)
-    cells = _cells(found[:, :2], size)
+        rows = _best_of_cells(np.vstack([rows, function(robot, tried)]), size)
+    cells = _cells(rows[:, :2], size)
     low = cells.min(axis=0)
     across, up = (cells - low).T
     best = np.full((up.max() + 1, across.max() + 1), np.nan)
-    best[up, across] = found[:, 2]
+    best[up, across] = rows[:, 2]
     return Workspace(plane, size, low * size, best, count, open_poses)
 
 
@@ -202,10 +202,10 @@ def _best_of_cells(rows: Floats, size: float) -> Floats:
     return np.asarray(rows[first])
 
 
-def _parents(random: np.random.Generator, found: Floats, size: float, count: int) -> Floats:
+def _parents(random: np.random.Generator, rows: Floats, size: float, count: int) -> Floats:
     # Return `count` joint positions that MAP-Elites changes next. Half of them are from cells with
     # an empty neighbour cell.
-    cells = _cells(found[:, :2], size)
+    cells = _cells(rows[:, :2], size)
     cells = cells - cells.min(axis=0) + 1
     taken = np.zeros(cells.max(axis=0) + 2, dtype=bool)
     taken[cells[:, 0], cells[:, 1]] = True
@@ -214,5 +214,5 @@ def _parents(random: np.random.Generator, found: Floats, size: float, count: int
     edge = np.flatnonzero(~full)
     half = count // 2
     at_edge = edge[random.integers(len(edge), size=half)]
-    anywhere = random.integers(len(found), size=count - half)
-    return found[np.concatenate([at_edge, anywhere]), 3:]
+    anywhere = random.integers(len(rows), size=count - half)
+    return rows[np.concatenate([at_edge, anywhere]), 3:]

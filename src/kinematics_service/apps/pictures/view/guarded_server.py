@@ -136,8 +136,8 @@ def _logger() -> logging.Logger:
 
 
 def _try_out(host: str, port: int, origin_check: OriginCheck) -> None:
-    here = {'0.0.0.0': '127.0.0.1', '::': '::1'}.get(host, host)
-    netloc = f'[{here}]:{port}' if ':' in here else f'{here}:{port}'
+    address = {'0.0.0.0': '127.0.0.1', '::': '::1'}.get(host, host)
+    netloc = f'[{address}]:{port}' if ':' in address else f'{address}:{port}'
     options: Any = {
         'subprotocols': [PROTOCOL],
         'open_timeout': CONNECT_TIMEOUT,

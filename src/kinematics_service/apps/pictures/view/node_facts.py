@@ -78,8 +78,8 @@ class NodeFacts(NamedTuple):
 
     def with_tool(self, robot: Robot) -> Robot:
         """Return `robot` with the tool frame that the node uses."""
-        own = robot.description.tool.motion.matrix
-        if np.allclose(own, self.tool, rtol=0.0, atol=TOOL_TOLERANCE):
+        pose = robot.description.tool.motion.matrix
+        if np.allclose(pose, self.tool, rtol=0.0, atol=TOOL_TOLERANCE):
             return robot
         return with_tool(robot, tuple(self.tool[:3, 3].tolist()), exact_rpy(self.tool[:3, :3]))
 

@@ -141,7 +141,7 @@ class OriginCheck(NamedTuple):
     def _is_remembered(self, headers: Headers, port: int) -> bool:
         cookies = (part.strip() for line in headers.get_all('Cookie') for part in line.split(';'))
         start = f'{COOKIE.format(port=port)}='
-        tokens = (one.removeprefix(start) for one in cookies if one.startswith(start))
+        tokens = (cookie.removeprefix(start) for cookie in cookies if cookie.startswith(start))
         return any(map(self._is_token, tokens))
 
     def _is_token(self, text: str) -> bool:
@@ -163,8 +163,8 @@ def origin_check_of(host: str, more_names: Sequence[str]) -> OriginCheck:
     """
     if is_loopback(host) and not more_names:
         return OriginCheck(frozenset(), '')
-    here = socket.gethostname().lower()
-    names = {host.lower(), here, f'{here.partition(".")[0]}.local'} - set(ANYWHERE)
+    hostname = socket.gethostname().lower()
+    names = {host.lower(), hostname, f'{hostname.partition(".")[0]}.local'} - set(ANYWHERE)
     names |= {name.lower() for name in more_names}
     return OriginCheck(frozenset(names), secrets.token_urlsafe(TOKEN_BYTES))
 

@@ -132,17 +132,17 @@ def turn(page: Page, source: ArmSource) -> None:
     seen, status, publishes = source.observation(), source.status, page.wants_to_publish
     if publishes or seen is None:
         q, qdot = page.lead()
-        led, status = _led(page, q, qdot, status)
+        observed, status = _observed(page, q, qdot, status)
     if publishes:
         refusal = source.publish(q)
         publishes = not refusal
         status = f'not publishing: {refusal}' if refusal else f'publishing; {status}'
     if seen is not None and not publishes:
         page.follow(seen.q)
-    page.show(seen or led, source.title, status)
+    page.show(seen or observed, source.title, status)
 
 
-def _led(page: Page, q: Floats, qdot: Floats | None, status: str) -> tuple[Observation, str]:
+def _observed(page: Page, q: Floats, qdot: Floats | None, status: str) -> tuple[Observation, str]:
     # Return the observation at the sliders' positions, and the status. If a loop does not close,
     # return the last observation, and the reason as status.
     try:

@@ -85,8 +85,8 @@ class ViewListener:
         Receive messages for `seconds`, then read the messages that are still waiting.
         """
         deadline = time.monotonic() + seconds
-        while (left := deadline - time.monotonic()) > 0.0:
-            self._spinner.spin_once(timeout_sec=left)
+        while (remaining := deadline - time.monotonic()) > 0.0:
+            self._spinner.spin_once(timeout_sec=remaining)
         while time.monotonic() < deadline + MAX_DELAY:
             before = self._message_count
             self._spinner.spin_once(timeout_sec=0.0)
