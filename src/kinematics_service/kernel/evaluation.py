@@ -45,8 +45,8 @@ def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) ->
         or arrays.extent(rows, 1) < chain.widths[depth]
     ):
         raise TypeError('the arrays of an evaluation do not go together')
-    each = 0 if arrays.extent(qdot, 0) == 1 else n
-    positions, rates = arrays.numbers(q, 0), arrays.numbers(qdot, count * each)
+    stride = 0 if arrays.extent(qdot, 0) == 1 else n
+    positions, rates = arrays.numbers(q, 0), arrays.numbers(qdot, count * stride)
     results, width = arrays.results(rows, 0), arrays.extent(rows, 1)
     side_by_side = depth < places.ALL_FRAMES and chain.loops == 0
     together = places.LANES if side_by_side else count + 1
@@ -54,10 +54,10 @@ def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) ->
     with arrays.without_lock():
         stopped, k = -1, 0
         while stopped < 0 and k < count:
-            q_k, qdot_k = arrays.after(positions, k * n), arrays.after(rates, k * each)
+            q_k, qdot_k = arrays.after(positions, k * n), arrays.after(rates, k * stride)
             row = arrays.after(results, k * width)
             if count - k >= together and chain_pass.evaluate_rows(
-                chain, q_k, qdot_k, each, depth, row, width, work
+                chain, q_k, qdot_k, stride, depth, row, width, work
             ):
                 k += places.LANES
                 continue

@@ -197,7 +197,7 @@ def _judge_rows(
     evaluated = arrays.after(measured, columns * places.LANES)
     free = arrays.after(evaluated, length * places.LANES)
     blocks.put_side_by_side(rows, row_width, length, evaluated)
-    left = singularity.measure_rows(arm.chain, arm.task, evaluated, measured, free)
+    alone = singularity.measure_rows(arm.chain, arm.task, evaluated, measured, free)
     if arm.tape.factors > 0:
         positions = arrays.after(free, arm.tape.steps * (n + 1) * places.LANES)
         blocks.put_side_by_side(q, n, n, positions)
@@ -208,9 +208,9 @@ def _judge_rows(
             return singularity.ALL_LANE_BITS
     blocks.put_one_by_one(measured, columns, measures, columns)
     for lane in range(places.LANES):
-        if not (left >> lane) & 1:
+        if not (alone >> lane) & 1:
             _judge_first_order(arm, arrays.after(measures, lane * columns))
-    return left
+    return alone
 
 
 def _is_regular(arm: Arm) -> bool:
@@ -239,8 +239,8 @@ def room(arm: Arm) -> int:
     """Return how many numbers of scratch memory `judge_row` needs."""
     n = arm.chain.dof
     spare = max(n * n, gradient.room(arm.chain))
-    own = _directions(arm) + max(6 * n + spare, arm.tape.steps * (n + 1))
-    return max(own, arm.chain.groups * (1 + n) + gradient.room(arm.chain))
+    size = _directions(arm) + max(6 * n + spare, arm.tape.steps * (n + 1))
+    return max(size, arm.chain.groups * (1 + n) + gradient.room(arm.chain))
 
 
 def width(arm: Arm) -> int:

@@ -160,10 +160,10 @@ class Clearance:
         v = arrays.after(row, self.arm.chain.screws_at)
         w = arrays.after(v, 3 * entries)
         for e in range(entries):
-            way = vectors.cross(vectors.apart(w, e, entries), point)
-            v[e] += way[0]
-            v[e + entries] += way[1]
-            v[e + 2 * entries] += way[2]
+            velocity = vectors.cross(vectors.apart(w, e, entries), point)
+            v[e] += velocity[0]
+            v[e + entries] += velocity[1]
+            v[e + 2 * entries] += velocity[2]
         if self.arm.chain.form == places.MIXED:
             chain_pass.add_up_screws(self.arm.chain, v, row)
         self.directions.decompose()
@@ -278,7 +278,7 @@ class Clearance:
         # the others), made orthogonal to `shares`. `steepest` is the candidate whose weighted sum
         # has the largest gradient. Returns False if `shares` or `steepest` would be zero.
         d, count, terms = self.count, self.directions.count, self.expansion.terms
-        trace, most = 0.0, 0.0
+        trace, max_slope = 0.0, 0.0
         for i in range(count):
             a = arrays.after(self.F, i * terms)
             for p in range(count):
@@ -298,10 +298,10 @@ class Clearance:
             for p in range(count):
                 for j in range(count):
                     slope += self.across[p] * self.across[j] * self.gram[p * count + j]
-            if slope > most:
-                most = slope
+            if slope > max_slope:
+                max_slope = slope
                 arrays.copy(self.steepest, count, self.across)
-        return most > 0.0
+        return max_slope > 0.0
 
     def _by_complement(self, best: float) -> float:
         # Searches by bisection the largest radius within which `self.sum` is proved to be
@@ -346,22 +346,22 @@ class Clearance:
         twisted = min(third / root, self.twist_of_turns * square * r + fourth / root)
         turns = self.by_turns * r
         before = self.bend_of_turns * square + twisted + bent * turns
-        rest = fourth + self.by_lines * r * (twisted + bent * turns)
+        remainder = fourth + self.by_lines * r * (twisted + bent * turns)
         twisted = min(third / root, self.twist_of_lines * square * r + fourth / root)
         behind = self.bend_of_lines * square + twisted + self.by_lines * r * bent
-        rest += twisted * turns + behind * before / (1.0 - inside)
+        remainder += twisted * turns + behind * before / (1.0 - inside)
         # Let s be the weighted sum of the entries of the Schur complement. `self.sum` has the
-        # terms of s up to third order; `rest` bounds the terms of higher order. `take_away` may
-        # have replaced s by s + p t, where p is a quadratic polynomial and t is a second weighted
-        # sum, `self.steep`. `rest` bounds the terms of higher order of t, too. So `rest` is
-        # multiplied by 1 plus a bound of |p|.
+        # terms of s up to third order; `remainder` bounds the terms of higher order. `take_away`
+        # may have replaced s by s + p t, where p is a quadratic polynomial and t is a second
+        # weighted sum, `self.steep`. `remainder` bounds the terms of higher order of t, too. So
+        # `remainder` is multiplied by 1 plus a bound of |p|.
         # `take_away` also drops the terms of the product p t beyond third order. So a bound of the
         # dropped terms is added.
         slope, bend = self.sum.size_of_l * r, self.sum.size_of_M * square
         steep = self.steep.size_of_T * square * r
-        rest *= 1.0 + abs(self.sum.weight) + slope + bend
-        rest += slope * steep + bend * (self.steep.size_of_Q * square + steep)
-        return self.sum.lowest(r) - rest > 0.0
+        remainder *= 1.0 + abs(self.sum.weight) + slope + bend
+        remainder += slope * steep + bend * (self.steep.size_of_Q * square + steep)
+        return self.sum.lowest(r) - remainder > 0.0
 
 
 def unit(v: Flat, count: int) -> bool:

@@ -117,31 +117,31 @@ class Cubic:
         # number along[0], the vector `more` (linear part) and the matrix `half` (quadratic part).
         # `_add_product` then adds the product of p and `other`, the argument of `take_away`, to
         # this polynomial.
-        # The linear part of `other` has the gradient slope * way, where the vector `way` has
-        # length 1. The product of p and this linear part cancels some components of the
-        # coefficients g, Q and T: the components along the vector `way`.
-        d, way, whole = self.count, self.way, 0.0
+        # The linear part of `other` has the gradient slope * u, where the vector u has length 1.
+        # The product of p and this linear part cancels some components of the coefficients g, Q
+        # and T: the components along the vector u.
+        d, u, whole = self.count, self.way, 0.0
         for a in range(d):
             self.more[a], self.along[a] = 0.0, 0.0
             for b in range(d):
-                self.more[a] += 2.0 * self.Q[a * d + b] * way[b]
+                self.more[a] += 2.0 * self.Q[a * d + b] * u[b]
                 value = 0.0
                 for c in range(d):
-                    value += way[c] * self.T[(c * d + a) * d + b]
+                    value += u[c] * self.T[(c * d + a) * d + b]
                 self.half[a * d + b] = value
-                self.along[a] += value * way[b]
-            whole += self.along[a] * way[a]
+                self.along[a] += value * u[b]
+            whole += self.along[a] * u[a]
         square = 0.0
         for a in range(d):
-            square += 0.5 * self.more[a] * way[a]
+            square += 0.5 * self.more[a] * u[a]
             for b in range(d):
-                both = way[a] * self.along[b] + self.along[a] * way[b]
-                value = 3.0 * self.half[a * d + b] - 1.5 * both + whole * way[a] * way[b]
+                both = u[a] * self.along[b] + self.along[a] * u[b]
+                value = 3.0 * self.half[a * d + b] - 1.5 * both + whole * u[a] * u[b]
                 self.half[a * d + b] = -value / slope
         value = 0.0
         for a in range(d):
-            value += self.g[a] * way[a]
-            self.more[a] = -(self.more[a] - square * way[a]) / slope
+            value += self.g[a] * u[a]
+            self.more[a] = -(self.more[a] - square * u[a]) / slope
         self.along[0] = -value / slope
 
     def _add_product(self, other: 'Cubic') -> None:

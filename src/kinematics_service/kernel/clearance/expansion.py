@@ -142,15 +142,15 @@ class Expansion:
                 if b < 0:
                     continue
                 self.chosen[1] = g
-                share = self._scale(f) * self._scale(g)
+                scale = self._scale(f) * self._scale(g)
                 at = self.begins[2] + self.pair[a * d + b]
-                self._add(at, 2, 0.5 * share if f == g else share, row)
+                self._add(at, 2, 0.5 * scale if f == g else scale, row)
                 for h in range(g, entries):
                     c = self.place[joint[h]]
                     if c < 0:
                         continue
                     self.chosen[2] = h
-                    weight = share * self._scale(h)
+                    weight = scale * self._scale(h)
                     if f == g and g == h:
                         weight /= 6.0
                     elif f == g or g == h:
@@ -175,12 +175,12 @@ class Expansion:
             # of the other entries.
             last = max(i, self.chosen[order - 1])
             moved = vectors.apart(v, last, entries)
-            left = i < last
+            pending = i < last
             k = order - 1 if i == last else order - 2
-            while left or k >= 0:
-                if left and (k < 0 or i >= self.chosen[k]):
+            while pending or k >= 0:
+                if pending and (k < 0 or i >= self.chosen[k]):
                     moved = vectors.cross(vectors.apart(w, i, entries), moved)
-                    left = False
+                    pending = False
                 else:
                     moved = vectors.cross(vectors.apart(w, self.chosen[k], entries), moved)
                     k -= 1
@@ -204,19 +204,19 @@ class Expansion:
             K = arrays.after(self.K, k * turns * length)
             for a in range(rank):
                 few = arrays.after(directions.W, a * directions.width + length)
-                share = 1.0 / math.sqrt(directions.sigma[a]) if a < rank - 1 else 1.0
+                scale = 1.0 / math.sqrt(directions.sigma[a]) if a < rank - 1 else 1.0
                 half = arrays.after(self.half, a * length)
                 arrays.fill(half, length, 0.0)
                 for r in range(turns):
-                    weight = share * few[r]
+                    weight = scale * few[r]
                     for i in range(length):
                         half[i] += weight * K[r * length + i]
             for b in range(length):
                 many = arrays.after(directions.W, b * directions.width)
-                share = 1.0 / math.sqrt(directions.sigma[b]) if b < rank - 1 else 1.0
+                scale = 1.0 / math.sqrt(directions.sigma[b]) if b < rank - 1 else 1.0
                 for a in range(rank):
                     value = arrays.dot(arrays.after(self.half, a * length), many, length)
-                    self.G[(a * length + b) * terms + k] = share * value
+                    self.G[(a * length + b) * terms + k] = scale * value
 
     def change(self) -> float:
         """Return an upper bound of the first-order change of J_t by a joint motion of length 1."""

@@ -309,8 +309,8 @@ class LoopGroup:
         self.variables = loop.there.dof
         members = self.members()
         self.loops: int = len(members)
-        self.count: int = sum(one.count for one in members)
-        self.entries: int = sum(one.entries for one in members)
+        self.count: int = sum(member.count for member in members)
+        self.entries: int = sum(member.entries for member in members)
         if (
             loop.row != 0
             or self.count > places.MAX_LOOP_ROWS
@@ -321,7 +321,7 @@ class LoopGroup:
             and (following.first != first + self.count or following.variables != self.variables)
         ):
             raise TypeError('the parts of a group of loops do not go together')
-        axes = np.concatenate([one.axes() for one in members])
+        axes = np.concatenate([member.axes() for member in members])
         self.spans: Floats = np.where(axes < 3, size, 1.0)
         for array in (units, self.spans):
             array.setflags(write=False)

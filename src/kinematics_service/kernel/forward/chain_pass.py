@@ -56,9 +56,9 @@ def _sincos_reduced(x: float) -> tuple[float, float]:
     first = x - turns * HALF_PI_1
     second = turns * HALF_PI_2
     r = first - second
-    rest = turns * HALF_PI_3 - ((first - r) - second)
-    y = r - rest
-    tail = (r - y) - rest
+    correction = turns * HALF_PI_3 - ((first - r) - second)
+    y = r - correction
+    tail = (r - y) - correction
     z = y * y
     p = SIN_5 + z * (SIN_7 + z * (SIN_9 + z * (SIN_11 + z * SIN_13)))
     sine = y - ((z * (0.5 * tail - z * y * p) - tail) - z * y * SIN_3)

@@ -86,10 +86,10 @@ def _wrist(
     angles[6] = fifths[2]
     for k in range(count):
         fourth = vectors.angle(a, vectors.turned(b, fifths[k], c), goal, free[3])
-        rest = vectors.turned(b, -fifths[k], vectors.turned(a, -fourth, goal_side))
+        turned_side = vectors.turned(b, -fifths[k], vectors.turned(a, -fourth, goal_side))
         angles[3 * k] = fourth
         angles[3 * k + 1] = fifths[k]
-        angles[3 * k + 2] = vectors.angle(c, side, rest, free[5])
+        angles[3 * k + 2] = vectors.angle(c, side, turned_side, free[5])
         angles[6] = max(angles[6], roots.turn_error(a, goal, 2.0 * turn + fifths[2]))
     return count
 

@@ -35,8 +35,8 @@ def _rotation_vector(R: Numbers) -> Vector:
     cosine = R[0] + R[4] + R[8] - 1.0
     angle = math.atan2(sine, cosine)
     if sine > MIN_SINE:
-        share = angle / sine
-        return (x * share, y * share, z * share)
+        scale = angle / sine
+        return (x * scale, y * scale, z * scale)
     if cosine > 0.0:
         return (0.5 * x, 0.5 * y, 0.5 * z)
     # If the rotation angle is pi, each column of R + I is parallel to the axis. Take the longest
@@ -47,8 +47,8 @@ def _rotation_vector(R: Numbers) -> Vector:
         a, b, c = R[1], R[4] + 1.0, R[7]
     else:
         a, b, c = R[2], R[5], R[8] + 1.0
-    share = angle / math.sqrt(a * a + b * b + c * c)
-    return (a * share, b * share, c * share)
+    scale = angle / math.sqrt(a * a + b * b + c * c)
+    return (a * scale, b * scale, c * scale)
 
 
 def _turn_between(a: Vector, b: Vector) -> Vector:
@@ -63,8 +63,8 @@ def _turn_between(a: Vector, b: Vector) -> Vector:
         # If the angle between a and b is pi, take any axis perpendicular to a.
         normal = vectors.across(a)
         sine = math.sqrt(vectors.dot(normal, normal))
-    share = angle / sine
-    return (normal[0] * share, normal[1] * share, normal[2] * share)
+    scale = angle / sine
+    return (normal[0] * scale, normal[1] * scale, normal[2] * scale)
 
 
 def _turned_back(axes: Flat, v: Vector) -> Vector:

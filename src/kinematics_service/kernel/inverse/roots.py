@@ -126,13 +126,13 @@ def root_bound(c: Numbers, degree: int, error: float, z: Numbers, k: int) -> flo
     the values of c and of the exact polynomial at the computed root k. If the discs of m computed
     roots form a connected set, this set contains m exact roots (Smith 1970).
     """
-    here, value = pairs.pair(z, k), (0.0, 0.0)
+    root, value = pairs.pair(z, k), (0.0, 0.0)
     for i in range(degree, -1, -1):
-        value = pairs.plus(pairs.times(value, here), 1.0, pairs.pair(c, i))
+        value = pairs.plus(pairs.times(value, root), 1.0, pairs.pair(c, i))
     product = complex_numbers.absolute(pairs.pair(c, degree))
     for i in range(degree):
         if i != k:
-            product *= complex_numbers.absolute(pairs.plus(here, -1.0, pairs.pair(z, i)))
+            product *= complex_numbers.absolute(pairs.plus(root, -1.0, pairs.pair(z, i)))
     if not product > 0.0:
         return places.INFINITY
     return degree * (complex_numbers.absolute(value) + error) / product

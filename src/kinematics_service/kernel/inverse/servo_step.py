@@ -168,7 +168,7 @@ class ServoOutput:
         self._write_matrix(rows, length)
         singular_values.orthogonalise(W, rows, length, length + rows, 1)
         singular_values.sort_by_norm(W, self.sigma, rows, length, length + rows, 1)
-        made, wanted = 0.0, arrays.dot(self.v, self.v, m)
+        made, commanded = 0.0, arrays.dot(self.v, self.v, m)
         for j in range(count):
             self.u[free[j]] = 0.0
         for i in range(rows):
@@ -183,16 +183,16 @@ class ServoOutput:
             along = 0.0
             for k in range(m):
                 along += (turns[k] if wide else row[k]) * self.v[k]
-            own = self.sigma[i] * self.sigma[i]
-            made += along * along * (own if wide else 1.0) / (own + square)
-            along /= own + square
+            eigenvalue = self.sigma[i] * self.sigma[i]
+            made += along * along * (eigenvalue if wide else 1.0) / (eigenvalue + square)
+            along /= eigenvalue + square
             for j in range(count):
                 self.u[free[j]] += along * (row[j] if wide else turns[j])
         if self.least_singular_value < 0.0:
             least = self.sigma[min(self.servo.task.generic_rank, rows) - 1]
             self.least_singular_value = least * (self.largest / self.servo.length)
-            if wanted > 0.0:
-                self.followed = made / wanted
+            if commanded > 0.0:
+                self.followed = made / commanded
         for k in range(count):
             j = free[k]
             self.u[j] *= self.servo.task.column_scale[j] / self.largest
@@ -308,10 +308,10 @@ def servo(step: ServoOutput, q: Floats, row: Floats, twist: Floats) -> None:
         Twist in base axes, at the origin of the tool.
     """
     n, size = step.servo.n, 0.0
-    positions, wanted = arrays.numbers(q, n), arrays.numbers(twist, 6)
+    positions, commanded = arrays.numbers(q, n), arrays.numbers(twist, 6)
     for i in range(6):
-        size = max(size, abs(wanted[i]))
-    step.write_task(arrays.numbers(row, places.JACOBIAN_AT + 6 * n), wanted, size)
+        size = max(size, abs(commanded[i]))
+    step.write_task(arrays.numbers(row, places.JACOBIAN_AT + 6 * n), commanded, size)
     if not step.largest > 0.0:
         step.damping, step.least_singular_value = 1.0, 0.0
         step.followed = 0.0 if size > 0.0 else 1.0

@@ -125,9 +125,9 @@ def closed_solutions(
         Receives the solutions. Its arrays must have MAX_CANDIDATES rows, or one row if
         `only_one`.
     """
-    most = places.MAX_CANDIDATES
-    result.require_fit(refinement.residual, form.n, 1 if only_one else most)
-    _solve(form, refinement, only_one, only_inside, SolutionCandidates(most, result.n), result)
+    capacity = places.MAX_CANDIDATES
+    result.require_fit(refinement.residual, form.n, 1 if only_one else capacity)
+    _solve(form, refinement, only_one, only_inside, SolutionCandidates(capacity, result.n), result)
 
 
 def _solve(
@@ -140,18 +140,18 @@ def _solve(
 ) -> int:
     # Adds the solutions of the target of `refinement` to `result`; returns their number.
     accuracy, first = [0.0], result.count
-    wanted = _write_candidates(form, refinement.residual.pose, result.near, candidates, accuracy)
+    total = _write_candidates(form, refinement.residual.pose, result.near, candidates, accuracy)
     if only_inside and accuracy[0] < MAX_LIMIT_TEST_ERROR:
-        wanted = _drop_beyond(wanted, candidates, result)
+        total = _drop_beyond(total, candidates, result)
     if only_one:
-        count = _add_nearest(refinement, wanted, candidates, result)
+        count = _add_nearest(refinement, total, candidates, result)
     else:
-        count = _add_all(refinement, wanted, candidates, result)
+        count = _add_all(refinement, total, candidates, result)
     # Store in `result` whether solutions may be missing. If `accuracy` is finite, no candidate is
-    # missing. `wanted` is the number of candidates, and `count` the number of solutions. If both
+    # missing. `total` is the number of candidates, and `count` the number of solutions. If both
     # numbers are equal, each candidate converged to its own solution.
-    result.regular = accuracy[0] < places.INFINITY and count == wanted
-    result.sure = accuracy[0] < MAX_SURE_ERROR and count == wanted
+    result.regular = accuracy[0] < places.INFINITY and count == total
+    result.sure = accuracy[0] < MAX_SURE_ERROR and count == total
     for i in range(first, first + count):
         q = arrays.after(result.rows, i * result.n)
         # Store the pivot ratio of J (see `dependence.pivot_ratio`). The ratio is 0 if J has lost
@@ -186,10 +186,10 @@ def closed_solutions_of_each(
     counts : shape (N, 2)
         For each target: the number of solutions, then 1 if no solution is missing, otherwise 0.
     """
-    most, count = places.MAX_CANDIDATES, arrays.extent(poses, 0)
-    result.require_fit(refinement.residual, form.n, count * most)
+    capacity, count = places.MAX_CANDIDATES, arrays.extent(poses, 0)
+    result.require_fit(refinement.residual, form.n, count * capacity)
     rows, written = arrays.numbers(poses, 16 * count), arrays.whole_results(counts, 2 * count)
-    candidates, target = SolutionCandidates(most, result.n), refinement.residual.pose
+    candidates, target = SolutionCandidates(capacity, result.n), refinement.residual.pose
     for i in range(count):
         refinement.residual.pose = arrays.after(rows, 16 * i)
         written[2 * i] = _solve(form, refinement, False, only_inside, candidates, result)
@@ -216,10 +216,10 @@ def eliminated_solutions(
         Three numbers: how many complex solutions were certified, how many of them are real, and a
         flag. The flag is 1 if no real solution is missing, otherwise 0.
     """
-    most = places.MAX_CANDIDATES
-    result.require_fit(refinement.residual, 6, most)
+    capacity = places.MAX_CANDIDATES
+    result.require_fit(refinement.residual, 6, capacity)
     written = arrays.whole_results(counts, 3)
-    candidates, roots = SolutionCandidates(most, 6), Roots()
+    candidates, roots = SolutionCandidates(capacity, 6), Roots()
     with arrays.without_lock():
         count = _write_real_roots(arm, refinement.residual.pose, roots, candidates)
         written[0], written[1], written[2] = roots.count, count, 1 if roots.proved else 0

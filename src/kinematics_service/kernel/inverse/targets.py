@@ -56,19 +56,19 @@ def take_target(target: Floats, pose: Floats) -> int:
         overwritten, so pass the identity.
     """
     size = arrays.size(target)
-    wanted = arrays.numbers(target, 3 if size == 3 else 16)
+    numbers = arrays.numbers(target, 3 if size == 3 else 16)
     written = arrays.results(pose, 16)
     for k in range(size):
-        if not math.isfinite(wanted[k]):
+        if not math.isfinite(numbers[k]):
             return places.NOT_FINE
     if size == 3:
         for i in range(3):
-            written[4 * i + 3] = wanted[i]
+            written[4 * i + 3] = numbers[i]
         return places.FINE
-    arrays.copy(written, 16, wanted)
-    error = rotation_error(wanted)
-    if error > MAX_ROTATION_ERROR or wanted[15] != 1.0:
+    arrays.copy(written, 16, numbers)
+    error = rotation_error(numbers)
+    if error > MAX_ROTATION_ERROR or numbers[15] != 1.0:
         return places.NOT_RIGID
-    if wanted[12] != 0.0 or wanted[13] != 0.0 or wanted[14] != 0.0:
+    if numbers[12] != 0.0 or numbers[13] != 0.0 or numbers[14] != 0.0:
         return places.NOT_RIGID
     return places.FINE if error <= EXACT_ROTATION_ERROR else places.ROUGH

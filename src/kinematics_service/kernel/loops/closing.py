@@ -204,9 +204,9 @@ def _continue(closure: Closure, q: Numbers, section: Flat) -> int:
     while not arrived:
         away = _farthest(closure.first, n, q, section)
         arrived = length >= away
-        share = 1.0 if arrived else length / away
+        fraction = 1.0 if arrived else length / away
         for j in range(n):
-            x[j] = q[j] if arrived else section[j] + share * (q[j] - section[j])
+            x[j] = q[j] if arrived else section[j] + fraction * (q[j] - section[j])
         for i in range(variables - n):
             x[n + i] = section[n + i]
             for j in range(n):

@@ -67,8 +67,8 @@ def _write_gap(there: Numbers, back: Numbers, gap: Numbers) -> None:
     sine = 0.5 * math.sqrt(x * x + y * y + z * z)
     angle = math.atan2(sine, 0.5 * (along - 1.0))
     if sine > 0.0:
-        share = 0.5 * angle / sine
-        gap[3], gap[4], gap[5] = share * x, share * y, share * z
+        scale = 0.5 * angle / sine
+        gap[3], gap[4], gap[5] = scale * x, scale * y, scale * z
     else:  # The frames are parallel, or rotated by pi about an unknown axis.
         gap[3], gap[4], gap[5] = angle, angle, angle
 

@@ -170,8 +170,8 @@ def _write_closed(
             for j in range(n):
                 for i in range(6):
                     mu[a * n + j] += screws[i * chain.entries + e] * Y[6 * j + i]
-    own = arrays.after(section, closure.screws_at)
-    _add_groups(closure.first, closure.groups, closure, coupling, own, mu, work)
+    loop_screws = arrays.after(section, closure.screws_at)
+    _add_groups(closure.first, closure.groups, closure, coupling, loop_screws, mu, work)
     _reduce_to_joints(n, passive, coupling, work, gradient)
 
 
@@ -205,13 +205,13 @@ def _add_groups(
     slopes = _slopes_in(work, closure.variables)
     residual.write_slopes(group, screws, slopes)
     linear_equations.factorise(slopes, count, order)
-    own = arrays.after(mu, (group.first - n) * n)
+    block = arrays.after(mu, (group.first - n) * n)
     for j in range(n):
         for i in range(count):
-            gap[i] = -own[i * n + j]
+            gap[i] = -block[i * n + j]
         linear_equations.solve_transposed(slopes, count, order, gap)
         for i in range(count):
-            own[i * n + j] = gap[i]
+            block[i * n + j] = gap[i]
     _add_loops(group.loop, group, n, coupling, screws, mu, work)
 
 
@@ -229,21 +229,21 @@ def _add_loops(
     # the axes of the frame in which its two chains begin.
     first = group.first
     weights = arrays.after(work, group.variables)
-    own = arrays.after(mu, (first - n + loop.row) * n)
+    block = arrays.after(mu, (first - n + loop.row) * n)
     arrays.fill(weights, 6 * group.variables, 0.0)
     for i in range(loop.count):
         axis = loop.axis[i]
         for j in range(n):
-            weights[6 * j + axis] += own[i * n + j]
+            weights[6 * j + axis] += block[i * n + j]
             for a in range(first + group.count - n):
-                weights[6 * (n + a) + axis] += own[i * n + j] * coupling[a * n + j]
+                weights[6 * (n + a) + axis] += block[i * n + j] * coupling[a * n + j]
     _add_residual(loop, screws, work)
     # mu has a weight for the derivative of each passive variable by each joint. Passive variables
     # of earlier groups change the residual of this group. So increase the weights of these
     # variables in mu.
     back = arrays.after(screws, 6 * loop.there.entries)
-    _add_to_earlier_groups(loop, loop.there, -1.0, first, n, screws, own, mu)
-    _add_to_earlier_groups(loop, loop.back, 1.0, first, n, back, own, mu)
+    _add_to_earlier_groups(loop, loop.there, -1.0, first, n, screws, block, mu)
+    _add_to_earlier_groups(loop, loop.back, 1.0, first, n, back, block, mu)
     if loop.following is not None:
         following = arrays.after(screws, 6 * loop.entries)
         _add_loops(loop.following, group, n, coupling, following, mu, work)
@@ -273,11 +273,11 @@ def _add_residual(loop: Loop, screws: Flat, work: Flat) -> None:
 def _add_end(chain: Chain, sign: float, screws: Flat, work: Flat) -> None:
     variables = chain.dof
     gradient = arrays.after(work, 7 * variables)
-    own = arrays.after(work, 8 * variables)
+    transposed = arrays.after(work, 8 * variables)
     for e in range(chain.entries):
         for i in range(6):
-            own[i * chain.entries + e] = screws[6 * e + i]
-    write_of_screws(chain, own, arrays.after(work, variables), gradient)
+            transposed[i * chain.entries + e] = screws[6 * e + i]
+    write_of_screws(chain, transposed, arrays.after(work, variables), gradient)
     for k in range(variables):
         work[k] += sign * gradient[k]
 

@@ -342,8 +342,8 @@ def _measure(
     motion = arrays.after(direction, 6 * lanes)
     way_out = arrays.after(motion, n * lanes)
     sigma = arrays.after(way_out, n * lanes)
-    found = _write_scalars(n, task, J, W, Y, sigma, measures, lanes)
-    none_left, alone = found & ALL_LANE_BITS, found >> places.LANES
+    masks = _write_scalars(n, task, J, W, Y, sigma, measures, lanes)
+    none_left, alone = masks & ALL_LANE_BITS, masks >> places.LANES
 
     singular_values.unit_rows(W, sigma, count, length, lanes)
     lost = lanes == 1 and none_left != 0

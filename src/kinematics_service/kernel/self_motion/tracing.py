@@ -106,8 +106,8 @@ def _step_from(point: CurvePoint, sample: Flat, step: float, side: float) -> flo
         return 0.0
     missed: float = -step * step
     for j in range(n):
-        way = point.q[j] - sample[j]
-        missed += way * way
+        motion = point.q[j] - sample[j]
+        missed += motion * motion
     cosine: float = arrays.dot(border, point.tangent, n)
     ahead: bool = cosine > MIN_COSINE and missed < MAX_CORRECTION * MAX_CORRECTION * step * step
     return cosine if ahead else 0.0

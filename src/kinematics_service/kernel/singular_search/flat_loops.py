@@ -76,12 +76,12 @@ def look(
         Work array of `room` numbers.
     """
     n, nearest = equations.n, places.INFINITY
-    best, rest = work, arrays.after(work, equations.n)
+    best, tail = work, arrays.after(work, equations.n)
     for side in range(2):
         step = min(projection.TRUST_RADIUS, limit, nearest)
-        if not _move_along(equations, origin, group, step if side == 0 else -step, d, rest):
+        if not _move_along(equations, origin, group, step if side == 0 else -step, d, tail):
             return places.INFINITY
-        length = _descend(equations, origin, group, min(limit, nearest), d, rest)
+        length = _descend(equations, origin, group, min(limit, nearest), d, tail)
         if length < nearest:
             nearest = length
             arrays.copy(best, n, d)
@@ -106,14 +106,14 @@ def _move_along(
     length = rank_equations.length_of(slope, n)
     if not length > 0.0:
         return False
-    share: float = 1.0
-    while share >= projection.MIN_STEP_RATIO:
+    ratio: float = 1.0
+    while ratio >= projection.MIN_STEP_RATIO:
         for j in range(n):
-            goal[j] = share * step / length * slope[j]
+            goal[j] = ratio * step / length * slope[j]
         if equations.move_to(origin, goal):
             arrays.copy(d, n, goal)
             return True
-        share *= DAMPING
+        ratio *= DAMPING
     return True
 
 
@@ -122,7 +122,7 @@ def _descend(
 ) -> float:
     # Moves d to joint positions at which the loop equations are singular. Returns the length of d,
     # rad; infinite if the iteration finds no such joint positions.
-    n, share = equations.n, DAMPING
+    n, ratio = equations.n, DAMPING
     slope, goal, step = work, arrays.after(work, n), arrays.after(work, 2 * n)
     for _ in range(FLAT_STEPS):
         half = _write_half(equations, group, slope, arrays.after(work, 3 * n))
@@ -139,11 +139,11 @@ def _descend(
             return rank_equations.length_of(d, n)
         while True:
             for j in range(n):
-                goal[j] = d[j] + share * step[j]
+                goal[j] = d[j] + ratio * step[j]
             if equations.move_to(origin, goal):
                 break
-            share *= DAMPING
-            if share < projection.MIN_STEP_RATIO:
+            ratio *= DAMPING
+            if ratio < projection.MIN_STEP_RATIO:
                 return places.INFINITY
         arrays.copy(d, n, goal)
         if length > limit:
@@ -176,9 +176,9 @@ def _write_step(n: int, onto: float, back: float, slope: Flat, d: Flat, step: Fl
         step[j] = back * slope[j] - d[j]
     slide = rank_equations.length_of(step, n)
     longest = abs(onto) * rank_equations.length_of(slope, n)
-    share = longest / slide if slide > longest else 1.0
+    ratio = longest / slide if slide > longest else 1.0
     for j in range(n):
-        step[j] = share * step[j] - onto * slope[j]
+        step[j] = ratio * step[j] - onto * slope[j]
     return slide
 
 

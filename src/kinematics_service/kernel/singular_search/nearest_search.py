@@ -104,12 +104,12 @@ class NearestSearch:
         self.evaluations: Public[int] = 0
         self.pose_count, self.starts, self.tried, self.is_following = 0, 0, 0, False
         self.moved, self.flat_moved = 0.0, 0.0
-        n, most = self.n, max(samples, NEARLY_SINGULAR_SAMPLES)
+        n, max_count = self.n, max(samples, NEARLY_SINGULAR_SAMPLES)
         self.last, self.u, self.nearest = arrays.rooms(n, n, n)
         self.poses, self.lengths, self.drifts = arrays.rooms(MEMORY * n, MEMORY, MEMORY)
-        self.sample_distances, self.work = arrays.rooms(most, flat_loops.room(arm.chain))
+        self.sample_distances, self.work = arrays.rooms(max_count, flat_loops.room(arm.chain))
         self.flats, self.flat_lengths = arrays.rooms(self.groups * n, self.groups)
-        (self.picked,) = arrays.whole_rooms(most)
+        (self.picked,) = arrays.whole_rooms(max_count)
 
     def write_pose(self, pose: Flat) -> None:
         """

@@ -108,8 +108,8 @@ class Projection:
                 break
             length = rank_equations.length_of(self.d, n)
             onto = rank_equations.length_of(self.onto, n)
-            share = self._share_along() if remaining < most else 1.0
-            along = share * rank_equations.length_of(self.along, n)
+            ratio = self._share_along() if remaining < most else 1.0
+            along = ratio * rank_equations.length_of(self.along, n)
             slides = remaining > 0 and max(along, onto) > tolerance * length
             is_singular = self._is_singular(length, onto)
             if is_singular and length < best:
@@ -117,7 +117,7 @@ class Projection:
             if slides:
                 if most - remaining >= TRIAL_STEPS and self._estimate() > limit:
                     break
-                self._move_along(share * min(1.0, self.radius / along) if along > 0.0 else share)
+                self._move_along(ratio * min(1.0, self.radius / along) if along > 0.0 else ratio)
                 remaining -= 1
             elif is_singular:
                 if is_second_round or remaining > 0 or not along > tolerance * length:
@@ -125,9 +125,9 @@ class Projection:
                 is_second_round, remaining = True, most
             else:
                 remaining = 0
-            share = min(1.0, self.radius / onto) if onto > 0.0 else 0.0
+            ratio = min(1.0, self.radius / onto) if onto > 0.0 else 0.0
             for j in range(n):
-                self.d[j] += share * self.onto[j]
+                self.d[j] += ratio * self.onto[j]
         arrays.copy(self.d, n, self.result)
         return best
 

@@ -355,10 +355,10 @@ class RankEquations:
             if not slope > RANK_SHARE * self.slopes[0] or not slope > 0.0:
                 break
             row = arrays.after(self.G, i * (n + count))
-            share = arrays.dot(arrays.after(row, n), self.S, count) / (slope * slope)
+            factor = arrays.dot(arrays.after(row, n), self.S, count) / (slope * slope)
             back = arrays.dot(row, d, n) / (slope * slope)
             for j in range(n):
-                onto[j] -= share * row[j]
+                onto[j] -= factor * row[j]
                 along[j] += back * row[j]
         return self.slopes[0] > 0.0 or self.residual == 0.0
 

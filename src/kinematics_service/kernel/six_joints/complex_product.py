@@ -71,8 +71,8 @@ class Product:
             if vectors.slides(screws, k):
                 d = pairs.pair(t, k)
                 for i in range(3):
-                    way = pairs.times(d, pairs.pair(self.axes, 3 * k + i))
-                    pairs.put(p, i, pairs.plus(pairs.pair(p, i), 1.0, way))
+                    shift = pairs.times(d, pairs.pair(self.axes, 3 * k + i))
+                    pairs.put(p, i, pairs.plus(pairs.pair(p, i), 1.0, shift))
                 continue
             complex_numbers.write_turn(pairs.pair(t, k), self.turn)
             for i in range(3):

@@ -171,9 +171,9 @@ class Positions:
         arrays.fill(self.line, 30, 0.0)
         for h in range(3):
             for a in range(3):
-                left = pairs.times(pairs.pair(self.three, h), pairs.pair(self.fourth, a))
+                product = pairs.times(pairs.pair(self.three, h), pairs.pair(self.fourth, a))
                 for b in range(3):
-                    factor = pairs.times(left, pairs.pair(self.fifth, b))
+                    factor = pairs.times(product, pairs.pair(self.fifth, b))
                     parts = arrays.after(elimination.left, 15 * (9 * h + 3 * a + b))
                     re, im = factor[0], factor[1]
                     for i in range(15):
@@ -228,8 +228,8 @@ class Positions:
             return (0.0, 0.0)
         shared: Complex = self._inner(longer, shorter)
         shared = (shared[0] / square, shared[1] / square)
-        wanted: Complex = self._inner(longer, 2)
-        wanted = (wanted[0] / square, wanted[1] / square)
+        component: Complex = self._inner(longer, 2)
+        component = (component[0] / square, component[1] / square)
         # Let u be the longer column of coefficients, v the shorter column, and w the right side.
         # Make v and w perpendicular to u: subtract from each of the two its component along u.
         for i in range(6):
@@ -237,12 +237,12 @@ class Positions:
             v = pairs.pair(self.C, 6 * shorter + i)
             w = pairs.pair(self.C, 12 + i)
             pairs.put(self.C, 6 * shorter + i, pairs.plus(v, -1.0, pairs.times(shared, u)))
-            pairs.put(self.C, 12 + i, pairs.plus(w, -1.0, pairs.times(wanted, u)))
-        rest, y = self._inner(shorter, shorter)[0], (0.0, 0.0)
-        if rest > DEPENDENT_SINE * DEPENDENT_SINE * square:
+            pairs.put(self.C, 12 + i, pairs.plus(w, -1.0, pairs.times(component, u)))
+        residual, y = self._inner(shorter, shorter)[0], (0.0, 0.0)
+        if residual > DEPENDENT_SINE * DEPENDENT_SINE * square:
             y = self._inner(shorter, 2)
-            y = (y[0] / rest, y[1] / rest)
-        x = pairs.plus(wanted, -1.0, pairs.times(shared, y))
+            y = (y[0] / residual, y[1] / residual)
+        x = pairs.plus(component, -1.0, pairs.times(shared, y))
         cosine, sine = x if longer == 0 else y, y if longer == 0 else x
         return cosine if slides else complex_numbers.angle(cosine, sine)
 

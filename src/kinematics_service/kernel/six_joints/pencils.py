@@ -293,11 +293,11 @@ class Pencil:
         W = self.work
         pairs.put(W, SIZE * (SIZE - 1), (1.0, 0.0))
         for i in range(SIZE - 2, -1, -1):
-            rest = (0.0, 0.0)
+            remainder = (0.0, 0.0)
             for j in range(i + 1, SIZE):
                 term = pairs.times(pairs.pair(W, SIZE * i + j), pairs.pair(W, SIZE * j))
-                rest = pairs.plus(rest, -1.0, term)
+                remainder = pairs.plus(remainder, -1.0, term)
             pivot: Complex = pairs.pair(W, 13 * i)
             if pairs.square_of(pivot) == 0.0:
                 pivot = (1.0, 0.0)
-            pairs.put(W, SIZE * i, pairs.over(rest, pivot))
+            pairs.put(W, SIZE * i, pairs.over(remainder, pivot))

@@ -102,12 +102,12 @@ def find_roots(a: Numbers, count: int, z: Numbers) -> None:
 
 def _improve(a: Numbers, count: int, z: Numbers, k: int) -> bool:
     # Improves root k by one Aberth step. Returns whether the root has converged.
-    here = pairs.pair(z, k)
-    size = complex_numbers.absolute(here)
+    root = pairs.pair(z, k)
+    size = complex_numbers.absolute(root)
     outside = size > 1.0
     # If |z| > 1, evaluate the polynomial in 1 / z (Horner's scheme backwards), so that no power
     # overflows.
-    x = pairs.over((1.0, 0.0), here) if outside else here
+    x = pairs.over((1.0, 0.0), root) if outside else root
     shrink = 1.0 / size if outside else size
     value, slope = pairs.pair(a, 0 if outside else count), (0.0, 0.0)
     terms: float = complex_numbers.absolute(value)
@@ -124,7 +124,7 @@ def _improve(a: Numbers, count: int, z: Numbers, k: int) -> bool:
         scaled, bent = pairs.times(value, x), pairs.times(pairs.times(x, x), slope)
         slope = (count * scaled[0] - bent[0], count * scaled[1] - bent[1])
     step = _step(value, slope, z, k, count)
-    pairs.put(z, k, pairs.plus(here, -1.0, step))
+    pairs.put(z, k, pairs.plus(root, -1.0, step))
     # The root has converged in two cases: the value is within its round-off (four roundings for
     # each term), or the step is below ten units in the last place.
     small = complex_numbers.absolute(value) < 4 * complex_numbers.ROUND_OFF * terms
@@ -136,10 +136,10 @@ def _step(value: Complex, slope: Complex, z: Numbers, k: int, count: int) -> Com
     # Let p be the polynomial, and s the sum of 1 / (z[k] - z[i]) over all roots i except k.
     # Returns the Aberth step p / (p' - p s) at z[k]. The same step results from Newton's method
     # for another function: p(z) divided by the product of z - z[i] over all roots i except k.
-    here = pairs.pair(z, k)
+    root = pairs.pair(z, k)
     re, im = 0.0, 0.0
     for i in range(count):
-        dx, dy = here[0] - z[2 * i], here[1] - z[2 * i + 1]
+        dx, dy = root[0] - z[2 * i], root[1] - z[2 * i + 1]
         square = dx * dx + dy * dy
         if i != k and square > 0.0:
             re += dx / square
@@ -164,10 +164,10 @@ def write_bounds(c: Numbers, count: int, noise: float, z: Numbers, bounds: Numbe
     """
     leading = complex_numbers.absolute(pairs.pair(c, count))
     for k in range(count):
-        here = pairs.pair(z, k)
-        size = complex_numbers.absolute(here)
+        root = pairs.pair(z, k)
+        size = complex_numbers.absolute(root)
         outside = size > 1.0
-        x = pairs.over((1.0, 0.0), here) if outside else here
+        x = pairs.over((1.0, 0.0), root) if outside else root
         shrink = 1.0 / size if outside else size
         value, terms = (0.0, 0.0), 0.0
         for i in range(count + 1):
@@ -179,7 +179,7 @@ def write_bounds(c: Numbers, count: int, noise: float, z: Numbers, bounds: Numbe
         product = leading * (1.0 if outside else size)
         for i in range(count):
             if i != k:
-                distance = complex_numbers.absolute(pairs.plus(here, -1.0, pairs.pair(z, i)))
+                distance = complex_numbers.absolute(pairs.plus(root, -1.0, pairs.pair(z, i)))
                 product *= distance / size if outside else distance
         residual = complex_numbers.absolute(value) + noise * terms
         bounds[k] = count * residual / product if product > 0.0 else places.INFINITY
@@ -192,13 +192,13 @@ def is_alone(z: Numbers, bounds: Numbers, count: int, k: int) -> bool:
     Roots z[i] with |z[i]| >= `MAX_RADIUS` are not compared with root k. `write_bounds` defines the
     discs.
     """
-    here = pairs.pair(z, k)
-    size = complex_numbers.absolute(here)
+    root = pairs.pair(z, k)
+    size = complex_numbers.absolute(root)
     for i in range(count):
         other = pairs.pair(z, i)
-        there = complex_numbers.absolute(other)
-        if i != k and there < MAX_RADIUS:
-            radii = bounds[k] * size + bounds[i] * there
-            if pairs.square_of(pairs.plus(here, -1.0, other)) <= radii * radii:
+        other_size = complex_numbers.absolute(other)
+        if i != k and other_size < MAX_RADIUS:
+            radii = bounds[k] * size + bounds[i] * other_size
+            if pairs.square_of(pairs.plus(root, -1.0, other)) <= radii * radii:
                 return False
     return True

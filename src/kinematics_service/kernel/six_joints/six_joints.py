@@ -148,12 +148,12 @@ class Roots:
     """
 
     def __init__(self) -> None:
-        most = places.MAX_CANDIDATES
-        self.psi, self.radii, self.lengths = arrays.rooms(12 * most, most, most)
-        (self.is_real,) = arrays.whole_rooms(most)
+        capacity = places.MAX_CANDIDATES
+        self.psi, self.radii, self.lengths = arrays.rooms(12 * capacity, capacity, capacity)
+        (self.is_real,) = arrays.whole_rooms(capacity)
         self.a, self.z, self.bounds = arrays.rooms(50, 48, 24)
         self.t, self.solution = arrays.rooms(12, 12)
-        self.weights, self.scales = arrays.rooms(6, 6 * most)
+        self.weights, self.scales = arrays.rooms(6, 6 * capacity)
         self.loop, self.elimination, self.pencil = SixScrews(), Elimination(), Pencil()
         self.linkage, self.hidden = SphericalLinkage(), HIDDEN_JOINT
         self.positions, self.motion = Positions(), Motion()
@@ -300,8 +300,8 @@ class Roots:
     def _is_of(self, z: Complex, bound: float) -> bool:
         # z = e^(i a) is a root of the polynomial in the angle of the hidden joint. Returns whether
         # the hidden joint has the angle a in the solution `self.t`.
-        here = complex_numbers.angle_of(z)
-        re, im = self.t[2 * self.hidden] - here[0], self.t[2 * self.hidden + 1] - here[1]
+        angle = complex_numbers.angle_of(z)
+        re, im = self.t[2 * self.hidden] - angle[0], self.t[2 * self.hidden + 1] - angle[1]
         re -= places.TAU * math.floor(re / places.TAU + 0.5)
         return math.sqrt(re * re + im * im) <= max(bound, ANGLE_TOLERANCE)
 

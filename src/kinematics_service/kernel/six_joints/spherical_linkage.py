@@ -173,12 +173,12 @@ class SphericalLinkage:
         a, b = vectors.point_of(screws, order[0]), vectors.point_of(screws, order[1])
         carried, twice = vectors.plus(b, -1.0, a), vectors.plus(foot, -1.0, b)
         tool = (loop.goal[3], loop.goal[7], loop.goal[11])
-        left = vectors.plus(tool, -1.0, a)
-        left = vectors.plus(left, 1.0, vectors.times_vector(loop.goal, end))
-        lines.put(self.way, 0, left)
+        fixed = vectors.plus(tool, -1.0, a)
+        fixed = vectors.plus(fixed, 1.0, vectors.times_vector(loop.goal, end))
+        lines.put(self.way, 0, fixed)
         lines.put(self.way, 3, carried)
         lines.put(self.way, 6, twice)
-        self.bound = math.sqrt(vectors.dot(left, left)) + math.sqrt(vectors.dot(end, end))
+        self.bound = math.sqrt(vectors.dot(fixed, fixed)) + math.sqrt(vectors.dot(end, end))
         self.bound += math.sqrt(vectors.dot(carried, carried))
         self.bound += math.sqrt(vectors.dot(twice, twice)) + 3 * abs(self.offset)
         self.bound += math.sqrt(vectors.dot(between, between) / square)
@@ -222,13 +222,13 @@ class SphericalLinkage:
             return
         y = vectors.turned(a, alpha, vectors.turned(b, beta, y))
         self.vector[0] = vectors.dot(y, goal) - still
-        way = vectors.three(self.way, 0)
-        way = vectors.plus(way, -1.0, vectors.turned(a, alpha, vectors.three(self.way, 3)))
+        gap = vectors.three(self.way, 0)
+        gap = vectors.plus(gap, -1.0, vectors.turned(a, alpha, vectors.three(self.way, 3)))
         carried = vectors.turned(b, beta, vectors.three(self.way, 6))
-        way = vectors.plus(way, -1.0, vectors.turned(a, alpha, carried))
+        gap = vectors.plus(gap, -1.0, vectors.turned(a, alpha, carried))
         if self.across:
             last = vectors.dot(a, vectors.cross(y, goal))
-            self.vector[1] = vectors.dot(a, way) - self.offset * last
+            self.vector[1] = vectors.dot(a, gap) - self.offset * last
             return
         slide, x = vectors.axis_of(screws, 0), vectors.axis_of(screws, self.second)
         if self.before == 2:
@@ -237,7 +237,7 @@ class SphericalLinkage:
             x = vectors.turned(a, alpha, x)
         last = still * vectors.dot(slide, x) - vectors.dot(slide, goal) * vectors.dot(x, y)
         last += vectors.dot(vectors.cross(slide, goal), vectors.cross(y, x))
-        self.vector[1] = vectors.dot(vectors.cross(slide, x), way) - self.offset * last
+        self.vector[1] = vectors.dot(vectors.cross(slide, x), gap) - self.offset * last
 
     def _sample(self, degree: int) -> None:
         E, F, largest, steepest = self.E, self.F, 0.0, 0.0
@@ -318,10 +318,10 @@ class SphericalLinkage:
         # Solves the positions of the prismatic joints by Cramer's rule. The angles are known, so
         # the vector to the goal is linear in these positions.
         motion.residual(loop, t)
-        left, M, C = self.columns, arrays.after(self.columns, 6), self.vector
+        gap, M, C = self.columns, arrays.after(self.columns, 6), self.vector
         for i in range(3):
             p = pairs.pair(motion.p, i)
-            pairs.put(left, i, (loop.goal[4 * i + 3] - p[0], -p[1]))
+            pairs.put(gap, i, (loop.goal[4 * i + 3] - p[0], -p[1]))
             for k in range(6 - self.turning):
                 axis = pairs.pair(motion.axes, 3 * self.order[self.turning + k] + i)
                 pairs.put(M, 3 * k + i, axis)
@@ -340,6 +340,6 @@ class SphericalLinkage:
             under = _dot(arrays.after(M, 6 * k), C)
             if pairs.square_of(under) < complex_numbers.TINY:
                 return False
-            way = pairs.over(_dot(left, C), under)
-            pairs.put(t, self.order[self.turning + k], way)
+            position = pairs.over(_dot(gap, C), under)
+            pairs.put(t, self.order[self.turning + k], position)
         return True
