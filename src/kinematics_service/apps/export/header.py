@@ -123,11 +123,11 @@ class Header:
             f'{self.words["constant"]} const {kind} {name}[] = {numbers};'
             for (kind, numbers), name in self.translation.tables.items()
         ]
-        translated = [one.text for one in self.translation.functions.values()]
+        translated = [function.text for function in self.translation.functions.values()]
         begin = [self._part('head'), *tables, '', *translated]
         sines = self._part(f'sines of {self.real}')
         whole = '\n'.join([*begin, sines, *functions, self._part('end'), ''])
-        return '\n'.join(one for line in whole.split('\n') for one in _wrapped(line))
+        return '\n'.join(part for line in whole.split('\n') for part in _wrapped(line))
 
     def _part(self, part: str, **words: Any) -> str:
         # Returns a part of `parts.h` in which texts replace the placeholders `@name@`.
@@ -155,7 +155,7 @@ class Header:
         # results.
         prefix, recording = self.words['prefix'], Recorder(self.translation, self.real)
         inputs = ['q', 'qdot'] if 'twist' in outputs else ['q']
-        fails = [f'!{prefix}all_finite({one}, {chain.dof})' for one in inputs]
+        fails = [f'!{prefix}all_finite({vector}, {chain.dof})' for vector in inputs]
         section, lines = (), []
         if self.closure is not None:
             section = recording.array('section', self.closure.width)
@@ -163,7 +163,7 @@ class Header:
             given = self.closure, Text('q', 'const double *'), Text('section', 'double *')
             call = self.translation.call(source('loops.closing').close, given)
             fails.append(f'{call.text} != 0')
-        q, qdot = (recording.array(one, chain.dof) for one in ('q', 'qdot'))
+        q, qdot = (recording.array(vector, chain.dof) for vector in ('q', 'qdot'))
         row = _evaluated(copied(chain), q, qdot, depth, recording.sincos, section)
         lines += [f'if ({" || ".join(fails)}) {{']
         lines += [f'    {prefix}no_result({to}, {len(at)});' for to, at in outputs.items()]
@@ -174,8 +174,8 @@ class Header:
     def _function(
         self, name: str, inputs: Iterable[str], outputs: Iterable[str], lines: Iterable[str]
     ) -> str:
-        parameters = [f'const {self.real} *{one}' for one in inputs]
-        parameters += [f'{self.real} *{one}' for one in outputs]
+        parameters = [f'const {self.real} *{array}' for array in inputs]
+        parameters += [f'{self.real} *{array}' for array in outputs]
         body = '\n'.join(f'    {line}' for line in lines)
         return self._part('function', name=name, parameters=', '.join(parameters), body=body)
 
@@ -201,7 +201,7 @@ class Header:
         rows = source('measures.task_rows').TaskRows(
             task.generic_rank, task.axes, task.rotation, task.row_scales, task.column_scales, zero
         )
-        arrays = (Text(one, 'double *') for one in ('copy', 'W', 'spare', 'sigma', 'measures'))
+        arrays = (Text(name, 'double *') for name in ('copy', 'W', 'spare', 'sigma', 'measures'))
         write_scalars = source('measures.singularity')._write_scalars
         return self._part(
             'measures',
@@ -228,8 +228,8 @@ class Header:
             exact = exact.reshape(len(q), -1)
             words[f'{name}_tested'], error = listed(exact[:SELF_TEST_POSES]), 0.0
             if row is not None:
-                found = np.broadcast_arrays(*row[at : at + exact.shape[1]], q[:, 0])[:-1]
-                error = ERROR_MARGIN * float(np.abs(np.transpose(found) - exact).max())
+                computed = np.broadcast_arrays(*row[at : at + exact.shape[1]], q[:, 0])[:-1]
+                error = ERROR_MARGIN * float(np.abs(np.transpose(computed) - exact).max())
             words[f'{name}_error'] = f'{error:.1e}'
         return words
 
@@ -262,10 +262,10 @@ def _single_row(chain: Chain, q: Floats) -> Any:
 
 def _wrapped(line: str) -> list[str]:
     # Returns a line of C as lines of at most WIDTH columns.
-    own = line[: len(line) - len(line.lstrip())]
-    own += '// ' if line.startswith('// ') else '    '
+    indent = line[: len(line) - len(line.lstrip())]
+    indent += '// ' if line.startswith('// ') else '    '
     return textwrap.wrap(
-        line, WIDTH, subsequent_indent=own, break_long_words=False, break_on_hyphens=False
+        line, WIDTH, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
     ) or ['']
 
 
@@ -278,7 +278,7 @@ def _plain(text: str) -> str:
 
 def filled(template: str, words: Mapping[str, Any]) -> str:
     """Return a template in which each placeholder `@name@` is replaced by `words[name]`."""
-    return re.sub(r'@(\w+)@', lambda found: str(words[found[1]]), template)
+    return re.sub(r'@(\w+)@', lambda match: str(words[match[1]]), template)
 
 
 def quoted(text: str) -> str:

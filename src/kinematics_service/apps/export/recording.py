@@ -69,9 +69,9 @@ class Number:
 
 
 def _sum(a: Number, b: Number) -> Number:
-    for one, other in ((a, b), (b, a)):
-        if other.is_zero and one.no_negative_zero:
-            return one
+    for number, other in ((a, b), (b, a)):
+        if other.is_zero and number.no_negative_zero:
+            return number
     safe = a.no_negative_zero or b.no_negative_zero
     return a.recording.step('{} + {}', a, b, no_negative_zero=safe)
 
@@ -83,10 +83,10 @@ def _difference(a: Number, b: Number) -> Number:
 
 
 def _product(a: Number, b: Number) -> Number:
-    for one, other in ((a, b), (b, a)):
-        if one.value == 1.0:
+    for number, other in ((a, b), (b, a)):
+        if number.value == 1.0:
             return other
-        if one.value == -1.0:
+        if number.value == -1.0:
             return -other
     return a.recording.step('{} * {}', a, b, is_zero=a.is_zero or b.is_zero)
 
@@ -146,8 +146,8 @@ class Recorder:
 
     def step(self, text: str, *operands: Number, **facts: bool) -> Number:
         """Record an operation, and return its result; `text` is in C, with {} for each operand."""
-        text = text.format(*(one.text for one in operands))
-        after_sines = any(one.after_sines for one in operands)
+        text = text.format(*(operand.text for operand in operands))
+        after_sines = any(operand.after_sines for operand in operands)
         new = Number(self, f't{len(self.steps)}', after_sines=after_sines, **facts)
         return self.steps.setdefault(text, new)
 
@@ -172,9 +172,9 @@ class Recorder:
     def lines(self, outputs: Mapping[str, Any]) -> list[str]:
         """Return C lines that store numbers in arrays; `outputs` has the numbers by array name."""
         texts = {
-            f'{name}[{k}]': self.number(one).text
+            f'{name}[{k}]': self.number(number).text
             for name, numbers in outputs.items()
-            for k, one in enumerate(numbers)
+            for k, number in enumerate(numbers)
         }
         uses = Counter(STEP.findall(' '.join([*texts.values(), *self.angles])))
         for text, number in reversed(self.steps.items()):
@@ -184,7 +184,7 @@ class Recorder:
         # False: lines before the sines are computed. True: lines that need a sine or cosine.
         lines: dict[bool, list[str]] = {False: [], True: []}
         for text, number in self.steps.items():
-            text = STEP.sub(lambda found: inner.get(found[0], found[0]), text)
+            text = STEP.sub(lambda match: inner.get(match[0], match[0]), text)
             if uses[number.text] == 1 and len(text) < INNER_LENGTH:
                 inner[number.text] = f'({text})'
             elif uses[number.text]:
@@ -192,7 +192,7 @@ class Recorder:
                 lines[number.after_sines].append(step)
         count = len(self.angles)
         if count:
-            angles = ', '.join(inner.get(one, one) for one in self.angles)
+            angles = ', '.join(inner.get(angle, angle) for angle in self.angles)
             lines[False] += [
                 f'const {self.real} angle[{count}] = {{{angles}}};',
                 f'{self.real} s[{count}], c[{count}];',

@@ -70,7 +70,7 @@ def package_files(robot: Robot) -> dict[str, str]:
         'DOF': str(robot.dof),
         'ABOUT': f'{robot.name}, made by kinematics_service {__version__}',
         'LINK_NAMES': ', '.join(name for name, _ in links),
-        'LINKS': ',\n'.join(f'  {{{quoted(name)}, {rest}}}' for name, rest in links),
+        'LINKS': ',\n'.join(f'  {{{quoted(name)}, {fields}}}' for name, fields in links),
         'ENTRIES': ', '.join(f'{{{joint}, {row}}}' for joint, row in _entries(robot)),
     }
     in_xml = {key: escape(value) for key, value in values.items()}

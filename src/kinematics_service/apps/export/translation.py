@@ -77,7 +77,7 @@ def literal(number: float, real: str = 'double') -> str:
 
 def listed(numbers: Any, real: str = 'double') -> str:
     """Return an array of numbers as an initializer in C, such as {1.0, 2.5}."""
-    return f'{{{", ".join(literal(one, real) for one in numbers.ravel().tolist()) or 0}}}'
+    return f'{{{", ".join(literal(number, real) for number in numbers.ravel().tolist()) or 0}}}'
 
 
 class Translation:
@@ -112,11 +112,11 @@ class Translation:
 
         An argument is a `Text`, or a known value.
         """
-        key = function, *(one.type if isinstance(one, Text) else repr(one) for one in arguments)
+        key = function, *(arg.type if isinstance(arg, Text) else repr(arg) for arg in arguments)
         if key not in self.functions:
             self.functions[key] = _Function(self, function, arguments)
         called = self.functions[key]
-        texts = (one.text for one in arguments if isinstance(one, Text))
+        texts = (arg.text for arg in arguments if isinstance(arg, Text))
         return Text(f'{called.name}({", ".join(texts)})', called.result)
 
     def table(self, numbers: Any) -> Text:
@@ -172,8 +172,8 @@ class _Function:
 
     def _block(self, body: list[ast.stmt]) -> list[str]:
         lines: list[str] = []
-        for one in body:
-            lines += self._statement(one)
+        for statement in body:
+            lines += self._statement(statement)
             if lines and lines[-1].startswith('return'):
                 break
         return [f'    {line}' for line in lines]
@@ -187,7 +187,7 @@ class _Function:
             case ast.Return(None) | ast.Break() | ast.Continue():
                 return [f'{ast.unparse(node)};']
             case ast.Return(ast.Tuple(values)):
-                numbers = ', '.join(self._expression(one).text for one in values)
+                numbers = ', '.join(self._expression(value).text for value in values)
                 return [f'const {self.result} result = {{{{{numbers}}}}};', 'return result;']
             case ast.Return(ast.expr() as value):
                 return [f'return {self._expression(value).text};']
@@ -199,11 +199,11 @@ class _Function:
             case ast.While(test, body):
                 return [f'while ({self._expression(test).text}) {{', *self._block(body), '}']
             case ast.For(ast.Name(name), ast.Call(ast.Name('range'), bounds), body):
-                return self._loop(name, [self._expression(one).operand for one in bounds], body)
+                return self._loop(name, [self._expression(arg).operand for arg in bounds], body)
             case ast.Assign([ast.Tuple(targets)], ast.Tuple(values)):
                 return self._assign_several(targets, values)
             case ast.Assign(targets, value):
-                return [line for one in targets for line in self._assign(one, value)]
+                return [line for target in targets for line in self._assign(target, value)]
             case ast.AnnAssign(
                 ast.Name(name), ast.Name(kind), ast.Call(ast.Name('int'), [number])
             ):
@@ -229,13 +229,13 @@ class _Function:
 
     def _assign_several(self, targets: list[ast.expr], values: list[ast.expr]) -> list[str]:
         # A swap needs the old values after the first assignment.
-        names = {ast.unparse(one) for one in targets}
-        read = {ast.unparse(one) for later in values[1:] for one in ast.walk(later)}
+        names = {ast.unparse(target) for target in targets}
+        read = {ast.unparse(node) for later in values[1:] for node in ast.walk(later)}
         if not names & read:
-            return [line for one in zip(targets, values) for line in self._assign(*one)]
+            return [line for pair in zip(targets, values) for line in self._assign(*pair)]
         old = [ast.Name(f'old_{len(self.variables)}_{k}') for k in range(len(values))]
         pairs = [*zip(old, values), *zip(targets, old)]
-        return [line for one in pairs for line in self._assign(*one)]
+        return [line for pair in pairs for line in self._assign(*pair)]
 
     def _assign(self, target: ast.expr, value: ast.expr) -> list[str]:
         zeros = self._value(value)
@@ -243,10 +243,10 @@ class _Function:
             kind = 'double' if isinstance(zeros[0], float) else 'int'
             self._declare(ast.unparse(target), kind, f'[{len(zeros)}] = {{0}}')
             return []
-        found = self._expression(value)
+        expression = self._expression(value)
         if isinstance(target, ast.Name) and target.id not in self.types:
-            self._declare(target.id, found.type)
-        return [f'{self._expression(target).text} = {found.text};']
+            self._declare(target.id, expression.type)
+        return [f'{self._expression(target).text} = {expression.text};']
 
     def _value(self, node: ast.expr) -> Any:
         # Returns the value of an expression, UNKNOWN if it needs a variable or a call.
@@ -262,7 +262,7 @@ class _Function:
                 return UNKNOWN if of is UNKNOWN else getattr(of, field)
             case ast.BinOp(left, by, right) | ast.Compare(left, [by], [right]):
                 values, compute = [self._value(left), self._value(right)], COMPUTED.get(type(by))
-                if compute and not any(one is UNKNOWN for one in values):
+                if compute and not any(value is UNKNOWN for value in values):
                     return compute(*values)
         return UNKNOWN
 
@@ -279,19 +279,19 @@ class _Function:
                     return Text(f'{of.operand}[{at}]', kind)
                 return Text(f'{of.text}.at[{at}]')
             case ast.UnaryOp(by, value):
-                one = self._expression(value)
-                return Text(f'{OPERATORS[type(by).__name__]}{one.operand}', one.type, False)
+                number = self._expression(value)
+                return Text(f'{OPERATORS[type(by).__name__]}{number.operand}', number.type, False)
             case ast.BinOp(left, by, right):
                 return self._operation(left, by, right)
             case ast.Compare(left, operators, others):
                 pairs = zip([left, *others], operators, others)
-                parts = [self._operation(*one)._replace(type='int') for one in pairs]
+                parts = [self._operation(*pair)._replace(type='int') for pair in pairs]
                 if len(parts) == 1:
                     return parts[0]
-                return Text(' && '.join(one.operand for one in parts), 'int', False)
+                return Text(' && '.join(part.operand for part in parts), 'int', False)
             case ast.BoolOp(by, values):
                 sign = f' {OPERATORS[type(by).__name__]} '
-                text = sign.join(self._expression(one).operand for one in values)
+                text = sign.join(self._expression(value).operand for value in values)
                 return Text(text, 'int', False)
             case ast.IfExp(test, body, other):
                 a, b = self._expression(body), self._expression(other)
@@ -317,10 +317,10 @@ class _Function:
     def _call(self, function: ast.expr, arguments: list[ast.expr]) -> Text:
         name = ast.unparse(function)
         if name not in BUILT_IN and not name.startswith(('math.', 'arrays.')):
-            given = [self._argument(one) for one in arguments]
+            given = [self._argument(argument) for argument in arguments]
             return self.whole.call(self._value(function), given)
-        parts = [self._expression(one) for one in arguments]
-        texts = ', '.join(one.text for one in parts)
+        parts = [self._expression(argument) for argument in arguments]
+        texts = ', '.join(part.text for part in parts)
         if name in ('min', 'max'):
             a, b, sign = parts[0].operand, parts[1].operand, '<' if name == 'min' else '>'
             return Text(f'{b} {sign} {a} ? {b} : {a}', _wider(*parts), False)
@@ -342,4 +342,4 @@ class _Function:
 
 def _wider(a: Text, b: Text) -> str:
     # Returns the C type of an operation.
-    return next((one for one in ('double', 'long long') if one in (a.type, b.type)), a.type)
+    return next((kind for kind in ('double', 'long long') if kind in (a.type, b.type)), a.type)
