@@ -184,7 +184,7 @@ def test_mistakes_of_touches_are_compared_at_once():
     for k, q in enumerate(joints):
         one = started(arm.robot, q, point)
         # Rounds end when steps are below a thousandth of the noise, here of some 4 mm.
-        assert np.allclose(one.left, every.left[k], rtol=0.0, atol=2e-5)
+        assert np.allclose(one.residuals, every.residuals[k], rtol=0.0, atol=2e-5)
     # The true table has the points and the tip.
     exact = started(arm.true, arm.q, point)
     assert np.max(np.abs(exact.points - [xyz for _, xyz in TWO])) < 3 * NOISE

@@ -527,7 +527,7 @@ def weighted_jacobian(problem: FitProblem, values: Floats, noise: Noise, used: F
 
 
 def one_more(
-    problem: FitProblem, found: Identified, moves: Floats
+    problem: FitProblem, identified: Identified, moves: Floats
 ) -> tuple[list[float], list[float]]:
     """
     Return the estimates and the standard deviations of K further corrections. For each estimate,
@@ -542,13 +542,13 @@ def one_more(
         Derivatives of the predicted poses by each further correction, multiplied by the whitening
         matrices (`FitProblem.whitened`).
     """
-    equations = _Equations(problem, found.noise, found.used)
-    solved = equations.solved(found.values)
+    equations = _Equations(problem, identified.noise, identified.used)
+    solved = equations.solved(identified.values)
     columns = np.zeros((len(solved.rows), moves.shape[3]))
-    own = moves[:, : problem.kinds] * equations.scale[..., None]
-    columns[: own[..., 0].size] = own.reshape(-1, moves.shape[3])
+    scaled = moves[:, : problem.kinds] * equations.scale[..., None]
+    columns[: scaled[..., 0].size] = scaled.reshape(-1, moves.shape[3])
     triangle = triangle_of(np.column_stack([solved.rows, columns, solved.right]))
-    at = len(found.values)
+    at = len(identified.values)
     # `left` has the K columns of further corrections, and `right` the residuals. The QR
     # factorization has removed all components along the columns of the fitted parameters.
     left, right = triangle[at:, at:-1], triangle[at:, -1]
@@ -569,13 +569,13 @@ def _stepped(equations: _Equations, values: Floats, remainders: Floats) -> tuple
     return np.asarray(step), equations.problem.weighed(values + step)
 
 
-def length_quantile(share: float, kinds: int) -> float:
+def length_quantile(probability: float, kinds: int) -> float:
     """
     Return the length that a vector of `3 * kinds` standard normal numbers exceeds with probability
-    1 - `share` (Wilson and Hilferty 1931).
+    1 - `probability` (Wilson and Hilferty 1931).
     """
     spread = 2 / (9 * 3 * kinds)
-    cube = 1.0 - spread + NormalDist().inv_cdf(share) * float(np.sqrt(spread))
+    cube = 1.0 - spread + NormalDist().inv_cdf(probability) * float(np.sqrt(spread))
     return float(np.sqrt(3 * kinds * cube**3))
 
 
@@ -592,8 +592,8 @@ def distances_of(problem: FitProblem, remainders: Floats, noise: Noise) -> Float
     Return the length of the whitened residual (2, 3) of each of N rows, in standard deviations of
     the noise.
     """
-    each = np.asarray(noise, dtype=np.float64)[: problem.kinds]
-    squares = np.sum(remainders**2, axis=2)[:, : problem.kinds] / each**2
+    deviations = np.asarray(noise, dtype=np.float64)[: problem.kinds]
+    squares = np.sum(remainders**2, axis=2)[:, : problem.kinds] / deviations**2
     return np.asarray(np.sqrt(np.sum(squares, axis=1)))
 
 
@@ -629,6 +629,6 @@ def _evident_noise(
     free = 3 * np.sum(used) - leverage
     squares = np.sum(remainders[used, :kinds] ** 2, axis=(0, 2))
     least = np.where(free < NOISE_FREEDOM, USUAL_NOISE, NOISE_FLOOR)
-    found = np.maximum(np.sqrt(squares / np.maximum(free, 1.0)), least).tolist()
+    noise = np.maximum(np.sqrt(squares / np.maximum(free, 1.0)), least).tolist()
     freedom = np.maximum(free, UNKNOWN_NOISE_FREEDOM).tolist()
-    return Noise(found[0], found[-1]), Noise(freedom[0], freedom[-1])
+    return Noise(noise[0], noise[-1]), Noise(freedom[0], freedom[-1])

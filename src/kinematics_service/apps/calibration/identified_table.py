@@ -127,9 +127,9 @@ class IdentifiedTable(FrozenArrays):
         Return two lists for those parameters in `names` that are fitted: their indices in `names`,
         and their indices in `parameters`.
         """
-        at = {one.name: k for k, one in enumerate(self.parameters)}
-        own = [k for k, name in enumerate(names) if name in at]
-        return own, [at[names[k]] for k in own]
+        at = {parameter.name: k for k, parameter in enumerate(self.parameters)}
+        fitted = [k for k, name in enumerate(names) if name in at]
+        return fitted, [at[names[k]] for k in fitted]
 
     def table_errors(self, robot: Robot, q: Floats) -> TableErrors:
         """
@@ -142,9 +142,9 @@ class IdentifiedTable(FrozenArrays):
         CalibrationError
             At q, the poses of `robot` differ from the poses of the calibrated robot.
         """
-        errors, own = calibrated_errors(robot, self), table_corrections(robot, self)
+        errors, corrections = calibrated_errors(robot, self), table_corrections(robot, self)
         state = evaluate(robot, np.reshape(q, (-1, robot.dof)), depth=kernel.POSE)
-        off = apart(poses_of(own.chain, own.values, state.q), state.pose)
+        off = apart(poses_of(corrections.chain, corrections.values, state.q), state.pose)
         if np.max(off, initial=0.0) > POSE_TOLERANCE:
             raise CalibrationError(
                 f'calibration: it belongs to a {self.robot.name} with other numbers; give the '
@@ -174,7 +174,7 @@ class TableCorrections(NamedTuple):
 
 
 def table_corrections(
-    robot: Robot, found: IdentifiedTable, ends: bool = False
+    robot: Robot, table: IdentifiedTable, ends: bool = False
 ) -> TableCorrections:
     """
     Return the corrections that a calibration found, with the chain that takes the corrections.
@@ -183,26 +183,26 @@ def table_corrections(
     ----------
     robot
         The calibrated arm.
-    found
-        The calibration.
+    table
+        The corrections that the calibration identified.
     ends
         Whether base and tool of `robot` are those fitted to the first set of measured poses.
     """
-    if robot.dof != found.robot.dof:
+    if robot.dof != table.robot.dof:
         raise CalibrationError(
-            f'calibration: it belongs to {found.robot.name}, not to {robot.name}; give the '
+            f'calibration: it belongs to {table.robot.name}, not to {robot.name}; give the '
             'calibrated robot',
             code='mismatch',
         )
-    gears = any(one.group == GEARS for one in found.parameters)
-    arm = parameters_of(found.robot, gears)
+    gears = any(parameter.group == GEARS for parameter in table.parameters)
+    arm = parameters_of(table.robot, gears)
     count = len(arm.table)
-    names = [one.name for one in arm.table]
+    names = [parameter.name for parameter in arm.table]
     if ends:
-        names += [one.name for end in ENDS for one in end_parameters(end, 0)]
-    columns, fitted = found.fitted_of(names)
+        names += [parameter.name for end in ENDS for parameter in end_parameters(end, 0)]
+    columns, fitted = table.fitted_of(names)
     values = np.zeros(count + 2 * len(SIX))
-    values[columns] = [found.parameters[k].correction for k in fitted]
+    values[columns] = [table.parameters[k].correction for k in fitted]
     description = robot.description
     base = description.base.motion.matrix @ inverse(motion_of(values[count:][:6]))
     tool = inverse(motion_of(values[count + 6 :])) @ description.tool.motion.matrix
@@ -210,7 +210,7 @@ def table_corrections(
     return TableCorrections(chain, values, columns, fitted)
 
 
-def calibrated_errors(robot: Robot, found: IdentifiedTable, ends: bool = False) -> TableErrors:
+def calibrated_errors(robot: Robot, table: IdentifiedTable, ends: bool = False) -> TableErrors:
     """
     Return the uncertainty of the table after a calibration, as a factor F of the covariance F F^T.
 
@@ -227,27 +227,25 @@ def calibrated_errors(robot: Robot, found: IdentifiedTable, ends: bool = False) 
     CalibrationError
         The calibration is one of another arm.
     """
-    own = table_corrections(robot, found, ends)
-    frames, screws = screws_in_frames(robot, own.chain, own.values)
+    corrections = table_corrections(robot, table, ends)
+    frames, screws = screws_in_frames(robot, corrections.chain, corrections.values)
     # Compute a factor F of the covariance F F^T of the fitted corrections.
-    covariance = found.covariance[np.ix_(own.fitted, own.fitted)]
+    covariance = table.covariance[np.ix_(corrections.fitted, corrections.fitted)]
     deviations = np.sqrt(np.diag(covariance))
     values, vectors = np.linalg.eigh(covariance / np.outer(deviations, deviations))
     factor = np.asarray(deviations[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
-    of_gear = {gear.column: gear.joint for gear in own.chain.gears}
-    rows = [k for k, column in enumerate(own.columns) if column not in of_gear]
-    columns = [own.columns[k] for k in rows]
+    of_gear = {gear.column: gear.joint for gear in corrections.chain.gears}
+    rows = [k for k, column in enumerate(corrections.columns) if column not in of_gear]
+    columns = [corrections.columns[k] for k in rows]
     parts = [TableErrors(frames[columns], screws[columns], np.full(len(rows), -1), factor[rows])]
     # Each row of `factor` belongs to one parameter. The row of a gear ratio is for a change
     # relative to the nominal ratio. Convert this row to a change relative to the calibrated ratio.
     moving = joint_screws(robot)
-    for k, column in enumerate(own.columns):
+    for k, column in enumerate(corrections.columns):
         if column in of_gear:
             at = np.flatnonzero(moving.joints == of_gear[column])
-            share = factor[[k] * len(at)] / (1.0 + own.values[column])
-            parts.append(
-                TableErrors(moving.frames[at], moving.screws[at], moving.joints[at], share)
-            )
+            row = factor[[k] * len(at)] / (1.0 + corrections.values[column])
+            parts.append(TableErrors(moving.frames[at], moving.screws[at], moving.joints[at], row))
     return TableErrors(*(np.concatenate(arrays) for arrays in zip(*parts)))
 
 
@@ -312,21 +310,22 @@ def combinations_of(
     projector[np.abs(projector) < PROJECTOR_TOLERANCE] = 0.0
     sets: list[set[int]] = []
     for row in projector[np.any(projector, axis=1)]:
-        own = set(np.flatnonzero(row).tolist())
-        for other in [one for one in sets if one & own]:
-            own |= other
+        members = set(np.flatnonzero(row).tolist())
+        for other in [group for group in sets if group & members]:
+            members |= other
             sets.remove(other)
-        sets.append(own)
-    return tuple(_combination(sorted(own), projector, parameters) for own in sorted(sets, key=min))
+        sets.append(members)
+    sets.sort(key=min)
+    return tuple(_combination(sorted(members), projector, parameters) for members in sets)
 
 
 def _combination(
-    own: Sequence[int], projector: Floats, parameters: Sequence[ArmParameter]
+    columns: Sequence[int], projector: Floats, parameters: Sequence[ArmParameter]
 ) -> ParameterCombination:
-    block = projector[np.ix_(own, own)]
-    chosen = [parameters[k] for k in own]
-    names = tuple(one.name for one in chosen)
-    determined, shown = len(own) - round(np.trace(block)), listed(names, NAMES_IN_SENTENCE)
+    block = projector[np.ix_(columns, columns)]
+    chosen = [parameters[k] for k in columns]
+    names = tuple(parameter.name for parameter in chosen)
+    determined, shown = len(columns) - round(np.trace(block)), listed(names, NAMES_IN_SENTENCE)
     if determined == 0:
         return ParameterCombination(names, 0, (), f'not identifiable: {shown}')
     if determined > 1:
@@ -334,7 +333,7 @@ def _combination(
         return ParameterCombination(names, determined, (), sentence)
     # The poses determine one linear combination of the parameters. The coefficients of this
     # combination are orthogonal to the null space of the Jacobian.
-    seen = np.linalg.svd(block)[2][-1] / np.array([one.scale for one in chosen])
+    seen = np.linalg.svd(block)[2][-1] / np.array([parameter.scale for parameter in chosen])
     seen = seen / seen[0]
     others = ' '.join(map(_term, seen[1:].tolist(), names[1:]))
     sentence = f'only {names[0]} {others} is identifiable, not each of them'

@@ -67,13 +67,13 @@ def offsets_of(A: Floats, B: Floats, positions: bool, free: Free) -> Offsets:
     """
     if A.ndim == 3:
         return Offsets(*(values[0] for values in offsets_of(A[None], B[None], positions, free)))
-    found, each = _offsets(A, B, positions, free), np.arange(len(A))[:, None]
+    offsets, problem = _offsets(A, B, positions, free), np.arange(len(A))[:, None]
     for _ in range(TRIM_ROUNDS):
-        order = np.argsort(found.remainder, axis=1, kind='stable')
+        order = np.argsort(offsets.remainder, axis=1, kind='stable')
         rows = order[:, : max(3, round(TRIMMED_SHARE * A.shape[1]))]
-        some = _offsets(A[each, rows], B[each, rows], positions, free)
-        found = _with_remainder(some.base, some.tool, A, B)
-    return found
+        trimmed = _offsets(A[problem, rows], B[problem, rows], positions, free)
+        offsets = _with_remainder(trimmed.base, trimmed.tool, A, B)
+    return offsets
 
 
 def _offsets(A: Floats, B: Floats, positions: bool, free: Free) -> Offsets:
@@ -102,17 +102,17 @@ def _of_positions(A: Floats, B: Floats, steps: int = PLACING_STEPS) -> tuple[Flo
     # for the rotation of X (Kabsch 1976). The steps need only sums over the measured rows, which
     # are computed once.
     p, p_A, R_A = B[..., :3, 3], A[..., :3, 3], A[..., :3, :3]
-    to, of, by = (one - one.mean(axis=1, keepdims=True) for one in (p, p_A, R_A))
+    to, of, by = (array - array.mean(axis=1, keepdims=True) for array in (p, p_A, R_A))
     still, turning = np.einsum('hni,hnj->hij', to, of), np.einsum('hni,hnjk->hkij', to, by)
     along = np.einsum('hnjk,hnj->hk', by, of)
     values, vectors = np.linalg.eigh(np.einsum('hnji,hnjk->hik', by, by))
-    told = values > MIN_RATIO**2 * A.shape[1]
-    inverse = np.divide(1.0, values, out=np.zeros_like(values), where=told)
+    determined = values > MIN_RATIO**2 * A.shape[1]
+    inverse = np.divide(1.0, values, out=np.zeros_like(values), where=determined)
     y = np.zeros((len(A), 3))
     R = nearest_rotation(still)
     for _ in range(steps):
-        rest = np.einsum('hkij,hij->hk', turning, R) - along
-        y = np.einsum('hik,hk,hjk,hj->hi', vectors, inverse, vectors, rest)
+        right = np.einsum('hkij,hij->hk', turning, R) - along
+        y = np.einsum('hik,hk,hjk,hj->hi', vectors, inverse, vectors, right)
         R = nearest_rotation(still + np.einsum('hk,hkij->hij', y, turning))
     X, Y = np.tile(np.eye(4), (2, len(A), 1, 1))
     X[:, :3, :3], Y[:, :3, 3] = R, y
@@ -128,7 +128,7 @@ def _mean(motions: Floats) -> Floats:
 
 
 def shared_offsets(
-    A: list[Floats], B: list[Floats], found: list[Offsets], positions: bool, free: Free, own: Free
+    A: list[Floats], B: list[Floats], fits: list[Offsets], positions: bool, free: Free, own: Free
 ) -> list[Offsets]:
     """
     Return the offsets for each of several sets of poses. A base that all sets share is taken from
@@ -138,7 +138,7 @@ def shared_offsets(
     ----------
     A, B : one array for each set, each of shape (N, 4, 4)
         Poses computed from the robot file, and measured poses.
-    found
+    fits
         Offsets of each set, fitted to this set alone.
     positions
         Whether only positions were measured.
@@ -147,15 +147,15 @@ def shared_offsets(
     own
         Two flags: whether each set has its own base, and whether each set has its own tool.
     """
-    largest = found[int(np.argmax([len(one) for one in A]))]
+    largest = fits[int(np.argmax([len(poses) for poses in A]))]
     result = []
-    for a, b, one in zip(A, B, found):
-        X = one.base if own.base else largest.base
-        Y = one.tool if own.tool else largest.tool
+    for a, b, fit in zip(A, B, fits):
+        X = fit.base if own.base else largest.base
+        Y = fit.tool if own.tool else largest.tool
         if own.base and not own.tool and free.base:
             X = _offsets((a @ Y)[None], b[None], positions, Free(tool=False)).base[0]
         elif own.tool and not own.base and free.tool:
             Y = _offsets((X @ a)[None], b[None], positions, Free(base=False)).tool[0]
-        left = _with_remainder(X[None], Y[None], a[None], b[None]).remainder[0]
-        result.append(Offsets(X, Y, left))
+        lengths = _with_remainder(X[None], Y[None], a[None], b[None]).remainder[0]
+        result.append(Offsets(X, Y, lengths))
     return result

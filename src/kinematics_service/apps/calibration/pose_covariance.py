@@ -123,12 +123,12 @@ def twist_covariance(
     """
     robot = as_robot(robot)
     check_known('axes', axes, (BASE, TOOL))
-    said = robot.description.uncertainty
+    uncertainty = robot.description.uncertainty
     if velocities is None:
-        if said is None or said.velocity_noise is None:
+        if uncertainty is None or uncertainty.velocity_noise is None:
             message = f'the file of {robot.name} has no velocity_noise: give velocities'
             raise CalibrationError(message, code='missing-uncertainty')
-        velocities = said.velocity_noise
+        velocities = uncertainty.velocity_noise
     if robot.description.loops:
         deviations = _of_joints_alone(robot, joints, calibration)
         noise = _each('velocities', velocities, robot.dof)
@@ -182,26 +182,26 @@ def _errors(
     velocities: npt.ArrayLike | None,
     calibration: IdentifiedTable | None,
 ) -> PoseErrors:
-    said = robot.description.uncertainty
+    uncertainty = robot.description.uncertainty
     if calibration is not None and not isinstance(calibration, IdentifiedTable):
         raise CalibrationError(
             f'calibration must be a Calibration, not {calibration!r:.80}', code='wrong-type'
         )
-    silent = said is None or not (said.of_pose or velocities is not None)
+    silent = uncertainty is None or not (uncertainty.of_pose or velocities is not None)
     if silent and joints is None and calibration is None:
         raise CalibrationError(
             f'the file of {robot.name} does not say how far its poses may be off: give joints or '
             'a calibration, or write its section uncertainty',
             code='missing-uncertainty',
         )
-    of_joints: npt.ArrayLike = 0.0 if said is None else said.joint_deviations
+    of_joints: npt.ArrayLike = 0.0 if uncertainty is None else uncertainty.joint_deviations
     if joints is not None:
         of_joints = joints
     if calibration is not None:
         table, floor = calibration.table_errors(robot, q), (0.0, 0.0)
     else:
-        table = table_errors_of(robot, said)
-        floor = (said.floor_xyz, said.floor_rpy) if said else (0.0, 0.0)
+        table = table_errors_of(robot, uncertainty)
+        floor = (uncertainty.floor_xyz, uncertainty.floor_rpy) if uncertainty else (0.0, 0.0)
     joints = _each('joints', of_joints, robot.dof)
     velocities = _each('velocities', 0.0 if velocities is None else velocities, robot.dof)
     return pose_errors(robot, table, joints, velocities, floor)

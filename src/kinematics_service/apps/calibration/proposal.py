@@ -203,11 +203,11 @@ def propose_poses(
     names, J, scales = _equations(robot, q, after, positions)
     known = np.eye(len(names))
     if after is not None:
-        own = after.fitted_of(names)[1]
-        known = after.covariance[np.ix_(own, own)] / np.outer(scales, scales)
+        columns = after.fitted_of(names)[1]
+        known = after.covariance[np.ix_(columns, columns)] / np.outer(scales, scales)
     chosen = _chosen(J, np.asarray(np.linalg.inv(known), dtype=np.float64), count)
-    left = _after(known, J[chosen].reshape(-1, len(names)))
-    before, later = (scales * np.sqrt(np.diag(matrix)) for matrix in (known, left))
+    covariance = _after(known, J[chosen].reshape(-1, len(names)))
+    before, later = (scales * np.sqrt(np.diag(matrix)) for matrix in (known, covariance))
     chosen = [chosen[k] for k in _order(q[chosen])]
     of_given = rows[chosen] if among is not None else rows[:0]
     return ProposedPoses(robot, q[chosen], names, before, later, of_given)
@@ -219,8 +219,8 @@ def _candidates(robot: Robot) -> Floats:
     # change the pose of the tool.
     turn = np.where(robot.prismatic, np.inf, np.pi)
     low, high = np.clip([q.min(axis=0), q.max(axis=0)], -turn, turn)
-    share = (q - q.min(axis=0)) / np.ptp(q, axis=0)
-    q = low + (LIMIT_MARGIN + (1.0 - 2.0 * LIMIT_MARGIN) * share) * (high - low)
+    fraction = (q - q.min(axis=0)) / np.ptp(q, axis=0)
+    q = low + (LIMIT_MARGIN + (1.0 - 2.0 * LIMIT_MARGIN) * fraction) * (high - low)
     away = np.asarray(singularity(robot, q).level) == Level.OK
     if not np.any(away):
         raise CalibrationError(
@@ -259,22 +259,22 @@ def _equations(
     # noise of the measured number, and each column multiplied by the prior standard deviation of
     # the parameter.
     known = () if after is None else after.parameters
-    arm = parameters_of(robot, any(one.group == GEARS for one in known))
-    every = [*arm.table, *(one for end in ENDS for one in end_parameters(end, 0))]
-    names, count, noise = [one.name for one in every], len(arm.table), (NOISE, NOISE)
+    arm = parameters_of(robot, any(entry.group == GEARS for entry in known))
+    parameters = [*arm.table, *(entry for end in ENDS for entry in end_parameters(end, 0))]
+    names, count, noise = [entry.name for entry in parameters], len(arm.table), (NOISE, NOISE)
     base, tool = robot.description.base.motion.matrix, robot.description.tool.motion.matrix
     if after is None:
         point = ('tool.rx', 'tool.ry', 'tool.rz') if positions else ()
         kept = [k for k, name in enumerate(names) if name not in point]
         of_file = robot.description.tolerances
-        scales = np.array([prior_of(every[k], {}, of_file) for k in kept])
+        scales = np.array([prior_of(parameters[k], {}, of_file) for k in kept])
     else:
         kept, fitted = after.fitted_of(names)
         scales = np.array([known[k].prior for k in fitted])
         positions, noise = after.positions, after.noise
         base, tool = after.base_offsets[0] @ base, tool @ after.tool_offsets[0]
     chain = placement(arm.chain, base, tool, (count, count + len(SIX)))
-    change = pose_change(chain, np.zeros(len(every)), q)
+    change = pose_change(chain, np.zeros(len(parameters)), q)
     J = change.jacobian
     if after is not None and after.camera == ON_TOOL:
         J = of_inverses(change.pose, J)
@@ -341,10 +341,10 @@ def _best(J: Floats, information: Floats, others: Sequence[int]) -> int:
 def _order(q: Floats) -> list[int]:
     # Return the order in which the arm visits the poses: from each pose to the nearest remaining
     # pose.
-    left, order = set(range(1, len(q))), [0]
-    while left:
-        order.append(min(left, key=lambda k: float(np.max(np.abs(q[k] - q[order[-1]])))))
-        left.remove(order[-1])
+    remaining, order = set(range(1, len(q))), [0]
+    while remaining:
+        order.append(min(remaining, key=lambda k: float(np.max(np.abs(q[k] - q[order[-1]])))))
+        remaining.remove(order[-1])
     return order
 
 

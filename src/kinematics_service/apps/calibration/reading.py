@@ -75,7 +75,7 @@ class MeasuredRecording:
 
 
 def read_measured(
-    file: Path, wanted: Selection, gap: float | None, on_tool: bool
+    file: Path, reading: Selection, gap: float | None, on_tool: bool
 ) -> MeasuredRecording:
     """
     Return the measured poses of a file, with the joint positions at the times of the poses.
@@ -85,7 +85,7 @@ def read_measured(
 
     Parameters
     ----------
-    wanted
+    reading
         The robot, topics and columns to read, as for an audit.
     gap : s
         Largest time between the joint states before and after a pose; None: three times the usual
@@ -100,23 +100,23 @@ def read_measured(
     CalibrationError
         The file has no poses, or no joint positions at the times of the poses.
     """
-    with open_source(file, standing_poses(file, wanted)) as source:
-        states = _states(source, wanted)
+    with open_source(file, standing_poses(file, reading)) as source:
+        states = _states(source, reading)
         track = source.poses()
         remarks = [remark.text for remark in source.remarks]
     if track is None:
-        how = '--pose-topic (bags) or their columns with --columns pose=... (tables)'
+        advice = '--pose-topic (bags) or their columns with --columns pose=... (tables)'
         if source.pose_topics:
-            how = f'--pose-topic: poses are on {source.pose_topics}'
-        message = f'{file}: no measured poses; name their topic with {how}'
+            advice = f'--pose-topic: poses are on {source.pose_topics}'
+        message = f'{file}: no measured poses; name their topic with {advice}'
         raise CalibrationError(message, code='no-poses')
     if track.refused:
         raise CalibrationError(f'{file}: {track.name}: {track.refused}', code='refused-poses')
-    found = joined(wanted.robot, track, states)
-    use, reason = matched(found, gap)
+    pairs = joined(reading.robot, track, states)
+    use, reason = matched(pairs, gap)
     if not np.any(use):
         raise CalibrationError(f'{file}: {track.name}: {reason or "no poses"}', code='no-poses')
-    chosen = chosen_poses(track, found, use)
+    chosen = chosen_poses(track, pairs, use)
     total = track.total or len(track.stamps)
     if len(chosen.rows) < np.sum(use) or len(track.stamps) < total:
         remarks.append(f'{len(chosen.rows):,} of {total:,} poses are used, evenly spread')
@@ -124,15 +124,15 @@ def read_measured(
     q, known = chosen.q, np.ones(len(chosen.q), dtype=bool)
     rates = np.zeros_like(q)
     if chosen.motion is not None:
-        motion = SampledMotion(*chosen.motion, wanted.robot.continuous)
+        motion = SampledMotion(*chosen.motion, reading.robot.continuous)
         joints = motion.at(chosen.stamps)
         rates = np.where(joints.known[:, None], joints.rates, 0.0)
-        if lag := _lag_of(wanted.robot, chosen, track.kind, on_tool):
+        if lag := _lag_of(reading.robot, chosen, track.kind, on_tool):
             q, rates, known = motion.at(chosen.stamps + lag)
             side = 'behind' if lag < 0.0 else 'ahead of'
             far = time_in_words(abs(lag))
             remarks.append(f'the poses are {far} {side} the joint states: undone')
-    rows = None if track.rows is None else track.rows[found.poses[chosen.rows]][known]
+    rows = None if track.rows is None else track.rows[pairs.poses[chosen.rows]][known]
     return MeasuredRecording(
         str(file), q[known], chosen.poses[known], track.kind, rates[known], tuple(remarks), rows
     )
@@ -152,21 +152,21 @@ def _lag_of(robot: Robot, chosen: ChosenPoses, kind: str, on_tool: bool) -> floa
     return cause.value or 0.0 if cause is not None and cause.key == 'time_lag' else 0.0
 
 
-def standing_poses(file: Path, wanted: Selection) -> Selection:
+def standing_poses(file: Path, reading: Selection) -> Selection:
     """
-    Return `wanted`, the selection of what is read from a file. If the file is a table without
+    Return `reading`, the selection of what is read from a file. If the file is a table without
     stamps, the returned selection has the stamp format `none`, because the arm stood still in each
     row.
     """
-    if file.suffix.lower() not in TABLES or not file.is_file() or wanted.stamps != StampFormat():
-        return wanted
+    if file.suffix.lower() not in TABLES or not file.is_file() or reading.stamps != StampFormat():
+        return reading
     heads = {head.lower() for head in table_of(file).header}
-    if heads & set(STAMPS) or 'stamp=' in (wanted.columns or ''):
-        return wanted
-    return wanted._replace(stamps=stamp_format('none'))
+    if heads & set(STAMPS) or 'stamp=' in (reading.columns or ''):
+        return reading
+    return reading._replace(stamps=stamp_format('none'))
 
 
-def read_positions(file: Path, wanted: Selection) -> Floats:
+def read_positions(file: Path, reading: Selection) -> Floats:
     """
     Return the joint positions (N, n), rad or m, of a file; poses in the file are ignored.
 
@@ -175,12 +175,12 @@ def read_positions(file: Path, wanted: Selection) -> Floats:
     RecordingError
         The file cannot be read.
     """
-    with open_source(file, standing_poses(file, wanted)) as source:
-        return _states(source, wanted).q[:]
+    with open_source(file, standing_poses(file, reading)) as source:
+        return _states(source, reading).q[:]
 
 
-def _states(source: RecordingSource, wanted: Selection) -> MotionColumns:
-    robot, settings = wanted.robot, EstimatorSettings(wanted.joint_prefix)
+def _states(source: RecordingSource, reading: Selection) -> MotionColumns:
+    robot, settings = reading.robot, EstimatorSettings(reading.joint_prefix)
     ingest, states = Ingest(robot, Estimator(robot, settings)), MotionColumns(robot.dof)
     for known in map(ingest.take, source.blocks):
         if len(known):
@@ -200,8 +200,8 @@ def cells_beside(given: MeasuredRecording, column: str) -> list[str]:
     if given.rows is None or Path(given.file).suffix.lower() not in TABLES:
         message = f'{given.file}: not a table, so without a column {column!r}; give a table (.csv)'
         raise CalibrationError(message, code='not-a-table')
-    every = _column(Path(given.file), column)
-    cells = [every[k] for k in given.rows.tolist()]
+    entries = _column(Path(given.file), column)
+    cells = [entries[k] for k in given.rows.tolist()]
     if '' in cells:
         row = int(given.rows[cells.index('')])
         raise CalibrationError(
@@ -238,13 +238,13 @@ class TouchRecording:
 
 
 def read_touches(
-    file: Path, wanted: Selection, column: str, what: str = 'point'
+    file: Path, reading: Selection, column: str, kind: str = 'point'
 ) -> TouchRecording:
     """
     Read a table, and return the joint positions of each row and the name that the row has in
     `column`.
 
-    The names are those of touched points, or of other things if `what` is not `point`, for example
+    The names are those of touched points, or of other things if `kind` is not `point`, for example
     of images if it is `image`. Rows without a name are left out.
 
     Raises
@@ -257,13 +257,13 @@ def read_touches(
     if file.exists() and file.suffix.lower() not in TABLES:
         message = f'{file}: not a table, so without a column {column!r}; give a table (.csv)'
         raise CalibrationError(message, code='not-a-table')
-    with open_source(file, standing_poses(file, wanted)) as source:
-        blocks = [one for one in source.blocks if not isinstance(one, UnreadableMessage)]
+    with open_source(file, standing_poses(file, reading)) as source:
+        blocks = [block for block in source.blocks if not isinstance(block, UnreadableMessage)]
         remarks = [remark.text for remark in source.remarks]
-    q = np.concatenate([one.positions for one in blocks])
+    q = np.concatenate([block.positions for block in blocks])
     names = np.array(_column(file, column)[: len(q)])
     named = names != ''
-    came = np.concatenate([one.velocities for one in blocks])
+    came = np.concatenate([block.velocities for block in blocks])
     approach = np.nan_to_num(came[named]) if came.shape == q.shape else None
     missing = np.flatnonzero(named & ~np.all(np.isfinite(q), axis=1))
     if len(missing):
@@ -272,16 +272,16 @@ def read_touches(
             code='empty',
         )
     if not np.all(named):
-        left = int(np.sum(~named))
-        verbs = ('row names', 'is') if left == 1 else ('rows name', 'are')
-        remarks.append(f'{left} {verbs[0]} no {what} and {verbs[1]} left out')
+        count = int(np.sum(~named))
+        verbs = ('row names', 'is') if count == 1 else ('rows name', 'are')
+        remarks.append(f'{count} {verbs[0]} no {kind} and {verbs[1]} left out')
     return TouchRecording(
         str(file), q[named], tuple(names[named].tolist()), approach, tuple(remarks)
     )
 
 
 def read_images(
-    file: Path, wanted: Selection, folder: Path, finder: BoardFinder
+    file: Path, reading: Selection, folder: Path, finder: BoardFinder
 ) -> tuple[TouchRecording, tuple[SeenCorners | str, ...]]:
     """
     Return the rows of a table that name images, and for each image the corners of the board. If
@@ -295,7 +295,7 @@ def read_images(
         The table has no column `image`, which names files of the folder; or the images are
         mirrored.
     """
-    rows = read_touches(file, wanted, IMAGE, IMAGE)
+    rows = read_touches(file, reading, IMAGE, IMAGE)
     files = [folder / name for name in rows.points]
     for name, image in zip(rows.points, files):
         if not image.is_file():
@@ -304,14 +304,14 @@ def read_images(
         if files.count(image) > 1:
             message = f'{file}: two rows name the image {image.name}; leave one out'
             raise CalibrationError(message, code='duplicate-name')
-    seen = tuple(finder.corners_in(one) for one in files)
-    if all(isinstance(one, str) for one in seen) and any(map(finder.is_mirrored_in, files)):
+    seen = tuple(finder.corners_in(image) for image in files)
+    if all(isinstance(view, str) for view in seen) and any(map(finder.is_mirrored_in, files)):
         raise CalibrationError(
             f'{folder}: the images or the board are mirrored; give images that are not, of a '
             'board as it is drawn',
             code='mirrored',
         )
-    return replace(rows, points=tuple(one.name for one in files)), seen
+    return replace(rows, points=tuple(image.name for image in files)), seen
 
 
 def _column(file: Path, column: str) -> list[str]:

@@ -263,7 +263,7 @@ class Calibration(IdentifiedTable):
         return self._errors(np.ones_like(self.used))
 
     def _errors(self, rows: Flags) -> FitErrors:
-        return FitErrors(*(errors_of(*np.swapaxes(one[rows], 0, 1)) for one in self.left))
+        return FitErrors(*(errors_of(*np.swapaxes(fit[rows], 0, 1)) for fit in self.left))
 
     @property
     def held_out_before(self) -> Errors:
@@ -289,12 +289,12 @@ class Calibration(IdentifiedTable):
     @cached_property
     def corrections(self) -> dict[str, float]:
         """Return the correction of each parameter by the name of the parameter, rad and m."""
-        return {one.name: one.correction for one in self.parameters}
+        return {parameter.name: parameter.correction for parameter in self.parameters}
 
     @property
     def not_identifiable(self) -> tuple[str, ...]:
         """
         Return the names of the fitted table parameters that the measured rows do not identify.
         """
-        table = (one for one in self.parameters if one.group in TABLE_GROUPS)
-        return tuple(one.name for one in table if not one.identifiable)
+        table = (parameter for parameter in self.parameters if parameter.group in TABLE_GROUPS)
+        return tuple(parameter.name for parameter in table if not parameter.identifiable)

@@ -67,7 +67,7 @@ class CalibrationOrigin:
 
 
 def calibrated_text(
-    found: Calibration,
+    result: Calibration,
     text: str,
     q: Floats,
     poses: Floats,
@@ -84,7 +84,7 @@ def calibrated_text(
 
     Parameters
     ----------
-    found
+    result
         The calibration.
     text
         The text of the nominal robot file.
@@ -107,11 +107,11 @@ def calibrated_text(
     RobotFileWriteError
         The text cannot be changed without changing other lines.
     """
-    if not (found.accepted or anyway):
-        message = f'this is no calibration: {"; ".join(found.refusals)}'
+    if not (result.accepted or anyway):
+        message = f'this is no calibration: {"; ".join(result.refusals)}'
         raise CalibrationError(message, code='not-accepted')
-    description = found.robot.description
-    robot = placed_robot(found, frames)
+    description = result.robot.description
+    robot = placed_robot(result, frames)
     factors = robot.description.singularity.factors
     parts = description.source, f'calibrated from {origin.data}, {origin.date}'
     source = '; '.join(part for part in parts if part)[:MAX_SOURCE_LENGTH]
@@ -121,23 +121,23 @@ def calibrated_text(
         # the calibrated table.
         'tolerance': None,
         'links': links_section(robot.description.links),
-        'singularity': singularity_section(text, factors, corrections.task_of(found.robot) or ()),
+        'singularity': singularity_section(text, factors, corrections.task_of(result.robot) or ()),
     }
     if robot.description.points:
         sections['points'] = points_section(robot.description.points)
     if frames == 'measured':
         for end in ENDS:
             sections[end] = placement_section(end, getattr(robot.description, end), 'as measured')
-    sections['uncertainty'] = uncertainty_section(found, robot, frames == 'measured')
-    sections['known_poses'] = _known_poses(found, robot, q, poses, frames)
-    result = with_sections(text, sections, certificate(found, robot, origin, frames))
-    result, written = _without_unused_constants(result, description)
+    sections['uncertainty'] = uncertainty_section(result, robot, frames == 'measured')
+    sections['known_poses'] = _known_poses(result, robot, q, poses, frames)
+    output = with_sections(text, sections, certificate(result, robot, origin, frames))
+    output, written = _without_unused_constants(output, description)
     read = build_robot(written)
     apart = np.abs(forward_kinematics(read, q) - forward_kinematics(robot, q)).max()
     if not apart < ROUND_OFF:
         message = f'the text written is {apart:.2g} m from what was found'
         raise RobotFileWriteError(message, code='mismatch')
-    return result
+    return output
 
 
 def _without_unused_constants(
@@ -147,8 +147,8 @@ def _without_unused_constants(
     # Repeat this, because a removed constant may have been the only user of another constant.
     # Return the new text and its robot description.
     def unused(description: RobotDescription) -> list[str]:
-        where = {one.where for one in description.warnings}
-        return [one.name for one in description.constants if f'constants.{one.name}' in where]
+        keys = {warning.where for warning in description.warnings}
+        return [entry.name for entry in description.constants if f'constants.{entry.name}' in keys]
 
     before = unused(nominal)
     read = parse_robot(text, nominal.file)
@@ -158,22 +158,22 @@ def _without_unused_constants(
     return text, read
 
 
-def placed_robot(found: Calibration, frames: Frames) -> Robot:
+def placed_robot(result: Calibration, frames: Frames) -> Robot:
     """
     Return the calibrated robot with base and tool of the robot file, or with those of the measured
     poses. `frames` selects one of the two.
     """
     if frames == 'robot':
-        return found.calibrated
-    if found.positions:
+        return result.calibrated
+    if result.positions:
         raise CalibrationError(
             'the axes of the tool are not identifiable from positions: its frame stays that of '
             'the file',
             code='no-orientations',
         )
-    description = found.calibrated.description
-    base = found.base_offsets[0] @ description.base.motion.matrix
-    tool = description.tool.motion.matrix @ found.tool_offsets[0]
+    description = result.calibrated.description
+    base = result.base_offsets[0] @ description.base.motion.matrix
+    tool = description.tool.motion.matrix @ result.tool_offsets[0]
     placed = corrections.with_ends(description, base, tool)
     try:
         return build_robot(placed)
@@ -184,7 +184,7 @@ def placed_robot(found: Calibration, frames: Frames) -> Robot:
 
 
 def certificate(
-    found: Calibration, robot: Robot, origin: CalibrationOrigin, frames: Frames
+    result: Calibration, robot: Robot, origin: CalibrationOrigin, frames: Frames
 ) -> list[str]:
     """
     Return the comment lines at the head of the robot file. They describe the measured data, the
@@ -195,42 +195,42 @@ def certificate(
     robot
         The robot that the file describes.
     """
-    left_out = f', {len(found.outliers)} left out as outliers' if found.outliers else ''
-    of_points = f' of {", ".join(one.name for one in found.points)}' if found.points else ''
+    left_out = f', {len(result.outliers)} left out as outliers' if result.outliers else ''
+    of_points = f' of {", ".join(point.name for point in result.points)}' if result.points else ''
     no_factors = 'The singular factors of the nominal table do not hold here and are left out.'
     nearly = 'The singular factors are those of the nominal table: approximate here, they name '
     nearly += 'what is near and are not counted on for distances.'
     facts = [
-        *(f'NO CALIBRATION, written anyway: {one}' for one in found.refusals),
+        *(f'NO CALIBRATION, written anyway: {refusal}' for refusal in result.refusals),
         f'Calibrated by kinematics_service {__version__} on {origin.date}.',
-        f'data: {origin.data}, {found.count} {found.kind}{of_points}{left_out}',
-        *facts_of(found),
+        f'data: {origin.data}, {result.count} {result.kind}{of_points}{left_out}',
+        *facts_of(result),
         f'Base and tool: {"those of the nominal file" if frames == "robot" else "as measured"}',
         'A number of the table is the nominal one and its correction. Rows without a joint that',
         'the nominal table does not have are extra angles between parallel axes.',
     ]
     written = robot.description.singularity.factors
-    if found.robot.description.singularity.factors and not written:
+    if result.robot.description.singularity.factors and not written:
         facts.append(no_factors)
-    elif any(one.approximate for one in written):
+    elif any(factor.approximate for factor in written):
         facts.append(nearly)
     return [f'# {fact}' for fact in facts]
 
 
 def _known_poses(
-    found: Calibration, robot: Robot, q: Floats, poses: Floats, frames: Frames
+    result: Calibration, robot: Robot, q: Floats, poses: Floats, frames: Frames
 ) -> list[str]:
     # Return the lines of the section `known_poses`. It has the measured poses of some evenly
     # spaced rows, written as poses of the tool in the base frame of the written file.
-    X, Y = found.base_offsets[0], found.tool_offsets[0]
+    X, Y = result.base_offsets[0], result.tool_offsets[0]
     # If the calibration is accepted, leave out the outliers. If it is refused, take all measured
     # rows.
-    outliers = set(found.outliers) if found.accepted else set()
+    outliers = set(result.outliers) if result.accepted else set()
     rows = np.array([k for k in range(len(q)) if k not in outliers])
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, KNOWN_POSE_COUNT).astype(int))]
     expected = forward_kinematics(robot, q[rows])
     T = poses[rows]
-    if found.positions:
+    if result.positions:
         # Only positions of a point of the tool were measured, so compute the origin of the tool
         # from this point and the calibrated orientation.
         point = (np.linalg.inv(X) @ poses[rows])[:, :3, 3]
@@ -240,47 +240,47 @@ def _known_poses(
         T = np.linalg.inv(X) @ T @ np.linalg.inv(Y)
 
     description = robot.description
-    length, angle = _tolerances(found, poses[rows], frames)
+    length, angle = _tolerances(result, poses[rows], frames)
     bounds = f'xyz: {_scaled(length, False, description, 2)}'
-    if not found.positions:
+    if not result.positions:
         bounds += f', rpy: {_scaled(angle, True, description, 2)}'
-    lines = [f'known_poses:  # {"the tip touched a point" if found.points else "measured"}']
+    lines = [f'known_poses:  # {"the tip touched a point" if result.points else "measured"}']
     for joints, pose in zip(q[rows].tolist(), T):
         turns = zip(joints, ~robot.prismatic)
         at = [number_text(corrections.in_file_units(x, turn, description)) for x, turn in turns]
         six = corrections.rigid_motion(pose, description).texts
         entry = f'q: [{", ".join(at)}], xyz: [{", ".join(six[:3])}]'
-        entry += '' if found.positions else f', rpy: [{", ".join(six[3:])}]'
+        entry += '' if result.positions else f', rpy: [{", ".join(six[3:])}]'
         lines.append(f'  - {{{entry}, tolerance: {{{bounds}}}}}')
     return lines
 
 
-def _tolerances(found: Calibration, poses: Floats, frames: Frames) -> tuple[float, float]:
+def _tolerances(result: Calibration, poses: Floats, frames: Frames) -> tuple[float, float]:
     # Return the tolerances (m, rad) of the known poses in the written file. A tolerance is the
     # outlier limit times the estimated noise, so that all used poses are within it. But a
     # tolerance is at most max(ERROR_LIMIT, outlier limit * noise of the instrument).
-    known, limit = found.instrument or (0.0, 0.0), outlier_limit(2)
+    known, limit = result.instrument or (0.0, 0.0), outlier_limit(2)
     length, angle = (
-        limit * min(noise, max(most / limit, of_instrument))
-        for noise, most, of_instrument in zip(found.noise, ERROR_LIMIT, known)
+        limit * min(noise, max(bound / limit, of_instrument))
+        for noise, bound, of_instrument in zip(result.noise, ERROR_LIMIT, known)
     )
     lever = 0.0
-    if found.camera is not None:
+    if result.camera is not None:
         # `lever` is the distance from the measured point to the origin of the written pose. An
         # error of the rotation moves this origin by `lever` times the angle.
-        seen = np.linalg.norm(poses[:, :3, 3], axis=1).max() if found.camera == ON_TOOL else 0.0
-        beyond = inverse(found.tool_offsets[0])[:3, 3] if frames == 'robot' else np.zeros(3)
+        seen = np.linalg.norm(poses[:, :3, 3], axis=1).max() if result.camera == ON_TOOL else 0.0
+        beyond = inverse(result.tool_offsets[0])[:3, 3] if frames == 'robot' else np.zeros(3)
         lever = float(seen + np.linalg.norm(beyond))
     return max(math.hypot(length, lever * angle), ROUND_OFF), max(angle, ROUND_OFF)
 
 
-def uncertainty_section(found: Calibration, robot: Robot, ends: bool) -> list[str]:
+def uncertainty_section(result: Calibration, robot: Robot, ends: bool) -> list[str]:
     """
     Return the lines of the section `uncertainty` of a robot file.
 
     Parameters
     ----------
-    found
+    result
         The calibration.
     robot
         The robot that the file describes.
@@ -290,32 +290,32 @@ def uncertainty_section(found: Calibration, robot: Robot, ends: bool) -> list[st
     """
     description = robot.description
     lines = ['uncertainty:']
-    joints = corrections.of_joints_alone(found.robot.description.uncertainty)
+    joints = corrections.of_joints_alone(result.robot.description.uncertainty)
     for key in OF_JOINTS if joints is not None else ():
         values = getattr(joints, key.removeprefix('encoder_'))
         if values is not None and any(values):
             turning = zip(values, ~robot.prismatic)
             texts = (_scaled(x, angle, description) for x, angle in turning)
             lines.append(f'  {key}: [{", ".join(texts)}]')
-    noise = widened(found.noise, found.freedom)
+    noise = widened(result.noise, result.freedom)
     floor = f'xyz: {_scaled(noise.position, False, description)}'
-    if not found.positions:
+    if not result.positions:
         floor += f', rpy: {_scaled(noise.rotation, True, description)}'
     lines.append(f'  floor: {{{floor}}}  # what the fit leaves of each number')
-    parameters, factor = named_factor(found, robot, ends)
+    parameters, factor = named_factor(result, robot, ends)
     if parameters:
         lines.append('  covariance:  # of these numbers, L L^T: a row of L each')
-    for k, (one, row) in enumerate(zip(parameters, factor)):
+    for k, (parameter, row) in enumerate(zip(parameters, factor)):
         least = NEGLIGIBLE_RATIO * float(np.linalg.norm(row))
         numbers = (x if abs(x) > least else 0.0 for x in row[: k + 1].tolist())
-        share = one.group == GEARS
-        texts = (_scaled(x, one.angle, None if share else description) for x in numbers)
-        lines.append(f'    {one.name}: [{", ".join(texts)}]')
+        relative = parameter.group == GEARS
+        texts = (_scaled(x, parameter.angle, None if relative else description) for x in numbers)
+        lines.append(f'    {parameter.name}: [{", ".join(texts)}]')
     return lines
 
 
 def named_factor(
-    found: Calibration, robot: Robot, ends: bool
+    result: Calibration, robot: Robot, ends: bool
 ) -> tuple[tuple[ArmParameter, ...], Floats]:
     """
     Return the parameters of a calibrated table, and the lower triangular factor L of their
@@ -326,26 +326,26 @@ def named_factor(
     corrections correspond to one parameter of the calibrated table. Each other correction moves
     the tool like a combination of several parameters, which is found by least squares.
     """
-    errors, known = calibrated_errors(robot, found, ends), named_errors(robot)
+    errors, known = calibrated_errors(robot, result, ends), named_errors(robot)
     made_of = np.zeros((len(known.frames), len(errors.frames)))
     for column, (frame, screw, gear) in enumerate(zip(errors.frames, errors.screws, errors.gears)):
-        there = (known.gears == gear) & (known.frames == frame)
-        same = there & (np.abs(known.screws - screw).max(axis=1) < ROUND_OFF)
+        in_frame = (known.gears == gear) & (known.frames == frame)
+        same = in_frame & (np.abs(known.screws - screw).max(axis=1) < ROUND_OFF)
         free = np.flatnonzero(same & ~np.any(made_of, axis=1))
         if len(free):
             made_of[free[0], column] = 1.0
         else:
-            own = np.flatnonzero(there)
-            made_of[own, column] = np.linalg.lstsq(known.screws[own].T, screw, rcond=None)[0]
+            rows = np.flatnonzero(in_frame)
+            made_of[rows, column] = np.linalg.lstsq(known.screws[rows].T, screw, rcond=None)[0]
     factor = made_of @ errors.factor
     # A joint may move several rows of the table. Then the gear ratio of the joint has several
     # entries in `known`, one for each of these table rows. The entries have equal rows in
     # `factor`. Keep the first entry.
     _, first = np.unique(known.of, return_index=True)
-    rows = first[np.any(made_of[first], axis=1)]
-    triangle = np.linalg.qr(factor[rows].T, mode='r')
+    kept = first[np.any(made_of[first], axis=1)]
+    triangle = np.linalg.qr(factor[kept].T, mode='r')
     signs = np.where(np.diag(triangle) < 0.0, -1.0, 1.0)
-    return tuple(known.parameters[known.of[k]] for k in rows), (signs[:, None] * triangle).T
+    return tuple(known.parameters[known.of[k]] for k in kept), (signs[:, None] * triangle).T
 
 
 def _scaled(

@@ -61,18 +61,18 @@ MIRROR = np.diag([-1.0, -1.0, -1.0, 1.0])
 class TouchStart(NamedTuple):
     """
     Positions of K touched points (..., K, 3) in the base frame, and of the tip (..., 3) in the
-    tool frame, m, from which the fit starts. `left` has the residuals (..., N, 3) from tip to
-    touched point, m.
+    tool frame, m, from which the fit starts. `residuals` (..., N, 3) go from tip to touched point,
+    m.
     """
 
     points: Floats
     tip: Floats
-    left: Floats
+    residuals: Floats
 
     @property
     def distances(self) -> Floats:
         """Return the distances (..., N), m, from the tip to the touched point in each row."""
-        return np.asarray(np.linalg.norm(self.left, axis=-1))
+        return np.asarray(np.linalg.norm(self.residuals, axis=-1))
 
 
 def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> TouchStart:
@@ -95,15 +95,15 @@ def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> Touc
     """
     T = forward_kinematics(robot, q)
     at, R = T[..., :3, 3], T[..., :3, :3]
-    own = (point == np.arange(np.max(point) + 1)[:, None]).astype(np.float64)
+    touch = (point == np.arange(np.max(point) + 1)[:, None]).astype(np.float64)
     tip = np.zeros((*at.shape[:-2], 3))
-    points = np.stack([np.median(at[..., point == k, :], axis=-2) for k in range(len(own))], -2)
-    left = points[..., point, :] - at
+    points = np.stack([np.median(at[..., point == k, :], axis=-2) for k in range(len(touch))], -2)
+    residuals = points[..., point, :] - at
     for _ in range(fitting.MAX_ROUNDS):
-        before, distances = tip, np.linalg.norm(left, axis=-1)
+        before, distances = tip, np.linalg.norm(residuals, axis=-1)
         noise = fitting.median_noise(distances)[..., None]
         weights = fitting.huber_weights(distances / noise, 1)
-        shares = own * weights[..., None, :]
+        shares = touch * weights[..., None, :]
         shares /= np.sum(shares, axis=-1, keepdims=True)
         mean_at, mean_R = shares @ at, np.einsum('...kn,...nij->...kij', shares, R)
         if free:
@@ -116,10 +116,10 @@ def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> Touc
             right = np.einsum('...n,...nij,...ni->...j', weights, J, off)
             tip = np.linalg.solve(M, right[..., None])[..., 0]
         points = mean_at + np.einsum('...kij,...j->...ki', mean_R, tip)
-        left = points[..., point, :] - at - np.einsum('...nij,...j->...ni', R, tip)
+        residuals = points[..., point, :] - at - np.einsum('...nij,...j->...ni', R, tip)
         if np.all(np.abs(tip - before) < fitting.STEP_TOLERANCE * noise):
             break
-    return TouchStart(points, tip, left)
+    return TouchStart(points, tip, residuals)
 
 
 class SamePointParameters(ChosenParameters):
@@ -144,7 +144,7 @@ class SamePointParameters(ChosenParameters):
     """
 
     placed_groups = ('tool', POINTS)
-    words = tuple(one for one in GROUPS if one not in ('base', 'lag', 'backlash'))
+    words = tuple(group for group in GROUPS if group not in ('base', 'lag', 'backlash'))
 
     def __init__(
         self,
@@ -154,10 +154,10 @@ class SamePointParameters(ChosenParameters):
         apart: Mapping[tuple[str, str], float],
         gears: bool,
     ) -> None:
-        marks = [str(one) for one in same_point]
+        marks = [str(mark) for mark in same_point]
         joints = checking.finite_rows('q', q, robot.dof, len(marks))
         names = tuple(dict.fromkeys(marks))
-        point = np.array([names.index(one) for one in marks], dtype=np.int64)
+        point = np.array([names.index(mark) for mark in marks], dtype=np.int64)
         if not names:
             message = f'same_point: no row touches a point; at least {MIN_POSES} at one are needed'
             raise CalibrationError(message, code='empty')
@@ -241,7 +241,7 @@ class SamePointParameters(ChosenParameters):
         Let d be the distance from the tip to the touched point. The misfit is the mean over all
         touches of min((d / 20 mm)^2, 1).
         """
-        distances = self._distances(np.stack([one.joints(self.given.q) for one in changes]))
+        distances = self._distances(np.stack([change.joints(self.given.q) for change in changes]))
         return truncated((distances / ERROR_LIMIT.position) ** 2)
 
     def _distances(self, joints: Floats) -> Floats:
@@ -256,8 +256,8 @@ class SamePointParameters(ChosenParameters):
         # Test for degrees only if angles are large. If small angles are divided by 57, the arm
         # hardly moves and the tip stays near one point, so the test would always report degrees.
         if np.max(np.abs(q[:, ~robot.prismatic]), initial=0.0) > MAX_TURN:
-            left = self._distances(from_degrees(robot, q))
-            checking.refuse_mistake(DEGREES, 'wrong-unit', float(np.median(left)), middle)
+            distances = self._distances(from_degrees(robot, q))
+            checking.refuse_mistake(DEGREES, 'wrong-unit', float(np.median(distances)), middle)
         if middle > checking.MAX_ERROR:
             raise CalibrationError(
                 f'half of the touches are more than {length_in_words(middle)} from their points: '
@@ -269,11 +269,11 @@ class SamePointParameters(ChosenParameters):
 
     def _check_distances(self, start: TouchStart) -> None:
         for (i, j), given in self.apart.items():
-            found = float(np.linalg.norm(start.points[j] - start.points[i]))
-            if abs(given - found) > checking.MAX_ERROR:
-                thousandth = abs(given / 1000 - found) < checking.MAX_ERROR
+            distance = float(np.linalg.norm(start.points[j] - start.points[i]))
+            if abs(given - distance) > checking.MAX_ERROR:
+                thousandth = abs(given / 1000 - distance) < checking.MAX_ERROR
                 raise CalibrationError(
-                    f'points {self.names[i]} and {self.names[j]} are {length_in_words(found)} '
+                    f'points {self.names[i]} and {self.names[j]} are {length_in_words(distance)} '
                     f'apart by the touches, not {length_in_words(given)}'
                     f'{"; write metres, not millimetres" if thousandth else ""}',
                     code='wrong-unit' if thousandth else 'mismatch',
@@ -331,8 +331,8 @@ class SamePointParameters(ChosenParameters):
             rates=np.zeros((int(np.sum(exact)), q.shape[1], 0)),
             poses=checking.rigid_positions(self.start.points[point[exact]]),
         )
-        there = replace(problem, given=rows)
-        return usual_motions(there, noise, np.ones(len(rows.q), dtype=bool))
+        exact_problem = replace(problem, given=rows)
+        return usual_motions(exact_problem, noise, np.ones(len(rows.q), dtype=bool))
 
     def ends_of(self, problem: fitting.FitProblem, values: Floats) -> PlacedEnds:
         """
@@ -352,33 +352,35 @@ class SamePointParameters(ChosenParameters):
         A residual goes from the tip to the touched point. The positions of the touched points are
         fitted to the tip positions of the robot file. Residuals of rotations are zero.
         """
-        left = started(self.robot, self.given.q, self.given.sets, free=False).left
-        return np.stack([left, np.zeros_like(left)], axis=1)
+        residuals = started(self.robot, self.given.q, self.given.sets, free=False).residuals
+        return np.stack([residuals, np.zeros_like(residuals)], axis=1)
 
     def points(
-        self, problem: fitting.FitProblem, found: fitting.Identified
+        self, problem: fitting.FitProblem, identified: fitting.Identified
     ) -> tuple[TouchedPoint, ...]:
         """Return the touched points with their fitted positions and standard deviations."""
-        own = slice(self.first(POINTS, 0), self.first('tool', 0))
-        moved = problem.every(found.values)[own].reshape(-1, 3)
-        deviations = np.sqrt(problem.every(np.diag(found.covariance)))[own].reshape(-1, 3).tolist()
+        span = slice(self.first(POINTS, 0), self.first('tool', 0))
+        moved = problem.every(identified.values)[span].reshape(-1, 3)
+        deviations = np.sqrt(problem.every(np.diag(identified.covariance)))[span].reshape(-1, 3)
         counts = np.bincount(self.given.sets).tolist()
-        numbers = zip((self.start.points + moved).tolist(), deviations, counts)
+        numbers = zip((self.start.points + moved).tolist(), deviations.tolist(), counts)
         return tuple(
             TouchedPoint(name, (x, y, z), (dx, dy, dz), count)
             for name, ((x, y, z), (dx, dy, dz), count) in zip(self.names, numbers)
         )
 
-    def remarks(self, problem: fitting.FitProblem, found: fitting.Identified) -> tuple[str, ...]:
+    def remarks(
+        self, problem: fitting.FitProblem, identified: fitting.Identified
+    ) -> tuple[str, ...]:
         """
         Return remarks: a sentence if the scale of the lengths is unknown, and a sentence for each
         row that seems to name a wrong point.
         """
-        result, names = [*super().remarks(problem, found)], self.names
+        result, names = [*super().remarks(problem, identified)], self.names
         # All lengths may grow by one factor, unless a known distance or a prismatic joint sets
         # the scale.
         kinds = ('lengths', False), ('tool', False)
-        lengths = {one for one in self.every if (one.group, one.angle) in kinds}
+        lengths = {entry for entry in self.every if (entry.group, entry.angle) in kinds}
         known = self.apart or any(self.robot.prismatic)
         if not known and lengths <= {*problem.parameters}:
             result.append(
@@ -386,15 +388,15 @@ class SamePointParameters(ChosenParameters):
                 'larger by one factor, they touch in the same way; the priors decide the scale, '
                 'and a known distance between two points makes it identifiable'
             )
-        points = np.array([one.position for one in self.points(problem, found)])
-        own, left = self.given.sets, problem.remainders(found.values)[:, 0]
-        distances = np.linalg.norm(points - (points[own] - left)[:, None], axis=2)
+        points = np.array([point.position for point in self.points(problem, identified)])
+        marked, residuals = self.given.sets, problem.remainders(identified.values)[:, 0]
+        distances = np.linalg.norm(points - (points[marked] - residuals)[:, None], axis=2)
         nearest = np.argmin(distances, axis=1)
-        near = np.min(distances, axis=1) < fitting.outlier_limit(1) * found.noise.position
-        for row in np.flatnonzero(~found.used)[: checking.NAMES_IN_SENTENCE]:
-            if nearest[row] != own[row] and near[row]:
+        near = np.min(distances, axis=1) < fitting.outlier_limit(1) * identified.noise.position
+        for row in np.flatnonzero(~identified.used)[: checking.NAMES_IN_SENTENCE]:
+            if nearest[row] != marked[row] and near[row]:
                 touched = names[nearest[row]]
-                result.append(f'Row {row} is marked {names[own[row]]} but touches {touched}')
+                result.append(f'Row {row} is marked {names[marked[row]]} but touches {touched}')
         return tuple(result)
 
 
@@ -404,11 +406,11 @@ def _touching(robot: Robot, q: Floats, targets: Floats, tip: Floats) -> tuple[Fl
     # tip has reached the target.
     for _ in range(PLACING_STEPS + 1):
         T, J = forward_kinematics(robot, q), jacobian(robot, q, at=tip)[:, :3]
-        left = targets - (T[:, :3, 3] + T[:, :3, :3] @ tip)
-        exact = np.linalg.norm(left, axis=1) < TOUCH_TOLERANCE
-        squares = np.sum(left**2, axis=1) + np.finfo(float).eps
+        residuals = targets - (T[:, :3, 3] + T[:, :3, :3] @ tip)
+        exact = np.linalg.norm(residuals, axis=1) < TOUCH_TOLERANCE
+        squares = np.sum(residuals**2, axis=1) + np.finfo(float).eps
         inverse = np.linalg.inv(J @ np.swapaxes(J, 1, 2) + squares[:, None, None] * np.eye(3))
-        step = np.einsum('nji,njk,nk->ni', J, inverse, left)
+        step = np.einsum('nji,njk,nk->ni', J, inverse, residuals)
         longest = np.max(np.abs(step), axis=1, keepdims=True)
         q = q + step * np.minimum(1.0, STEP_LIMIT / np.maximum(longest, STEP_LIMIT))
     return q, exact
@@ -419,15 +421,15 @@ def _checked(
 ) -> dict[tuple[int, int], float]:
     # Check the known distances `apart` between points. The keys are pairs of point names. Return
     # the distances with pairs of point indices as keys.
-    for (one, other), distance in apart.items():
-        if missing := [name for name in (one, other) if name not in names]:
+    for (first, other), distance in apart.items():
+        if missing := [name for name in (first, other) if name not in names]:
             points = ', '.join(names)
             message = f'apart: no row touches point {missing[0]}; the points are {points}'
             raise CalibrationError(message, code='unknown-name')
-        if one == other or not 0.0 < distance < np.inf:
+        if first == other or not 0.0 < distance < np.inf:
             raise CalibrationError(
-                f'apart: points {one} and {other} cannot be {distance:g} m apart; give two points '
-                'and a length above 0',
+                f'apart: points {first} and {other} cannot be {distance:g} m apart; give two '
+                'points and a length above 0',
                 code='out-of-range',
             )
-    return {(names.index(one), names.index(other)): far for (one, other), far in apart.items()}
+    return {(names.index(i), names.index(j)): distance for (i, j), distance in apart.items()}

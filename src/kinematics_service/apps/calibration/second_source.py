@@ -36,7 +36,7 @@ LOOKS_OF_A_JUMP = ('joint_offset', 'link_length', 'link_twist', 'time_lag')
 # explains.
 ADVICE = 'calibrate-live collects poses for a robot file of this very arm'
 # Recorded motion of the joints: a list of stamps (ns) with the joint positions (n,) at each stamp.
-Way = list[tuple[int, Floats]]
+Path = list[tuple[int, Floats]]
 
 
 @dataclass(frozen=True)
@@ -73,14 +73,14 @@ class Examined:
 
 
 def examined(
-    robot: Robot, limits: ReferenceLimits, before: Examined | None, new: CollectedPoses, way: Way
+    robot: Robot, limits: ReferenceLimits, before: Examined | None, new: CollectedPoses, path: Path
 ) -> Examined:
     """
-    Update the diagnosis and the jump test with new poses, and return both. `way` is the recorded
+    Update the diagnosis and the jump test with new poses, and return both. `path` is the recorded
     motion of the joints.
     """
     if before is None:
-        return restarted(robot, limits, None, new, way)
+        return restarted(robot, limits, None, new, path)
     watched = before.detector.observe(new) if before.detector else None
     newest = watched.recent if watched else before.newest.followed_by(new).at(slice(-RECENT, None))
     now = replace(before, newest=newest, unseen=before.unseen + len(new.stamps), watched=watched)
@@ -89,12 +89,12 @@ def examined(
     if min(now.unseen, len(newest.stamps)) < MIN_NEW:
         return now
     if watched and watched.jump:
-        return replace(now, unseen=0, since_jump=diagnosed(robot, newest, way))
-    left = left_by(robot, newest.q, newest.poses)
-    fits = left is not None and judge_of(limits).of(left) == Level.OK
+        return replace(now, unseen=0, since_jump=diagnosed(robot, newest, path))
+    errors = left_by(robot, newest.q, newest.poses)
+    fits = errors is not None and judge_of(limits).of(errors) == Level.OK
     if fits and frames_status(now, limits).level == Level.OK:
         return now
-    return restarted(robot, limits, now, newest, way)
+    return restarted(robot, limits, now, newest, path)
 
 
 def restarted(
@@ -102,7 +102,7 @@ def restarted(
     limits: ReferenceLimits,
     before: Examined | None,
     newest: CollectedPoses,
-    way: Way,
+    path: Path,
 ) -> Examined:
     """
     Diagnose the newest poses alone, and continue or start a jump test. A running jump test goes on
@@ -110,35 +110,36 @@ def restarted(
     new jump test starts, if the poses fit the robot file.
     """
     recent, judge = newest.at(slice(-RECENT, None)), judge_of(limits)
-    found = diagnosed(robot, recent, way)
-    if isinstance(found, str) or robot.chain.loops:
-        return Examined(0, recent, found)
-    level, given = judge.level(found), (robot, found.errors, recent.q, recent.poses, judge.warn)
+    diagnosis = diagnosed(robot, recent, path)
+    if isinstance(diagnosis, str) or robot.chain.loops:
+        return Examined(0, recent, diagnosis)
+    level = judge.level(diagnosis)
+    given = robot, diagnosis.errors, recent.q, recent.poses, judge.warn
     other = None if level == Level.OK else other_robot(*given)
-    if found.cause is not None or other:
-        return Examined(0, recent, found, other=other)
+    if diagnosis.cause is not None or other:
+        return Examined(0, recent, diagnosis, other=other)
     last = before.diagnosis if before and before.detector else ''
     if before and not isinstance(last, str) and judge.level(last) == level != Level.ERROR:
-        return replace(before, unseen=0, diagnosis=found)
+        return replace(before, unseen=0, diagnosis=diagnosis)
     detector = JumpDetector(robot, newest.at(slice(MIN_NEW)))
-    left = left_by(robot, detector.begun_with.q, detector.begun_with.poses)
-    if left is None or not left.within(judge.explained):
-        return Examined(0, recent, found)
+    errors = left_by(robot, detector.begun_with.q, detector.begun_with.poses)
+    if errors is None or not errors.within(judge.explained):
+        return Examined(0, recent, diagnosis)
     watched = detector.observe(newest.at(slice(MIN_NEW, None)))
-    return Examined(0, newest, found, detector=detector, watched=watched)
+    return Examined(0, newest, diagnosis, detector=detector, watched=watched)
 
 
-def diagnosed(robot: Robot, poses: CollectedPoses, way: Way) -> FrameDiagnosis | str:
+def diagnosed(robot: Robot, poses: CollectedPoses, path: Path) -> FrameDiagnosis | str:
     """
-    Return the diagnosis of poses, or a sentence that says why no diagnosis is possible; `way` is
+    Return the diagnosis of poses, or a sentence that says why no diagnosis is possible; `path` is
     the recorded motion of the joints.
     """
     stamps = np.array(poses.stamps)
     rising = np.argsort(stamps, kind='stable')
     stamps = stamps[rising]
-    times = np.array([state[0] for state in way])
-    motion = (times - stamps[0]) * 1e-9, np.array([state[1] for state in way])
-    seconds, known = (stamps - stamps[0]) * 1e-9, motion if len(way) > 1 else None
+    times = np.array([state[0] for state in path])
+    motion = (times - stamps[0]) * 1e-9, np.array([state[1] for state in path])
+    seconds, known = (stamps - stamps[0]) * 1e-9, motion if len(path) > 1 else None
     q, T = poses.q[rising], poses.poses[rising]
     try:
         return diagnose_frames(robot, q, T, seconds, motion=known)
@@ -161,39 +162,39 @@ def frames_status(known: Examined, limits: ReferenceLimits) -> StatusText:
     Return the status of the second source: how its poses differ from those of the robot file, and
     a detected jump.
     """
-    judge, watched, found = judge_of(limits), known.watched, known.diagnosis
+    judge, watched, diagnosis = judge_of(limits), known.watched, known.diagnosis
     jump = watched.jump if watched else None
     cause = None if isinstance(known.since_jump, str) else known.since_jump.cause
     if jump and cause and cause.key not in LOOKS_OF_A_JUMP:
-        jump, found = None, known.since_jump
-    if isinstance(found, str):
-        return StatusText(Level.WARN, found, ())
-    level, sentence = judge.level(found), judge.sentence(found)
-    if known.other and found is known.diagnosis:
+        jump, diagnosis = None, known.since_jump
+    if isinstance(diagnosis, str):
+        return StatusText(Level.WARN, diagnosis, ())
+    level, sentence = judge.level(diagnosis), judge.sentence(diagnosis)
+    if known.other and diagnosis is known.diagnosis:
         level, sentence = Level.ERROR, f'{sentence}; {known.other.in_words()}'
-    elif level != Level.OK and found.cause is None:
+    elif level != Level.OK and diagnosis.cause is None:
         sentence = f'{sentence}: {ADVICE}'
     values = [
-        ('poses', str(found.count)),
-        ('position error as given, rms (m)', f'{found.as_given.position_rms:.6g}'),
-        ('position error, rms (m)', f'{found.errors.position_rms:.6g}'),
-        ('position error, worst (m)', f'{found.errors.position_max:.6g}'),
-        ('rotation error, rms (rad)', f'{found.errors.rotation_rms:.6g}'),
-        ('rotation error, worst (rad)', f'{found.errors.rotation_max:.6g}'),
-        *_offset('base', found.base_offset),
-        *_offset('tool', found.tool_offset),
-        ('undetermined', '; '.join(found.undetermined)),
-        ('cause', found.cause.key if found.cause else ''),
+        ('poses', str(diagnosis.count)),
+        ('position error as given, rms (m)', f'{diagnosis.as_given.position_rms:.6g}'),
+        ('position error, rms (m)', f'{diagnosis.errors.position_rms:.6g}'),
+        ('position error, worst (m)', f'{diagnosis.errors.position_max:.6g}'),
+        ('rotation error, rms (rad)', f'{diagnosis.errors.rotation_rms:.6g}'),
+        ('rotation error, worst (rad)', f'{diagnosis.errors.rotation_max:.6g}'),
+        *_offset('base', diagnosis.base_offset),
+        *_offset('tool', diagnosis.tool_offset),
+        ('undetermined', '; '.join(diagnosis.undetermined)),
+        ('cause', diagnosis.cause.key if diagnosis.cause else ''),
         ('warning from (rms)', judge.warn.in_words()),
         ('error from (rms)', judge.bad.in_words()),
-        ('likely, not decisive', found.likely[0].sentence if found.likely else ''),
+        ('likely, not decisive', diagnosis.likely[0].sentence if diagnosis.likely else ''),
     ]
     if watched:
         values += watched.values()
         if jump:
             far = jump.position > limits.position_stop or jump.angle > limits.angle_stop
             level, sentence = Level.ERROR if far else Level.WARN, jump.sentence
-        elif found.cause is None and (watched.fails or level == Level.OK):
+        elif diagnosis.cause is None and (watched.fails or level == Level.OK):
             sentence += f'; {watched.sentence()}'
             level = max(level, Level.WARN if watched.fails else Level.OK)
     return StatusText(level, sentence, tuple(values))

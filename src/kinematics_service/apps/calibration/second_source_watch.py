@@ -62,7 +62,7 @@ class SecondSourceWatch:
     def __init__(self, robot: Callable[[], Robot], topic: str) -> None:
         self._robot, self._topic = robot, topic
         self._poses = PoseCollector(robot(), MAX_POSES)
-        self._way: deque[tuple[int, Floats]] = deque(maxlen=PATH_SAMPLES)
+        self._path: deque[tuple[int, Floats]] = deque(maxlen=PATH_SAMPLES)
         self._noted_at, self._used_at = 0.0, time.monotonic()
         self._arrived = self._unmatched = 0
         self._ahead = 0.0
@@ -79,8 +79,8 @@ class SecondSourceWatch:
         now, poses = time.monotonic(), self._poses
         poses.note_pose(stamp, pose)
         self._arrived += 1
-        is_stale = not self._way or now - self._noted_at > CLOCK_DIFFERENCE
-        self._ahead = 0.0 if is_stale else 1e-9 * (stamp - self._way[-1][0])
+        is_stale = not self._path or now - self._noted_at > CLOCK_DIFFERENCE
+        self._ahead = 0.0 if is_stale else 1e-9 * (stamp - self._path[-1][0])
         is_matched = poses.different > 0 and poses.unmatched == self._unmatched
         if is_stale or is_matched and self._ahead < CLOCK_DIFFERENCE:
             # `_used_at` is the time at which a pose was last used. Set it to the present time if
@@ -96,19 +96,19 @@ class SecondSourceWatch:
         """
         self._noted_at = time.monotonic()
         self._poses.note_state(stamp, q)
-        if not self._way or stamp - self._way[-1][0] >= PATH_STEP:
-            self._way.append((stamp, q))
+        if not self._path or stamp - self._path[-1][0] >= PATH_STEP:
+            self._path.append((stamp, q))
 
     def status(self, limits: ReferenceLimits, refused: str) -> StatusText:
         """
         Return the status of the second source; `refused` is the reason for which a pose was
         refused, or empty.
         """
-        found = self._compared(limits, refused)
-        if why := self._why_unused(refused):
-            last = f'{why}; the last result is: {found.sentence}'
-            return StatusText(max(Level.WARN, found.level), last, found.values)
-        return found
+        status = self._compared(limits, refused)
+        if reason := self._why_unused(refused):
+            last = f'{reason}; the last result is: {status.sentence}'
+            return StatusText(max(Level.WARN, status.level), last, status.values)
+        return status
 
     def _why_unused(self, refused: str) -> str:
         # Return the reason why no pose of the second source was used within the last PATIENCE
@@ -116,8 +116,8 @@ class SecondSourceWatch:
         if (silence := time.monotonic() - self._used_at) < PATIENCE:
             return ''
         if not self._arrived:
-            why = f'no pose of the second source for {silence:.0f} s'
-            return f'{why}; one was refused: {refused}' if refused else why
+            reason = f'no pose of the second source for {silence:.0f} s'
+            return f'{reason}; one was refused: {refused}' if refused else reason
         arrived = f'{self._arrived} poses arrived, none was used'
         if abs(self._ahead) < CLOCK_DIFFERENCE:
             return f'{arrived}: no joint states are within 0.1 s of their stamps'
@@ -132,7 +132,7 @@ class SecondSourceWatch:
         count = self._poses.different
         busy = self.thread is not None and self.thread.is_alive()
         if count > MIN_NEW and not busy and (new := self._poses.taken()).stamps:
-            known = self._robot(), limits, self._examined, new, list(self._way)
+            known = self._robot(), limits, self._examined, new, list(self._path)
 
             def examine() -> None:
                 self._examined = examined(*known)

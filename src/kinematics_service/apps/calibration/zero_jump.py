@@ -202,10 +202,8 @@ class Watched(NamedTuple):
         text = f'no jump in {self.tested} poses since ({noise})'
         if not self.smallest:
             return text
-        least, most = (bound(self.smallest, key=lambda one: one[1]) for bound in (min, max))
-        return (
-            f'{text}; {FORECAST} such poses would show {_in_words(*least)} to {_in_words(*most)}'
-        )
+        low, high = (bound(self.smallest, key=lambda jump: jump[1]) for bound in (min, max))
+        return f'{text}; {FORECAST} such poses would show {_in_words(*low)} to {_in_words(*high)}'
 
     def values(self) -> list[tuple[str, str]]:
         """
@@ -217,7 +215,7 @@ class Watched(NamedTuple):
             ('outliers', str(self.outliers)),
             ('noise, position (m)', f'{self.noise[0]:.3g}'),
             ('noise, rotation (rad)', f'{self.noise[1]:.3g}'),
-            ('smallest jumps found', ', '.join(_in_words(*one) for one in self.smallest)),
+            ('smallest jumps found', ', '.join(_in_words(*entry) for entry in self.smallest)),
             ('jump', ', '.join(jump.names) if jump else ''),
             ('jump (rad, m or s)', ', '.join(f'{x:.6g}' for x in jump.sizes) if jump else ''),
             ('jump, poses ago', str(jump.count) if jump else ''),
@@ -241,11 +239,11 @@ class _Baseline:
             self.information = np.tensordot(weights, gram, 1) + np.eye(len(unknown))
             covariance = np.asarray(np.linalg.inv(self.information), dtype=np.float64)
             self.mean = covariance @ (weights @ right)
-            told = weights * np.einsum('ij,kji->k', covariance, gram)
-            self.freedom = np.maximum(3.0 * len(e) - told, 1.0)
-            left = (e - H @ self.mean).reshape(-1, 2, 3)
-            variance = np.sum(left**2, axis=(0, 2)) / self.freedom
-            self.noise = np.maximum(np.sqrt(variance * poses_of_one_error(left)), floor)
+            determined = weights * np.einsum('ij,kji->k', covariance, gram)
+            self.freedom = np.maximum(3.0 * len(e) - determined, 1.0)
+            residuals = (e - H @ self.mean).reshape(-1, 2, 3)
+            variance = np.sum(residuals**2, axis=(0, 2)) / self.freedom
+            self.noise = np.maximum(np.sqrt(variance * poses_of_one_error(residuals)), floor)
 
 
 def poses_of_one_error(residuals: Floats) -> Floats:
@@ -269,12 +267,12 @@ def poses_of_one_error(residuals: Floats) -> Floats:
 
 
 class _JumpCandidate(NamedTuple):
-    # A possible jump of one parameter. `own` selects the derivatives by the parameter. `begin` is
-    # the index of the first pose after the jump, `size` the size of the jump. `gain` is twice the
-    # increase of the log likelihood by the jump. `excess` is the test statistic minus its
+    # A possible jump of one parameter. `columns` selects the derivatives by the parameter. `begin`
+    # is the index of the first pose after the jump, `size` the size of the jump. `gain` is twice
+    # the increase of the log likelihood by the jump. `excess` is the test statistic minus its
     # threshold. `scale` is max(1, v / v0). Here v is the variance of the residuals with the jump
     # removed, and v0 is the variance of the residuals in the baseline.
-    own: slice
+    columns: slice
     begin: int
     size: Floats
     gain: float
@@ -298,49 +296,49 @@ class _LikelihoodRatios:
         # Transform the unknown x (base, tool, lag, table) to uncorrelated components, each with
         # variance 1. The columns of B are the derivatives of the residuals by the components.
         B, y = K @ whitening.T, whitening @ (prior + K.T @ r)
-        self.A, self.B, self.left = A, B.reshape(H.shape), (r - B @ y).reshape(e.shape)
-        products = np.concatenate([A, self.B, self.left[:, :, None]], axis=2)
+        self.A, self.B, self.residuals = A, B.reshape(H.shape), (r - B @ y).reshape(e.shape)
+        products = np.concatenate([A, self.B, self.residuals[:, :, None]], axis=2)
         # A has the derivatives of the residuals by the sizes of possible jumps, and B those by the
         # components of the unknown x. Row k of `sums` belongs to a jump at pose k. It has the
         # products A^T A, A^T B and A^T r with the residuals r, summed from pose k to the last
         # pose.
         self.sums = np.cumsum((np.swapaxes(A, 1, 2) @ products)[::-1], axis=0)[::-1]
-        told = float(np.sum(baseline.freedom))
-        self.misfit = told + float(r @ r + baseline.mean @ prior - y @ y)
-        self.freedom = told + 6.0 * float(np.sum(used))
+        freedom = float(np.sum(baseline.freedom))
+        self.misfit = freedom + float(r @ r + baseline.mean @ prior - y @ y)
+        self.freedom = freedom + 6.0 * float(np.sum(used))
 
-    def information(self, sums: Floats, own: slice) -> Floats:
+    def information(self, sums: Floats, columns: slice) -> Floats:
         # Return the information matrices (inverse covariances), shape (K, c, c), of K possible
         # jumps. A jump is described by c numbers: 1 for a joint zero or the lag, 6 for base or
         # tool. The unknown x (base, tool, lag, table) is estimated together with the jump.
-        D, whole = sums[:, own, self.A.shape[2] : -1], sums[:, own, own]
+        D, whole = sums[:, columns, self.A.shape[2] : -1], sums[:, columns, columns]
         least = MIN_RATIO * (1.0 + np.max(np.einsum('kii->ki', whole), axis=1))
         unit = least[:, None, None] * np.eye(whole.shape[1])
         return np.asarray(whole - D @ np.swapaxes(D, 1, 2) + unit)
 
-    def likeliest(self, own: slice, sums: Floats, first: int) -> _JumpCandidate:
-        # Return the likeliest jump of the parameter with the derivatives `own`. Row i of `sums`
-        # belongs to a jump that begins at pose `first` + i.
-        u = sums[:, own, -1]
-        sizes = np.linalg.solve(self.information(sums, own), u[:, :, None])[:, :, 0]
+    def likeliest(self, columns: slice, sums: Floats, first: int) -> _JumpCandidate:
+        # Return the likeliest jump of the parameter with the derivatives `columns`. Row i of
+        # `sums` belongs to a jump that begins at pose `first` + i.
+        u = sums[:, columns, -1]
+        sizes = np.linalg.solve(self.information(sums, columns), u[:, :, None])[:, :, 0]
         gains = np.sum(u * sizes, axis=1)
         at = int(np.argmax(gains))
         gain, dof = float(gains[at]), u.shape[1]
-        rest, left = self.freedom - dof, self.misfit - gain
+        freedom, misfit = self.freedom - dof, self.misfit - gain
         # This is twice the log likelihood ratio for a noise of unknown size. With Bartlett's
         # factor, the value is nearly chi-square distributed.
-        ratio = (rest + 0.5 * dof - 1.0) * math.log1p(gain / max(left, rest))
-        scale = max(1.0, left / self.freedom)
-        return _JumpCandidate(own, first + at, sizes[at], gain, ratio - THRESHOLDS[dof], scale)
+        ratio = (freedom + 0.5 * dof - 1.0) * math.log1p(gain / max(misfit, freedom))
+        scale = max(1.0, misfit / self.freedom)
+        return _JumpCandidate(columns, first + at, sizes[at], gain, ratio - THRESHOLDS[dof], scale)
 
     def parts(self, jump: _JumpCandidate) -> tuple[Floats, Floats]:
         # The gain of a jump is twice the increase of the log likelihood if the jump is assumed.
         # Return two arrays: the residuals (N, 6) of the N tested poses after the effect of the
         # jump is subtracted, and the contribution (N,) of each pose to the gain.
-        jumped = self.A[:, :, jump.own] @ jump.size
+        jumped = self.A[:, :, jump.columns] @ jump.size
         jumped[: jump.begin] = 0.0
-        x = jump.size @ self.sums[jump.begin, jump.own, self.A.shape[2] : -1]
-        return self.left - jumped + self.B @ x, np.sum(jumped * self.left, axis=1)
+        x = jump.size @ self.sums[jump.begin, jump.columns, self.A.shape[2] : -1]
+        return self.residuals - jumped + self.B @ x, np.sum(jumped * self.residuals, axis=1)
 
     def is_proven(self, jump: _JumpCandidate) -> bool:
         # Return whether a jump is proven. Let m be the number of successive poses that share an
@@ -354,10 +352,10 @@ class _LikelihoodRatios:
         # poses cannot prove a jump.
         # 3. At least MIN_POSES poses, and more than half of the poses after the jump, fit better
         # with the jump than without it. Outliers alone cannot meet this condition.
-        left, (after, shares) = self.left, self.parts(jump)
+        residuals, (after, shares) = self.residuals, self.parts(jump)
         blocks = after.reshape(-1, 2, 3)
-        left, after, shares = (part[jump.begin :] for part in (left, after, shares))
-        improved = np.sum(left**2 - after**2, axis=1) > 0.0
+        residuals, after, shares = (part[jump.begin :] for part in (residuals, after, shares))
+        improved = np.sum(residuals**2 - after**2, axis=1) > 0.0
         agree = np.sum(improved) >= max(MIN_POSES, np.sum(np.any(after != 0.0, axis=1)) // 2 + 1)
         count = np.maximum(np.count_nonzero(blocks, axis=(0, 2)), 1)
         noise = float(np.max(np.sum(blocks**2, axis=(0, 2)) / count * poses_of_one_error(blocks)))
@@ -374,8 +372,8 @@ class _LikelihoodRatios:
         # Return the gain of each pose as an outlier, (N,): twice the increase of the log
         # likelihood if only this pose is assumed to be an outlier.
         V = (1.0 + MIN_RATIO) * np.eye(6) - self.B @ np.swapaxes(self.B, 1, 2)
-        left = self.left[:, :, None]
-        return np.asarray(np.sum(left * np.linalg.solve(V, left), axis=(1, 2)))
+        residuals = self.residuals[:, :, None]
+        return np.asarray(np.sum(residuals * np.linalg.solve(V, residuals), axis=(1, 2)))
 
 
 class JumpDetector:
@@ -405,10 +403,10 @@ class JumpDetector:
         self._jumping = LAGS.stop + robot.dof
         causes = self._jumping + np.arange(self._table.factor.shape[1])
         self._unknown = np.append(np.arange(LAGS.stop), causes)
-        said = robot.description.uncertainty
-        floor = (said.floor_xyz, said.floor_rpy) if said else (0.0, 0.0)
+        uncertainty = robot.description.uncertainty
+        floor = (uncertainty.floor_xyz, uncertainty.floor_rpy) if uncertainty else (0.0, 0.0)
         self._floor = np.maximum(floor, MIN_NOISE)
-        self._least, self._most = np.min(first.q, axis=0), np.max(first.q, axis=0)
+        self._lowest, self._highest = np.min(first.q, axis=0), np.max(first.q, axis=0)
         while True:
             A = evaluate(robot, first.q).pose
             self._X, self._Y = fit_offsets(A[None], first.poses[None])[:2]
@@ -463,8 +461,8 @@ class JumpDetector:
         """Test new poses for a jump, and return the result of the tests of all poses so far."""
         for begin in range(0, len(new.q), BATCH):
             part = new.at(slice(begin, begin + BATCH))
-            self._least = np.minimum(self._least, np.min(part.q, axis=0))
-            self._most = np.maximum(self._most, np.max(part.q, axis=0))
+            self._lowest = np.minimum(self._lowest, np.min(part.q, axis=0))
+            self._highest = np.maximum(self._highest, np.max(part.q, axis=0))
             self._window = self._window.followed_by(part)
             self._rows = np.concatenate([self._rows, self._linearized(part)])
             self._count += len(part.q)
@@ -499,7 +497,7 @@ class JumpDetector:
         while True:
             ratios = self._ratios_of_window()
             candidates = self._candidates(ratios, ratios.sums[begins], begins.start)
-            best = max(candidates, key=lambda one: one.excess)
+            best = max(candidates, key=lambda candidate: candidate.excess)
             gains, begin = ratios.outlier_gains(), 0
             if is_proven := ratios.is_proven(best):
                 if self._jump:
@@ -536,14 +534,14 @@ class JumpDetector:
     def _moved(self) -> list[int]:
         # Return the indices of the joints that moved far enough to be named as the joint that
         # jumped.
-        ranges = (self._most - self._least) / self._robot.singularity.task.column_scales
+        ranges = (self._highest - self._lowest) / self._robot.singularity.task.column_scales
         return [int(j) for j in np.flatnonzero(ranges > MIN_RANGE)]
 
     def _candidates(
         self, ratios: _LikelihoodRatios, sums: Floats, first: int
     ) -> list[_JumpCandidate]:
         joints = [slice(LAGS.stop + j, LAGS.stop + j + 1) for j in self._moved]
-        return [ratios.likeliest(own, sums, first) for own in (BASE, TOOL, LAGS, *joints)]
+        return [ratios.likeliest(columns, sums, first) for columns in (BASE, TOOL, LAGS, *joints)]
 
     def _returned(self, ratios: _LikelihoodRatios, best: _JumpCandidate) -> int:
         # Return the index of the first pose after a temporary jump has ended; 0 if the jump still
@@ -552,13 +550,13 @@ class JumpDetector:
         if first >= end:
             return 0
         passed = ratios.sums[best.begin] - ratios.sums[first:end]
-        ended = max(self._candidates(ratios, passed, first), key=lambda one: one.gain)
+        ended = max(self._candidates(ratios, passed, first), key=lambda candidate: candidate.gain)
         return ended.begin if ended.gain - best.gain > THRESHOLDS[6] * ended.scale else 0
 
     def _report(self, candidates: list[_JumpCandidate], best: _JumpCandidate) -> None:
-        joints = [one for one in candidates if one.own.start >= LAGS.stop]
-        joints.sort(key=lambda one: -one.gain)
-        if best.own in (BASE, TOOL) and joints:
+        joints = [joint for joint in candidates if joint.columns.start >= LAGS.stop]
+        joints.sort(key=lambda joint: -joint.gain)
+        if best.columns in (BASE, TOOL) and joints:
             # The model is linear in the size of a jump. If a joint jumps by an angle, the model
             # explains less than the whole jump: the gain of the joint is too small by `bent`,
             # about angle^2 * gain. The threshold of base and tool is higher than that of a joint;
@@ -567,38 +565,38 @@ class JumpDetector:
             bent = joints[0].gain * float(joints[0].size[0]) ** 2
             fewer = best.scale * (THRESHOLDS[6] - THRESHOLDS[1])
             best = joints[0] if best.gain - joints[0].gain < bent + fewer else best
-        rows = self._rows[best.begin :, :, 1:][:, :, best.own] @ best.size
+        rows = self._rows[best.begin :, :, 1:][:, :, best.columns] @ best.size
         position, angle = np.sqrt(np.mean(np.sum(rows.reshape(-1, 2, 3) ** 2, axis=2), axis=0))
-        key = KEYS.get(best.own.start, 'joint_offset')
-        names, sizes = [key], [LAG * float(best.size[0]) if best.own == LAGS else float(angle)]
+        key = KEYS.get(best.columns.start, 'joint_offset')
+        names, sizes = [key], [LAG * float(best.size[0]) if best.columns == LAGS else float(angle)]
         if key == 'joint_offset':
             near = best.gain * (1.0 - float(best.size[0]) ** 2) - RIVAL_GAIN * best.scale
-            named = [one for one in joints if one.gain >= near][:2]
-            names = [self._robot.joint_names[one.own.start - LAGS.stop] for one in named]
-            sizes = [float(one.size[0]) for one in named]
+            named = [joint for joint in joints if joint.gain >= near][:2]
+            names = [self._robot.joint_names[joint.columns.start - LAGS.stop] for joint in named]
+            sizes = [float(joint.size[0]) for joint in named]
         far, since = (float(position), float(angle)), self._count - self._begun
         jump = ZeroJump(key, tuple(names), tuple(sizes), *far, self._stamp, since, '')
         self._jump = replace(jump, sentence=_sentence(jump, self._robot))
 
     def _smallest(self) -> tuple[tuple[str, float, str], ...]:
-        sums, robot, found = self._ratios.sums, self._robot, []
+        sums, robot, smallest = self._ratios.sums, self._robot, []
         for j in self._moved:
-            own = slice(LAGS.stop + j, LAGS.stop + j + 1)
-            known = float(self._ratios.information(sums[-FORECAST:][:1], own)[0, 0, 0])
+            columns = slice(LAGS.stop + j, LAGS.stop + j + 1)
+            known = float(self._ratios.information(sums[-FORECAST:][:1], columns)[0, 0, 0])
             if known > 0.0:
                 size = (math.sqrt(THRESHOLDS[1]) + POWER_Z) / math.sqrt(known)
-                found.append((robot.joint_names[j], size, robot.units[j]))
-        return tuple(found)
+                smallest.append((robot.joint_names[j], size, robot.units[j]))
+        return tuple(smallest)
 
 
 def _table_of(robot: Robot) -> TableErrors:
     # Return the uncertainty of the table. The robot file gives it; if not, take the usual errors
     # of a nominal table.
-    said = robot.description.uncertainty
-    if said is None or not (said.parameters or said.factor):
-        usual = tuple((one.name, one.scale) for one in parameters_of(robot).table)
-        said = Uncertainty((), (), (), None, usual, (), 0.0, 0.0)
-    return table_errors_of(robot, said)
+    uncertainty = robot.description.uncertainty
+    if uncertainty is None or not (uncertainty.parameters or uncertainty.factor):
+        usual = tuple((entry.name, entry.scale) for entry in parameters_of(robot).table)
+        uncertainty = Uncertainty((), (), (), None, usual, (), 0.0, 0.0)
+    return table_errors_of(robot, uncertainty)
 
 
 def _table_columns(table: TableErrors, frames: Floats, A: Floats, q: Floats) -> Floats:

@@ -91,39 +91,39 @@ def calibrate_zeros(
     CalibrationError
         As in `calibrate`.
     """
-    offsets = [one for one in parameters_of(robot).table if one.group == 'offsets']
+    offsets = [offset for offset in parameters_of(robot).table if offset.group == 'offsets']
     # Prior standard deviations of the joint zeros: ten times the standard deviation below which a
     # zero is identified.
-    before = {one.name: 10.0 * TOLERANCES[not one.angle] for one in offsets}
+    before = {offset.name: 10.0 * TOLERANCES[not offset.angle] for offset in offsets}
     fit = ('offsets', *ENDS, *([] if approach is None else [BACKLASH.group]))
     # Skip the frame check (`check=False`). The zeros may be far off, and then the frame check
     # would report that another robot was measured.
     measured = partial(calibrate, robot, poses=points, approach=approach, progress=progress)
     fitted = partial(measured, fit=fit, tolerances=before, check=False)
-    found = fitted(q, fix=fix, noise=noise)
-    if noise is None and not found.noise_told:
+    result = fitted(q, fix=fix, noise=noise)
+    if noise is None and not result.noise_told:
         noise = (TOUCH_NOISE, 0.0)
-    fitted = partial(fitted, fix=(*fix, *_hidden(found)), noise=noise)
-    found = fitted(q)
-    if found.accepted or not check:
-        return found
+    fitted = partial(fitted, fix=(*fix, *_hidden(result)), noise=noise)
+    result = fitted(q)
+    if result.accepted or not check:
+        return result
     if fitted(from_degrees(robot, q)).accepted:
         raise CalibrationError(f'{DEGREES}{OPTIONS[DEGREES]}', code='wrong-unit')
     return fitted(q, check=True)
 
 
-def _hidden(found: Calibration) -> tuple[str, ...]:
+def _hidden(result: Calibration) -> tuple[str, ...]:
     # Return the names of joint offsets whose effect on the touches equals that of corrections of
     # base and tool. If these offsets are not fitted, the fit explains the touches equally well.
-    offsets = {one.name for one in found.parameters if one.group == 'offsets'}
+    offsets = {entry.name for entry in result.parameters if entry.group == 'offsets'}
     hidden = list[str]()
-    for one in found.combinations:
-        own = [name for name in one.names if name in offsets]
-        hidden += own if len(own) <= len(one.names) - one.determined else []
+    for combination in result.combinations:
+        names = [name for name in combination.names if name in offsets]
+        hidden += names if len(names) <= len(combination.names) - combination.determined else []
     return tuple(hidden)
 
 
-def zeros_of(found: Calibration) -> tuple[JointZero, ...]:
+def zeros_of(result: Calibration) -> tuple[JointZero, ...]:
     """
     Return the zero of each joint, computed from the corrections of the table's offsets.
 
@@ -131,41 +131,41 @@ def zeros_of(found: Calibration) -> tuple[JointZero, ...]:
     effect of a motion of these joints. The zeros are the joint motions that have the same effect
     on the rows as the corrections. They are computed by the pseudoinverse.
     """
-    arm = parameters_of(found.robot)
-    offsets = [one for one in arm.table if one.group == 'offsets']
+    arm = parameters_of(result.robot)
+    offsets = [offset for offset in arm.table if offset.group == 'offsets']
     _, _, by_theta, by_d = arm.chain.screws
-    moved = np.where(np.array([one.angle for one in offsets])[:, None], by_theta, by_d)
-    rows, columns = found.fitted_of([one.name for one in offsets])
+    moved = np.where(np.array([offset.angle for offset in offsets])[:, None], by_theta, by_d)
+    rows, columns = result.fitted_of([offset.name for offset in offsets])
     # If the offset of a table row is not fitted, the zeros of the joints that move the row cannot
     # be computed. `stays` marks these joints.
     by_rows = np.linalg.pinv(moved)
     stays = np.abs(np.delete(by_rows, rows, axis=1)).max(axis=1, initial=0.0) > ROUND_OFF
     by_rows = by_rows[:, rows]
-    values = by_rows @ [found.parameters[k].correction for k in columns]
-    covariance = by_rows @ found.covariance[np.ix_(columns, columns)] @ by_rows.T
+    values = by_rows @ [result.parameters[k].correction for k in columns]
+    covariance = by_rows @ result.covariance[np.ix_(columns, columns)] @ by_rows.T
     deviations = np.sqrt(np.diag(covariance))
-    limits = np.array(TOLERANCES)[np.array(found.robot.prismatic, dtype=np.int64)]
+    limits = np.array(TOLERANCES)[np.array(result.robot.prismatic, dtype=np.int64)]
     known = ~stays & (deviations < limits)
-    numbers = values.tolist(), deviations.tolist(), known.tolist(), found.robot.prismatic.tolist()
-    return tuple(JointZero(*one) for one in zip(found.robot.joint_names, *numbers))
+    numbers = values.tolist(), deviations.tolist(), known.tolist(), result.robot.prismatic.tolist()
+    return tuple(JointZero(*row) for row in zip(result.robot.joint_names, *numbers))
 
 
-def zero_sentences(found: Calibration) -> list[str]:
+def zero_sentences(result: Calibration) -> list[str]:
     """
     Return sentences for the report: on the zero of each joint, on the noise of the touches if it
     was assumed and not estimated, and on the backlash if it was fitted.
     """
-    sentences = [one.sentence for one in zeros_of(found)]
-    if found.instrument == (TOUCH_NOISE, 0.0):
+    sentences = [zero.sentence for zero in zeros_of(result)]
+    if result.instrument == (TOUCH_NOISE, 0.0):
         sentences.append(
             f'Touches are taken to be off by no less than {length_in_words(TOUCH_NOISE)} (--noise)'
         )
-    for one in found.parameters:
-        if one.name == BACKLASH.name:
-            size, off = angle_in_words(one.correction), angle_in_words(one.deviation)
-            told = f'The backlash of the joints is {size}, with a standard deviation of {off}'
-            if one.may_be_zero:
-                told = 'A backlash of the joints is not told by these touches '
-                told += f'({size}, with a standard deviation of {off})'
-            sentences.append(told)
+    for parameter in result.parameters:
+        if parameter.name == BACKLASH.name:
+            size, off = angle_in_words(parameter.correction), angle_in_words(parameter.deviation)
+            text = f'The backlash of the joints is {size}, with a standard deviation of {off}'
+            if parameter.may_be_zero:
+                text = 'A backlash of the joints is not told by these touches '
+                text += f'({size}, with a standard deviation of {off})'
+            sentences.append(text)
     return sentences

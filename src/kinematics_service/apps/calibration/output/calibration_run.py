@@ -101,8 +101,8 @@ class CalibrationRun(NamedTuple):
         refuse_loops(self.arm.description)
         q = np.zeros((1, self.arm.dof))
         given = Measured.of(q, np.eye(4)[None], False, np.zeros(1, dtype=np.int64), q)
-        every = parameters_of(self.arm, asks_for_gears(self.fit)).table
-        ChosenParameters(self.arm, given, self.own, every).fitted(self.fit, self.fix)
+        table = parameters_of(self.arm, asks_for_gears(self.fit)).table
+        ChosenParameters(self.arm, given, self.own, table).fitted(self.fit, self.fix)
 
     def read(self, files: Sequence[Path], reading: Selection, gap: float | None) -> Recordings:
         """
@@ -111,7 +111,7 @@ class CalibrationRun(NamedTuple):
         states.
         """
         given = [read_measured(file, reading, gap, self.camera == ON_TOOL) for file in files]
-        if len({one.positions for one in given}) > 1:
+        if len({recording.positions for recording in given}) > 1:
             message = 'FILE: some have poses, others positions alone; give files of one kind'
             raise CalibrationError(message, code='conflict')
         return given
@@ -122,16 +122,16 @@ class CalibrationRun(NamedTuple):
         `sessions` and `loads` as for the library's `calibrate`.
         """
         on_tool = self.camera == ON_TOOL
-        found = self.calibrated(
-            np.concatenate([one.q for one in given]),
-            poses=np.concatenate([one.measured for one in given]),
-            sets=np.repeat(np.arange(len(given)), [len(one.q) for one in given]),
-            qdot=np.concatenate([one.rates for one in given]),
+        result = self.calibrated(
+            np.concatenate([recording.q for recording in given]),
+            poses=np.concatenate([recording.measured for recording in given]),
+            sets=np.repeat(np.arange(len(given)), [len(recording.q) for recording in given]),
+            qdot=np.concatenate([recording.rates for recording in given]),
             read='' if on_tool else given[0].kind,
             **conditions,
         )
         poses = inverses(given[0].poses) if on_tool else given[0].poses
-        return CalibratedPoses(found, *origin_of(given), given[0].q, poses)
+        return CalibratedPoses(result, *origin_of(given), given[0].q, poses)
 
     def calibrated(self, q: Floats, qdot: Floats | None = None, **rows: Any) -> Calibration:
         """
@@ -142,13 +142,14 @@ class CalibrationRun(NamedTuple):
         # Tolerances that the robot file has for single numbers override the prior standard
         # deviations in `limit`.
         limit, named = self.limit, dict(self.arm.description.tolerances.named)
-        table = [one for one in parameters_of(self.arm).table if one.name not in named]
-        sizes = {one.name: limit[one.angle] for one in table} if limit else {}
-        rows['tolerances'] = {name: one for name, one in sizes.items() if math.isfinite(one)}
+        table = [entry for entry in parameters_of(self.arm).table if entry.name not in named]
+        sizes = {entry.name: limit[entry.angle] for entry in table} if limit else {}
+        rows['tolerances'] = {name: size for name, size in sizes.items() if math.isfinite(size)}
         rows |= attributes(self, 'fit', 'fix', 'own', 'noise', 'check', 'camera')
         return calibrate(self.arm, q, qdot=qdot if moves else None, progress=self.tell, **rows)
 
 
 def origin_of(given: Sequence[MeasuredRecording | TouchRecording]) -> tuple[list[str], list[str]]:
     """Return the names of all files with measured rows, and all remarks on reading the files."""
-    return [one.file for one in given], [remark for one in given for remark in one.remarks]
+    files = [recording.file for recording in given]
+    return files, [remark for recording in given for remark in recording.remarks]

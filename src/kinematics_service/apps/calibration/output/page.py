@@ -39,7 +39,7 @@ DECADES = 3
 
 
 def page_of(
-    found: Calibration, files: Sequence[str], robot: str, date: str, remarks: Sequence[str] = ()
+    result: Calibration, files: Sequence[str], robot: str, date: str, remarks: Sequence[str] = ()
 ) -> str:
     """
     Return the HTML page of a calibration.
@@ -51,89 +51,89 @@ def page_of(
     remarks
         Sentences on reading the files.
     """
-    title = f'Calibration of {found.robot.name}'
+    title = f'Calibration of {result.robot.name}'
     rows = [
         ('data', escape(', '.join(files))),
-        ('', f'{found.count:,} {found.kind}'),
+        ('', f'{result.count:,} {result.kind}'),
         ('robot file', escape(robot)),
         ('date', escape(date)),
         ('version', f'kinematics_service {__version__}'),
     ]
     body = [
         f'<h1>{escape(title)}</h1>\n{facts(rows)}',
-        _verdict(found, remarks),
+        _verdict(result, remarks),
         '<h2>Errors</h2>\n',
-        _errors(found),
-        _by_pose(found),
-        _by_joint(found),
+        _errors(result),
+        _by_pose(result),
+        _by_joint(result),
         '<h2>What is known, and how well</h2>\n',
-        _parameters(found),
+        _parameters(result),
     ]
     return document(title, body, resource(__package__, 'page.css'))
 
 
-def _verdict(found: Calibration, remarks: Sequence[str]) -> str:
-    first, *others = (*sentences_of(found), *remarks)
-    level = 'ERROR' if not found.accepted else 'WARN' if found.no_better else 'OK'
-    items = ''.join(f'<li>{escape(one)}.</li>' for one in others)
+def _verdict(result: Calibration, remarks: Sequence[str]) -> str:
+    first, *others = (*sentences_of(result), *remarks)
+    level = 'ERROR' if not result.accepted else 'WARN' if result.no_better else 'OK'
+    items = ''.join(f'<li>{escape(sentence)}.</li>' for sentence in others)
     return (
         f'<section class="verdict {level}"><p class="first">{escape(first)}.'
         f'</p><ul>{items}</ul></section>\n'
     )
 
 
-def _errors(found: Calibration) -> str:
-    alone = f'{found.placed} fitted alone'
+def _errors(result: Calibration) -> str:
+    alone = f'{result.placed} fitted alone'
     names = ('as given', alone, 'calibrated', f'held out, {alone}', 'held out, calibrated')
-    named = list(zip(names, found.without))
-    if found.outliers:
-        every = found.with_outliers
-        for k, one in ((2, every.after), (4, every.held_out)):
-            named.append((f'{names[k]}, with those left out', one))
-    headers = [found.kind, 'position rms', 'largest', 'orientation rms', 'largest']
-    count = 3 if found.positions else len(headers)
-    rows = ([escape(name), *map(not_nothing, one.cells())][:count] for name, one in named)
+    named = list(zip(names, result.without))
+    if result.outliers:
+        included = result.with_outliers
+        for k, errors in ((2, included.after), (4, included.held_out)):
+            named.append((f'{names[k]}, with those left out', errors))
+    headers = [result.kind, 'position rms', 'largest', 'orientation rms', 'largest']
+    count = 3 if result.positions else len(headers)
+    rows = ([escape(name), *map(not_nothing, errors.cells())][:count] for name, errors in named)
     return table(headers[:count], rows, range(1, count))
 
 
-def _rows(found: Calibration) -> Integers:
-    return np.unique(np.linspace(0, found.count - 1, MAX_ROWS).astype(int))
+def _rows(result: Calibration) -> Integers:
+    return np.unique(np.linspace(0, result.count - 1, MAX_ROWS).astype(int))
 
 
-def _series(found: Calibration, rows: Integers, kind: int) -> list[tuple[str, Floats]]:
-    sizes = np.linalg.norm(found.left[1:3, rows, kind], axis=2)
+def _series(result: Calibration, rows: Integers, kind: int) -> list[tuple[str, Floats]]:
+    sizes = np.linalg.norm(result.left[1:3, rows, kind], axis=2)
     return list(zip(('before', 'after'), sizes * (np.degrees(1.0) if kind else 1000)))
 
 
-def _by_pose(found: Calibration) -> str:
-    rows, row = _rows(found), found.row
-    rings, x = np.flatnonzero(np.isin(rows, found.outliers)), rows.astype(float)
+def _by_pose(result: Calibration) -> str:
+    rows, row = _rows(result), result.row
+    rings, x = np.flatnonzero(np.isin(rows, result.outliers)), rows.astype(float)
     text = ''
     for kind, (name, unit) in enumerate((('position', 'mm'), ('orientation', 'deg'))):
-        if kind == 0 or not found.positions:
-            title, series = f'error of the {name} by {row}', _series(found, rows, kind)
+        if kind == 0 or not result.positions:
+            title, series = f'error of the {name} by {row}', _series(result, rows, kind)
             text += PointPlot(title, unit, f'{row}, counted from 0', x, series, rings).html()
     if len(rings):
         text += '<p class="soft">A ring is around each outlier, which is left out.</p>\n'
     return text
 
 
-def _by_joint(found: Calibration) -> str:
-    rows = np.setdiff1d(_rows(found), found.outliers)
-    series, title = _series(found, rows, 0), 'error of the position, mm'
+def _by_joint(result: Calibration) -> str:
+    rows = np.setdiff1d(_rows(result), result.outliers)
+    series, title = _series(result, rows, 0), 'error of the position, mm'
     text = ''
-    for name, slides, q in zip(found.robot.joint_names, found.robot.prismatic, found.q[rows].T):
+    for name, slides, q in zip(result.robot.joint_names, result.robot.prismatic, result.q[rows].T):
         unit, x = ('m', q) if slides else ('deg', np.degrees(q))
         text += PointPlot(name, title, unit, x, series, width=COLUMN_WIDTH).html()
     return f'<h2>Errors by joint position</h2>\n<div class="joints">{text}</div>\n'
 
 
-def _parameters(found: Calibration) -> str:
-    groups = (*TABLE_GROUPS, *dict.fromkeys(one.group for one in found.parameters))
+def _parameters(result: Calibration) -> str:
+    groups = (*TABLE_GROUPS, *dict.fromkeys(parameter.group for parameter in result.parameters))
     rows = []
-    for one in sorted(found.parameters, key=lambda one: groups.index(one.group)):
-        name, *cells = cells_of(one, found)
-        rows.append([escape(name), escape(one.group), *map(escape, cells), _bar(one)])
+    for parameter in sorted(result.parameters, key=lambda entry: groups.index(entry.group)):
+        name, *cells = cells_of(parameter, result)
+        rows.append([escape(name), escape(parameter.group), *map(escape, cells), _bar(parameter)])
     headers = ['parameter', 'group', 'correction', 'deviation', '', 'prior, deviation, correction']
     legend = (
         '<p class="soft">On a logarithmic axis of a thousand: '
@@ -145,21 +145,21 @@ def _parameters(found: Calibration) -> str:
     return table(headers, rows, (2, 3)) + legend
 
 
-def _bar(one: CalibratedParameter) -> str:
+def _bar(entry: CalibratedParameter) -> str:
     # Return an SVG drawing of a parameter: a bar for its standard deviation and a line for its
     # correction. The logarithmic axis goes from a thousandth of the prior standard deviation to
     # the prior standard deviation.
     def across(value: float) -> float:
-        share = 1.0 + math.log10(max(value / one.prior, 10.0**-DECADES)) / DECADES
-        return 200 * min(share, 1.0)
+        fraction = 1.0 + math.log10(max(value / entry.prior, 10.0**-DECADES)) / DECADES
+        return 200 * min(fraction, 1.0)
 
-    known = 'deviation' if one.identifiable or one.group not in TABLE_GROUPS else 'assumed'
-    x = across(abs(one.correction))
-    title = f'{one.name}: prior {one.prior:.3g}, deviation {one.deviation:.3g}'
+    known = 'deviation' if entry.identifiable or entry.group not in TABLE_GROUPS else 'assumed'
+    x = across(abs(entry.correction))
+    title = f'{entry.name}: prior {entry.prior:.3g}, deviation {entry.deviation:.3g}'
     return (
         f'<svg class="bar" viewBox="0 0 200 12" preserveAspectRatio="none" role="img" '
         f'aria-label="{escape(title)}"><rect class="prior" width="200" height="12"/>'
-        f'<rect class="{known}" y="3" height="6" width="{across(one.deviation):.1f}"/>'
+        f'<rect class="{known}" y="3" height="6" width="{across(entry.deviation):.1f}"/>'
         f'<line class="correction solid" x1="{x:.1f}" x2="{x:.1f}" y1="0" y2="12"/></svg>'
     )
 
@@ -193,7 +193,7 @@ class PointPlot:
 
     def html(self) -> str:
         """Return the plot as an HTML figure."""
-        values = np.concatenate([one for _, one in self.series])
+        values = np.concatenate([y for _, y in self.series])
         high, least = float(np.max(values)) or 1.0, float(np.min(values))
         up = ValueScale(0.5 * max(least, high * 10.0**-PLOT_DECADES), 2.0 * high, log=True)
         begin, end = float(np.min(self.x)), float(np.max(self.x))
@@ -201,8 +201,8 @@ class PointPlot:
         along = ValueScale(begin - room, end + room, log=False)
 
         def columns(x: Floats) -> list[float]:
-            share = 1.0 - along.at_all(x) / charts.HEIGHT
-            return list((LEFT + (self.width - LEFT - RIGHT) * share).tolist())
+            fraction = 1.0 - along.at_all(x) / charts.HEIGHT
+            return list((LEFT + (self.width - LEFT - RIGHT) * fraction).tolist())
 
         def rows(y: Floats) -> list[float]:
             return list((TOP + (HEIGHT - BOTTOM - TOP) * up.at_all(y) / charts.HEIGHT).tolist())
@@ -218,7 +218,7 @@ class PointPlot:
             for tick, x in zip(marks, columns(np.array(marks)))
         ]
         rings, first = np.array(self.rings, dtype=np.int64), self.series[0][1]
-        circles = [(style, 2.4, self.x, own) for style, own in self.series]
+        circles = [(style, 2.4, self.x, y) for style, y in self.series]
         for style, radius, x_of, y_of in [*circles, ('outlier', 5, self.x[rings], first[rings])]:
             parts += [
                 f'<circle class="{style}" cx="{x:.1f}" cy="{y:.1f}" r="{radius}"/>'

@@ -51,16 +51,16 @@ def servos_text(servos: dict[str, dict[str, int]], zeros: Sequence[JointZero]) -
         A homing offset would be larger than a servo can store.
     """
     changed = dict(servos)
-    for zero in (one for one in zeros if one.known and not one.prismatic):
-        one = servos[zero.joint]
-        way = -1.0 if one.get('drive_mode') else 1.0
-        ticks = round(way * zero.correction * SERVO_TURN / math.tau)
-        moved = int(one['homing_offset']) - ticks
+    for zero in (zero for zero in zeros if zero.known and not zero.prismatic):
+        servo = servos[zero.joint]
+        sign = -1.0 if servo.get('drive_mode') else 1.0
+        ticks = round(sign * zero.correction * SERVO_TURN / math.tau)
+        moved = int(servo['homing_offset']) - ticks
         if abs(moved) > OFFSET_LIMIT:
             raise CalibrationError(
                 f'{zero.joint}: its homing_offset would be {moved}, beyond {OFFSET_LIMIT}; '
                 'mount its horn anew, or home the servo',
                 code='out-of-range',
             )
-        changed[zero.joint] = {**one, 'homing_offset': moved}
+        changed[zero.joint] = {**servo, 'homing_offset': moved}
     return json.dumps(changed, indent=4) + '\n'
