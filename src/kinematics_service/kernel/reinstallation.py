@@ -31,8 +31,8 @@ def command() -> str:
     return _by_pip(_origin(installed.read_text('direct_url.json')))
 
 
-def _by_pip(what: str) -> str:
-    command = f'{shlex.quote(sys.executable)} -m pip install --force-reinstall --no-deps {what}'
+def _by_pip(source: str) -> str:
+    command = f'{shlex.quote(sys.executable)} -m pip install --force-reinstall --no-deps {source}'
     # If Python's C headers are missing, put a command that installs them before the pip command,
     # because the compiler needs the headers.
     headers = Path(sysconfig.get_path('include'), 'Python.h').exists()

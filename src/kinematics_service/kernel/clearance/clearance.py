@@ -130,13 +130,13 @@ class Clearance:
             radius = self._by_complement(radius)
         return radius
 
-    def _mix(self, share: float) -> None:
+    def _mix(self, fraction: float) -> None:
         # Fills `across` with weights for the entries of the Schur complement. The Euclidean norm
-        # of the weights is 1. If `share` is 0, all weights except the first are 0. If `share` is
-        # 1, the weights equal `shares` (see `_choose_shares`). If `share` is between 0 and 1, the
-        # weights are between these two cases.
+        # of the weights is 1. If `fraction` is 0, all weights except the first are 0. If it is 1,
+        # the weights equal `shares` (see `_choose_shares`). If it is between 0 and 1, the weights
+        # are between these two cases.
         for i in range(self.directions.count):
-            self.across[i] = share * self.shares[i] + (1.0 - share) * self.first[i]
+            self.across[i] = fraction * self.shares[i] + (1.0 - fraction) * self.first[i]
         unit(self.across, self.directions.count)
 
     def _set_sum(self, cubic: Cubic, shares: Flat) -> None:

@@ -160,10 +160,10 @@ class Expansion:
     def _scale(self, entry: int) -> float:
         return self.task.column_scale[self.chain.joint[entry]]
 
-    def _add(self, term: int, order: int, share: float, row: Flat) -> None:
+    def _add(self, term: int, order: int, weight: float, row: Flat) -> None:
         # An entry is a pair: an element of the chain, and a joint that moves the element. Computes
         # the derivative of J with respect to the variables of the entries chosen[0] to
-        # chosen[order - 1]. Adds `share` times the derivative to term number `term` of K.
+        # chosen[order - 1]. Adds `weight` times the derivative to term number `term` of K.
         entries = self.chain.entries
         v = arrays.after(row, self.chain.screws_at)
         w = arrays.after(v, 3 * entries)
@@ -190,7 +190,7 @@ class Expansion:
                 for k in range(order - 1, -1, -1):
                     turned = vectors.cross(vectors.apart(w, self.chosen[k], entries), turned)
             j = self.chain.joint[i]
-            scale = share * self.task.column_scale[j]
+            scale = weight * self.task.column_scale[j]
             for r in range(self.task.count):
                 value = scale * singularity.task_component(self.task, r, moved, turned)
                 K[r * self.length + j if self.wide else j * self.length + r] += value

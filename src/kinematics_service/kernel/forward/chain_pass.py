@@ -257,7 +257,7 @@ def evaluate_rows(
     chain: Chain,
     q: Flat,
     qdot: Flat,
-    each: int,
+    stride: int,
     depth: int,
     rows: Flat,
     width: int,
@@ -273,7 +273,7 @@ def evaluate_rows(
     positions = arrays.after(work, chain.frames_at * places.LANES)
     rates = arrays.after(positions, n * places.LANES)
     blocks.put_side_by_side(q, n, n, positions)
-    blocks.put_side_by_side(qdot, each, n, rates)
+    blocks.put_side_by_side(qdot, stride, n, rates)
     if not blocks.all_within(positions, 2 * n, places.LARGEST):  # joint positions and velocities
         return False
     # T and `twist` have 12 * LANES numbers each; C needs this number as a literal. They are local

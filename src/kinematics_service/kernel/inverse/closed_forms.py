@@ -18,7 +18,7 @@ its scalar product with a constant vector w has a wanted value, the height of v 
 Wen, IK-Geo, arXiv:2211.05737).
 
 The functions propagate errors from joint to joint. The argument `turn` is the error of directions,
-rad. The argument `way` is the error of points, m.
+rad. The argument `shift` is the error of points, m.
 """
 
 import math
@@ -199,27 +199,27 @@ class ClosedForm:
         """
         start, to = vectors.three(self.point, 0), vectors.apart(T, 3, 4)
         turn = self.error + rotation_error
-        way = turn * (self.size + math.sqrt(vectors.dot(to, to)))
+        shift = turn * (self.size + math.sqrt(vectors.dot(to, to)))
         if self.way == places.POSITION_3:
             arm = [0.0] * 25
             goal = vectors.times_point(T, start)
-            count = three_joints.first_three(self.screws, start, goal, turn, way, free, arm)
+            count = three_joints.first_three(self.screws, start, goal, turn, shift, free, arm)
             arrays.copy(psi, 3 * count, arm)
             accuracy[0] = arm[24]
             return count
         if self.way == places.SPHERICAL_WRIST:
-            return self._with_wrist(T, turn, way, free, psi, accuracy)
-        return self._with_parallel_axes(T, turn, way, free, psi, accuracy)
+            return self._with_wrist(T, turn, shift, free, psi, accuracy)
+        return self._with_parallel_axes(T, turn, shift, free, psi, accuracy)
 
     def _with_wrist(
-        self, T: Numbers, turn: float, way: float, free: Numbers, psi: Numbers, accuracy: Numbers
+        self, T: Numbers, turn: float, shift: float, free: Numbers, psi: Numbers, accuracy: Numbers
     ) -> int:
         # Solves an arm whose axes 4 to 6 meet in `point`. Joints 4 to 6 do not move this point, so
         # joints 1 to 3 alone must move it to `goal`, its position at the target.
         arms, wrists = [0.0] * 25, [0.0] * 7
         count, point = 0, vectors.three(self.point, 0)
         goal = vectors.times_point(T, point)
-        arm_count = three_joints.first_three(self.screws, point, goal, turn, way, free, arms)
+        arm_count = three_joints.first_three(self.screws, point, goal, turn, shift, free, arms)
         accuracy[0] = arms[24]
         for i in range(arm_count):
             wrist_count = _wrist(self.screws, T, arms, i, turn + 3.0 * arms[24], free, wrists)
@@ -232,7 +232,7 @@ class ClosedForm:
         return count
 
     def _with_parallel_axes(
-        self, T: Numbers, turn: float, way: float, free: Numbers, psi: Flat, accuracy: Numbers
+        self, T: Numbers, turn: float, shift: float, free: Numbers, psi: Flat, accuracy: Numbers
     ) -> int:
         # Solves an arm whose axes 2, 3 and 4 are parallel and whose axes 5 and 6 meet in `point`.
         screws, point = self.screws, vectors.three(self.point, 0)
@@ -250,7 +250,7 @@ class ClosedForm:
         # `point`, so only joint 1 has changed it. Therefore the inverse motion of joint 1 must
         # move P to the height that `point` has at rest (all joint positions 0).
         height = vectors.dot(z, vectors.plus(point, -1.0, o1))
-        first_count = _angles_to_height(z1, to_goal, -1.0, z, height, 4.0 * way, free[0], firsts)
+        first_count = _angles_to_height(z1, to_goal, -1.0, z, height, 4.0 * shift, free[0], firsts)
         accuracy[0] = firsts[2]
         for i in range(first_count):
             # Solve joints 6 and 5. Let R be the rotation of T, and z the direction of axis 2 at
@@ -269,7 +269,7 @@ class ClosedForm:
                 sixth = vectors.angle(z6, z_in_tool, vectors.turned(z5, -fifths[j], z), free[5])
                 error = roots.turn_error(z6, z_in_tool, 2.0 * turn + firsts[2] + fifths[2])
                 accuracy[0] = max(accuracy[0], error)
-                error = way + lever * (firsts[2] + fifths[2] + error)
+                error = shift + lever * (firsts[2] + fifths[2] + error)
                 to = arrays.after(psi, 6 * count)
                 count += self._plane_arm(T, firsts[i], fifths[j], sixth, error, free, to, accuracy)
         return count
@@ -280,7 +280,7 @@ class ClosedForm:
         first: float,
         fifth: float,
         sixth: float,
-        way: float,
+        shift: float,
         free: Numbers,
         psi: Numbers,
         accuracy: Numbers,
@@ -313,13 +313,13 @@ class ClosedForm:
             2.0 * vectors.dot(upper, lower),
             2.0 * vectors.dot(upper, vectors.cross(z, lower)),
             reach - vectors.dot(upper, upper) - vectors.dot(lower, lower),
-            4.0 * size * way,
+            4.0 * size * shift,
             free[2],
             thirds,
         )
         accuracy[0] = max(accuracy[0], thirds[2])
         if count > 0:
-            error = roots.turn_error(z, to_goal, 2.0 * way + size * thirds[2])
+            error = roots.turn_error(z, to_goal, 2.0 * shift + size * thirds[2])
             accuracy[0] = max(accuracy[0], error)
         for k in range(count):
             bent = vectors.plus(upper, 1.0, vectors.turned(z, thirds[k], lower))

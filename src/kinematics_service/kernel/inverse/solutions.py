@@ -68,14 +68,14 @@ class Solutions:
         self.errors, self.margins, self.shares = arrays.rooms(self.most, self.most, self.most)
         (self.postures,) = arrays.whole_rooms(3 * self.most)
 
-    def require_fit(self, residual: Residual, joints: int, most: int) -> None:
+    def require_fit(self, residual: Residual, joints: int, capacity: int) -> None:
         """
         Raise TypeError if the solutions of a target do not fit into the array q (N, n).
 
         `residual` is the residual of the target, and `joints` is the number of joints of the arm.
-        Three conditions are checked: residual.n is n, `joints` is n, and N is at least `most`.
+        Three conditions are checked: residual.n is n, `joints` is n, and N is at least `capacity`.
         """
-        if residual.n != self.n or joints != self.n or self.most < most:
+        if residual.n != self.n or joints != self.n or self.most < capacity:
             raise TypeError('a target, an arm and the room for its solutions do not go together')
 
     def represent(self, q: Flat) -> bool:
@@ -190,10 +190,10 @@ class SolutionCandidates:
         The largest number of candidates, and the number of joints.
     """
 
-    def __init__(self, most: int, n: int) -> None:
+    def __init__(self, rows: int, n: int) -> None:
         self.n = n
-        self.q, self.errors, self.distances, self.midpoint = arrays.rooms(most * n, most, most, n)
-        self.which, self.met = arrays.whole_rooms(most, most)
+        self.q, self.errors, self.distances, self.midpoint = arrays.rooms(rows * n, rows, rows, n)
+        self.which, self.met = arrays.whole_rooms(rows, rows)
 
     def keep_distinct(self, count: int, residual: Residual, joints: Joints, proved: float) -> int:
         """
@@ -241,11 +241,11 @@ def distinct(
     proved: float,
     q: Floats,
     errors: Floats,
-    which: Integers,
-    met: Integers,
+    kept: Integers,
+    counts: Integers,
 ) -> int:
     """
-    Fill `which` with the indices of rows of q, one row for each distinct solution. Return the
+    Fill `kept` with the indices of rows of q, one row for each distinct solution. Return the
     number of distinct solutions.
 
     Two rows are one solution if they are equal up to round-off and full turns. They are also one
@@ -262,13 +262,13 @@ def distinct(
         A row of q is a solution if its error is below this, m.
     q, errors : shape (N, n) and (N,), rad or m, m
         Joint positions, and the errors of the tool at these positions.
-    which, met : shape (N,)
-        `which`: indices of the kept rows, the row of least error first. `met`: for each kept row,
-        the number of rows of q that are this solution.
+    kept, counts : shape (N,)
+        `kept`: indices of the kept rows, the row of least error first. `counts`: for each kept
+        row, the number of rows of q that are this solution.
     """
     n, rows = joints.n, arrays.extent(q, 0)
     positions, row_errors = arrays.numbers(q, rows * n), arrays.numbers(errors, rows)
-    kept_rows, met_counts = arrays.whole_results(which, rows), arrays.whole_results(met, rows)
+    kept_rows, met_counts = arrays.whole_results(kept, rows), arrays.whole_results(counts, rows)
     candidates = SolutionCandidates(rows, n)
     arrays.copy(candidates.q, rows * n, positions)
     arrays.copy(candidates.errors, rows, row_errors)

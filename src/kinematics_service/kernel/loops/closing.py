@@ -132,7 +132,7 @@ def _slope_product(group: LoopGroup, slopes: Numbers) -> float:
 
 def _solve_all(
     group: LoopGroup,
-    left: int,
+    groups: int,
     x: Numbers,
     before: Numbers,
     known: bool,
@@ -141,7 +141,7 @@ def _solve_all(
     status: Numbers,
     at: int,
 ) -> int:
-    # Solves this group of loops and then the `left` - 1 groups after it. Returns 0 if all groups
+    # Solves this group of loops and then the `groups` - 1 groups after it. Returns 0 if all groups
     # are solved. If a group fails, the groups after it are not tried; returns the number of
     # unsolved groups, including the group that failed. If `known` is set, `before` has the status
     # of each group at the previous joint positions. The status is the determinant, the residual
@@ -149,16 +149,18 @@ def _solve_all(
     largest = MAX_CORRECTION if known else MAX_FILE_CORRECTION
     steps = _solve(group, x, largest, screws, slopes, status, at)
     if steps < 0 or known and not MIN_DET_RATIO < status[at] / before[at] < MAX_DET_RATIO:
-        return left
+        return groups
     status[at + 2] = before[at + 2] + steps if known else 0.0
-    if left == 1:
+    if groups == 1:
         return 0
     behind = arrays.after(screws, 6 * group.entries)
-    return _solve_all(group.following, left - 1, x, before, known, behind, slopes, status, at + 3)
+    return _solve_all(
+        group.following, groups - 1, x, before, known, behind, slopes, status, at + 3
+    )
 
 
 def _couple(
-    group: LoopGroup, left: int, n: int, section: Flat, screws: Flat, slopes: Numbers
+    group: LoopGroup, groups: int, n: int, section: Flat, screws: Flat, slopes: Numbers
 ) -> None:
     # Computes the derivatives of the passive variables with respect to the joint positions, from
     # the screws. Writes the derivatives to `section`, the array that describes the loops at one
@@ -173,9 +175,9 @@ def _couple(
         linear_equations.solve(slopes, count, order, gap)
         for i in range(count):
             coupling[i * n + j] = -gap[i]
-    if left > 1:
+    if groups > 1:
         following = arrays.after(screws, 6 * group.entries)
-        _couple(group.following, left - 1, n, section, following, slopes)
+        _couple(group.following, groups - 1, n, section, following, slopes)
 
 
 def _farthest(group: LoopGroup, dof: int, q: Numbers, section: Flat) -> float:

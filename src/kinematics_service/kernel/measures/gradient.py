@@ -187,7 +187,7 @@ def _reduce_to_joints(n: int, passive: int, coupling: Flat, total: Flat, gradien
 
 def _add_groups(
     group: LoopGroup,
-    left: int,
+    groups: int,
     closure: Closure,
     coupling: Flat,
     screws: Flat,
@@ -197,9 +197,9 @@ def _add_groups(
     # Adds to `work` the gradient of the weighted sum of the entries of Phi_x (see the module's
     # docstring), for this group of loops and all later groups. Computes the last group first,
     # because each group changes mu of the groups before it.
-    if left > 1:
+    if groups > 1:
         following = arrays.after(screws, 6 * group.entries)
-        _add_groups(group.following, left - 1, closure, coupling, following, mu, work)
+        _add_groups(group.following, groups - 1, closure, coupling, following, mu, work)
     n, count = closure.dof, group.count
     gap, order = [0.0] * 18, [0] * 18
     slopes = _slopes_in(work, closure.variables)
@@ -250,7 +250,7 @@ def _add_loops(
 
 
 def _add_to_earlier_groups(
-    loop: Loop, chain: Chain, sign: float, first: int, n: int, screws: Flat, own: Flat, mu: Flat
+    loop: Loop, chain: Chain, sign: float, first: int, n: int, screws: Flat, block: Flat, mu: Flat
 ) -> None:
     for e in range(chain.entries):
         variable = chain.joint[e]
@@ -258,7 +258,7 @@ def _add_to_earlier_groups(
             for j in range(n):
                 for i in range(loop.count):
                     slope = sign * screws[6 * e + loop.axis[i]]
-                    mu[(variable - n) * n + j] += slope * own[i * n + j]
+                    mu[(variable - n) * n + j] += slope * block[i * n + j]
 
 
 def _add_residual(loop: Loop, screws: Flat, work: Flat) -> None:
@@ -300,7 +300,7 @@ def write_determinants(chain: Chain, row: Flat, results: Flat, work: Flat) -> No
 
 
 def _write_determinant(
-    group: LoopGroup, left: int, n: int, coupling: Flat, screws: Flat, results: Flat, work: Flat
+    group: LoopGroup, groups: int, n: int, coupling: Flat, screws: Flat, results: Flat, work: Flat
 ) -> None:
     # Writes a loop determinant and its gradient. Let S (`slopes`) be the matrix of the derivatives
     # of the group's residual with respect to the group's passive variables. The loop determinant
@@ -312,10 +312,10 @@ def _write_determinant(
     arrays.fill(work, group.variables, 0.0)
     _add_inverse(group.loop, group, results[0], slopes, order, screws, work)
     _reduce_to_joints(n, group.variables - n, coupling, work, arrays.after(results, 1))
-    if left > 1:
+    if groups > 1:
         following = arrays.after(screws, 6 * group.entries)
         others = arrays.after(results, 1 + n)
-        _write_determinant(group.following, left - 1, n, coupling, following, others, work)
+        _write_determinant(group.following, groups - 1, n, coupling, following, others, work)
 
 
 def _add_inverse(

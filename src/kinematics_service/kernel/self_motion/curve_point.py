@@ -142,12 +142,12 @@ class CurvePoint:
         for j in range(n):
             tangent[j] *= size
 
-    def way(self, j: int, way: float) -> float:
+    def way(self, j: int, motion: float) -> float:
         """
-        Return the motion `way` of joint j, rad or m, minus full turns. The size of the result is
-        at most half a period of the joint.
+        Return a motion of joint j, rad or m, minus full turns. The size of the result is at most
+        half a period of the joint.
         """
-        return way - self.periods[j] * math.floor(way / self.periods[j] + 0.5)
+        return motion - self.periods[j] * math.floor(motion / self.periods[j] + 0.5)
 
 
 def write_derivative(point: CurvePoint, q: Floats, derivative: Floats) -> None:

@@ -273,8 +273,8 @@ class NearestSearch:
         if not self._is_searched():
             self.tried = self.starts
 
-    def _pick(self, most: int) -> None:
-        picked: int = self.atlas.nearest(self.u, most, self.picked, self.sample_distances)
+    def _pick(self, max_count: int) -> None:
+        picked: int = self.atlas.nearest(self.u, max_count, self.picked, self.sample_distances)
         self.starts = self.values + MIXTURES + 2 * self.n + picked
 
     def _is_searched(self) -> bool:

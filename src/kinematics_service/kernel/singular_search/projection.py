@@ -79,7 +79,7 @@ class Projection:
         self.origin, self.d, self.result, self.onto = arrays.rooms(n, n, n, n)
         self.along, self.before, self.moved = arrays.rooms(n, n, n)
 
-    def run(self, limit: float, most: int, tolerance: float) -> float:
+    def run(self, limit: float, max_steps: int, tolerance: float) -> float:
         """
         Change the joint motion d until it leads to a locally nearest singular pose.
 
@@ -91,7 +91,7 @@ class Projection:
         ----------
         limit
             Length of d beyond which the iteration ends, rad.
-        most
+        max_steps
             Largest number of steps along the set of singular poses. If it is 0, the run does only
             Newton steps onto this set.
         tolerance
@@ -101,28 +101,28 @@ class Projection:
         # A round has two phases. In the first phase, each step leads onto the set of singular
         # poses and along the set. In the second phase, Newton steps lead only onto the set. If the
         # next step along the set then exceeds the tolerance, do a second round.
-        n, best, remaining, is_second_round = self.n, places.INFINITY, most, False
+        n, best, remaining, is_second_round = self.n, places.INFINITY, max_steps, False
         self.equations.restart()
-        for _ in range(2 * (most + NEWTON_STEPS)):
+        for _ in range(2 * (max_steps + NEWTON_STEPS)):
             if not self._linearise():
                 break
             length = rank_equations.length_of(self.d, n)
             onto = rank_equations.length_of(self.onto, n)
-            ratio = self._share_along() if remaining < most else 1.0
+            ratio = self._share_along() if remaining < max_steps else 1.0
             along = ratio * rank_equations.length_of(self.along, n)
             slides = remaining > 0 and max(along, onto) > tolerance * length
             is_singular = self._is_singular(length, onto)
             if is_singular and length < best:
                 best = self._take_last_step(length)
             if slides:
-                if most - remaining >= TRIAL_STEPS and self._estimate() > limit:
+                if max_steps - remaining >= TRIAL_STEPS and self._estimate() > limit:
                     break
                 self._move_along(ratio * min(1.0, self.radius / along) if along > 0.0 else ratio)
                 remaining -= 1
             elif is_singular:
                 if is_second_round or remaining > 0 or not along > tolerance * length:
                     break
-                is_second_round, remaining = True, most
+                is_second_round, remaining = True, max_steps
             else:
                 remaining = 0
             ratio = min(1.0, self.radius / onto) if onto > 0.0 else 0.0
@@ -177,10 +177,10 @@ class Projection:
             return 1.0
         return max(MIN_STEP_RATIO, min(MAX_STEP_RATIO, squares / change))
 
-    def _move_along(self, share: float) -> None:
+    def _move_along(self, ratio: float) -> None:
         for j in range(self.n):
             self.before[j] = self.along[j]
-            self.moved[j] = share * self.along[j]
+            self.moved[j] = ratio * self.along[j]
             self.d[j] += self.moved[j]
 
     def _estimate(self) -> float:

@@ -247,15 +247,15 @@ class RankEquations:
             y[k] = value
             self.add_tool_motion(self.rows[k], value, tool)
 
-    def add_tool_motion(self, row: int, share: float, tool: Flat) -> None:
+    def add_tool_motion(self, row: int, factor: float, tool: Flat) -> None:
         """
-        Add `share` times the axis of one row of J_t to the tool motion `tool` (6,), in base axes.
+        Add `factor` times the axis of one row of J_t to the tool motion `tool` (6,), in base axes.
 
         Row `row` of J_t gives the component of the tool's velocity along or about this axis.
         """
         half = 3 if self.task.axis[row] > 2 else 0
         for k in range(3):
-            tool[half + k] += share * self.axes[3 * row + k]
+            tool[half + k] += factor * self.axes[3 * row + k]
 
     def are_singular(self, ratio: float) -> bool:
         """
