@@ -213,7 +213,7 @@ def test_a_solution_without_imaginary_parts_is_real():
     psi = np.ones((4, 6, 2))
     psi[:, :, 1] = np.array([0.0, 1e-17, 0.5, -0.5])[:, None]
     psi[:, :, 0] += np.array([0, 1, 2, 2])[:, None]
-    np.testing.assert_array_equal(elimination._real_ones(psi), psi[:2, :, 0])
+    np.testing.assert_array_equal(elimination._real_solutions(psi), psi[:2, :, 0])
 
 
 def test_elimination_finds_what_the_closed_form_finds():

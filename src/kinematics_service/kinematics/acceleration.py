@@ -199,7 +199,7 @@ def _coupling_and_rate(closure: Closure, section: Floats, rates: Floats) -> tupl
             numbers = section[..., at : at + 6 * chain.entries]
             screws = np.swapaxes(numbers.reshape(*leading, chain.entries, 6), -1, -2)
             changing = _screw_rates(chain, first_entries(chain), screws, rates)
-            ends.append([_by_variable(chain, one) for one in (screws, changing)])
+            ends.append([_by_variable(chain, vectors) for vectors in (screws, changing)])
             at += 6 * chain.entries
         there, back = ends
         slopes.append((back[0] - there[0])[..., loop.axes(), :])

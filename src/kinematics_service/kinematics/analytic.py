@@ -173,7 +173,7 @@ def _of_rotation_vector(R: Floats) -> _Map:
     safe = np.where(small, 1.0, angle)
     # Compute (1 - h cot(h)) / angle^2, where h is half of the rotation angle. For a small angle
     # use the Taylor series.
-    share = np.where(
+    factor = np.where(
         small,
         1.0 / 12.0 + angle * angle / 720.0,
         (1.0 - 0.5 * safe / np.tan(0.5 * safe)) / (safe * safe),
@@ -182,7 +182,7 @@ def _of_rotation_vector(R: Floats) -> _Map:
     cross = _stacked([zero, -z, y], [z, zero, -x], [-y, x, zero])
     # Compute the inverse of the left Jacobian of SO(3), which maps the angular velocity to the
     # rate of the rotation vector.
-    by_turn = np.eye(3) - 0.5 * cross + share[..., None, None] * (cross @ cross)
+    by_turn = np.eye(3) - 0.5 * cross + factor[..., None, None] * (cross @ cross)
     return (
         vector,
         by_turn,

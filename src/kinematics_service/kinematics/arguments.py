@@ -100,22 +100,22 @@ def finite_vector(
 def shape_together(
     refusal: type[ArgumentError],
     names: tuple[str, str],
-    one: tuple[int, ...],
+    shape: tuple[int, ...],
     other: tuple[int, ...],
     expected: tuple[int, ...],
-    own: int = 1,
+    count: int = 1,
 ) -> tuple[int, ...]:
     """
     Return the leading dimensions of two array arguments after broadcasting.
 
-    The shape `one` is (..., n). The last `own` dimensions of the shape `other` must be equal to
-    the last `own` dimensions of `expected`. If the shapes do not fit, the function raises an
+    The first shape `shape` is (..., n). The last `count` dimensions of `other` must be equal to
+    the last `count` dimensions of `expected`. If the shapes do not fit, the function raises an
     ArgumentError of the class `refusal`.
     """
-    if other[-own:] == expected[-own:]:
+    if other[-count:] == expected[-count:]:
         with contextlib.suppress(ValueError):
-            return np.broadcast_shapes(one[:-1], other[:-own])
-    sentence = f'{" and ".join(names)} have shapes {one} and {other}, which do not go together'
+            return np.broadcast_shapes(shape[:-1], other[:-count])
+    sentence = f'{" and ".join(names)} have shapes {shape} and {other}, which do not go together'
     raise refusal(sentence, names[1], [expected], other, code='mismatch')
 
 

@@ -56,16 +56,16 @@ def closure_in(robot: Robot, section: Floats) -> LoopClosure:
     n, closure = robot.dof, robot.chain.closure
     P, variables = closure.passive, closure.variables
     leading = section.shape[:-1]
-    told = section[..., closure.status_at : closure.screws_at]
-    told = told.reshape(*leading, closure.groups, 3)
+    status = section[..., closure.status_at : closure.screws_at]
+    status = status.reshape(*leading, closure.groups, 3)
     return LoopClosure(
         names=robot.loop_names,
         passive_joint_names=robot.passive_joint_names,
         passive=section[..., n:variables],
         coupling=section[..., closure.coupling_at : closure.status_at].reshape(*leading, P, n),
-        determinants=told[..., 0],
-        residuals=told[..., 1],
-        steps=told[..., 2],
+        determinants=status[..., 0],
+        residuals=status[..., 1],
+        steps=status[..., 2],
     )
 
 

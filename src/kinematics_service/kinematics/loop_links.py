@@ -85,7 +85,7 @@ def carried_rows(robot: Robot) -> tuple[bool, ...]:
     slides = [_slides_by(row) for row in table_rows(robot.description)]
     free = [bool(names) and names <= passive for names in slides]
     beside = [False, *free, False]
-    return tuple(one and (beside[k] or beside[k + 2]) for k, one in enumerate(free))
+    return tuple(is_free and (beside[k] or beside[k + 2]) for k, is_free in enumerate(free))
 
 
 def linked_frames(robot: Robot) -> npt.NDArray[np.bool_]:
@@ -114,15 +114,15 @@ def _links_of(
     joints = []
     for link in loop.links:
         row = row_of(link, robot.description.convention)
-        here = T @ row.before
-        moved = here @ screw_z(row.theta.at(values), row.d.at(values))
+        before = T @ row.before
+        moved = before @ screw_z(row.theta.at(values), row.d.at(values))
         T = moved @ row.after
-        corners += [here[:3, 3], moved[:3, 3], T[:3, 3]]
+        corners += [before[:3, 3], moved[:3, 3], T[:3, 3]]
         turning = [name for name, c in row.theta.coefficients if c != 0.0]
         sliding = _slides_by(row)
         slides += [False, bool(sliding), False]
         if turning or sliding:
             motors = tuple(name for name in {*turning, *sliding} if name not in passive)
-            joints.append(LoopJoint(here[:3, 3], here[:3, 2], motors, not turning))
+            joints.append(LoopJoint(before[:3, 3], before[:3, 2], motors, not turning))
     corners.append(frames[loop.meets.row, :3, 3])
     return LoopLinks(np.array(corners), (*slides, False), tuple(joints))

@@ -79,7 +79,7 @@ def null_space(
     expected = robot.dof, robot.dof - task.generic_rank
     before = finite_rows(JointVectorError, 'near', near, expected[1])
     shape = *J.shape[:-2], robot.dof
-    shape_together(JointVectorError, ('q', 'near'), shape, before.shape, expected, own=2)
+    shape_together(JointVectorError, ('q', 'near'), shape, before.shape, expected, count=2)
     return basis_of(task, J, before)
 
 
@@ -152,11 +152,11 @@ def self_motion_of(state: ToolState, basis: Floats) -> Floats:
     Return the null-space motion (..., n) of `self_motion`, given a state and a basis (..., n, k)
     of the null space of J_t at this state.
     """
-    found = singularity_of(state)
-    if found.nearest_singular is None:
+    singularity = singularity_of(state)
+    if singularity.nearest_singular is None:
         return np.zeros(state.q.shape)
     scales = state.robot.singularity.task.column_scales
-    away = (state.q - found.nearest_singular) / scales
+    away = (state.q - singularity.nearest_singular) / scales
     length = np.linalg.norm(away, axis=-1, keepdims=True)
     gradient = np.zeros(away.shape)
     np.divide(away, length * scales, out=gradient, where=length > 0.0)

@@ -103,8 +103,8 @@ def inverted(sigma: Floats, length: float, damping: float, damped_below: float) 
         raise ServoSettingsError.refused('damping', accepted, damping, code='out-of-range')
     check_positive(ServoSettingsError, 'damped_below', damped_below)
     kept = sigma > kernel.RANK_TOLERANCE * np.maximum(sigma[..., :1], np.finfo(float).tiny)
-    share = np.minimum(sigma / (damped_below * length), 1.0)
-    of_each = damping * np.sqrt(1.0 - share * share)
+    ratio = np.minimum(sigma / (damped_below * length), 1.0)
+    of_each = damping * np.sqrt(1.0 - ratio * ratio)
     safe = np.where(kept, sigma, 1.0)
     return Inverted(
         gains=np.where(kept, 1.0 / (safe + (of_each * length) ** 2 / safe), 0.0),
@@ -155,8 +155,8 @@ def pseudo_inverse(
     With the elbow at 90 degrees the first joint alone moves the tool along x.
 
     >>> import kinematics_service as ks
-    >>> found = ks.pseudo_inverse('planar_2r', [0, 1.5707963267948966])
-    >>> (found.matrix @ [1.0, 0.0]).round(9).tolist(), float(found.damping)
+    >>> inverse = ks.pseudo_inverse('planar_2r', [0, 1.5707963267948966])
+    >>> (inverse.matrix @ [1.0, 0.0]).round(9).tolist(), float(inverse.damping)
     ([-1.0, 0.0], 0.0)
     """
     robot = as_robot(robot)
@@ -164,12 +164,12 @@ def pseudo_inverse(
     J_t = task_jacobian(task, state_of(robot, of, q).jacobian)
     scaled = task.row_scales[:, None] * J_t * task.column_scales
     U, sigma, Vt = np.linalg.svd(scaled, full_matrices=False)
-    found = inverted(sigma, task.length, damping, damped_below)
-    matrix = np.swapaxes(Vt, -1, -2) @ (found.gains[..., None] * np.swapaxes(U, -1, -2))
+    inverse = inverted(sigma, task.length, damping, damped_below)
+    matrix = np.swapaxes(Vt, -1, -2) @ (inverse.gains[..., None] * np.swapaxes(U, -1, -2))
     return PseudoInverse(
         rows=task.rows,
         matrix=task.column_scales[:, None] * matrix * task.row_scales,
         singular_values=sigma,
-        rank=found.rank,
-        damping=np.max(found.damping, axis=-1, initial=0.0),
+        rank=inverse.rank,
+        damping=np.max(inverse.damping, axis=-1, initial=0.0),
     )

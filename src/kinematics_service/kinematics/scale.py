@@ -30,7 +30,7 @@ from .arguments import check_positive
 from .clearance import clearances
 from .forward import twist
 from .one_or_many import Number, Text
-from .servo_rule import ServoRule, servo_shares
+from .servo_rule import ServoRule, servo_factors
 from .singularity import Singularities, singularity
 from .singularity_rates import AT_REST
 from .tool_state import ToolState, evaluate, velocities_of
@@ -121,7 +121,7 @@ class MotionScale(FrozenArrays, Generic[Number, Text]):
 MotionScales: TypeAlias = MotionScale[Floats, npt.NDArray[np.str_]]
 
 
-class _Shares(NamedTuple):
+class _Scales(NamedTuple):
     """
     Factors, margins and times, as in `MotionScale`, of some of the constraints on a motion. Each
     array has the shape (..., number of constraints).
@@ -191,8 +191,8 @@ def scale(
     An elbow that moves with 1 rad/s is slowed before the arm is stretched, not on its way back:
 
     >>> import kinematics_service as ks
-    >>> found = ks.scale('planar_2r', [0, 0.06], [0, -1.0])
-    >>> found.cause, round(found.value, 3), round(found.margin, 3)
+    >>> result = ks.scale('planar_2r', [0, 0.06], [0, -1.0])
+    >>> result.cause, round(result.value, 3), round(result.margin, 3)
     ('singularity', 0.3, 0.03)
     >>> ks.scale('planar_2r', [0, 0.06], [0, 1.0]).value
     1.0
@@ -213,35 +213,35 @@ def scale(
     with np.errstate(invalid='ignore', divide='ignore', over='ignore'):
         stopping = np.max(np.abs(rates) / robot.acceleration_limits, axis=-1)
         braking = _Braking(horizon, stopping, horizon + 0.5 * np.ravel(stopping))
-        found = [
+        groups = [
             _singularity(robot, state, rates, braking) if rule is None else _by_rule(state, rule),
             *_joints(robot, state.q, rates, braking),
             *(_speeds(robot, state, rates, limit, reduced) for limit in limits),
         ]
-    return _scale(found, _proved(robot, state, rates, braking))
+    return _scale(groups, _proved(robot, state, rates, braking))
 
 
-def _scale(found: list[_Shares], proved: npt.NDArray[np.bool_]) -> MotionScale[Any, Any]:
-    constraints = tuple(constraint for one in found for constraint in one.constraints)
+def _scale(groups: list[_Scales], proved: npt.NDArray[np.bool_]) -> MotionScale[Any, Any]:
+    constraints = tuple(constraint for group in groups for constraint in group.constraints)
     values, margins, times = (
-        np.concatenate([one[k] for one in found], axis=-1) for k in (1, 2, 3)
+        np.concatenate([group[k] for group in groups], axis=-1) for k in (1, 2, 3)
     )
     value = np.min(values, axis=-1)
     k = np.where(value < 1.0, np.argmin(values, axis=-1), np.argmin(times, axis=-1))
-    texts = np.array([(one.cause, one.of) for one in constraints])[k]
+    texts = np.array([(constraint.cause, constraint.of) for constraint in constraints])[k]
     texts = np.where((value < 1.0)[..., None], texts, '')
     margin, time_left = (
-        np.take_along_axis(one, k[..., None], -1)[..., 0] for one in (margins, times)
+        np.take_along_axis(numbers, k[..., None], -1)[..., 0] for numbers in (margins, times)
     )
     shown = (value, texts[..., 0], texts[..., 1], margin, time_left)
     if not value.ndim:
-        shown = tuple(one.item() for one in shown)
+        shown = tuple(field.item() for field in shown)
     return MotionScale(*shown, constraints, values, margins, times, proved)
 
 
 def _braked(
     constraints: tuple[Constraint, ...], margins: Floats, times: Floats, braking: _Braking
-) -> _Shares:
+) -> _Scales:
     # Compute the factor s for which the motion comes to rest when the margin is used up. T is the
     # reaction time, S (`stopping`) the time in which the unscaled motion brakes to rest, and t
     # (`times`) the time in which it uses up the margin. The factor solves s T + s^2 S / 2 = t; the
@@ -249,7 +249,7 @@ def _braked(
     T, stopping = braking.horizon, braking.stopping[..., None]
     kept = 2.0 * times / (T + np.sqrt(T * T + 2.0 * times * stopping))
     values = np.where(np.isfinite(times), np.minimum(kept, 1.0), 1.0)
-    return _Shares(constraints, values, margins, times)
+    return _Scales(constraints, values, margins, times)
 
 
 def _times(margins: Floats, speeds: Floats) -> Floats:
@@ -259,14 +259,14 @@ def _times(margins: Floats, speeds: Floats) -> Floats:
     return np.where(used, np.maximum(margins, 0.0) / np.where(used, speeds, 1.0), np.inf)
 
 
-def _bounded(constraints: tuple[Constraint, ...], limits: Floats, speeds: Floats) -> _Shares:
+def _bounded(constraints: tuple[Constraint, ...], limits: Floats, speeds: Floats) -> _Scales:
     # Returns the factors by which speeds must be scaled to stay within speed limits.
     values = np.minimum(limits / np.maximum(speeds, np.finfo(float).tiny), 1.0)
     times = np.where(speeds > limits, 0.0, np.inf)
-    return _Shares(constraints, values, limits - speeds, times)
+    return _Scales(constraints, values, limits - speeds, times)
 
 
-def _joints(robot: Robot, q: Floats, qdot: Floats, braking: _Braking) -> tuple[_Shares, _Shares]:
+def _joints(robot: Robot, q: Floats, qdot: Floats, braking: _Braking) -> tuple[_Scales, _Scales]:
     lower, upper = robot.limits.T
     margins, speeds = np.where(qdot > 0.0, upper - q, q - lower), np.abs(qdot)
     named = tuple(zip(robot.joint_names, robot.units))
@@ -280,7 +280,7 @@ def _joints(robot: Robot, q: Floats, qdot: Floats, braking: _Braking) -> tuple[_
 
 def _speeds(
     robot: Robot, state: ToolState, qdot: Floats, limit: SpeedLimit, reduced: bool
-) -> _Shares:
+) -> _Scales:
     V = twist(robot, state.q, qdot, of=limit.of)
     linear = min(limit.linear, limit.reduced) if reduced else limit.linear
     speeds = np.linalg.norm(V.reshape(*V.shape[:-1], 2, 3), axis=-1)
@@ -288,21 +288,21 @@ def _speeds(
     return _bounded(both, np.array([linear, limit.angular]), speeds)
 
 
-def _by_rule(state: ToolState, rule: ServoRule) -> _Shares:
-    found = servo_shares(state, rule)
-    margins = np.maximum(rule.hard_stop_singularity_threshold - found.condition, 0.0)
-    times = np.where(found.rate > 0.0, margins / found.rate, np.inf)
-    leaving = np.stack([~found.leaving, found.leaving], axis=-1)
+def _by_rule(state: ToolState, rule: ServoRule) -> _Scales:
+    servo = servo_factors(state, rule)
+    margins = np.maximum(rule.hard_stop_singularity_threshold - servo.condition, 0.0)
+    times = np.where(servo.rate > 0.0, margins / servo.rate, np.inf)
+    leaving = np.stack([~servo.leaving, servo.leaving], axis=-1)
     unit = 'of the condition number'
-    return _Shares(
+    return _Scales(
         (Constraint(SINGULARITY, '', unit), Constraint(LEAVING, '', unit)),
-        np.where(leaving, found.values[..., None], 1.0),
+        np.where(leaving, servo.values[..., None], 1.0),
         np.stack([margins, margins], axis=-1),
         np.stack([times, times], axis=-1),
     )
 
 
-def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking) -> _Shares:
+def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking) -> _Scales:
     # Returns the factor of the velocities that stops the arm before the distance to a singular
     # pose falls below `stop`. Sphere tracing finds the place on the path at which the distance is
     # `stop`: compute the distance, advance by (distance - `stop`), and repeat. No such place is
@@ -313,26 +313,26 @@ def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
     thresholds, scales = robot.singularity.thresholds, robot.singularity.task.column_scales
     stop = MEASURES['distance'].stop if thresholds.measure != 'distance' else thresholds.stop
     assert stop is not None  # the threshold `stop` of a distance is always a number
-    q, rates = (np.reshape(one, (-1, robot.dof)) for one in (state.q, qdot))
+    q, rates = (np.reshape(rows, (-1, robot.dof)) for rows in (state.q, qdot))
     speeds = np.linalg.norm(rates / scales, axis=-1)
     passed, times, margins = np.zeros(len(q)), np.full(len(q), np.inf), np.full(len(q), np.nan)
-    left = np.arange(len(q))
+    active = np.arange(len(q))
     for _ in range(MAX_SEARCHES):
-        found, closes = _seen_from(robot, q[left] + passed[left, None] * rates[left])
-        times[left[~closes]] = passed[left[~closes]]
-        left = left[closes]
-        speed, ahead = speeds[left], q[left] + passed[left, None] * rates[left]
-        margin = found.distance - stop
+        measures, closes = _seen_from(robot, q[active] + passed[active, None] * rates[active])
+        times[active[~closes]] = passed[active[~closes]]
+        active = active[closes]
+        speed, ahead = speeds[active], q[active] + passed[active, None] * rates[active]
+        margin = measures.distance - stop
         # Compute the speeds towards the nearest singular poses; NaN if no singular pose was found.
-        away = (ahead - found.nearest_singular) / scales
+        away = (ahead - measures.nearest_singular) / scales
         normal = away / np.linalg.norm(away, axis=-1, keepdims=True)
-        towards = -np.sum(rates[left] / scales * normal, axis=-1)
-        times[left] = passed[left] + _times(margin, towards)
-        margins[left] = np.where(passed[left] > 0.0, margins[left], margin)
-        passed[left] += np.where(speed > AT_REST, np.abs(margin) / speed, np.inf)
-        open_yet = (times[left] - passed[left]) * speed > DISTANCE_TOLERANCE
-        left = left[open_yet & (passed[left] < braking.due[left])]
-        if not len(left):
+        towards = -np.sum(rates[active] / scales * normal, axis=-1)
+        times[active] = passed[active] + _times(margin, towards)
+        margins[active] = np.where(passed[active] > 0.0, margins[active], margin)
+        passed[active] += np.where(speed > AT_REST, np.abs(margin) / speed, np.inf)
+        open_yet = (times[active] - passed[active]) * speed > DISTANCE_TOLERANCE
+        active = active[open_yet & (passed[active] < braking.due[active])]
+        if not len(active):
             break
     shape = state.q.shape[:-1]
     margins, times = (x.reshape(*shape, 1) for x in (margins, times))
@@ -345,16 +345,16 @@ def _proved(
     # Returns whether it is proved that a stopping motion meets no singular pose. The proof covers
     # the path of the motion with balls in joint space. Each ball is proved to contain no singular
     # pose (see `clearances`).
-    q, rates = (np.reshape(one, (-1, robot.dof)) for one in (state.q, qdot))
+    q, rates = (np.reshape(rows, (-1, robot.dof)) for rows in (state.q, qdot))
     speeds = np.linalg.norm(rates / robot.singularity.task.column_scales, axis=-1)
     passed = np.where(speeds > AT_REST, 0.0, braking.due)
-    left = np.flatnonzero(passed < braking.due)
+    active = np.flatnonzero(passed < braking.due)
     for _ in range(MAX_SEARCHES if not robot.chain.loops else 0):
-        if not len(left):
+        if not len(active):
             break
-        radii = clearances(robot, q[left] + passed[left, None] * rates[left])
-        passed[left] += radii / speeds[left]
-        left = left[(passed[left] < braking.due[left]) & (radii > DISTANCE_TOLERANCE)]
+        radii = clearances(robot, q[active] + passed[active, None] * rates[active])
+        passed[active] += radii / speeds[active]
+        active = active[(passed[active] < braking.due[active]) & (radii > DISTANCE_TOLERANCE)]
     return (passed >= braking.due).reshape(state.q.shape[:-1])
 
 

@@ -70,7 +70,7 @@ class ServoRule:
             raise ServoSettingsError(sentence, 'rule', code='unsupported')
 
 
-class ServoShares(NamedTuple):
+class ServoFactors(NamedTuple):
     """
     The speed factor by MoveIt Servo's rule and the numbers behind it, for one motion or many.
 
@@ -90,7 +90,7 @@ class ServoShares(NamedTuple):
     leaving: npt.NDArray[np.bool_]
 
 
-def servo_shares(state: ToolState, rule: ServoRule) -> ServoShares:
+def servo_factors(state: ToolState, rule: ServoRule) -> ServoFactors:
     """Return MoveIt Servo's speed factors for the motions in `state`, which has velocities."""
     U, sigma, Vt = np.linalg.svd(state.jacobian, full_matrices=False)
     condition = sigma[..., 0] / sigma[..., -1]
@@ -113,7 +113,7 @@ def servo_shares(state: ToolState, rule: ServoRule) -> ServoShares:
     largest, smallest = (
         np.einsum('...i,...ij,...j->...', U[..., k], rates, Vt[..., k, :]) for k in (0, -1)
     )
-    return ServoShares(
+    return ServoFactors(
         values=np.where(stopped, 0.0, values),
         condition=condition,
         rate=(largest - condition * smallest) / sigma[..., -1],

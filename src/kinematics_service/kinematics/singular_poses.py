@@ -51,8 +51,8 @@ def singular_poses(robot: Robot, inside: Floats) -> Floats:
         # found, the motion -step is opposite to `way_out` and has the length `distance`. `way_out`
         # is the direction of the gradient of ln w, where w is the manipulability. To first order,
         # w is 0 after this motion.
-        found = np.isfinite(near.nearest_singular)
-        step = np.where(found, q - near.nearest_singular, near.distance[:, None] * near.way_out)
+        finite = np.isfinite(near.nearest_singular)
+        step = np.where(finite, q - near.nearest_singular, near.distance[:, None] * near.way_out)
         fastest = np.max(np.abs(step) / scale, axis=1, keepdims=True)
         shorter = MAX_STEP / np.maximum(fastest, MAX_STEP)
         q = np.clip(q - shorter * step, inside[:, 0], inside[:, 1])

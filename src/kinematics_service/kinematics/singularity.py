@@ -81,12 +81,12 @@ class FactorMeasures(Generic[Index]):
         This factor becomes zero after the smallest joint motion, to first order. The index is an
         int for one pose, an array (...) for many.
         """
-        found = self.estimates.argmin(axis=-1)
-        index: Index = found if found.ndim else found.item()
+        indices = self.estimates.argmin(axis=-1)
+        index: Index = indices if indices.ndim else indices.item()
         return index
 
 
-def _same_values(one: Any, other: Any) -> bool:
+def _same_values(result: Any, other: Any) -> bool:
     """Return whether the fields of two results hold equal values; NaN equals NaN."""
 
     def same(a: Any, b: Any) -> bool:
@@ -94,7 +94,7 @@ def _same_values(one: Any, other: Any) -> bool:
             return np.array_equal(a, b, equal_nan=True)
         return type(a) is type(b) and bool(a == b)
 
-    return all(same(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
+    return all(same(getattr(result, f.name), getattr(other, f.name)) for f in fields(result))
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,17 +178,17 @@ class Singularity(Generic[Number, Index, Grade, Pose]):
     factors: FactorMeasures[Index] | None
 
     def __repr__(self) -> str:
-        one: Singularity[Any, Any, Any, Any] = self
-        if np.ndim(one.level):
-            counts = ((level.name, int(np.sum(one.level == level))) for level in Level)
+        measures: Singularity[Any, Any, Any, Any] = self
+        if np.ndim(measures.level):
+            counts = ((level.name, int(np.sum(measures.level == level))) for level in Level)
             words = ', '.join(f'{count} {name}' for name, count in counts if count)
-            return f'Singularity({np.size(one.level)} poses: {words or "none"})'
-        distance = none_found(one) or f'{one.distance:.4g} rad'
-        name, value = 'determinant', one.determinant
+            return f'Singularity({np.size(measures.level)} poses: {words or "none"})'
+        distance = none_found(measures) or f'{measures.distance:.4g} rad'
+        name, value = 'determinant', measures.determinant
         if value is None:
-            name, value = 'manipulability', one.manipulability
+            name, value = 'manipulability', measures.manipulability
         return (
-            f'Singularity({one.level.name}, distance {distance}, {name} {value:.4g}, '
+            f'Singularity({measures.level.name}, distance {distance}, {name} {value:.4g}, '
             f'rank {self.rank} of {self.generic_rank})'
         )
 
@@ -248,17 +248,17 @@ class _TakenMeasures(Singularity[Any, Any, Any, Any]):
         return self._state.robot.singularity.measure_places
 
     @cached_property
-    def _found(self) -> Floats:
-        found = measure_rates.searched(self._state, _flat(self._first))
-        return found.reshape(self._first.shape)
+    def _searched(self) -> Floats:
+        measures = measure_rates.searched(self._state, _flat(self._first))
+        return measures.reshape(self._first.shape)
 
     @property
     def _watched(self) -> Floats:
         # Returns the array of measures from which the level is read. If the thresholds apply to
-        # the distance, returns `_found`, the array after the search for the nearest singular
+        # the distance, returns `_searched`, the array after the search for the nearest singular
         # poses. Otherwise the level needs no search.
         by_distance = self._robot.singularity.thresholds.measure == 'distance'
-        return self._found if by_distance else self._first
+        return self._searched if by_distance else self._first
 
     def _shown(self, numbers: Floats) -> Any:
         # Returns `numbers` (N,), one for each pose, in the shape of the batch; for a single pose,
@@ -271,13 +271,13 @@ class _TakenMeasures(Singularity[Any, Any, Any, Any]):
         square = self._robot.singularity.task.square
         return _column(self._first, kernel.DETERMINANT) if square else None
 
-    manipulability = cached_property(lambda one: _column(one._first, kernel.MANIPULABILITY))
-    condition_number = cached_property(lambda one: _column(one._first, kernel.CONDITION_NUMBER))
+    manipulability = cached_property(lambda self: _column(self._first, kernel.MANIPULABILITY))
+    condition_number = cached_property(lambda self: _column(self._first, kernel.CONDITION_NUMBER))
     smallest_singular_value = cached_property(
-        lambda one: _column(one._first, kernel.SMALLEST_SINGULAR_VALUE)
+        lambda self: _column(self._first, kernel.SMALLEST_SINGULAR_VALUE)
     )
     singular_values = cached_property(
-        lambda one: _part(one._first, one._places.sigma, one._places.judged)
+        lambda self: _part(self._first, self._places.sigma, self._places.judged)
     )
 
     @cached_property
@@ -289,11 +289,11 @@ class _TakenMeasures(Singularity[Any, Any, Any, Any]):
     def generic_rank(self) -> int:
         return self._robot.singularity.task.generic_rank
 
-    distance = cached_property(lambda one: _column(one._found, kernel.DISTANCE))
+    distance = cached_property(lambda self: _column(self._searched, kernel.DISTANCE))
 
     @cached_property
     def nearest_singular(self) -> Floats | None:
-        poses = _part(self._found, self._places.pose, self._places.width)
+        poses = _part(self._searched, self._places.pose, self._places.width)
         return None if poses.ndim == 1 and math.isnan(poses[0]) else poses
 
     @cached_property
@@ -301,12 +301,14 @@ class _TakenMeasures(Singularity[Any, Any, Any, Any]):
         return self._shown(clearances(self._robot, np.array(_flat(self._state.q))))
 
     lost_direction = cached_property(
-        lambda one: _part(one._first, one._places.lost, one._places.motion)
+        lambda self: _part(self._first, self._places.lost, self._places.motion)
     )
     joint_motion = cached_property(
-        lambda one: _part(one._first, one._places.motion, one._places.way)
+        lambda self: _part(self._first, self._places.motion, self._places.way)
     )
-    way_out = cached_property(lambda one: _part(one._first, one._places.way, one._places.sigma))
+    way_out = cached_property(
+        lambda self: _part(self._first, self._places.way, self._places.sigma)
+    )
 
     @cached_property
     def rate(self) -> Any:
@@ -452,7 +454,7 @@ def singularity_of(state: ToolState) -> Singularity[Any, Any, Any, Any]:
     result = _TakenMeasures.__new__(_TakenMeasures)
     result.__dict__.update(_state=state, _first=first)
     if alone or rows is not None:
-        result.__dict__['_found'] = first
+        result.__dict__['_searched'] = first
     return result
 
 

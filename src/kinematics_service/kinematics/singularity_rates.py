@@ -53,15 +53,15 @@ def searched(state: ToolState, measures: Floats) -> Floats:
     which the distance and the nearest singular pose come from the search.
     """
     rows, q = _rows(state)
-    found = measures.copy()
+    result = measures.copy()
 
     def part(begin: int, end: int) -> int:
         search = kernel.NearestSearch(state.robot.singularity.arm)
-        kernel.find_nearest(search, rows[begin:end], q[begin:end], found[begin:end], False)
+        kernel.find_nearest(search, rows[begin:end], q[begin:end], result[begin:end], False)
         return -1
 
     in_parts(len(rows), part, ROWS_PER_THREAD)
-    return found
+    return result
 
 
 def measured_in_order(state: ToolState, search: kernel.NearestSearch) -> ToolState:
@@ -121,20 +121,20 @@ def rates(state: ToolState, measures: Floats) -> Floats:
     if robot.singularity.thresholds.measure == 'distance':
         distance = watched(robot, measures)
         poses = measures[:, robot.singularity.measure_places.pose :]
-        found = np.isfinite(poses[:, 0]) & (distance > 0.0) & moving
+        valid = np.isfinite(poses[:, 0]) & (distance > 0.0) & moving
         scales = robot.singularity.task.column_scales
-        away = (poses[found] - q[found]) / scales
-        along = np.sum(away * (qdot[found] / scales), axis=1)
+        away = (poses[valid] - q[valid]) / scales
+        along = np.sum(away * (qdot[valid] / scales), axis=1)
         result = np.zeros(len(q))
-        result[found] = -along / np.sqrt(np.sum(away**2, axis=1))
+        result[valid] = -along / np.sqrt(np.sum(away**2, axis=1))
         return result
     step = np.where(moving, STEP / np.where(moving, speed, 1.0), 0.0)
     ahead = evaluate(robot, q + step[:, None] * qdot)
-    there = watched(robot, measures_of(ahead))
-    here = watched(robot, measures)
+    end = watched(robot, measures_of(ahead))
+    start = watched(robot, measures)
     # Set the change to 0 if the measure is equal at both ends of the step, so that an infinite
     # condition number that stays infinite has the rate 0.
-    change = np.subtract(there, here, out=np.zeros_like(here), where=there != here)
+    change = np.subtract(end, start, out=np.zeros_like(start), where=end != start)
     return np.divide(change, step, out=np.zeros_like(change), where=moving)
 
 

@@ -169,18 +169,18 @@ def wrench_of(
     row_scales = np.array([1.0, 1.0, 1.0, length, length, length])
     column_scales = robot.singularity.task.column_scales
     U, sigma, Vt = np.linalg.svd(row_scales[:, None] * J * column_scales)
-    found = inverted(sigma, length, damping, damped_below)
+    inverse = inverted(sigma, length, damping, damped_below)
     count = sigma.shape[-1]
     along = np.einsum('...kj,...j->...k', Vt[..., :count, :], torques * column_scales)
-    wrench = np.einsum('...ik,...k->...i', U[..., :, :count], found.gains * along) * row_scales
-    felt, hardly = np.arange(6) < found.rank[..., None], np.zeros((*found.rank.shape, 6), bool)
-    hardly[..., :count] = found.damping > 0.0
+    wrench = np.einsum('...ik,...k->...i', U[..., :, :count], inverse.gains * along) * row_scales
+    felt, hardly = np.arange(6) < inverse.rank[..., None], np.zeros((*inverse.rank.shape, 6), bool)
+    hardly[..., :count] = inverse.damping > 0.0
     directions = np.swapaxes(U, -1, -2)
     return WrenchEstimate(
         wrench=wrench,
         residual=torques - np.einsum('...ij,...i->...j', J, wrench),
-        rank=found.rank,
-        damping=np.max(found.damping, axis=-1, initial=0.0),
+        rank=inverse.rank,
+        damping=np.max(inverse.damping, axis=-1, initial=0.0),
         damped=np.where((felt & hardly)[..., None], directions, 0.0),
         hidden=np.where(felt[..., None], 0.0, directions),
     )

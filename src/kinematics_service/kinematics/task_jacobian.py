@@ -31,11 +31,11 @@ def task_of(robot: Robot, rows: Sequence[str] | None, of: str | int = TOOL) -> T
         return robot.singularity.task
     names = robot.singularity.task.rows if rows is None else rows_in_order(PointError, rows)
     robot.point(of)  # raise PointError if the arm has no such point
-    return _found(robot, names, of)
+    return _cached_task(robot, names, of)
 
 
 @functools.lru_cache(maxsize=128)
-def _found(robot: Robot, rows: tuple[str, ...], of: str | int) -> Task:
+def _cached_task(robot: Robot, rows: tuple[str, ...], of: str | int) -> Task:
     chain, length = robot.point(of).chain, robot.singularity.task.length
     q = generic_poses(chain, robot.limits, robot.prismatic)
     return find_task(chain, robot.joint_names, q, robot.prismatic, rows, length)

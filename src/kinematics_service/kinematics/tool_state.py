@@ -323,9 +323,9 @@ def _refusal(
     # qdot.
     name, values, code = '', q, 'too-large'
     sentence = 'joint values are too large to compute with'
-    for one, given in (('qdot', qdot), ('q', q)):
+    for key, given in (('qdot', qdot), ('q', q)):
         if not np.isfinite(given).all():
-            name, values, code = one, given, 'not-finite'
+            name, values, code = key, given, 'not-finite'
             sentence = f'{name} must be finite'
     sentence += f': row {row} is {values.tolist()}'
     error = JointVectorError(sentence, name, [q.shape], shape, code=code)

@@ -36,44 +36,44 @@ LEFT_FREE = 'the target leaves joints free to move: '
 
 def answer(
     problem: IkProblem,
-    found: DistinctSolutions,
+    solutions: DistinctSolutions,
     method: Method,
     roots: tuple[int, int] | None = None,
     best: Floats | None = None,
 ) -> IkResult:
     """
-    Return the result of inverse kinematics for the proved solutions `found`. Some of them may
-    belong to families of solutions.
+    Return the result of inverse kinematics for proved `solutions`. Some of them may belong to
+    families of solutions.
     """
-    result = _result_of_found(problem, found, method, roots, best)
+    result = _result_of_solutions(problem, solutions, method, roots, best)
     nearest = result.nearest
     if nearest is None or result.status == 'family':
         return result
     if not problem.target.is_reached_at(nearest.q, nearest.residual):
         return result
     # The search for the nearest pose has found a solution inside the limits that is not in
-    # `found`, so add it to the result.
+    # `solutions`, so add it to the result.
     more = DistinctSolutions(nearest.q[None], np.array([nearest.residual]))
-    return _result_of_found(problem, found.joined(more), 'search', None, best)
+    return _result_of_solutions(problem, solutions.joined(more), 'search', None, best)
 
 
-def _result_of_found(
+def _result_of_solutions(
     problem: IkProblem,
-    found: DistinctSolutions,
+    solutions: DistinctSolutions,
     method: Method,
     roots: tuple[int, int] | None,
     best: Floats | None,
 ) -> IkResult:
     families: tuple[SolutionFamily, ...] = ()
-    if len(found.q):
-        found, singular, families = isolated_or_not(problem, found)
-        found = with_multiplicities(problem, found, singular)
-    return result_of(problem, found, families, method, roots, best)
+    if len(solutions.q):
+        solutions, singular, families = isolated_or_not(problem, solutions)
+        solutions = with_multiplicities(problem, solutions, singular)
+    return result_of(problem, solutions, families, method, roots, best)
 
 
 def result_of(
     problem: IkProblem,
-    found: DistinctSolutions,
+    isolated: DistinctSolutions,
     families: tuple[SolutionFamily, ...],
     method: Method,
     roots: tuple[int, int] | None = None,
@@ -86,14 +86,14 @@ def result_of(
 
     `best` (n,) are joint positions from which the search for the nearest pose also starts.
     """
-    solutions = _solutions(problem, found)
+    solutions = _solutions(problem, isolated)
     near = (_moved_near(problem, family) for family in families)
     continua = (*(family_of(problem, family) for family in near), *curves)
     inside = tuple(solution for solution in solutions if solution.feasible)
     status, reason = _status(problem, solutions, inside, continua, method)
     nearest = None if inside else _nearest(problem, (*solutions, *continua), continua, best)
     if problem.respect_limits:
-        solutions, continua = inside, tuple(one for one in continua if one.feasible)
+        solutions, continua = inside, tuple(family for family in continua if family.feasible)
     # A result with families is not proved complete, because the solver finds only some postures of
     # a family.
     complete: Complete = 'found' if method == 'search' or families else 'proved'
@@ -105,8 +105,8 @@ def beyond(target: IkTarget, robot: Robot, reach: Reach) -> str:
     Return an error sentence if the target is farther from the first joint than the arm can reach,
     otherwise ''.
     """
-    way = robot.singularity.task.rotation.T @ (target.pose[:3, 3] - reach.centre)
-    counted = [way[k] for k in range(3) if ROW_NAMES[k] in target.rows]
+    offset = robot.singularity.task.rotation.T @ (target.pose[:3, 3] - reach.centre)
+    counted = [offset[k] for k in range(3) if ROW_NAMES[k] in target.rows]
     away = math.hypot(*counted)
     # A tool within the distance `target.proved` (m) of the target is at the target. So add this
     # distance to the reach.
@@ -153,7 +153,7 @@ def _status(
     target = problem.target
     if inside:
         feasible = sum(family.feasible for family in families)
-        worst = max(one.residual for one in inside)
+        worst = max(solution.residual for solution in inside)
         return 'solved', inside_limits(len(inside), feasible) + not_exact(target, worst)
     if any(family.feasible for family in families):
         joints = ', '.join(dict.fromkeys(name for f in families for name in f.joints))
@@ -161,19 +161,19 @@ def _status(
         return 'family', LEFT_FREE + joints + not_exact(target, worst)
     beyond: list[IkSolution | IkFamily] = [*solutions, *families]
     if beyond:
-        names = ', '.join(dict.fromkeys(name for one in beyond for name in one.beyond))
+        names = ', '.join(dict.fromkeys(name for solution in beyond for name in solution.beyond))
         verb = 'found' if searched else 'reached'
         return 'outside_limits', f'{verb} only beyond the limits of {names}{searched}'
     return 'unreachable', (f'no joint positions bring the tool there ({target.words}){searched}')
 
 
-def _solutions(problem: IkProblem, found: DistinctSolutions) -> tuple[IkSolution, ...]:
-    if not len(found.q):
+def _solutions(problem: IkProblem, isolated: DistinctSolutions) -> tuple[IkSolution, ...]:
+    if not len(isolated.q):
         return ()
-    chosen = representatives(problem.plan, found.q, problem.near)
+    chosen = representatives(problem.plan, isolated.q, problem.near)
     away = np.linalg.norm((chosen.q - problem.near) / problem.plan.scales, axis=1)
-    postures = _postures(problem, found.q)
-    errors, margins = found.errors.tolist(), chosen.margin.tolist()
+    postures = _postures(problem, isolated.q)
+    errors, margins = isolated.errors.tolist(), chosen.margin.tolist()
     feasible = (~np.logical_or.reduce(chosen.outside, axis=1)).tolist()
     return tuple(
         IkSolution(
@@ -183,15 +183,15 @@ def _solutions(problem: IkProblem, found: DistinctSolutions) -> tuple[IkSolution
             beyond=() if feasible[k] else _named(problem.robot, chosen.outside[k]),
             margin=margins[k],
             posture=postures[k],
-            multiplicity=found.multiplicities[k] if found.multiplicities else 1,
+            multiplicity=isolated.multiplicities[k] if isolated.multiplicities else 1,
             exact=errors[k] < problem.target.exact,
         )
         for k in away.argsort(kind='stable').tolist()
     )
 
 
-def _named(robot: Robot, which: npt.NDArray[np.bool_]) -> tuple[str, ...]:
-    return tuple(robot.joint_names[j] for j in np.flatnonzero(which))
+def _named(robot: Robot, mask: npt.NDArray[np.bool_]) -> tuple[str, ...]:
+    return tuple(robot.joint_names[j] for j in np.flatnonzero(mask))
 
 
 def family_of(problem: IkProblem, family: SolutionFamily, moved: Floats | None = None) -> IkFamily:
@@ -253,7 +253,7 @@ def _nearest(
         return nearest_pose(problem, good.q, good.residual)
     q = starts(robot, plan, problem.random(), NEAREST_STARTS)
     best = problem.near if best is None else best
-    q = np.clip(np.vstack([problem.near, best, *(one.q for one in known), q]), *robot.limits.T)
+    q = np.clip(np.vstack([problem.near, best, *(item.q for item in known), q]), *robot.limits.T)
     arrived = refined(target, plan, q, True, plan.limits)
     k = int(np.argmin(arrived.errors))
     q = representatives(plan, arrived.q[k][None], problem.near).q[0]

@@ -63,16 +63,16 @@ def closed_solutions_of_each(
 
 
 def solutions_of(
-    problem: IkProblem, proved: kernel.Solutions, only_feasible: bool, which: range
+    problem: IkProblem, proved: kernel.Solutions, only_feasible: bool, indices: range
 ) -> tuple[IkSolution, ...]:
     """
-    Return the solutions with the indices `which` as `IkSolution`, in the order of the indices. If
+    Return the solutions with the given `indices` as `IkSolution`, in the order of the indices. If
     `only_feasible`, leave out solutions outside the limits.
     """
     # Make the array of solutions read-only, because each `IkSolution` gets a view of it.
     proved.q.setflags(write=False)
     names, exact = problem.robot.joint_names, problem.target.exact
-    found = proved.records(
-        IkSolution, names, POSTURES, exact, which.start, which.stop, only_feasible
+    solutions = proved.records(
+        IkSolution, names, POSTURES, exact, indices.start, indices.stop, only_feasible
     )
-    return tuple(found)
+    return tuple(solutions)

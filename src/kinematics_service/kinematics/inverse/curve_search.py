@@ -90,8 +90,8 @@ def _near_crossing(point: kernel.CurvePoint, q: Floats) -> Floats:
     # equation a N (e . J') N^T a^T = 0.
     e_left, _, null = np.linalg.svd(_jacobian(point, q))
     e, N = e_left[:, -1], null[-2:]
-    ahead = [_jacobian(point, q + DIFFERENCE * way) for way in N]
-    behind = [_jacobian(point, q - DIFFERENCE * way) for way in N]
+    ahead = [_jacobian(point, q + DIFFERENCE * direction) for direction in N]
+    behind = [_jacobian(point, q - DIFFERENCE * direction) for direction in N]
     form = np.array([e @ (a - b) @ N.T for a, b in zip(ahead, behind)])
     # Solve a F a^T = 0 for the vector a, where F is the matrix `form`. Let a_1 and a_2 be the
     # components of a along the eigenvectors of F. The equation then is a_1^2 low + a_2^2 high = 0,
@@ -101,7 +101,7 @@ def _near_crossing(point: kernel.CurvePoint, q: Floats) -> Floats:
         return np.empty((0, len(q)))
     root = np.sqrt([high, -low]) / np.sqrt(high - low)
     tangents = [(axes @ (root * signs)) @ N for signs in ((1.0, 1.0), (1.0, -1.0))]
-    return q + STEP_TO_SEED * np.array([*tangents, *(-one for one in tangents)])
+    return q + STEP_TO_SEED * np.array([*tangents, *(-tangent for tangent in tangents)])
 
 
 def _jacobian(point: kernel.CurvePoint, q: Floats) -> Floats:

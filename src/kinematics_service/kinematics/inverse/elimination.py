@@ -68,8 +68,8 @@ def eliminated_solutions(problem: IkProblem, arm: kernel.SixJoints) -> Eliminate
     counts = np.zeros(3, dtype=np.int64)
     refining = refinement(problem.target, problem.plan)
     kernel.eliminated_solutions(arm, refining, solutions, counts)
-    found, real, proved = counts.tolist()
-    return Eliminated(solutions, (found, arm.bound), real, bool(proved))
+    count, real, proved = counts.tolist()
+    return Eliminated(solutions, (count, arm.bound), real, bool(proved))
 
 
 def completed_solutions(problem: IkProblem, arm: kernel.SixJoints) -> DistinctSolutions | None:
@@ -83,19 +83,19 @@ def completed_solutions(problem: IkProblem, arm: kernel.SixJoints) -> DistinctSo
     robot, target, plan = problem.robot, problem.target, problem.plan
     screws = screws_of(robot.chain)
     arrived = refined(target, plan, starts(robot, plan, problem.random(), BATCH), far=True)
-    found, _ = distinct(target, plan, arrived)
+    known, _ = distinct(target, plan, arrived)
     psi, accuracy = np.zeros((kernel.MAX_CANDIDATES, 6, 2)), np.empty(3)
     motion = np.ascontiguousarray(target.pose @ inverse(screws.home))
     complex_ones = kernel.complex_solutions(arm, motion, psi, accuracy)
-    count = complex_ones + len(found.q)
+    count = complex_ones + len(known.q)
     if count > len(psi):
         return None
     psi[complex_ones:count] = 0.0
-    psi[complex_ones:count, :, 0] = found.q @ screws.coupling.T
+    psi[complex_ones:count, :, 0] = known.q @ screws.coupling.T
     count = kernel.followed_solutions(arm, motion, count, psi)
     real = psi[:count][np.max(np.abs(psi[:count, :, 1]), axis=1) < IMAGINARY_TOLERANCE, :, 0]
-    every, _ = distinct(target, plan, refined(target, plan, _positions(screws, real)))
-    return every if count == arm.bound and len(every.q) == len(real) else None
+    solutions, _ = distinct(target, plan, refined(target, plan, _positions(screws, real)))
+    return solutions if count == arm.bound and len(solutions.q) == len(real) else None
 
 
 class Beside(NamedTuple):
@@ -104,14 +104,14 @@ class Beside(NamedTuple):
 
     Attributes
     ----------
-    found
+    solutions
         The real solutions, refined to the degenerate target.
     simple
         Number of certified complex solutions, and number of real solutions among them. All
         certified solutions are simple.
     """
 
-    found: DistinctSolutions
+    solutions: DistinctSolutions
     simple: tuple[int, int]
 
 
@@ -130,18 +130,18 @@ def solutions_beside(problem: IkProblem, arm: kernel.SixJoints) -> Beside:
     simple = (0, 0)
     psi, accuracy = np.empty((kernel.MAX_CANDIDATES, 6, 2)), np.empty(3)
     for size in BESIDE:
-        way = size * robot.singularity.task.length * random.normal(size=3)
+        shift = size * robot.singularity.task.length * random.normal(size=3)
         turn = size * random.normal(size=3)
         for side in (1.0, -1.0):
             pose = target.pose.copy()
-            pose[:3, 3] += side * way
+            pose[:3, 3] += side * shift
             pose[:3, :3] = exponential(side * turn) @ pose[:3, :3]
             moved = target._replace(pose=pose, residual=residual_of(robot, pose, target.rows))
             solutions = eliminated_solutions(problem._replace(target=moved), arm).solutions
             candidates.append(solutions.q[: solutions.count].copy())
             count = kernel.complex_solutions(arm, pose @ home, psi, accuracy)
             count = kernel.followed_solutions(arm, target.pose @ home, count, psi)
-            real = _real_ones(psi[:count])
+            real = _real_solutions(psi[:count])
             candidates.append(_positions(screws, real))
             simple = max(simple, (count, len(real)))
     return Beside(refined(target, plan, np.vstack(candidates), far=True), simple)
@@ -153,13 +153,13 @@ def _positions(screws: Screws, psi: Floats) -> Floats:
     return np.asarray(np.linalg.solve(screws.coupling, psi.T).T, np.float64)
 
 
-def _real_ones(psi: Floats) -> Floats:
+def _real_solutions(psi: Floats) -> Floats:
     # Returns the real solutions (k, 6) among the complex solutions `psi` (m, 6, 2), where the last
     # index is 0 for real parts and 1 for imaginary parts. If a solution is not real, `psi` also
     # has its exact conjugate. Two kinds of solutions are real: those whose imaginary parts are all
     # 0, and those whose conjugate is not in `psi`. In the second kind the imaginary parts are
     # round-off.
     conjugate = psi * (1.0, -1.0)
-    paired = [any(np.array_equal(one, other) for other in conjugate) for one in psi]
+    paired = [any(np.array_equal(row, other) for other in conjugate) for row in psi]
     exact = ~psi[:, :, 1].any(axis=1)
     return np.asarray(psi[exact | np.logical_not(paired), :, 0])

@@ -86,35 +86,35 @@ class Sorted(NamedTuple):
     families: tuple[SolutionFamily, ...]
 
 
-def isolated_or_not(problem: IkProblem, found: DistinctSolutions) -> Sorted:
+def isolated_or_not(problem: IkProblem, known: DistinctSolutions) -> Sorted:
     """Sort proved solutions into isolated solutions and families of solutions."""
     robot, target, plan, *_ = problem
     n = robot.dof
-    none = np.zeros(len(found.q), dtype=np.bool_)
-    shares = np.empty(len(found.q))
-    kernel.pivots(target.residual, plan.scales, found.q, shares)
+    none = np.zeros(len(known.q), dtype=np.bool_)
+    ratios = np.empty(len(known.q))
+    kernel.pivots(target.residual, plan.scales, known.q, ratios)
     # If J has full rank at all solutions and the arm has no idle motions, all solutions are
     # isolated. An idle motion (`plan.idle`) never moves the tool away from any target, so with an
     # idle motion every solution is in a family.
-    if not len(plan.idle) and not np.any(shares < SUSPECT_PIVOT_RATIO):
-        return Sorted(found, none, ())
-    m = len(found.q)
+    if not len(plan.idle) and not np.any(ratios < SUSPECT_PIVOT_RATIO):
+        return Sorted(known, none, ())
+    m = len(known.q)
     sigma, motions = np.zeros((m, n)), np.zeros((m, n, n))
-    kernel.free_motions(target.residual, plan.scales, found.q, sigma, motions)
+    kernel.free_motions(target.residual, plan.scales, known.q, sigma, motions)
     free = sigma <= np.maximum(FREE_SINGULAR_VALUE_RATIO * sigma[:, :1], least_motion(robot.chain))
     singular = free[:, -1]
     if not singular.any():
-        return Sorted(found, none, ())
+        return Sorted(known, none, ())
     families: list[SolutionFamily] = []
     isolated = np.ones(m, dtype=bool)
     for k in np.flatnonzero(singular):
         null = motions[k][free[k]]
-        along = _along(problem, found.q[k], null, float(found.errors[k]))
+        along = _along(problem, known.q[k], null, float(known.errors[k]))
         if len(along):
             isolated[k] = False
-            straight = _straight(problem, found.q[k], along)
-            families.append(SolutionFamily(found.q[k], float(found.errors[k]), along, straight))
-    alone = DistinctSolutions(found.q[isolated], found.errors[isolated])
+            straight = _straight(problem, known.q[k], along)
+            families.append(SolutionFamily(known.q[k], float(known.errors[k]), along, straight))
+    alone = DistinctSolutions(known.q[isolated], known.errors[isolated])
     return Sorted(alone, singular[isolated], tuple(_merged(plan, families)))
 
 
@@ -126,15 +126,15 @@ def _along(problem: IkProblem, q: Floats, null: Floats, error: float) -> Floats:
     robot, target, plan, *_ = problem
     trials = np.concatenate([null, -null]) * TRIAL_STEP
     gone = refined(target, plan, q + trials * plan.scales, far=True)
-    ways = apart(plan, q, gone.q) / plan.scales
-    size = np.linalg.norm(ways, axis=1)
+    steps = apart(plan, q, gone.q) / plan.scales
+    size = np.linalg.norm(steps, axis=1)
     as_good = max(RESIDUAL_ROUND_OFF * robot.singularity.task.length, 4.0 * error)
     kept = (gone.errors < as_good) & (size > MIN_TRIAL_MOTION) & (size < 4 * TRIAL_STEP)
     if not np.any(kept):
         return np.empty((0, len(q)))
     # Project the joint motions of the trial steps onto the null space to get tangents, because the
     # family may be curved.
-    tangents = ways[kept] @ null.T @ null
+    tangents = steps[kept] @ null.T @ null
     _, strength, right = np.linalg.svd(tangents, full_matrices=False)
     along = right[strength > 0.2 * TRIAL_STEP]
     return signed(along)
@@ -153,10 +153,10 @@ def _merged(plan: InversePlan, families: list[SolutionFamily]) -> list[SolutionF
     # equal joint positions.
     kept: list[SolutionFamily] = []
     for family in families:
-        for one in kept:
-            away = apart(plan, one.q, family.q) / plan.scales
-            if one.straight and family.straight and len(one.motions) == len(family.motions):
-                off = off_motions(away, one.motions) * plan.scales
+        for other in kept:
+            away = apart(plan, other.q, family.q) / plan.scales
+            if other.straight and family.straight and len(other.motions) == len(family.motions):
+                off = off_motions(away, other.motions) * plan.scales
                 away = apart(plan, np.zeros_like(away), off) / plan.scales
             if np.max(np.abs(away)) < 1e-4:
                 break

@@ -74,7 +74,7 @@ class Multiple(NamedTuple):
 
 
 def with_multiplicities(
-    problem: IkProblem, found: DistinctSolutions, singular: npt.NDArray[np.bool_]
+    problem: IkProblem, isolated: DistinctSolutions, singular: npt.NDArray[np.bool_]
 ) -> DistinctSolutions:
     """
     Return isolated solutions with their multiplicities. Solutions that coincide are merged.
@@ -82,14 +82,14 @@ def with_multiplicities(
     `singular` is true for solutions at which J is singular; all other solutions are simple.
     """
     if not np.any(singular):
-        return found
+        return isolated
     plan, kept = problem.plan, list[Multiple]()
-    for one, error in zip(found.q[singular], found.errors[singular]):
-        for multiple in _multiples(problem, one, float(error)):
-            ways = (apart(plan, other.q, multiple.q) / plan.scales for other in kept)
-            if all(np.max(np.abs(way)) >= SAME_SOLUTION_DISTANCE for way in ways):
+    for posture, error in zip(isolated.q[singular], isolated.errors[singular]):
+        for multiple in _multiples(problem, posture, float(error)):
+            gaps = (apart(plan, other.q, multiple.q) / plan.scales for other in kept)
+            if all(np.max(np.abs(gap)) >= SAME_SOLUTION_DISTANCE for gap in gaps):
                 kept.append(multiple)
-    simple = map(Multiple, found.q[~singular], found.errors[~singular], itertools.repeat(1))
+    simple = map(Multiple, isolated.q[~singular], isolated.errors[~singular], itertools.repeat(1))
     q, errors, multiplicities = zip(*simple, *kept)
     return DistinctSolutions(np.array(q), np.array(errors), multiplicities)
 
@@ -107,36 +107,36 @@ def _multiples(problem: IkProblem, q: Floats, error: float) -> list[Multiple]:
     along, across = right[n - 1], right[: n - 1]
     kept, lost = left[:, : n - 1], left[:, n - 1 :]
     at = SAMPLED_SPAN * np.cos(np.pi * (np.arange(SAMPLE_COUNT) + 0.5) / SAMPLE_COUNT)
-    ways = []
+    steps = []
     for s in at:
-        way = _way(problem, q, s, (along, across, kept))
-        if way is None:
+        step = _joint_step(problem, q, s, (along, across, kept))
+        if step is None:
             return unknown
-        ways.append(way)
-    rests = np.array([_linearised(problem, q + w * plan.scales)[0] @ lost for w in ways])
-    direction = np.linalg.svd(rests)[2][0]
+        steps.append(step)
+    errors = np.array([_linearised(problem, q + step * plan.scales)[0] @ lost for step in steps])
+    direction = np.linalg.svd(errors)[2][0]
     g = np.polynomial.Polynomial.fit(
-        at, rests @ direction, POLYNOMIAL_DEGREE, domain=[-SAMPLED_SPAN, SAMPLED_SPAN]
+        at, errors @ direction, POLYNOMIAL_DEGREE, domain=[-SAMPLED_SPAN, SAMPLED_SPAN]
     )
-    nothing = REDUCED_ROUND_OFF * max(robot.singularity.task.length, robot.singularity.task.reach)
-    found = []
-    for order, s in _roots(np.array(g.coef), nothing):
-        way = _way(problem, q, SAMPLED_SPAN * s, (along, across, kept))
-        if way is None:
+    rounding = REDUCED_ROUND_OFF * max(robot.singularity.task.length, robot.singularity.task.reach)
+    multiples = []
+    for order, s in _roots(np.array(g.coef), rounding):
+        step = _joint_step(problem, q, SAMPLED_SPAN * s, (along, across, kept))
+        if step is None:
             return unknown
-        place = q + way * plan.scales
-        left_over = float(errors_at(target, plan, place[None])[0])
-        if left_over >= target.proved:
+        place = q + step * plan.scales
+        residual = float(errors_at(target, plan, place[None])[0])
+        if residual >= target.proved:
             return unknown
-        found.append(Multiple(place, left_over, order))
-    return found or unknown
+        multiples.append(Multiple(place, residual, order))
+    return multiples or unknown
 
 
-def _roots(coefficients: Floats, nothing: float) -> list[tuple[int, float]]:
+def _roots(coefficients: Floats, rounding: float) -> list[tuple[int, float]]:
     # Returns (multiplicity, position) of those roots of the reduced equation g(s) = 0 that are
     # near s = 0: one multiple root, or all simple roots. `coefficients` belong to the polynomial
     # g. The position is s / SAMPLED_SPAN.
-    order, at = _root(coefficients, nothing)
+    order, at = _root(coefficients, rounding)
     if order != 1:
         return [(order, at)] if order else []
     roots = np.polynomial.polynomial.polyroots(coefficients)
@@ -144,7 +144,7 @@ def _roots(coefficients: Floats, nothing: float) -> list[tuple[int, float]]:
     return [(1, float(root)) for root in near]
 
 
-def _root(coefficients: Floats, nothing: float) -> tuple[int, float]:
+def _root(coefficients: Floats, rounding: float) -> tuple[int, float]:
     # The reduced equation g(s) = 0 may have a multiple root near s = 0. Returns the highest
     # multiplicity m and the position s / SAMPLED_SPAN of this root. Method: at a root of
     # multiplicity m, derivative m - 1 of g has a simple root.
@@ -157,14 +157,14 @@ def _root(coefficients: Floats, nothing: float) -> tuple[int, float]:
             continue
         # Accept the root if the Taylor coefficients of g at the root with orders 0 to `order` - 1
         # are only round-off.
-        at_root = (abs(one(root.real)) for one in derivatives[: order + 1])
+        at_root = (abs(derivative(root.real)) for derivative in derivatives[: order + 1])
         sizes = [size / math.factorial(k) for k, size in enumerate(at_root)]
-        if max(sizes[:order]) <= nothing < sizes[order]:
+        if max(sizes[:order]) <= rounding < sizes[order]:
             return order, root.real
     return 0, 0.0
 
 
-def _way(
+def _joint_step(
     problem: IkProblem, q: Floats, s: float, parts: tuple[Floats, Floats, Floats]
 ) -> Floats | None:
     # Returns a joint step from q, divided by `plan.scales`. The component of the step along the

@@ -70,10 +70,11 @@ def _near_alone(
     motions = tangent(problem, near, plan.freedom)
     alone = family_of(problem, SolutionFamily(near, error, motions, False))
     if alone.feasible:
-        inside = (one.q for one in families if one.feasible)
+        inside = (family.q for family in families if family.feasible)
         on_arc = any(np.linalg.norm((q - near) / plan.scales) < ON_ARC for q in inside)
         return [] if on_arc else [alone]
-    return [] if any(kernel.passes(one.point, one.samples, near) for one in curves) else [alone]
+    on_curve = any(kernel.passes(curve.point, curve.samples, near) for curve in curves)
+    return [] if on_curve else [alone]
 
 
 def _of_curves(problem: IkProblem, curves: Sequence[SolutionCurve]) -> IkResult:
@@ -83,7 +84,7 @@ def _of_curves(problem: IkProblem, curves: Sequence[SolutionCurve]) -> IkResult:
         with_arcs = [(curve, arcs) for curve, arcs in with_arcs if arcs]
     families = [_family_of_curve(problem, curve, arcs) for curve, arcs in with_arcs]
     families += _near_alone(problem, curves, families)
-    families.sort(key=lambda one: float(np.linalg.norm((one.q - problem.near) / plan.scales)))
+    families.sort(key=lambda f: float(np.linalg.norm((f.q - problem.near) / plan.scales)))
     none, best = no_solutions(robot), families[0].q
     result = result_of(problem, none, (), 'search', None, best, tuple(families))
     arcs = [arc for family in families for arc in family.intervals]
@@ -120,7 +121,7 @@ def _family_of_curve(
 def _on_turns_of(near: Floats, arc: IkArc, plan: InversePlan) -> IkArc:
     # Full turns, added to the joint positions of an arc, give shifted copies of the arc. Returns
     # the copy that passes nearest to `near` among those inside the limits.
-    return min(shifted_past(arc, near, plan), key=lambda one: _away(near, one, plan), default=arc)
+    return min(shifted_past(arc, near, plan), key=lambda arc: _away(near, arc, plan), default=arc)
 
 
 def _nearest(problem: IkProblem, arcs: Sequence[IkArc]) -> Floats:
@@ -131,7 +132,7 @@ def _nearest(problem: IkProblem, arcs: Sequence[IkArc]) -> Floats:
     near, plan = problem.near, problem.plan
     away = [_away(near, arc, plan) for arc in arcs]
     nearest = [
-        arc.nearest_to(near) for arc, way in zip(arcs, away) if way <= min(away) + SAMPLE_DISTANCE
+        arc.nearest_to(near) for arc, d in zip(arcs, away) if d <= min(away) + SAMPLE_DISTANCE
     ]
     return min(nearest, key=lambda q: float(np.linalg.norm((q - near) / plan.scales)))
 

@@ -173,13 +173,13 @@ def off_motions(away: Floats, motions: Floats) -> Floats:
     full turn (2 pi, 0) becomes (2 pi, 0) - 2 pi (1, -1) = (0, 2 pi). An orthogonal projection
     would give (pi, pi), which is not a full turn.
     """
-    left = motions.copy()
-    for i in range(len(left)):
-        j = int(np.argmax(np.abs(left[i])))
-        away = away - left[i] * (away[j] / left[i, j])
-        for k in range(len(left)):
+    rows = motions.copy()
+    for i in range(len(rows)):
+        j = int(np.argmax(np.abs(rows[i])))
+        away = away - rows[i] * (away[j] / rows[i, j])
+        for k in range(len(rows)):
             if k != i:
-                left[k] = left[k] - left[i] * (left[k, j] / left[i, j])
+                rows[k] = rows[k] - rows[i] * (rows[k, j] / rows[i, j])
     return np.asarray(away)
 
 

@@ -133,24 +133,24 @@ def apart(plan: InversePlan, a: Floats, b: Floats) -> Floats:
 
 
 def distinct(
-    target: IkTarget, plan: InversePlan, found: DistinctSolutions
+    target: IkTarget, plan: InversePlan, candidates: DistinctSolutions
 ) -> tuple[DistinctSolutions, Integers]:
     """
-    Return the distinct solutions among the joint positions `found`, and how often each solution
-    was found. Positions that do not reach the target are left out.
+    Return the distinct solutions among the joint positions `candidates`, and how often each
+    solution was found. Positions that do not reach the target are left out.
     """
-    order = np.argsort(found.errors, kind='stable')
-    q, errors = found.q[order], found.errors[order]
-    which, met = np.empty(len(q), dtype=np.int64), np.empty(len(q), dtype=np.int64)
-    count = kernel.distinct(target.residual, plan.joints, target.proved, q, errors, which, met)
-    kept = which[:count]
-    return DistinctSolutions(q[kept], errors[kept]), met[:count]
+    order = np.argsort(candidates.errors, kind='stable')
+    q, errors = candidates.q[order], candidates.errors[order]
+    rows, counts = np.empty(len(q), dtype=np.int64), np.empty(len(q), dtype=np.int64)
+    count = kernel.distinct(target.residual, plan.joints, target.proved, q, errors, rows, counts)
+    kept = rows[:count]
+    return DistinctSolutions(q[kept], errors[kept]), counts[:count]
 
 
-def reached(target: IkTarget, found: DistinctSolutions) -> DistinctSolutions:
-    """Return those of the joint positions `found` that reach the target."""
-    which = [target.is_reached_at(q, error) for q, error in zip(found.q, found.errors)]
-    return DistinctSolutions(found.q[which], found.errors[which])
+def reached(target: IkTarget, candidates: DistinctSolutions) -> DistinctSolutions:
+    """Return those of the joint positions `candidates` that reach the target."""
+    mask = [target.is_reached_at(q, error) for q, error in zip(candidates.q, candidates.errors)]
+    return DistinctSolutions(candidates.q[mask], candidates.errors[mask])
 
 
 def starts(robot: Robot, plan: InversePlan, random: np.random.Generator, count: int) -> Floats:
@@ -196,12 +196,12 @@ def search(
         if arrived.errors[k] < least:
             best, least = arrived.q[k], arrived.errors[k]
         arrivals = arrivals.joined(arrived)
-        found, met = distinct(target, plan, arrivals)
+        solutions, counts = distinct(target, plan, arrivals)
         # Stop if very many distinct solutions were found: they are then points of a continuum.
-        if (not len(met) and tried >= MAX_FAILED_STARTS) or len(met) > MAX_STARTS // 40:
+        if (not len(counts) and tried >= MAX_FAILED_STARTS) or len(counts) > MAX_STARTS // 40:
             break
-        inside = np.all((found.q >= limits[:, 0]) & (found.q <= limits[:, 1]), axis=1)
-        wanted = met[inside] if np.any(inside) else met
-        if len(wanted) and wanted.min() >= MIN_MEETINGS and tried >= 2 * BATCH:
+        inside = np.all((solutions.q >= limits[:, 0]) & (solutions.q <= limits[:, 1]), axis=1)
+        required = counts[inside] if np.any(inside) else counts
+        if len(required) and required.min() >= MIN_MEETINGS and tried >= 2 * BATCH:
             break
-    return found, best
+    return solutions, best

@@ -194,15 +194,15 @@ def joint_velocity(
         shape = state.q.shape
         sentence = f'state must be one pose, not {shape[:-1]} of them; call it for each pose'
         raise TwistError(sentence, 'state', [(robot.dof,)], shape, code='wrong-shape')
-    wanted = finite_vector(TwistError, 'twist', twist, TWIST_ROWS)
+    target_twist = finite_vector(TwistError, 'twist', twist, TWIST_ROWS)
     if str(axes) == 'tool':
         turn = state.pose[:3, :3]
-        wanted = np.concatenate([turn @ wanted[:3], turn @ wanted[3:]])
+        target_twist = np.concatenate([turn @ target_twist[:3], turn @ target_twist[3:]])
     elif str(axes) != 'base':
         raise TwistError.unknown_name('axes', ('base', 'tool'), axes)
     qdot = np.empty(robot.chain.dof)
     step = kernel.ServoOutput(servo, qdot)
-    kernel.servo(step, state.q, state.numbers, wanted)
+    kernel.servo(step, state.q, state.numbers, target_twist)
     return ServoStep(
         qdot=qdot,
         twist=state.jacobian @ qdot,

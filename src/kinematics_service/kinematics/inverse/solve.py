@@ -151,7 +151,7 @@ def inverse_kinematics(
         return _exact_or_near(problem)
     proved = _first_solution(problem)
     if proved.count and checked.is_reached_at(proved.q[0], proved.miss(0)):
-        return _one(problem, proved)
+        return _single_result(problem, proved)
     result = _exact_or_near(problem)
     solutions, families = result.solutions[:1], result.families[:1]
     complete: Complete = 'partial' if solutions or families else result.complete
@@ -201,9 +201,9 @@ def inverse_kinematics_of_each(
     proved, counts = closed_solutions_of_each(problem, plan.closed, poses)
     results, first = [], 0
     for pose, (count, sure) in zip(poses, counts.tolist()):
-        which = range(first, first + count)
+        indices = range(first, first + count)
         first += count
-        solved = _solved(problem, proved, which) if sure else None
+        solved = _solved(problem, proved, indices) if sure else None
         results.append(solved or singly(pose))
     return tuple(results)
 
@@ -255,19 +255,19 @@ def _result_of_five(problem: IkProblem) -> IkResult | None:
     known = target.rows == ROW_NAMES and not plan.redundant and not len(plan.idle)
     if not known or target.tolerance > CANDIDATE_ERROR**2:
         return None
-    arms = ((way, arm) for way in FIVE_JOINTS for arm in as_six(robot, way == 'algebraic'))
-    for way, arm in arms:
+    arms = ((kind, arm) for kind in FIVE_JOINTS for arm in as_six(robot, kind == 'algebraic'))
+    for kind, arm in arms:
         pose = target.pose
         for _ in range(2):
             q, off = arm.candidates(pose)
             held = np.abs(np.remainder(q[:, 5] + np.pi, 2 * np.pi) - np.pi) < CANDIDATE_ERROR
-            found, _ = distinct(target, plan, refined(target, plan, q[held, :5]))
-            if len(found.q):
-                pose = forward_kinematics(robot, found.q[0])
-        beside = [arm.candidates(one) for one in _poses_beside(pose, target.tolerance)]
-        regular = all(len(one) == len(q) for one, _ in beside)
-        if regular and off < CANDIDATE_ERROR and len(found.q) == np.count_nonzero(held):
-            return answer(problem, reached(target, found), way)
+            solutions, _ = distinct(target, plan, refined(target, plan, q[held, :5]))
+            if len(solutions.q):
+                pose = forward_kinematics(robot, solutions.q[0])
+        beside = [arm.candidates(moved) for moved in _poses_beside(pose, target.tolerance)]
+        regular = all(len(other) == len(q) for other, _ in beside)
+        if regular and off < CANDIDATE_ERROR and len(solutions.q) == np.count_nonzero(held):
+            return answer(problem, reached(target, solutions), kind)
     return None
 
 
@@ -278,10 +278,10 @@ def _poses_beside(pose: Floats, tolerance: float) -> Iterator[Floats]:
     # normal n of the plane has a component n_i of at least 1 / sqrt(6) in size. So a step of
     # sqrt(6) * tolerance along axis i moves the pose by at least `tolerance` in the direction of
     # n. If the plane is within `tolerance`, one of the 12 poses is beyond the plane.
-    for way in np.vstack([np.eye(6), -np.eye(6)]) * math.sqrt(6.0) * tolerance:
+    for motion in np.vstack([np.eye(6), -np.eye(6)]) * math.sqrt(6.0) * tolerance:
         moved = pose.copy()
-        moved[:3, 3] += way[:3]
-        moved[:3, :3] = exponential(way[3:]) @ moved[:3, :3]
+        moved[:3, 3] += motion[:3]
+        moved[:3, :3] = exponential(motion[3:]) @ moved[:3, :3]
         yield moved
 
 
@@ -297,29 +297,29 @@ def _proved(
     # Returns the result for the solutions `proved`, which are proved to be all solutions. If some
     # of them are nearly singular, they may belong to families; then `answer` sorts the solutions
     # into isolated ones and families.
-    which = range(proved.count)
-    simple = proved.sure or all(proved.share(k) >= SUSPECT_PIVOT_RATIO for k in which)
-    solved = _solved(problem, proved, which, roots) if simple else None
-    return answer(problem, _found(proved), _method_of(roots), roots) if solved is None else solved
+    indices = range(proved.count)
+    simple = proved.sure or all(proved.share(k) >= SUSPECT_PIVOT_RATIO for k in indices)
+    solved = _solved(problem, proved, indices, roots) if simple else None
+    return answer(problem, _copied(proved), _method_of(roots), roots) if solved is None else solved
 
 
 def _solved(
     problem: IkProblem,
     proved: kernel.Solutions,
-    which: range,
+    indices: range,
     roots: tuple[int, int] | None = None,
 ) -> IkResult | None:
     # Returns the result for the solutions `proved`, which are proved to be all solutions and are
     # all simple. Returns None if none of them is inside the limits.
-    wanted = solutions_of(problem, proved, problem.respect_limits, which)
-    inside = sum(one.feasible for one in wanted)
+    solutions = solutions_of(problem, proved, problem.respect_limits, indices)
+    inside = sum(solution.feasible for solution in solutions)
     if not inside:
         return None
     result = IkResult.__new__(IkResult)
     # Set the fields without the constructor, because the constructor of a frozen dataclass takes 5
     # % of the time of a call.
     result.__dict__.update(
-        solutions=wanted,
+        solutions=solutions,
         families=(),
         status='solved',
         reason=inside_limits(inside, 0),
@@ -336,7 +336,7 @@ def _unsure(problem: IkProblem, closed: kernel.Solutions) -> IkResult:
     # its error bound is large. Elimination uses other equations, which may be far from singular at
     # this target. If elimination proves that it found all solutions, returns its result. Otherwise
     # returns the result of a search.
-    known = _found(closed)
+    known = _copied(closed)
     if closed.count:
         result = answer(problem, known, 'closed form')
         if result.families:
@@ -346,31 +346,31 @@ def _unsure(problem: IkProblem, closed: kernel.Solutions) -> IkResult:
         eliminated = eliminated_solutions(problem, arm)
         if eliminated.all_found:
             return _proved(problem, eliminated.solutions, eliminated.roots)
-        known = known.joined(_found(eliminated.solutions))
+        known = known.joined(_copied(eliminated.solutions))
     return _searched(problem, known)
 
 
 def _degenerate(problem: IkProblem, arm: kernel.SixJoints, eliminated: Eliminated) -> IkResult:
     # Solves a target at which solutions coincide, or at which every determinant of elimination
     # vanishes.
-    every = arm.bound, arm.bound
+    roots = arm.bound, arm.bound
     completed = completed_solutions(problem, arm)
     if completed is not None:
-        return answer(problem, completed, _method_of(every), every)
+        return answer(problem, completed, _method_of(roots), roots)
     beside = solutions_beside(problem, arm)
     certified, real = max(beside.simple, (eliminated.roots[0], eliminated.real))
-    known = _found(eliminated.solutions).joined(beside.found)
+    known = _copied(eliminated.solutions).joined(beside.solutions)
     known, _ = distinct(problem.target, problem.plan, known)
     isolated, singular, families = isolated_or_not(problem, known)
     if not families and np.count_nonzero(~singular) == real:
-        found = with_multiplicities(problem, isolated, singular)
+        solutions = with_multiplicities(problem, isolated, singular)
         # The solutions are proved complete if their number, with multiplicities, is the largest
         # possible one. `certified` is the number of simple solutions. Multiplicities of singular
         # solutions are added only if all exceed 1. Multiplicity 0 means unknown. A singular
         # solution of multiplicity 1 may already be included in `certified`.
-        multiples = found.multiplicities[np.count_nonzero(~singular) :]
+        multiples = solutions.multiplicities[np.count_nonzero(~singular) :]
         if all(m > 1 for m in multiples) and certified + sum(multiples) == arm.bound:
-            return result_of(problem, found, (), _method_of(every), every)
+            return result_of(problem, solutions, (), _method_of(roots), roots)
     return _searched(problem, known)
 
 
@@ -383,8 +383,8 @@ def _searched(problem: IkProblem, known: DistinctSolutions | None = None) -> IkR
     # require this only of solutions inside the limits. Beyond the limits loops seldom close, so
     # finding a solution there several times would need very many starts.
     inside = plan.limits if problem.respect_limits and robot.chain.loops else plan.unlimited
-    found, best = search(problem, inside, known)
-    return answer(problem, reached(checked, found), 'search', best=best)
+    solutions, best = search(problem, inside, known)
+    return answer(problem, reached(checked, solutions), 'search', best=best)
 
 
 def _beyond_reach(problem: IkProblem) -> IkResult | None:
@@ -395,12 +395,12 @@ def _beyond_reach(problem: IkProblem) -> IkResult | None:
     return result_of(problem, no_solutions(problem.robot), (), 'closed form')
 
 
-def _found(proved: kernel.Solutions) -> DistinctSolutions:
+def _copied(proved: kernel.Solutions) -> DistinctSolutions:
     errors = [proved.miss(k) for k in range(proved.count)]
     return DistinctSolutions(proved.q[: proved.count].copy(), np.array(errors, dtype=np.float64))
 
 
-def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
+def _single_result(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
     target, plan = problem.target, problem.plan
     method: Method = 'search' if plan.closed is None else 'closed form'
     error, motions = proved.miss(0), plan.idle
@@ -416,7 +416,7 @@ def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
         # J is nearly singular at this solution, so let `answer` check whether the solution is
         # isolated.
         inside = problem._replace(respect_limits=True)
-        return replace(answer(inside, _found(proved), method), complete='partial')
+        return replace(answer(inside, _copied(proved), method), complete='partial')
     reason = f'a solution inside the limits{not_exact(target, error)}; others were not looked for'
     solutions = solutions_of(problem, proved, True, range(1))
     return IkResult(solutions, (), 'solved', reason, method, None, 'partial')

@@ -108,18 +108,18 @@ def screws_in_frames(
         The arm with the corrections `values` built in, so that its poses are those of the
         corrected chain.
     """
-    found = error_screws(chain, values)
-    if len(found.starts) != robot.chain.elements + 1:
+    errors = error_screws(chain, values)
+    if len(errors.starts) != robot.chain.elements + 1:
         raise CalibrationError(
             f'calibration: its corrections are those of another arm; give one of {robot.name}',
             code='mismatch',
         )
     at_zero = link_frames(robot, np.zeros(robot.dof))
-    frames, screws = frames_of_elements(robot), np.empty_like(found.screws)
-    for k, (frame, start) in enumerate(zip(frames, found.starts)):
-        own = found.after == k
-        screws[own] = seen_from(inverse(at_zero[frame]) @ start, found.screws[own])
-    return frames[found.after], screws
+    frames, screws = frames_of_elements(robot), np.empty_like(errors.screws)
+    for k, (frame, start) in enumerate(zip(frames, errors.starts)):
+        mask = errors.after == k
+        screws[mask] = seen_from(inverse(at_zero[frame]) @ start, errors.screws[mask])
+    return frames[errors.after], screws
 
 
 def named_errors(robot: Robot) -> NamedErrors:
@@ -132,7 +132,7 @@ def named_errors(robot: Robot) -> NamedErrors:
     base, tool = description.base.motion.matrix, description.tool.motion.matrix
     chain = placement(arm.chain, base, tool, (count, count + len(SIX)))
     frames, screws = screws_in_frames(robot, chain, np.zeros(count + 2 * len(SIX)))
-    ends = (one for end in ENDS for one in end_parameters(end, 0))
+    ends = (parameter for end in ENDS for parameter in end_parameters(end, 0))
     gears = gear_parameters(description.joints)
     moving = joint_screws(robot)
     of_joints = [
@@ -140,12 +140,12 @@ def named_errors(robot: Robot) -> NamedErrors:
         for k, gear in enumerate(gears)
         for e in np.flatnonzero(moving.joints == gear.row).tolist()
     ]
-    own = np.array([e for _, e in of_joints], dtype=np.int64)
+    entries = np.array([e for _, e in of_joints], dtype=np.int64)
     return NamedErrors(
         (*arm.table, *ends, *gears),
-        np.concatenate([frames, moving.frames[own]]),
-        np.concatenate([screws, moving.screws[own]]),
-        np.concatenate([np.full(len(frames), -1), moving.joints[own]]),
+        np.concatenate([frames, moving.frames[entries]]),
+        np.concatenate([screws, moving.screws[entries]]),
+        np.concatenate([np.full(len(frames), -1), moving.joints[entries]]),
         np.array([*range(len(frames)), *(k for k, _ in of_joints)]),
     )
 
@@ -174,9 +174,9 @@ def joint_screws(robot: Robot) -> JointScrews:
     for k in range(robot.chain.elements):
         frame = int(of_elements[k + 1])
         for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
-            own = np.array([[0.0, 0.0, chain.by_d[e], 0.0, 0.0, chain.by_theta[e]]])
+            screw = np.array([[0.0, 0.0, chain.by_d[e], 0.0, 0.0, chain.by_theta[e]]])
             frames.append(frame)
-            screws.append(seen_from(inverse(offsets[frame]), own)[0])
+            screws.append(seen_from(inverse(offsets[frame]), screw)[0])
     return JointScrews(chain.joint, np.array(frames), np.array(screws))
 
 
@@ -184,12 +184,12 @@ def _deviations(robot: Robot, given: Mapping[str, float]) -> dict[str, float]:
     # Returns the standard deviation of each parameter by name. A standard deviation that the robot
     # file gives for a group of parameters applies to each parameter of the group.
     groups = {name: value for name, value in given.items() if name in GROUPS}
-    found = {}
+    grouped = {}
     if groups:
         table = (*parameters_of(robot).table, *gear_parameters(robot.description.joints))
-        found = {one.name: groups[one.group] for one in table if one.group in groups}
+        grouped = {entry.name: groups[entry.group] for entry in table if entry.group in groups}
     named = {name: value for name, value in given.items() if name not in groups}
-    return {name: value for name, value in {**found, **named}.items() if value > 0.0}
+    return {name: value for name, value in {**grouped, **named}.items() if value > 0.0}
 
 
 def table_errors_of(robot: Robot, uncertainty: Uncertainty | None) -> TableErrors:
@@ -211,8 +211,8 @@ def table_errors_of(robot: Robot, uncertainty: Uncertainty | None) -> TableError
     known = named_errors(robot)
     row_of = {name: k for k, name in enumerate(names)}
     at = [k for k, of in enumerate(known.of) if known.parameters[of].name in row_of]
-    own = [row_of[known.parameters[known.of[k]].name] for k in at]
-    return TableErrors(known.frames[at], known.screws[at], known.gears[at], factor[own])
+    indices = [row_of[known.parameters[known.of[k]].name] for k in at]
+    return TableErrors(known.frames[at], known.screws[at], known.gears[at], factor[indices])
 
 
 def pose_errors(
@@ -236,17 +236,17 @@ def pose_errors(
     """
     of_joints = joint_screws(robot)
     count = len(of_joints.joints)
-    every = np.concatenate([of_joints.frames, table.frames])
-    causes = np.zeros((len(every), robot.dof + table.factor.shape[1]))
+    frames = np.concatenate([of_joints.frames, table.frames])
+    causes = np.zeros((len(frames), robot.dof + table.factor.shape[1]))
     causes[:count, : robot.dof] = joints * np.eye(robot.dof)[of_joints.joints]
     causes[count:, robot.dof :] = table.factor
-    order = np.argsort(every, kind='stable')
+    order = np.argsort(frames, kind='stable')
     order = order[np.any(causes[order] != 0.0, axis=1)]
     moving = np.any(causes != 0.0, axis=0)
     return PoseErrors(
         robot.chain,
         PoseErrorTable(
-            frame=every[order],
+            frame=frames[order],
             screw=np.concatenate([of_joints.screws, table.screws])[order],
             gear=np.concatenate([np.full(count, -1), table.gears])[order],
             spread=np.ascontiguousarray(causes[np.ix_(order, moving)]),
@@ -262,16 +262,16 @@ def errors_of_file(robot: Robot) -> PoseErrors | None:
     Return the kernel's `PoseErrors` with the standard deviations of the robot file; None if the
     file has none.
     """
-    said = robot.description.uncertainty
-    if said is None:
+    uncertainty = robot.description.uncertainty
+    if uncertainty is None:
         return None
-    velocities = said.velocity_noise or (0.0,) * robot.dof
+    velocities = uncertainty.velocity_noise or (0.0,) * robot.dof
     return pose_errors(
         robot,
-        table_errors_of(robot, said),
-        np.array(said.joint_deviations),
+        table_errors_of(robot, uncertainty),
+        np.array(uncertainty.joint_deviations),
         np.array(velocities),
-        (said.floor_xyz, said.floor_rpy),
+        (uncertainty.floor_xyz, uncertainty.floor_rpy),
     )
 
 
@@ -288,6 +288,6 @@ def covariances(errors: PoseErrors, state: ToolState, axes: str = BASE) -> Float
         np.ascontiguousarray(table).reshape(count, table.shape[-1])
         for table in (state.row, state.q, qdot)
     )
-    found = np.empty((count, 2, 6, 6))
-    kernel.covariances(errors, rows, positions, rates, axes == TOOL, found)
-    return found.reshape(*state.row.shape[:-1], 2, 6, 6)
+    matrices = np.empty((count, 2, 6, 6))
+    kernel.covariances(errors, rows, positions, rates, axes == TOOL, matrices)
+    return matrices.reshape(*state.row.shape[:-1], 2, 6, 6)

@@ -100,14 +100,14 @@ class CorrectedChain:
     def _layout(self) -> _PartPlaces:
         parts = np.zeros((max(map(len, self.still)), len(self.still), 4, 4))
         parts[:, :, range(4), range(4)] = 1.0
-        found = []
+        rows = []
         for k, product in enumerate(self.still):
             for level, part in enumerate(product):
                 if isinstance(part, CorrectingMotion):
-                    found.append((level, k, part.turns, part.axis, part.column))
+                    rows.append((level, k, part.turns, part.axis, part.column))
                 else:
                     parts[level, k] = part
-        depths, places, turning, along, columns = np.reshape(found, (-1, 5)).T.astype(np.int64)
+        depths, places, turning, along, columns = np.reshape(rows, (-1, 5)).T.astype(np.int64)
         return _PartPlaces(parts, depths, places, turning > 0, along, columns)
 
 
@@ -160,9 +160,9 @@ def _stills(chain: CorrectedChain, values: Floats) -> _Stills:
     parts[depth, place, i, j] = -parts[depth, place, j, i]
     motions = np.broadcast_to(np.eye(4), parts.shape[1:])
     before = np.empty_like(parts)
-    for level, one in enumerate(parts):
+    for level, factors in enumerate(parts):
         before[level] = motions
-        motions = motions @ one
+        motions = motions @ factors
     axes, origins = before[depths, places, :3, along], before[depths, places, :3, 3]
     return _Stills(motions, places, columns, turns, axes, origins)
 
@@ -223,10 +223,10 @@ def pose_change(chain: CorrectedChain, values: Floats, q: Floats) -> PoseChange:
         if k:
             joints.append(frame)
             frame = frame @ screws[k - 1]
-        own = slice(*ends[k : k + 2])
-        R, at = frame[:, :3, :3], still.columns[own]
-        axes[:, :, at] = R @ still.axes[own].T
-        origins[:, :, at] = R @ still.origins[own].T + frame[:, :3, 3:4]
+        part = slice(*ends[k : k + 2])
+        R, at = frame[:, :3, :3], still.columns[part]
+        axes[:, :, at] = R @ still.axes[part].T
+        origins[:, :, at] = R @ still.origins[part].T + frame[:, :3, 3:4]
         frame = frame @ motion
     turns = np.zeros(count, dtype=bool)
     turns[still.columns] = still.turns

@@ -121,38 +121,37 @@ def parameters_of(robot: Robot, gears: bool = False) -> ArmParameters:
     arm = _of_rows(robot)
     if not gears:
         return arm
-    own = gear_parameters(robot.description.joints)
-    count = len(arm.table)
-    motions = tuple(corrected_chain.GearMotion(one.row, count + at) for at, one in enumerate(own))
-    return ArmParameters((*arm.table, *own), replace(arm.chain, gears=motions))
+    ratios, at = gear_parameters(robot.description.joints), len(arm.table)
+    motions = tuple(corrected_chain.GearMotion(gear.row, at + k) for k, gear in enumerate(ratios))
+    return ArmParameters((*arm.table, *ratios), replace(arm.chain, gears=motions))
 
 
 def _of_rows(robot: Robot) -> ArmParameters:
     description = robot.description
-    every = every_parameter_of(description)
+    arm = every_parameter_of(description)
     extra = tuple(
-        one.parameter.name
+        placed.parameter.name
         for row in placed_rows(description.links, description.convention)
-        for one in row
-        if one.extra
+        for placed in row
+        if placed.extra
     )
     if not extra:
-        return every
-    count = len(every.table)
-    chain = placement(every.chain, np.eye(4), np.eye(4), (count, count + 6))
-    ends = [one for end in ENDS for one in end_parameters(end, 0)]
-    J = scaled_jacobian(robot, chain, [*every.table, *ends])
-    own = [k for k, one in enumerate(every.table) if one.name not in extra]
-    U, values, _ = np.linalg.svd(J[:, [*own, *range(count, count + 12)]], full_matrices=False)
+        return arm
+    count = len(arm.table)
+    chain = placement(arm.chain, np.eye(4), np.eye(4), (count, count + 6))
+    ends = [parameter for end in ENDS for parameter in end_parameters(end, 0)]
+    J = scaled_jacobian(robot, chain, [*arm.table, *ends])
+    kept = [k for k, parameter in enumerate(arm.table) if parameter.name not in extra]
+    U, values, _ = np.linalg.svd(J[:, [*kept, *range(count, count + 12)]], full_matrices=False)
     span = U[:, values > MIN_SPAN_MOTION]
     taken = set()
-    for k, one in enumerate(every.table):
-        if one.name in extra:
-            rest = J[:, k] - span @ (span.T @ J[:, k])
-            size = float(np.linalg.norm(rest))
+    for k, parameter in enumerate(arm.table):
+        if parameter.name in extra:
+            residual = J[:, k] - span @ (span.T @ J[:, k])
+            size = float(np.linalg.norm(residual))
             if size > MIN_EXTRA_MOTION:
-                span = np.column_stack([span, rest / size])
-                taken.add(one.name)
+                span = np.column_stack([span, residual / size])
+                taken.add(parameter.name)
     return _built(description, taken)
 
 
@@ -171,7 +170,7 @@ def scaled_jacobian(
     sqrt(POSES) (RMS). R is upper triangular.
     """
     q = seeded_poses(robot.limits, robot.prismatic)[:POSES]
-    scales = np.array([one.scale for one in parameters])
+    scales = np.array([parameter.scale for parameter in parameters])
     J = corrected_chain.pose_change(chain, np.zeros(len(scales)), q).jacobian * scales
     J[:, 3:] *= robot.singularity.task.length
     if positions:
@@ -190,15 +189,17 @@ def _built(description: RobotDescription, extra: set[str] | None) -> ArmParamete
         description.links, rows, placed_rows(description.links, description.convention)
     ):
         kept = [
-            one for one in placed if not one.extra or extra is None or one.parameter.name in extra
+            entry
+            for entry in placed
+            if not entry.extra or extra is None or entry.parameter.name in extra
         ]
         first = len(table)
-        table += [one.parameter for one in kept]
+        table += [entry.parameter for entry in kept]
         motions = {
-            one.parameter.name: corrected_chain.CorrectingMotion(
-                one.parameter.angle, AXES.index(one.axis), first + k
+            entry.parameter.name: corrected_chain.CorrectingMotion(
+                entry.parameter.angle, AXES.index(entry.axis), first + k
             )
-            for k, one in enumerate(kept)
+            for k, entry in enumerate(kept)
         }
         before, after = _arranged(description.convention, link, row, kept, motions)
         still[-1] += before
@@ -224,14 +225,14 @@ def _arranged(
     # Returns the constant motions and corrections of a row of the table in two lists, before and
     # after the joint screw of the row.
     if isinstance(link, DhRow):
-        at = {one.parameter.place: motions[one.parameter.name] for one in kept}
+        at = {entry.parameter.place: motions[entry.parameter.name] for entry in kept}
         product = CONVENTIONS[convention]
         extra: list[corrected_chain.Part] = [at[place] for place in EXTRA_PLACES if place in at]
         before, after = (
-            [part for one in part_of for part in _constant(one, link, at)]
+            [part for move in part_of for part in _constant(move, link, at)]
             for part_of in (product.before_joint, product.after_joint)
         )
-        along: list[corrected_chain.Part] = [at[one.quantity] for one in product.joint_motions]
+        along: list[corrected_chain.Part] = [at[move.quantity] for move in product.joint_motions]
         if product.after_joint:
             return [*before, *along], [*after, *extra]
         return [*before, *extra, *along], after
@@ -241,8 +242,8 @@ def _arranged(
         # The row is the product of a constant matrix (key `in` of the robot file), the joint, and
         # another constant matrix. Put the corrections between the first matrix and the joint. They
         # act along and about the axes of the frame behind the first matrix.
-        rest = np.asarray(np.linalg.solve(link.inner.matrix, row.before), np.float64)
-        return [link.inner.matrix, *motions.values(), rest], [row.after]
+        remainder = np.asarray(np.linalg.solve(link.inner.matrix, row.before), np.float64)
+        return [link.inner.matrix, *motions.values(), remainder], [row.after]
     return [*motions.values(), row.before], [row.after]
 
 
@@ -259,9 +260,9 @@ def _constant(
 
 def _screws_of(rows: Sequence[Row], variables: Sequence[str]) -> corrected_chain.MovingScrews:
     thetas, ds = [row.theta for row in rows], [row.d for row in rows]
-    theta_0, d_0 = (np.array([one.constant for one in motions]) for motions in (thetas, ds))
+    theta_0, d_0 = (np.array([form.constant for form in forms]) for forms in (thetas, ds))
     by_theta, by_d = (
-        np.array([[dict(one.coefficients).get(key, 0.0) for key in variables] for one in motions])
-        for motions in (thetas, ds)
+        np.array([[dict(form.coefficients).get(key, 0.0) for key in variables] for form in forms])
+        for forms in (thetas, ds)
     )
     return corrected_chain.MovingScrews(theta_0, d_0, by_theta, by_d)

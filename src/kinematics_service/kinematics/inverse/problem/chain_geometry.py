@@ -45,9 +45,9 @@ def made_exact(screws: Screws, axes: Floats, points: Floats, coupling: Floats) -
     points.
     """
     turns = np.linalg.norm(np.cross(axes, screws.axes), axis=1)
-    ways = np.linalg.norm(np.cross(points - screws.points, screws.axes), axis=1)
-    ways[np.array(screws.slides)] = 0.0
-    off = screws.off + 2.0 * float(np.sum(turns) + np.sum(ways) / size_of(screws))
+    shifts = np.linalg.norm(np.cross(points - screws.points, screws.axes), axis=1)
+    shifts[np.array(screws.slides)] = 0.0
+    off = screws.off + 2.0 * float(np.sum(turns) + np.sum(shifts) / size_of(screws))
     return replace(screws, axes=axes, points=points, coupling=coupling, off=off)
 
 
@@ -56,30 +56,30 @@ def parallel(a: Floats, b: Floats) -> bool:
     return float(np.linalg.norm(np.cross(a, b))) < GEOMETRY_TOLERANCE
 
 
-def meeting_point(screws: Screws, which: Sequence[int]) -> Floats | None:
+def meeting_point(screws: Screws, indices: Sequence[int]) -> Floats | None:
     """
     Return the point (3,), m, at which several rotation axes intersect if all joints are at zero.
 
-    `which` has the indices of the axes. Returns None if the axes do not intersect in one point, if
-    a screw is a translation, or if neighbouring axes are parallel.
+    `indices` are those of the axes. Returns None if the axes do not intersect in one point, if a
+    screw is a translation, or if neighbouring axes are parallel.
     """
-    if any(screws.slides[k] for k in which):
+    if any(screws.slides[k] for k in indices):
         return None
-    if any(parallel(screws.axes[i], screws.axes[j]) for i, j in zip(which, which[1:])):
+    if any(parallel(screws.axes[i], screws.axes[j]) for i, j in zip(indices, indices[1:])):
         return None
     # Compute the point with the least sum of squared distances from the axes.
-    across = [np.eye(3) - np.outer(screws.axes[k], screws.axes[k]) for k in which]
+    across = [np.eye(3) - np.outer(screws.axes[k], screws.axes[k]) for k in indices]
     rows = np.vstack(across)
-    right = np.concatenate([P @ screws.points[k] for P, k in zip(across, which)])
+    right = np.concatenate([P @ screws.points[k] for P, k in zip(across, indices)])
     point = np.linalg.lstsq(rows, right, rcond=None)[0]
     miss = float(np.max(np.abs(rows @ point - right)))
     return np.asarray(point) if miss < GEOMETRY_TOLERANCE * size_of(screws) else None
 
 
-def all_parallel(screws: Screws, which: Sequence[int]) -> bool:
-    """Return whether the screws with the indices `which` are all rotations about parallel axes."""
-    first = screws.axes[which[0]]
-    return all(not screws.slides[k] and parallel(first, screws.axes[k]) for k in which)
+def all_parallel(screws: Screws, indices: Sequence[int]) -> bool:
+    """Return whether the screws with the given `indices` are all rotations about parallel axes."""
+    first = screws.axes[indices[0]]
+    return all(not screws.slides[k] and parallel(first, screws.axes[k]) for k in indices)
 
 
 def with_parallel_axes(screws: Screws) -> tuple[Screws, Floats] | None:
@@ -97,27 +97,27 @@ def with_parallel_axes(screws: Screws) -> tuple[Screws, Floats] | None:
     return in_one_direction(through(screws, (4, 5), point), (1, 2, 3)), point
 
 
-def through(screws: Screws, which: Sequence[int], point: Floats) -> Screws:
+def through(screws: Screws, indices: Sequence[int], point: Floats) -> Screws:
     """
     Return the screws with some axes shifted, so that these axes pass exactly through `point` (3,).
 
-    `which` has the indices of the shifted axes.
+    `indices` are those of the shifted axes.
     """
     points = screws.points.copy()
-    points[list(which)] = point
+    points[list(indices)] = point
     return made_exact(screws, screws.axes, points, screws.coupling)
 
 
-def in_one_direction(screws: Screws, which: Sequence[int]) -> Screws:
+def in_one_direction(screws: Screws, indices: Sequence[int]) -> Screws:
     """
     Return the screws, with several nearly parallel axes made exactly parallel.
 
-    `which` has the indices of the axes. All of them get the direction of the first one. If an axis
-    had the opposite direction, its motion changes the sign.
+    `indices` are those of the axes. All of them get the direction of the first one. If an axis had
+    the opposite direction, its motion changes the sign.
     """
     axes, coupling = screws.axes.copy(), screws.coupling.copy()
-    first = axes[which[0]]
-    for k in which[1:]:
+    first = axes[indices[0]]
+    for k in indices[1:]:
         coupling[k] = coupling[k] * np.sign(axes[k] @ first)
         axes[k] = first
     return made_exact(screws, axes, screws.points, coupling)

@@ -210,11 +210,11 @@ def _pivots(idle: Floats) -> list[int]:
     # Returns for each idle motion the index of a joint to hold, chosen by Gaussian elimination:
     # the joint that moves most in the idle motion. If several joints move equally far, the last of
     # them is chosen.
-    left, pivots = idle.copy(), []
-    for k in range(len(left)):
-        j = left.shape[1] - 1 - int(np.argmax(np.round(np.abs(left[k][::-1]), 9)))
+    rows, pivots = idle.copy(), []
+    for k in range(len(rows)):
+        j = rows.shape[1] - 1 - int(np.argmax(np.round(np.abs(rows[k][::-1]), 9)))
         pivots.append(j)
-        left[k + 1 :] -= left[k] * (left[k + 1 :, j, None] / left[k, j])
+        rows[k + 1 :] -= rows[k] * (rows[k + 1 :, j, None] / rows[k, j])
     return pivots
 
 
@@ -226,15 +226,15 @@ def _periods(screws: Screws, robot: Robot) -> Floats:
 
 def _periods_of_loops(robot: Robot) -> Floats:
     chain, table = robot.chain, robot.chain.table
-    own = [table.joint == j for j in range(robot.dof)]
-    sliding = np.array([table.by_d[entries].any() for entries in own])
+    masks = [table.joint == j for j in range(robot.dof)]
+    sliding = np.array([table.by_d[entries].any() for entries in masks])
     periodic = ~sliding & np.array(chain.closure.is_periodic(), dtype=bool)
-    return _periods_by(robot, [table.by_theta[entries] for entries in own], periodic)
+    return _periods_by(robot, [table.by_theta[entries] for entries in masks], periodic)
 
 
 def _periods_by(robot: Robot, ratios: Iterable[Floats], periodic: npt.NDArray[np.bool_]) -> Floats:
     revolute = np.array(robot.joint_types) == 'revolute'
-    turns = [_turns(own) if ends else math.inf for ends, own in zip(revolute & periodic, ratios)]
+    turns = [_turns(row) if ends else math.inf for ends, row in zip(revolute & periodic, ratios)]
     return math.tau * np.array(turns)
 
 
@@ -320,10 +320,10 @@ class SixSolver(NamedTuple):
         motion = pose @ self.home_inverse
         motion = np.ascontiguousarray(inverse(motion) if self.backwards else motion)
         if isinstance(self.form, kernel.SixJoints):
-            roots, said = np.empty((kernel.MAX_CANDIDATES, 6, 2)), np.empty(3)
-            roots = roots[: kernel.complex_solutions(self.form, motion, roots, said)]
+            roots, accuracy = np.empty((kernel.MAX_CANDIDATES, 6, 2)), np.empty(3)
+            roots = roots[: kernel.complex_solutions(self.form, motion, roots, accuracy)]
             psi = roots[np.all(np.abs(roots[:, :, 1]) < IMAGINARY_TOLERANCE, axis=1), :, 0]
-            return psi @ self.to_joints.T, 0.0 if said[2] else math.inf
+            return psi @ self.to_joints.T, 0.0 if accuracy[2] else math.inf
         psi, off = np.empty((kernel.MAX_CANDIDATES, 6)), np.empty(1)
         psi = psi[: kernel.inverse_candidates(self.form, motion, np.zeros(6), psi, off)]
         return psi @ self.to_joints.T, float(off[0])
@@ -334,19 +334,19 @@ def closed_solvers(screws: Screws) -> Iterator[SixSolver]:
     Yield solvers for the closed forms of six screws. The first solver orders the screws from base
     to tool, the second from tool to base. A solver is omitted if no closed form is known.
     """
-    ways = _closed_solver(screws, False), _closed_solver(reversed_screws(screws), True)
-    return (solver for solver in ways if solver is not None)
+    solvers = _closed_solver(screws, False), _closed_solver(reversed_screws(screws), True)
+    return (solver for solver in solvers if solver is not None)
 
 
 def _closed_solver(given: Screws, backwards: bool) -> SixSolver | None:
     point = meeting_point(given, (3, 4, 5))
     if point is not None and _solvable(given):
-        way, exact = kernel.SPHERICAL_WRIST, with_feet(through(given, (3, 4, 5), point))
-    elif found := with_parallel_axes(given):
-        way, (exact, point) = kernel.PARALLEL_AXES, found
+        kind, exact = kernel.SPHERICAL_WRIST, with_feet(through(given, (3, 4, 5), point))
+    elif aligned := with_parallel_axes(given):
+        kind, (exact, point) = kernel.PARALLEL_AXES, aligned
     else:
         return None
-    return _solver(_closed(way, exact, point, backwards), exact, backwards)
+    return _solver(_closed(kind, exact, point, backwards), exact, backwards)
 
 
 def eliminating_solver(screws: Screws, poses: Floats) -> SixSolver | None:
@@ -385,13 +385,13 @@ def as_six(robot: Robot, eliminated: bool) -> tuple[SixSolver, ...]:
         q = np.ascontiguousarray(seeded_poses(robot.limits, robot.prismatic)[:RANK_POSES])
         solver = eliminating_solver(with_turn(screws, *ADDED_AXES), forward_kinematics(robot, q))
         return () if solver is None else (solver,)
-    found: list[SixSolver | None] = []
+    forms: list[SixSolver | None] = []
     for backwards in (False, True):
         given = reversed_screws(screws) if backwards else screws
         wrist = meeting_point(given, (3, 4))
         point = given.points[4] if wrist is None else wrist
-        found += [_closed_solver(with_turn(given, axis, point), backwards) for axis in ADDED_AXES]
-    return tuple(solver for solver in found if solver is not None)
+        forms += [_closed_solver(with_turn(given, axis, point), backwards) for axis in ADDED_AXES]
+    return tuple(solver for solver in forms if solver is not None)
 
 
 @functools.lru_cache(maxsize=128)
@@ -416,15 +416,15 @@ def _solvable(screws: Screws) -> bool:
     z1, z2, z3 = first.axes[:3]
     if not parallel(z1, z2):
         return True
-    one, two = first.slides[:2]
-    same_axis = not (one or two) and np.array_equal(first.points[0], first.points[1])
-    return not (same_axis or (one and two) or parallel(z2, z3))
+    slide1, slide2 = first.slides[:2]
+    same_axis = not (slide1 or slide2) and np.array_equal(first.points[0], first.points[1])
+    return not (same_axis or (slide1 and slide2) or parallel(z2, z3))
 
 
-def _closed(way: int, form: Screws, point: Floats, backwards: bool) -> kernel.ClosedForm:
+def _closed(kind: int, form: Screws, point: Floats, backwards: bool) -> kernel.ClosedForm:
     slides = np.array(form.slides, dtype=np.float64)
     return kernel.ClosedForm(
-        way,
+        kind,
         screws=np.ascontiguousarray(np.column_stack([form.axes, form.points, slides])),
         point=np.array(point),
         home_inverse=np.ascontiguousarray(inverse(form.home)),

@@ -68,12 +68,12 @@ def _rank_of(
     psi, accuracy = np.empty((kernel.MAX_CANDIDATES, 6, 2)), np.empty(3)
     unproved, missing, worst = 0, 0, 0.0
     for T in motions:
-        found = kernel.complex_solutions(form, T, psi, accuracy)
-        if not found:
+        count = kernel.complex_solutions(form, T, psi, accuracy)
+        if not count:
             return None
         _, step, proved = accuracy.tolist()
         unproved += not proved
-        missing += max(form.bound - found, 0)
+        missing += max(form.bound - count, 0)
         worst = max(worst, step)
     return unproved, missing, worst, option
 

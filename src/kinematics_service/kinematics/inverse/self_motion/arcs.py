@@ -190,9 +190,9 @@ class IkArc(FrozenArrays):
         return float(min((at_sample, 0.5 * (a + b)), key=lambda s: cost(self.at(s))))
 
 
-def squares_of(ways: Floats) -> Floats:
+def squares_of(vectors: Floats) -> Floats:
     """
-    Return the squared norms (m,) of the rows of `ways` (m, n), in a third of the time of
+    Return the squared norms (m,) of the rows of `vectors` (m, n), in a third of the time of
     `np.linalg.norm`.
     """
-    return np.asarray(np.einsum('ij,ij->i', ways, ways))
+    return np.asarray(np.einsum('ij,ij->i', vectors, vectors))

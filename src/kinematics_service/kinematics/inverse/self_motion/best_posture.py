@@ -65,11 +65,11 @@ class BestPosture(NamedTuple):
 def _of_largest_clearance(arc: IkArc, robot: Robot, away: Cost) -> float:
     # Returns the length along the arc at the sample with the largest clearance. Evaluates about
     # CLEARANCE_SAMPLES samples of the arc, and then all samples near the best of these samples.
-    ways = COST_OF_DISTANCE * away(arc.q)
+    costs = COST_OF_DISTANCE * away(arc.q)
 
     def best(places: Integers) -> int:
-        found = clearances(robot, np.array(arc.q[places])) - ways[places]
-        return int(places[np.argmax(found)])
+        values = clearances(robot, np.array(arc.q[places])) - costs[places]
+        return int(places[np.argmax(values)])
 
     step, last = 1 + len(arc.q) // CLEARANCE_SAMPLES, len(arc.q) - 1
     k = best(np.arange(0, last + 1, step))
@@ -107,18 +107,18 @@ def best_posture(
     place = place_on_arc(robot, target, q)
     if place is None:
         return None
-    arc, here = place
-    way = CRITERIA[criterion](arc, robot, _away_from(q, arc.scales)) - here
+    arc, start = place
+    distance = CRITERIA[criterion](arc, robot, _away_from(q, arc.scales)) - start
     if arc.closed:
-        way -= arc.length * round(way / arc.length)
-    step = min(max(way, -farthest), farthest)
-    if step != way:
+        distance -= arc.length * round(distance / arc.length)
+    step = min(max(distance, -farthest), farthest)
+    if step != distance:
         # Shorten the step to at most `farthest` in several corrections, because lengths along an
         # arc have errors of 0.1 % between samples.
         for _ in range(CORRECTIONS):
-            far = float(np.linalg.norm((arc.at(here + step) - q) / arc.scales))
+            far = float(np.linalg.norm((arc.at(start + step) - q) / arc.scales))
             step *= min(1.0, farthest / far) if far > 0.0 else 1.0
-    return BestPosture(arc.at(here + step), arc, abs(way - step))
+    return BestPosture(arc.at(start + step), arc, abs(distance - step))
 
 
 def has_arcs(robot: Robot, rows: tuple[str, ...], axis: str) -> bool:
@@ -170,11 +170,11 @@ def shifted_past(arc: IkArc, q: Floats, plan: InversePlan) -> Iterator[IkArc]:
     periods = np.where(np.isfinite(plan.periods), plan.periods, 0.0)
     near = squares_of((q - arc.q - turns * periods) / plan.scales) < SAMPLE_DISTANCE**2
     ending = [arc.curve.robot.joint_names.index(end.joint) for end in arc.ends if end.joint]
-    for one in sorted(set(map(tuple, turns[near].tolist()))):
-        moved = arc.shifted_by(np.array(one) * periods)
-        if not any(one[j] for j in ending) and moved.margins().min() > -ON_ARC:
+    for shift in sorted(set(map(tuple, turns[near].tolist()))):
+        moved = arc.shifted_by(np.array(shift) * periods)
+        if not any(shift[j] for j in ending) and moved.margins().min() > -ON_ARC:
             yield moved
 
 
 def _away_from(q: Floats, scales: Floats) -> Cost:
-    return lambda one: np.linalg.norm((one - q) / scales, axis=-1)
+    return lambda posture: np.linalg.norm((posture - q) / scales, axis=-1)

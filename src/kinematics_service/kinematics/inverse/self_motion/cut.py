@@ -80,8 +80,8 @@ def _is_near(curve: SolutionCurve) -> Flags:
     q, ((low, high), periods, _) = curve.q, _counted(curve.plan)
     turned = q - periods * np.floor((q - low) / periods)
     away = np.minimum(turned - high, low + periods - turned) / curve.plan.scales
-    way = (np.abs(q[1:] - q[:-1]) / curve.plan.scales).sum(axis=1)
-    return np.asarray(np.minimum(away[:-1], away[1:]).max(axis=1) <= way)
+    motion = (np.abs(q[1:] - q[:-1]) / curve.plan.scales).sum(axis=1)
+    return np.asarray(np.minimum(away[:-1], away[1:]).max(axis=1) <= motion)
 
 
 class _CutCurve:
@@ -176,8 +176,8 @@ class _CutCurve:
         """Return the arc that consists of the pieces of `run`."""
         begin, end = self._begin(run.first), self._begin(run.first + run.pieces)
         rows = self._rows(np.arange(begin, end + 1))
-        way = rows[1:, 0] - rows[:-1, 0]
-        apart = (way > PLACE_TOLERANCE) & (rows[-1, 0] - rows[1:, 0] > PLACE_TOLERANCE)
+        gaps = rows[1:, 0] - rows[:-1, 0]
+        apart = (gaps > PLACE_TOLERANCE) & (rows[-1, 0] - rows[1:, 0] > PLACE_TOLERANCE)
         apart[-1] = True
         rows = rows[np.concatenate([[True], apart])]
         turned = self.turn * run.turns

@@ -121,8 +121,8 @@ def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm |
         return None
     to_joints = np.asarray(np.linalg.inv(screws.coupling).T[:, : robot.dof])
     arm = SlicedArm(robot, screws, to_joints, whole)
-    ways = (sliced(arm, held) for held in ((6, 0) if whole else (0,)))
-    return next((one for one in ways if one.six is not None), arm)
+    variants = (sliced(arm, held) for held in ((6, 0) if whole else (0,)))
+    return next((variant for variant in variants if variant.six is not None), arm)
 
 
 def sliced(arm: SlicedArm, held: int) -> SlicedArm:
@@ -137,7 +137,7 @@ def sliced(arm: SlicedArm, held: int) -> SlicedArm:
         return arm
     others = np.arange(len(screws.axes)) != held
     axes, points = screws.axes[others], screws.points[others]
-    slides = [one for one, other in zip(screws.slides, others) if other]
+    slides = [slide for slide, other in zip(screws.slides, others) if other]
     if not arm.whole:
         axes, points = np.vstack([axes, np.eye(3)]), np.vstack([points, [screws.tool] * 3])
         slides += [False] * 3

@@ -75,7 +75,7 @@ def runs_of(boxes: Sequence[Box], closed: bool, lap: Sequence[int]) -> Iterator[
         laps, i = divmod(k, len(boxes))
         if laps and not closed:
             return [[0, -1]] * len(lap)
-        return [[low - laps * way, high - laps * way] for (low, high), way in zip(boxes[i], lap)]
+        return [[low - laps * t, high - laps * t] for (low, high), t in zip(boxes[i], lap)]
 
     for i, common in enumerate(boxes):
         count = 1
@@ -93,8 +93,8 @@ def runs_of(boxes: Sequence[Box], closed: bool, lap: Sequence[int]) -> Iterator[
         yield PieceRun(0, len(boxes), tuple(low for low, _ in common), True, size)
 
 
-def _common(one: Box, other: Box) -> Box:
-    return [[max(a, c), min(b, d)] for (a, b), (c, d) in zip(one, other)]
+def _common(box: Box, other: Box) -> Box:
+    return [[max(a, c), min(b, d)] for (a, b), (c, d) in zip(box, other)]
 
 
 def _size(box: Box) -> int:
@@ -105,12 +105,12 @@ def _outside(box: Box, *others: Box) -> Turns:
     # Returns a vector of full turns that is in `box` and in none of the boxes `others`. A few
     # candidates for each joint's number of turns are enough: the lower end of the joint's interval
     # in `box`, and the number just above the joint's interval in each of `others`.
-    ways = [
+    choices = [
         sorted({low, *(end + 1 for _, end in beside if low <= end < high)})
         for (low, high), *beside in zip(box, *others)
     ]
     return next(
         turns
-        for turns in itertools.product(*ways)
-        if not any(all(a <= t <= b for t, (a, b) in zip(turns, one)) for one in others)
+        for turns in itertools.product(*choices)
+        if not any(all(a <= t <= b for t, (a, b) in zip(turns, other)) for other in others)
     )
