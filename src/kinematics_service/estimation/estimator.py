@@ -418,8 +418,8 @@ class Estimator:
         if not quantities:
             return answer
         joints = self.joints
-        found = {kind: self.quantity(kind).take(answer, message, joints) for kind in quantities}
-        return answer._replace(quantities=found)
+        values = {kind: self.quantity(kind).take(answer, message, joints) for kind in quantities}
+        return answer._replace(quantities=values)
 
     def accept(self, sample: JointSample) -> AcceptedMessage | RefusedMessage:
         """
@@ -532,8 +532,8 @@ class Estimator:
         velocities = doubles(sample.velocities)
         if fast := self.integration.too_fast(velocities, self.names, ours):
             return sample, RefusedMessage(outcomes.TOO_FAST, fast)
-        found = self.integration.positions(sample, velocities, self.joints, ours)
-        return (sample if found is None else sample._replace(positions=found)), None
+        positions = self.integration.positions(sample, velocities, self.joints, ours)
+        return (sample if positions is None else sample._replace(positions=positions)), None
 
     def _explained(self, refusal: RefusedMessage) -> RefusedMessage:
         if refusal is _NOT_COMPUTABLE:
@@ -566,7 +566,7 @@ class Estimator:
 
     def _bad_position(self, ours: kernel.OurJoints, positions: Floats) -> RefusedMessage:
         numbers = ((j, float(positions[index])) for j, index in zip(*ours.table))
-        j, position = next(one for one in numbers if not abs(one[1]) <= kernel.LARGEST)
+        j, position = next(pair for pair in numbers if not abs(pair[1]) <= kernel.LARGEST)
         reason = outcomes.TOO_LARGE if math.isfinite(position) else outcomes.NOT_FINITE
         return RefusedMessage(reason, f'position of joint {self.joints.names[j]!r} is {position}')
 

@@ -111,13 +111,13 @@ def messages_of(recent: Sequence[tuple[int, bytes]], now: int) -> list[JointMess
     `recent` has the time of arrival (ns) and the bytes of each message; `now` is the present time
     (ns).
     """
-    found, waiting = list[JointMessages](), [one for one in recent if now - one[0] <= WINDOW]
+    groups, waiting = list[JointMessages](), [pair for pair in recent if now - pair[0] <= WINDOW]
     for _ in range(FORM_LIMIT):
         if not waiting:
             break
         size = len(waiting[-1][1])
-        arrivals, raws = zip(*(one for one in waiting if len(one[1]) == size))
-        waiting = [one for one in waiting if len(one[1]) != size]
+        arrivals, raws = zip(*(pair for pair in waiting if len(pair[1]) == size))
+        waiting = [pair for pair in waiting if len(pair[1]) != size]
         if (columns := columns_of(raws)) is None:
             continue
         alike, names, q, qdot = columns.alike, columns.names, columns.positions, columns.velocities
@@ -126,8 +126,8 @@ def messages_of(recent: Sequence[tuple[int, bytes]], now: int) -> list[JointMess
             qdot = qdot if qdot.shape == q.shape else np.full(q.shape, np.nan)
             stamps = columns.seconds, columns.nanoseconds
             group = JointMessages(names, np.array(arrivals, dtype=np.int64), *stamps, q, qdot)
-            found.append(group.taken(alike))
-    return found
+            groups.append(group.taken(alike))
+    return groups
 
 
 def input_faults(
@@ -201,8 +201,8 @@ def zeros_of(groups: Sequence[JointMessages], names: Sequence[str]) -> tuple[int
     is the number of all messages with such joints.
     """
     values = [group.q[:, np.isin(group.names, names)] for group in groups]
-    values = [one for one in values if one.shape[1]]
-    return sum(int(np.sum(np.all(one == 0.0, axis=1))) for one in values), sum(map(len, values))
+    values = [q for q in values if q.shape[1]]
+    return sum(int(np.sum(np.all(q == 0.0, axis=1))) for q in values), sum(map(len, values))
 
 
 def _last(where: Flags) -> int:
@@ -230,11 +230,11 @@ def _stamp_fault(group: JointMessages, simulated: bool) -> str:
     if 2 * np.sum(dropped & late) > np.sum(late):
         late &= ~(dropped & _came_twice(group))
     if 2 * np.sum(dropped & late) > np.sum(late):
-        why = cause or (
+        reason = cause or (
             'their stamps are not newer than that of a message before; stamp each message with '
             'the time of its measurement; if several nodes publish, synchronize their clocks'
         )
-        return f'{int(np.sum(dropped))} of {total} dropped: {why}'
+        return f'{int(np.sum(dropped))} of {total} dropped: {reason}'
     if cause:
         return f'stamps hardly advance within a second: {cause}'
     if (pace := 1.0 if simulated else _pace(group)) != 1.0:
@@ -257,7 +257,7 @@ def _came_twice(group: JointMessages) -> Flags:
     # Returns for each message whether exactly one other message has equal stamp and numbers. A
     # relay of the topic sends such copies.
     columns = zip(group.stamps, group.q, group.qdot)
-    messages = [b''.join(one.tobytes() for one in row) for row in columns]
+    messages = [b''.join(value.tobytes() for value in row) for row in columns]
     counts = Counter(messages)
     return np.array([counts[message] == 2 for message in messages])
 
@@ -299,10 +299,10 @@ def _motion_faults(
 ) -> Iterator[str]:
     places = {name: group.names.index(name) for name in ours if name in group.names}
     sizes = [np.abs(values[:, list(places.values())]) for values in (group.q, group.qdot)]
-    known, told = (np.all(values <= LARGEST, axis=1) for values in sizes)
+    known, usable = (np.all(values <= LARGEST, axis=1) for values in sizes)
     # Replace all velocities of a message by NaN if one of its velocities is not usable, because
     # the estimator uses either all velocities of a message or none.
-    group = group._replace(qdot=np.where(reported & told[:, None], group.qdot, np.nan))
+    group = group._replace(qdot=np.where(reported & usable[:, None], group.qdot, np.nan))
     unstamped = group.stamps[-1] == 0
     group = group.taken(known & (unstamped | _advances(group.stamps)))
     times = group.arrivals if unstamped else group.stamps
@@ -327,15 +327,15 @@ def _motion_faults(
         text = motion_checks.contradiction(t, q, qdot, float(tolerances[k]), unit)
         # If the reported velocities contradict the positions, do not use them in the search for
         # jumps.
-        found = motion_checks.jumps(robot, j, t, q, np.nan * qdot if text else qdot)
-        if len(found):
-            steps[name] = np.diff(q)[found]
+        jumps = motion_checks.jumps(robot, j, t, q, np.nan * qdot if text else qdot)
+        if len(jumps):
+            steps[name] = np.diff(q)[jumps]
         elif text:
             contrary.append(f'that of {name} is {text}')
         elif speed > SPEED_TOLERANCE * limit:
             fast.append(f'{name} at {speed:.3g} {unit}/s, {speed / limit:.3g} times its limit')
     if steps:
-        largest = {name: float(found[np.argmax(np.abs(found))]) for name, found in steps.items()}
+        largest = {name: float(jumps[np.argmax(np.abs(jumps))]) for name, jumps in steps.items()}
         name = max(largest, key=lambda name: abs(largest[name]))
         yield (
             f'positions jump: {sum(map(len, steps.values()))} steps of {", ".join(steps)} in '
@@ -360,12 +360,12 @@ def _mimic_faults(
         for group in groups:
             if not set(pair) <= set(group.names):
                 continue
-            q, driven = (group.q[:, group.names.index(one)] for one in pair)
+            q, driven = (group.q[:, group.names.index(joint)] for joint in pair)
             formula, t = multiplier * driven + offset, 1e-9 * (group.arrivals - group.arrivals[0])
             # Evaluate the formula of the mimic joint at earlier times, because the mimic joint may
             # lag behind the joint that it follows.
             past = [np.interp(t - lag, t, formula) for lag in MIMIC_LAGS]
-            if min(np.median(np.abs(q - one)) for one in past) > POSITION_TOLERANCE[slides]:
+            if min(np.median(np.abs(q - lagged)) for lagged in past) > POSITION_TOLERANCE[slides]:
                 unit = 'm' if slides else 'rad'
                 factor = {1.0: '', -1.0: '-'}.get(multiplier, f'{multiplier:g} * ')
                 shift = f' {"-" if offset < 0.0 else "+"} {abs(offset):g}' if offset else ''

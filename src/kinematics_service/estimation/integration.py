@@ -48,12 +48,12 @@ class Integration:
         Return the largest standard deviation of an integrated position, rad or m; None without
         `velocity_noise` in the robot file.
         """
-        said = robot.description.uncertainty
-        if said is None or said.velocity_noise is None:
+        uncertainty = robot.description.uncertainty
+        if uncertainty is None or uncertainty.velocity_noise is None:
             return None
         # The velocity errors of messages are taken as independent, so the variances of the
         # positions add up.
-        return float(np.max(np.array(said.velocity_noise) * np.sqrt(self._squares)))
+        return float(np.max(np.array(uncertainty.velocity_noise) * np.sqrt(self._squares)))
 
     def forget(self, joints: slice | Integers = slice(None)) -> None:
         """
@@ -105,11 +105,11 @@ class Integration:
         if steps.max() * 1e9 > memory.timeout or len(velocities) != len(sample.names):
             return None
         now, before = velocities[places], columns.velocity[joints]
-        found = np.zeros(len(sample.names))
+        positions = np.zeros(len(sample.names))
         mean = 0.5 * (now + np.where(np.abs(before) <= self._fastest[joints], before, now))
-        found[places] = columns.position[joints] + mean * steps
-        if not all(map(math.isfinite, found[places])):
+        positions[places] = columns.position[joints] + mean * steps
+        if not all(map(math.isfinite, positions[places])):
             return None
         self._seconds[joints] += steps
         self._squares[joints] += steps * steps
-        return found
+        return positions

@@ -128,27 +128,27 @@ class NamedJoints(JointMemory):
     def joints_in(self, names: Sequence[str]) -> MessageJoints:
         """Return the indices of the arm's joints in a message with the joint names `names`."""
         key = tuple(names)
-        found = self._lists.get(key)
-        if found is not None:
-            return found
+        entry = self._lists.get(key)
+        if entry is not None:
+            return entry
         indices = [index for index, name in enumerate(key) if name in self._index]
         named = [key[index] for index in indices]
         joints = np.array([self._index[name] for name in named], dtype=np.int64)
         ours = OurJoints(joints, np.array(indices, dtype=np.int64))
         duplicates = (name for k, name in enumerate(named) if named.index(name) < k)
-        found = MessageJoints(ours, tuple(duplicates))
+        entry = MessageJoints(ours, tuple(duplicates))
         if len(self._lists) >= MAX_LISTS:
             self._lists.pop(next(iter(self._lists)))
         if len(key) <= 8 * len(self.names) + 256:  # do not cache huge lists
-            self._lists[key] = found
-        return found
+            self._lists[key] = entry
+        return entry
 
     def unmatched(self) -> tuple[tuple[str, ...], ...]:
         """
         Return the joint-name lists of the messages if none of the lists names a joint of the arm.
         Returns an empty tuple otherwise.
         """
-        has_ours = any(found.ours.count for found in self._lists.values())
+        has_ours = any(entry.ours.count for entry in self._lists.values())
         return () if has_ours else tuple(self._lists)
 
     def newest(self) -> int | None:

@@ -78,9 +78,9 @@ def joints_in_words(names: Sequence[str], motion: Floats) -> str:
         return 'no joint'
     flip = math.copysign(1.0, float(motion[int(np.argmax(np.abs(motion)))]))
     text = ''
-    for name, share in zip(names, motion * flip):
-        if abs(share) > NEGLIGIBLE_RATIO * largest:
-            sign = '-' if share < 0.0 else '+'
+    for name, change in zip(names, motion * flip):
+        if abs(change) > NEGLIGIBLE_RATIO * largest:
+            sign = '-' if change < 0.0 else '+'
             text += f' {sign} {name}' if text or sign == '-' else name
     return text.strip()
 
@@ -139,7 +139,7 @@ def singularity_status(
         sentence = f'{_head(robot, singularity, level, loop)}: {named}{shown}{volume}; {meaning}'
         if tendency in ('towards', 'away'):
             sentence += f'; moving {tendency}' + (' from it' if tendency == 'away' else ' it')
-    out = ' '.join(f'{name}={share:+.3f}' for name, share in zip(names, singularity.way_out))
+    out = ' '.join(f'{name}={change:+.3f}' for name, change in zip(names, singularity.way_out))
     values = [
         ('robot', robot.name),
         ('measure', measure.name),
@@ -194,11 +194,11 @@ def _head(robot: Robot, singularity: Singularity, level: Level, loop: str) -> st
             f'nearly singular: condition number {condition:.3g}, no singular pose found within '
             f'{thresholds.warn:g} rad'
         )
-    what = 'a singularity'
+    subject = 'a singularity'
     if robot.loop_names:
-        what = flat_position(loop) if loop else 'a singularity of the arm'
+        subject = flat_position(loop) if loop else 'a singularity of the arm'
     at = 'at' if level == Level.ERROR else 'near'
-    return f'{at} {what}'
+    return f'{at} {subject}'
 
 
 def _loop_values(robot: Robot, singularity: Singularity, loop: str) -> Iterator[tuple[str, str]]:
@@ -237,7 +237,7 @@ def _factor_values(
         return []
     k = factors.nearest
     motion = ' '.join(
-        f'{name}={share:+.4f}' for name, share in zip(names, factors.motions[k]) if share != 0.0
+        f'{name}={change:+.4f}' for name, change in zip(names, factors.motions[k]) if change != 0.0
     )
     return [
         ('factor', factors.names[k]),
@@ -265,12 +265,12 @@ def structure_in_words(robot: Robot) -> str:
     if not task.structurally_deficient:
         return ''
     full = min(len(task.rows), robot.dof)
-    who = (
+    cause = (
         f'joints {", ".join(task.dependent_joints)} work against each other at every pose'
         if task.dependent_joints
         else f'the rows {" ".join(task.rows)} are never independent'
     )
-    return f'{who}: rank {task.generic_rank} of {full} at best'
+    return f'{cause}: rank {task.generic_rank} of {full} at best'
 
 
 def stale_status(robot: Robot, sentence: str) -> StatusText:
