@@ -73,8 +73,8 @@ def new_file(path: Path) -> Iterator[Path]:
         The file cannot be written.
     """
     try:
-        with tempfile.TemporaryDirectory(prefix='.kinematics_service.', dir=_folder(path)) as own:
-            made = Path(own) / 'made'
+        with tempfile.TemporaryDirectory(prefix='.kinematics_service.', dir=_folder(path)) as temp:
+            made = Path(temp) / 'made'
             yield made
             # Open for writing, because Windows refuses fsync otherwise.
             with made.open('rb+') as stream:
@@ -92,18 +92,18 @@ def unwritable(path: Path) -> str | None:
     The function writes nothing.
     """
     try:
-        found = _found(path)
+        status = _status_of(path)
         folder = _target(path).parent
-        if found is None and not os.access(folder, os.W_OK):
+        if status is None and not os.access(folder, os.W_OK):
             return f'the folder {folder} cannot be written to'
-        if found is not None and not os.access(path, os.W_OK):
+        if status is not None and not os.access(path, os.W_OK):
             return f'{path} cannot be written to'
     except OSError as error:
         return f'{path}: {error.strerror}'
     return None
 
 
-def _found(path: Path) -> os.stat_result | None:
+def _status_of(path: Path) -> os.stat_result | None:
     # Return the status of the file at `path`. Return None if the file, or the target of a symbolic
     # link, does not exist.
     try:
@@ -120,59 +120,59 @@ def _folder(path: Path) -> Path | None:
     # Return the folder in which the temporary file is made. If the temporary file can replace the
     # old file by a rename, return the folder of `path`. Otherwise return None, which means the
     # system's folder for temporary files.
-    found, folder = _found(path), _target(path).parent
-    beside = found is None or (_may_be_replaced(path, found) and os.access(folder, os.W_OK))
+    status, folder = _status_of(path), _target(path).parent
+    beside = status is None or (_may_be_replaced(path, status) and os.access(folder, os.W_OK))
     return folder if beside else None
 
 
-def _may_be_replaced(path: Path, found: os.stat_result) -> bool:
-    if not stat.S_ISREG(found.st_mode) or found.st_nlink > 1 or _stream(found) is not None:
+def _may_be_replaced(path: Path, status: os.stat_result) -> bool:
+    if not stat.S_ISREG(status.st_mode) or status.st_nlink > 1 or _stream(status) is not None:
         return False
     # A symbolic link in /proc may lead to a file without a name, which cannot be replaced.
-    there = _found(_target(path))
-    return there is not None and os.path.samestat(found, there)
+    target = _status_of(_target(path))
+    return target is not None and os.path.samestat(status, target)
 
 
-def _stream(found: os.stat_result) -> int | None:
+def _stream(status: os.stat_result) -> int | None:
     for number in STREAMS:
         with suppress(OSError):  # standard output or standard error may be closed
-            if os.path.samestat(found, os.fstat(number)):
+            if os.path.samestat(status, os.fstat(number)):
                 return number
     return None
 
 
 def _put(made: Path, path: Path) -> None:
-    found = _found(path)
-    if found is None:
+    status = _status_of(path)
+    if status is None:
         os.replace(made, _target(path))
-    elif not _may_be_replaced(path, found):
-        _pour(made, path, found)
+    elif not _may_be_replaced(path, status):
+        _pour(made, path, status)
     elif not os.access(path, os.W_OK):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     else:
         try:
             if hasattr(os, 'chown'):  # Windows has no chown
-                os.chown(made, found.st_uid, found.st_gid)
-            made.chmod(stat.S_IMODE(found.st_mode) & 0o777)
+                os.chown(made, status.st_uid, status.st_gid)
+            made.chmod(stat.S_IMODE(status.st_mode) & 0o777)
             os.replace(made, _target(path))
         except OSError as error:
             if error.errno not in OVERWRITE_ERRORS:
                 raise
-            _pour(made, path, found)
+            _pour(made, path, status)
 
 
-def _pour(made: Path, path: Path, found: os.stat_result) -> None:
-    number = _stream(found)
+def _pour(made: Path, path: Path, status: os.stat_result) -> None:
+    number = _stream(status)
     if number is not None:
         sys.stdout.flush()  # `path` is a stream of this process, so write its buffered text first
     # Open the file without O_TRUNC and O_CREAT. If the disk is full, O_TRUNC would lose the old
     # content. Systems refuse O_CREAT for pipes of other users.
     handle = os.open(path, OPEN_FLAGS) if number is None else os.dup(number)
     with made.open('rb') as content, os.fdopen(handle, 'wb') as stream:
-        whole = number is None and stat.S_ISREG(found.st_mode)
+        whole = number is None and stat.S_ISREG(status.st_mode)
         size = made.stat().st_size
         if whole:
-            _reserve(stream, size, found.st_size)
+            _reserve(stream, size, status.st_size)
         shutil.copyfileobj(content, stream)
         if whole:
             stream.truncate(size)

@@ -152,7 +152,7 @@ def attributes(thing: object, *names: str) -> dict[str, Any]:
 
 
 @contextmanager
-def working(what: str) -> Iterator[Callable[[str], None]]:
+def working(text: str) -> Iterator[Callable[[str], None]]:
     """
     Show a status line on a terminal during the block; yield a function that changes the line.
     """
@@ -160,5 +160,5 @@ def working(what: str) -> Iterator[Callable[[str], None]]:
     if not console.is_terminal:
         yield lambda _: None
         return
-    with console.status(what) as status:
+    with console.status(text) as status:
         yield status.update

@@ -140,10 +140,10 @@ def rotation_vector(R: Floats) -> Floats:
     return vectors
 
 
-def apart(one: Floats, other: Floats) -> tuple[Floats, Floats]:
+def apart(poses: Floats, others: Floats) -> tuple[Floats, Floats]:
     """Return the distances (...,), m, and the angles (...,), rad, between poses (..., 4, 4)."""
-    R = one[..., :3, :3] @ np.swapaxes(other[..., :3, :3], -1, -2)
-    distances = np.linalg.norm(one[..., :3, 3] - other[..., :3, 3], axis=-1)
+    R = poses[..., :3, :3] @ np.swapaxes(others[..., :3, :3], -1, -2)
+    distances = np.linalg.norm(poses[..., :3, 3] - others[..., :3, 3], axis=-1)
     return distances, np.asarray(np.linalg.norm(rotation_vector(R), axis=-1))
 
 

@@ -43,7 +43,7 @@ def plain_signs(text: str) -> str:
     """
     if text.isascii():
         return text
-    text = _STYLED.sub(lambda found: unicodedata.normalize('NFKC', found[0]), text)
+    text = _STYLED.sub(lambda match: unicodedata.normalize('NFKC', match[0]), text)
     return text.translate(SIGNS)
 
 
@@ -80,9 +80,9 @@ def linear_text(terms: Iterable[tuple[float, str]]) -> str:
     return f'-{text[3:]}' if text.startswith(' -') else text[3:]
 
 
-def listed(names: Sequence[str], most: int, between: str = ', ') -> str:
+def listed(names: Sequence[str], limit: int, between: str = ', ') -> str:
     """
-    Return the first `most` names and the number of other names as text, such as `a, b and 3 more`.
+    Return the first `limit` names and the number of other names as text: `a, b and 3 more`.
     """
-    more = len(names) - most
-    return between.join(names[:most]) + (f' and {more} more' if more > 0 else '')
+    more = len(names) - limit
+    return between.join(names[:limit]) + (f' and {more} more' if more > 0 else '')
