@@ -18,6 +18,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
@@ -41,6 +42,11 @@ PAGES = sorted(
     for page in [*DOCS.rglob('*.md'), ROOT / 'CONTRIBUTING.md', ROOT / 'README.md']
 )
 RUN = ['python', '-m', 'kinematics_service']
+WITH_EXAMPLES = [
+    '.'.join(file.relative_to(PACKAGE.parent).with_suffix('').parts)
+    for file in sorted(PACKAGE.rglob('*.py'))
+    if '>>> ' in file.read_text(encoding='utf-8')
+]
 BLOCK = re.compile(
     r'(?:^<!-- (?P<comment>[^\n]*) -->\n)?'
     r'^```(?:\{code-block\} )?(?P<language>\w+)\n(?P<body>.*?)^```$',
@@ -243,6 +249,12 @@ def run_doctest(names, block, page):
     runner.run(test, out=said.append, clear_globs=False)
     assert runner.failures == 0, ''.join(said)
     names.update(test.globs)
+
+
+@pytest.mark.parametrize('module', WITH_EXAMPLES)
+def test_the_examples_of_docstrings_are_true(module):
+    failed, tried = doctest.testmod(import_module(module), optionflags=doctest.ELLIPSIS)
+    assert (failed, tried > 0) == (0, True)
 
 
 def test_every_indented_command_line_of_the_readme_can_be_given():

@@ -152,12 +152,12 @@ def pseudo_inverse(
 
     Examples
     --------
-    With the elbow at 90 degrees the first joint alone moves the tool along x.
+    With the elbow at 90 degrees the second joint alone moves the tool along x.
 
     >>> import kinematics_service as ks
     >>> inverse = ks.pseudo_inverse('planar_2r', [0, 1.5707963267948966])
     >>> (inverse.matrix @ [1.0, 0.0]).round(9).tolist(), float(inverse.damping)
-    ([-1.0, 0.0], 0.0)
+    ([0.0, -1.0], 0.0)
     """
     robot = as_robot(robot)
     task = task_of(robot, rows, of)
