@@ -46,15 +46,15 @@ class JudgedFit(NamedTuple):
     gear ratios were fitted.
     """
 
-    found: Calibration
+    result: Calibration
     whole: bool
 
     @property
     def limit(self) -> PoseLimit:
         """Return the largest accepted RMS errors of position (m) and rotation (rad)."""
         limit = FrameLimits().warn if self.whole else EXPLAINED
-        left = (NOISE_RATIO * math.sqrt(3) * one for one in self.found.instrument or (0.0, 0.0))
-        return PoseLimit(*map(max, zip(limit, left)))
+        bounds = (NOISE_RATIO * math.sqrt(3) * s for s in self.result.instrument or (0.0, 0.0))
+        return PoseLimit(*map(max, zip(limit, bounds)))
 
     @property
     def contradicting(self) -> Flags:
@@ -62,32 +62,32 @@ class JudgedFit(NamedTuple):
         Return flags (N,), one for each measured row: True for an outlier whose error is above
         `limit`.
         """
-        far = np.linalg.norm(self.found.remainders, axis=2) > self.limit
-        return np.asarray(~self.found.used & np.any(far, axis=1))
+        far = np.linalg.norm(self.result.remainders, axis=2) > self.limit
+        return np.asarray(~self.result.used & np.any(far, axis=1))
 
     @property
     def many_out(self) -> bool:
         """Return whether more than a tenth of the measured rows were left out as outliers."""
-        return len(self.found.outliers) > OUTLIER_SHARE * self.found.count
+        return len(self.result.outliers) > OUTLIER_SHARE * self.result.count
 
 
 def refusals_of(fit: JudgedFit) -> tuple[str, ...]:
     """Return a sentence for each reason to refuse the calibration; empty if it is accepted."""
-    found, out, reasons = fit.found, fit.contradicting, list[str]()
-    if np.sum(out) > OUTLIER_SHARE * found.count:
+    result, out, reasons = fit.result, fit.contradicting, list[str]()
+    if np.sum(out) > OUTLIER_SHARE * result.count:
         reasons.append(
-            f'{np.sum(out)} of {found.count} {found.rows} contradict the arm: that is more than a '
-            'tenth, too many for outliers'
+            f'{np.sum(out)} of {result.count} {result.rows} contradict the arm: that is more than '
+            'a tenth, too many for outliers'
         )
-    if by_joint := _by_joint(found, out):
+    if by_joint := _by_joint(result, out):
         reasons.append(by_joint)
-    errors = (found.with_outliers if reasons or fit.many_out else found.without).after
+    errors = (result.with_outliers if reasons or fit.many_out else result.without).after
     remaining = list(zip(errors.rms, fit.limit, (length_in_words, angle_in_words)))
-    for rms, limit, words in remaining[: 1 if found.positions else 2]:
+    for rms, limit, words in remaining[: 1 if result.positions else 2]:
         if rms >= limit:
             least = words(limit)
             reasons.append(f'{words(rms)} remain (rms), where less than {least} is required')
-    return tuple(reasons) or ((found.worse,) if found.worse else ())
+    return tuple(reasons) or ((result.worse,) if result.worse else ())
 
 
 def noise_remarks(fit: JudgedFit) -> Iterator[str]:
@@ -97,31 +97,31 @@ def noise_remarks(fit: JudgedFit) -> Iterator[str]:
     outliers.
     """
     if fit.many_out and not np.any(fit.contradicting):
-        position, angle = (one / math.sqrt(3) for one in fit.found.with_outliers.after.rms)
-        turned = '' if fit.found.positions else f',{math.degrees(angle):.1g}deg'
+        position, angle = (rms / math.sqrt(3) for rms in fit.result.with_outliers.after.rms)
+        turned = '' if fit.result.positions else f',{math.degrees(angle):.1g}deg'
         yield (
-            f'{len(fit.found.outliers)} of {fit.found.count} {fit.found.rows} are left out, '
+            f'{len(fit.result.outliers)} of {fit.result.count} {fit.result.rows} are left out, '
             f'though audit accepts each: --noise {1000 * position:.1g}mm{turned} takes them in'
         )
 
 
-def _by_joint(found: Calibration, out: Flags) -> str:
+def _by_joint(result: Calibration, out: Flags) -> str:
     # Return a sentence if the outliers lie in one part of the range of a joint; else an empty
     # text. Let q be the positions of a joint in all rows, m the median of q, and x the position of
     # the joint in one outlier. Test three parts of the range for each joint and each outlier:
     # q >= x, q <= x, and |q - m| >= |x - m|. Count the outliers in each part. Then compute the
     # probability of this count or a larger one if outliers are spread at random over the rows.
-    left, count, rows = int(np.sum(out)), len(out), found.rows
-    if left < MIN_POSES or left == count:
+    outliers, count, rows = int(np.sum(out)), len(out), result.rows
+    if outliers < MIN_POSES or outliers == count:
         return ''
-    least_likely, tests = (TEST_LEVEL, ''), 3 * found.q.shape[1] * left
-    for name, slides, q in zip(found.robot.joint_names, found.robot.prismatic, found.q.T):
+    least_likely, tests = (TEST_LEVEL, ''), 3 * result.q.shape[1] * outliers
+    for name, slides, q in zip(result.robot.joint_names, result.robot.prismatic, result.q.T):
         middle, words = float(np.median(q)), length_in_words if slides else angle_in_words
         for side, values in (('above', q), ('below', -q), ('away', np.abs(q - middle))):
             for value in np.unique(values[out]).tolist():
                 beyond = values >= value
                 drawn, both = int(np.sum(beyond)), int(np.sum(beyond & out))
-                chance = tests * _by_chance(count, left, drawn, both)
+                chance = tests * _by_chance(count, outliers, drawn, both)
                 if chance < least_likely[0]:
                     where = f'{side} {words(value if side == "above" else -value)}'
                     if side == 'away':
@@ -133,28 +133,28 @@ def _by_joint(found: Calibration, out: Flags) -> str:
     )
 
 
-def _by_chance(count: int, left: int, drawn: int, found: int) -> float:
-    # `left` of `count` measured rows are outliers. Choose `drawn` of all rows at random. Return
-    # the probability that at least `found` of the chosen rows are outliers (hypergeometric
+def _by_chance(count: int, outliers: int, drawn: int, both: int) -> float:
+    # `outliers` of `count` measured rows are outliers. Choose `drawn` of all rows at random.
+    # Return the probability that at least `both` of the chosen rows are outliers (hypergeometric
     # distribution).
     ways = (
-        math.comb(left, k) * math.comb(count - left, drawn - k)
-        for k in range(found, min(left, drawn) + 1)
+        math.comb(outliers, k) * math.comb(count - outliers, drawn - k)
+        for k in range(both, min(outliers, drawn) + 1)
     )
     return sum(ways) / math.comb(count, drawn)
 
 
-def joint_remarks(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
+def joint_remarks(robot: Robot, problem: FitProblem, identified: Identified) -> Iterator[str]:
     """
     Yield remarks on joints: a sentence if joints move too little, and a sentence if the residuals
     depend on the position of a joint.
     """
-    yield from _nearly_still(robot, problem, found)
-    if not any(one.group == GEARS for one in problem.parameters):
-        yield from _by_gear(robot, problem, found)
+    yield from _nearly_still(robot, problem, identified)
+    if not any(parameter.group == GEARS for parameter in problem.parameters):
+        yield from _by_gear(robot, problem, identified)
 
 
-def _nearly_still(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
+def _nearly_still(robot: Robot, problem: FitProblem, identified: Identified) -> Iterator[str]:
     # Yield a sentence that names the joints which move too little. If the axis of a revolute joint
     # has the position error e (m), a turn by d (rad) causes the position error e * d of the tool.
     # If the axis of a prismatic joint has the direction error e (rad), a slide by d (m) causes the
@@ -162,11 +162,11 @@ def _nearly_still(robot: Robot, problem: FitProblem, found: Identified) -> Itera
     # square root of the sum of d^2 over the used rows. Then the fit estimates e with the standard
     # deviation s = noise / D, where the noise is that of a measured position. Let u be the usual
     # size of e. The joint is named if s > u / MIN_DEVIATION_RATIO.
-    q = problem.given.q[found.used]
+    q = problem.given.q[identified.used]
     seen = np.linalg.norm(q - np.mean(q, axis=0), axis=0)
     usual = np.where(robot.prismatic, float(ANGLE), LENGTH)
     named = []
-    for j in np.flatnonzero(usual * seen < MIN_DEVIATION_RATIO * found.noise.position):
+    for j in np.flatnonzero(usual * seen < MIN_DEVIATION_RATIO * identified.noise.position):
         words = length_in_words if robot.prismatic[j] else angle_in_words
         named.append(f'{robot.joint_names[j]} (by {words(float(np.ptp(q[:, j])))})')
     if named:
@@ -177,14 +177,14 @@ def _nearly_still(robot: Robot, problem: FitProblem, found: Identified) -> Itera
         )
 
 
-def _by_gear(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
+def _by_gear(robot: Robot, problem: FitProblem, identified: Identified) -> Iterator[str]:
     # The derivative of a pose by a gear ratio equals the derivative of the pose by the joint
     # position, multiplied by the joint position.
-    moves = problem.moves_with_joints(found.values) * problem.given.q[:, None, None, :]
+    moves = problem.moves_with_joints(identified.values) * problem.given.q[:, None, None, :]
     shown = np.any(moves != 0.0, axis=(0, 1, 2))
     joints = np.flatnonzero(shown)
-    shares, deviations = one_more(problem, found, moves[..., joints])
-    scores = normal_scores(np.abs(np.divide(shares, deviations)), found.freedom)
+    shares, deviations = one_more(problem, identified, moves[..., joints])
+    scores = normal_scores(np.abs(np.divide(shares, deviations)), identified.freedom)
     best = int(np.argmax(scores))
     # The score test is two-sided. Divide its significance level by the number of joints
     # (Bonferroni).

@@ -97,7 +97,7 @@ class BoardViews(FrozenArrays):
         Return the standard deviation (px) of one coordinate of a corner in the images, estimated
         from the corner residuals.
         """
-        free = sum(2 * len(one.points) - 6 for one in self.seen)
+        free = sum(2 * len(corners.points) - 6 for corners in self.seen)
         return float(np.sqrt(np.sum(self.squares) / free))
 
     @property
@@ -138,7 +138,7 @@ class BoardViews(FrozenArrays):
     def _covariances(self, poses: Floats, seen: Iterable[SeenCorners]) -> Floats:
         # Return the covariance (6, 6) of each of N poses of the board, if the corners have a noise
         # of one pixel.
-        moves = (moved(self.camera, *one) for one in zip(poses, seen))
+        moves = (moved(self.camera, *pair) for pair in zip(poses, seen))
         return np.array([np.linalg.inv(J.T @ J) for _, J in moves])
 
     @property
@@ -166,7 +166,7 @@ class BoardViews(FrozenArrays):
     @property
     def _whole(self) -> SeenCorners:
         # Return the corners of the image with most corners.
-        return max(self.seen, key=lambda one: len(one.points))
+        return max(self.seen, key=lambda corners: len(corners.points))
 
     def are_in_view(self, poses: Floats) -> Flags:
         """
@@ -203,8 +203,8 @@ class BoardViews(FrozenArrays):
         predicted = self.poses.copy()
         predicted[:, :3, 3] -= remainders[:, 0]
         predicted[:, :3, :3] = exponential(-remainders[:, 1]) @ predicted[:, :3, :3]
-        left = (moved(self.camera, *one)[0] for one in zip(predicted, self.seen))
-        return np.array([np.sqrt(np.mean(np.sum(one**2, axis=1))) for one in left])
+        residuals = (moved(self.camera, *pair)[0] for pair in zip(predicted, self.seen))
+        return np.array([np.sqrt(np.mean(np.sum(residual**2, axis=1))) for residual in residuals])
 
 
 def moved(camera: Intrinsics, pose: Floats, seen: SeenCorners) -> tuple[Floats, Floats]:
@@ -227,18 +227,18 @@ def board_poses(camera: Intrinsics, seen: SeenCorners) -> list[BoardPose]:
     cv2 = opencv()
     given = seen.points, seen.pixels, camera.matrix, camera.distortion
     _, turns, places, _ = cv2.solvePnPGeneric(*given, flags=cv2.SOLVEPNP_IPPE)
-    found = []
+    fits = []
     for turn, place in zip(turns, places):
         turn, place = cv2.solvePnPRefineLM(*given, turn, place, REFINED)
         pose = np.eye(4)
         pose[:3, :3], pose[:3, 3] = cv2.Rodrigues(turn)[0], place[:, 0]
-        found.append(BoardPose(pose, float(np.sum(moved(camera, pose, seen)[0] ** 2))))
-    best, *others = sorted(found, key=lambda one: one.squares)
+        fits.append(BoardPose(pose, float(np.sum(moved(camera, pose, seen)[0] ** 2))))
+    best, *others = sorted(fits, key=lambda fit: fit.squares)
     free = 2 * len(seen.points) - 6
-    most = best.squares * (1.0 + POSE_DEVIATIONS**2 / free)
-    turned = apart(best.pose[None], np.array([one.pose for one in [best, *others]]))[1][1:]
+    limit = best.squares * (1.0 + POSE_DEVIATIONS**2 / free)
+    turned = apart(best.pose[None], np.array([fit.pose for fit in [best, *others]]))[1][1:]
     rivals = zip(others, turned)
-    return [best, *(one for one, w in rivals if one.squares < most and w > MIN_CHANGE)]
+    return [best, *(fit for fit, w in rivals if fit.squares < limit and w > MIN_CHANGE)]
 
 
 def board_views(
@@ -266,29 +266,29 @@ def board_views(
     CalibrationError
         Fewer than three images determine a pose of the board.
     """
-    given = {k: one for k, one in enumerate(seen) if isinstance(one, SeenCorners)}
-    left_out = [f'{names[k]}: {one}' for k, one in enumerate(seen) if isinstance(one, str)]
-    found = {k: board_poses(intrinsics, one) for k, one in given.items()}
-    sure = [k for k, one in found.items() if len(one) == 1]
-    if len(sure) < len(found):
+    given = {k: view for k, view in enumerate(seen) if isinstance(view, SeenCorners)}
+    left_out = [f'{names[k]}: {text}' for k, text in enumerate(seen) if isinstance(text, str)]
+    fits = {k: board_poses(intrinsics, view) for k, view in given.items()}
+    sure = [k for k, group in fits.items() if len(group) == 1]
+    if len(sure) < len(fits):
         if len(sure) < MIN_POSES:
-            left_out += [f'{names[k]}: {TOO_FLAT}' for k in found if k not in sure]
-            found = {k: found[k] for k in sure}
+            left_out += [f'{names[k]}: {TOO_FLAT}' for k in fits if k not in sure]
+            fits = {k: fits[k] for k in sure}
         else:
-            found = _decided(robot, q, found, sure, camera)
-    if len(found) < MIN_POSES:
+            fits = _decided(robot, q, fits, sure, camera)
+    if len(fits) < MIN_POSES:
         raise CalibrationError(
-            f'{len(found)} of {len(seen)} images tell where the board is: at least {MIN_POSES} '
+            f'{len(fits)} of {len(seen)} images tell where the board is: at least {MIN_POSES} '
             f'are needed. {_named(left_out)}',
             code='too-few',
         )
-    poses, squares = (np.array(values) for values in zip(*(one[0] for one in found.values())))
-    corners, rows = tuple(given[k] for k in found), np.array(list(found))
+    poses, squares = (np.array(values) for values in zip(*(group[0] for group in fits.values())))
+    corners, rows = tuple(given[k] for k in fits), np.array(list(fits))
     return BoardViews(intrinsics, corners, rows, poses, squares, tuple(left_out))
 
 
 def _decided(
-    robot: Robot, q: Floats, found: PosesOfImages, sure: Sequence[int], camera: Camera
+    robot: Robot, q: Floats, fits: PosesOfImages, sure: Sequence[int], camera: Camera
 ) -> PosesOfImages:
     # First fit the offsets of base and tool to the images in which only one pose of the board is
     # possible. Then choose, for each image, the board pose whose rotation is nearest to the one
@@ -297,13 +297,13 @@ def _decided(
         return inverses(poses) if camera == ON_TOOL else poses
 
     A = forward_kinematics(robot, q)
-    own = placed(np.array([found[k][0].pose for k in sure]))
-    X, Y, _ = offsets_of(A[list(sure)], own, False, Free())
+    B = placed(np.array([fits[k][0].pose for k in sure]))
+    X, Y, _ = offsets_of(A[list(sure)], B, False, Free())
     result = {}
-    for k, several in found.items():
-        poses = placed(np.array([one.pose for one in several]))
+    for k, group in fits.items():
+        poses = placed(np.array([fit.pose for fit in group]))
         angles = apart(poses, (X @ A[k] @ Y)[None])[1]
-        result[k] = [several[int(np.argmin(angles))]]
+        result[k] = [group[int(np.argmin(angles))]]
     return result
 
 
@@ -328,9 +328,9 @@ def view_sentences(views: BoardViews, held_out: Floats, outliers: Sequence[int])
         yield views.doubt[0].upper() + views.doubt[1:]
     yield f'The intrinsics are those of {views.camera.file}: nothing of them is fitted'
     if views.left_out:
-        one = len(views.left_out) == 1
-        which = '1 image is' if one else f'{len(views.left_out)} images are'
-        yield f'{which} left out: {_named(views.left_out)}'
+        single = len(views.left_out) == 1
+        images = '1 image is' if single else f'{len(views.left_out)} images are'
+        yield f'{images} left out: {_named(views.left_out)}'
 
 
 def _named(left_out: Sequence[str]) -> str:
@@ -348,8 +348,8 @@ def view_document(views: BoardViews, held_out: Floats) -> dict[str, 'Json']:
         'intrinsics': views.camera.file,
         'noise': views.noise,
         'seen': [
-            {'name': one.name, 'row': int(row), 'corners': len(one.points), 'held_out_pixels': px}
-            for one, row, px in zip(views.seen, views.rows, errors)
+            {'name': view.name, 'row': int(k), 'corners': len(view.points), 'held_out_pixels': px}
+            for view, k, px in zip(views.seen, views.rows, errors)
         ],
         'left_out': views.left_out,
     }

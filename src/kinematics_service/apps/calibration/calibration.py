@@ -142,8 +142,8 @@ def calibrate(
     >>> robot = ks.load_robot('ur5e')
     >>> q = np.random.default_rng(0).uniform(-2, 2, (40, 6))
     >>> poses = ks.forward_kinematics(robot, q + [0, 1e-3, 0, 0, 0, 0])  # an encoder is off
-    >>> found = ks.calibrate(robot, q, poses)
-    >>> round(found.corrections['theta2'], 6), found.known, found.possible
+    >>> result = ks.calibrate(robot, q, poses)
+    >>> round(result.corrections['theta2'], 6), result.known, result.possible
     (0.001, 30, 30)
     """
     robot = as_robot(robot)
@@ -156,7 +156,7 @@ def calibrate(
     names: ChosenParameters
     if same_point is not None:
         others = (poses, sets, qdot, approach, camera, sessions, loads, whitening)
-        if any(one is not None for one in others):
+        if any(other is not None for other in others):
             raise CalibrationError(
                 'same_point: takes joint positions alone; leave out poses, sets, qdot, approach, '
                 'camera, sessions and loads',
@@ -185,8 +185,8 @@ def calibrate(
             given = given_by_camera(robot, given, camera, check)
         for end in own:
             checking.check_known('own', end, ENDS)
-        each = Free('base' in own, 'tool' in own)
-        given = with_conditions(robot, given, each.base, sessions, loads)
+        per_set = Free('base' in own, 'tool' in own)
+        given = with_conditions(robot, given, per_set.base, sessions, loads)
         arm = parameters_of(robot, asks_for_gears(fit))
         given = given._replace(whitening=whitening)
         names = ChosenParameters(robot, given, tuple(own), arm.table)
@@ -194,27 +194,27 @@ def calibrate(
         groups = {names.every[k].group for k in fitted}
         free = Free('base' in groups, 'tool' in groups)
         progress('frame check')
-        offsets, frames = checking.checked_offsets(robot, given, free, each, check, read)
+        offsets, frames = checking.checked_offsets(robot, given, free, per_set, check, read)
         chains = names.chains(arm.chain, offsets)
         problem = names.problem(chains, given.poses, fitted, priors)
-    found, identified = _fitted(names, problem, known, progress)
-    found = replace(found, frames=frames, camera=camera)
+    result, identified = _fitted(names, problem, known, progress)
+    result = replace(result, frames=frames, camera=camera)
     size = wrong_size(problem, identified) if camera is not None and check else None
     if size is not None and size.refused:
-        return replace(found, refusals=(*found.refusals, size.sentence))
+        return replace(result, refusals=(*result.refusals, size.sentence))
     if size is not None:
-        found = replace(found, remarks=(*found.remarks, size.sentence))
-    if found.accepted or found.only_worse or not check:
-        return found
+        result = replace(result, remarks=(*result.remarks, size.sentence))
+    if result.accepted or result.only_worse or not check:
+        return result
     progress('explanations')
 
-    again = partial(calibrate, robot, apart=apart, camera=camera, whitening=whitening, own=own)
-    again = partial(again, fit=fit, fix=fix, tolerances=tolerances, noise=noise, check=False)
+    rerun = partial(calibrate, robot, apart=apart, camera=camera, whitening=whitening, own=own)
+    rerun = partial(rerun, fit=fit, fix=fix, tolerances=tolerances, noise=noise, check=False)
 
     def outcome_of(change: Hypothesis) -> TriedCalibration:
-        one = again(**names.undone(change))
-        left = (one.without if one.accepted else one.with_outliers).after
-        return TriedCalibration(one.accepted, left, len(one.outliers))
+        trial = rerun(**names.undone(change))
+        errors = (trial.without if trial.accepted else trial.with_outliers).after
+        return TriedCalibration(trial.accepted, errors, len(trial.outliers))
 
     if frames is not None and frames.cause is not None:
         # The frame check found a wrong joint zero, length or angle. The fit can correct such a
@@ -223,10 +223,10 @@ def calibrate(
         causes = RefusalCauses((frames.cause.sentence,), True, True)
     else:
         changes = mistakes_of(robot, names.given, read)
-        misfits = names.misfits(found.used, [Hypothesis('', ''), *changes])
-        left = found.with_outliers.after
-        causes = explained(changes, misfits, outcome_of, left, found.positions)
-    return replace(found, explained=causes)
+        misfits = names.misfits(result.used, [Hypothesis('', ''), *changes])
+        errors = result.with_outliers.after
+        causes = explained(changes, misfits, outcome_of, errors, result.positions)
+    return replace(result, explained=causes)
 
 
 def _fitted(
@@ -236,50 +236,51 @@ def _fitted(
     progress: Callable[[str], None],
 ) -> tuple[Calibration, fitting.Identified]:
     robot, given = names.robot, names.given
-    found = fitting.find_values(problem, instrument, lambda k: progress(f'round {k + 1}'))
+    fit = fitting.find_values(problem, instrument, lambda k: progress(f'round {k + 1}'))
     progress('cross-validation')
-    used, blocks = found.used, _blocks(problem)
+    used, blocks = fit.used, _blocks(problem)
     ends = problem.only(names.placed_groups)
-    begin = fitting.refined(ends, np.zeros(len(ends.parameters)), found.noise, used)
+    begin = fitting.refined(ends, np.zeros(len(ends.parameters)), fit.noise, used)
     # Count the different joint positions that remain if the largest cross-validation block is held
     # out. The largest block is the one with the most different joint positions.
     different = np.unique(checking.position_numbers(given.q), return_index=True)[1]
     beside = len(different) - np.max(np.bincount(blocks[different]))
-    fits = (ends, begin), (problem, found.values)
-    remaining = [one.remainders(values) for one, values in fits]
-    remaining += [fitting.held_out_remainders(*fit, found, blocks) for fit in fits]
-    weighted = fitting.weighted_jacobian(problem, found.values, found.noise, used)
-    numbers = np.stack([found.values, np.sqrt(np.diag(found.covariance)), problem.prior]).tolist()
+    starts = (ends, begin), (problem, fit.values)
+    remaining = [part.remainders(values) for part, values in starts]
+    remaining += [fitting.held_out_remainders(*start, fit, blocks) for start in starts]
+    weighted = fitting.weighted_jacobian(problem, fit.values, fit.noise, used)
+    numbers = np.stack([fit.values, np.sqrt(np.diag(fit.covariance)), problem.prior]).tolist()
     parameters = tuple(
-        CalibratedParameter(*astuple(one), *own) for one, *own in zip(problem.parameters, *numbers)
+        CalibratedParameter(*astuple(parameter), *row)
+        for parameter, *row in zip(problem.parameters, *numbers)
     )
-    order = np.argsort(-found.distances, kind='stable')
+    order = np.argsort(-fit.distances, kind='stable')
     calibration = Calibration(
         robot=robot,
-        calibrated=corrected_robot(robot, problem.parameters, np.round(found.values, DECIMALS)),
+        calibrated=corrected_robot(robot, problem.parameters, np.round(fit.values, DECIMALS)),
         parameters=parameters,
-        covariance=found.covariance,
-        noise=found.noise,
-        freedom=found.freedom,
+        covariance=fit.covariance,
+        noise=fit.noise,
+        freedom=fit.freedom,
         instrument=instrument,
         positions=given.positions,
         outliers=tuple(order[~used[order]].tolist()),
-        distances=found.distances,
+        distances=fit.distances,
         left=np.stack([names.as_given(), *remaining]),
         spare=int(3 * problem.kinds * beside - len(ends.parameters)),
         possible=names.possible(problem),
         singular_values=np.asarray(np.linalg.svd(weighted, compute_uv=False), np.float64),
-        combinations=names.combinations(problem, found.noise, used),
-        **names.ends_of(problem, found.values)._asdict(),
+        combinations=names.combinations(problem, fit.noise, used),
+        **names.ends_of(problem, fit.values)._asdict(),
         q=given.q.copy(),
-        points=names.points(problem, found),
+        points=names.points(problem, fit),
     )
-    whole = {one for one in names.table if one.group != GEARS} <= {*problem.parameters}
+    whole = {number for number in names.table if number.group != GEARS} <= {*problem.parameters}
     judged = JudgedFit(calibration, whole)
-    remarks = [*_few_rows(given, found), *_far_corrections(parameters), *noise_remarks(judged)]
-    remarks += names.remarks(problem, found)
-    remarks += joint_remarks(robot, problem, found) if whole else ()
-    return replace(calibration, refusals=refusals_of(judged), remarks=tuple(remarks)), found
+    remarks = [*_few_rows(given, fit), *_far_corrections(parameters), *noise_remarks(judged)]
+    remarks += names.remarks(problem, fit)
+    remarks += joint_remarks(robot, problem, fit) if whole else ()
+    return replace(calibration, refusals=refusals_of(judged), remarks=tuple(remarks)), fit
 
 
 def _blocks(problem: fitting.FitProblem) -> Integers:
@@ -289,17 +290,17 @@ def _blocks(problem: fitting.FitProblem) -> Integers:
     numbers, begin = checking.position_numbers(problem.given.q), 0
     blocks = np.full(len(problem.given.q), -1)
     for k in range(len(problem.chains)):
-        own = np.unique(numbers[(problem.given.sets == k) & (blocks < 0)])
-        parts = np.array_split(own, min(BLOCKS, len(own))) if len(own) else []
+        positions = np.unique(numbers[(problem.given.sets == k) & (blocks < 0)])
+        parts = np.array_split(positions, min(BLOCKS, len(positions))) if len(positions) else []
         for number, part in enumerate(parts, begin):
             blocks[np.isin(numbers, part)] = number % BLOCKS
         begin += len(parts)
     return blocks
 
 
-def _few_rows(given: checking.Measured, found: fitting.Identified) -> Iterator[str]:
-    used, count = int(np.sum(found.used)), len(found.values)
-    different = len(np.unique(checking.position_numbers(given.q[found.used])))
+def _few_rows(given: checking.Measured, identified: fitting.Identified) -> Iterator[str]:
+    used, count = int(np.sum(identified.used)), len(identified.values)
+    different = len(np.unique(checking.position_numbers(given.q[identified.used])))
     rows = (3 if given.positions else 6) * different
     if rows < 2 * count:
         poses = f'{used} poses' if different == used else f'{different} different poses of {used}'
@@ -310,11 +311,11 @@ def _few_rows(given: checking.Measured, found: fitting.Identified) -> Iterator[s
 
 
 def _far_corrections(parameters: Sequence[CalibratedParameter]) -> Iterator[str]:
-    for one in parameters:
-        beyond = abs(one.correction) / one.prior
-        if one.group in TABLE_GROUPS and beyond > checking.REMARKED_DEVIATIONS:
+    for parameter in parameters:
+        beyond = abs(parameter.correction) / parameter.prior
+        if parameter.group in TABLE_GROUPS and beyond > checking.REMARKED_DEVIATIONS:
             yield (
-                f'{one.name} is corrected by {one.in_words(one.correction)}, {beyond:.2g} times '
-                f'its usual error of {one.in_words(one.prior)}: look at the table of the robot '
-                'file, or give its tolerance'
+                f'{parameter.name} is corrected by {parameter.in_words(parameter.correction)}, '
+                f'{beyond:.2g} times its usual error of {parameter.in_words(parameter.prior)}: '
+                'look at the table of the robot file, or give its tolerance'
             )

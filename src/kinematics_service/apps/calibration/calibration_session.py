@@ -143,7 +143,7 @@ class _Session:
             self._explain()
 
     def _explain(self) -> None:
-        silent = [heard.topic for heard in (self._states, self._poses) if not heard.count]
+        silent = [latest.topic for latest in (self._states, self._poses) if not latest.count]
         for topic in silent:
             self._say(why_no_messages(self._node, topic))
         if not silent:

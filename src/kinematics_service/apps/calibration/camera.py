@@ -56,15 +56,15 @@ def wrong_size(problem: FitProblem, fit: Identified) -> WrongSize | None:
     moves = np.zeros((len(poses), 2, 3, 2))
     moves[:, 0] = -poses[:, :3, 3, None] * np.array([(1.0, 1.0, 1.0), (0.0, 0.0, 1.0)]).T
     sizes = zip((LARGER, LONGER), *one_more(problem, fit, problem.whitened(moves)))
-    found = [
-        (abs(share) / deviation, what, share)
-        for what, share, deviation in sizes
-        if abs(share) > max(REMARKED_DEVIATIONS * deviation, REMARKED_SHARE)
+    candidates = [
+        (abs(fraction) / deviation, template, fraction)
+        for template, fraction, deviation in sizes
+        if abs(fraction) > max(REMARKED_DEVIATIONS * deviation, REMARKED_SHARE)
     ]
-    if not found:
+    if not candidates:
         return None
-    _, what, share = max(found)
-    return WrongSize(what.format(f'{1.0 + share:.3f}'), abs(share) > REFUSED_SHARE)
+    _, template, fraction = max(candidates)
+    return WrongSize(template.format(f'{1.0 + fraction:.3f}'), abs(fraction) > REFUSED_SHARE)
 
 
 def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) -> Measured:
@@ -88,7 +88,7 @@ def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) 
     if not check or given.positions:
         return given
     A, B = forward_kinematics(robot, given.q), given.poses
-    X, Y, left = offsets_of(A, B, False, Free())
+    X, Y, before = offsets_of(A, B, False, Free())
     # Let A be the poses of the robot file, B the measured poses, X the base offset and Y the tool
     # offset: B = X A Y. Let p_A and R_A be the positions and rotations of A, p_B the positions of
     # B, and y the translation of Y. If the true board is s times as large as given, p_B must be
@@ -104,8 +104,8 @@ def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) 
         scaled[:, :3, 3] *= size
         # If `size`, the scale of the board, is below 1, the scaled positions have smaller
         # residuals for this reason alone. Divide the residuals by `size`, so that they are
-        # comparable with `left`, the residuals of the positions as given.
+        # comparable with `before`, the residuals of the positions as given.
         after = offsets_of(A, scaled, False, Free()).remainder / min(size, 1.0)
         sentence = f'the squares of the board are {size:.3g} times as large as given'
-        refuse_mistake(sentence, 'board-size', float(np.median(after)), float(np.median(left)))
+        refuse_mistake(sentence, 'board-size', float(np.median(after)), float(np.median(before)))
     return given

@@ -169,8 +169,8 @@ class Measured(NamedTuple):
         Return a copy whose `q` and `poses` have only the rows of set k. Use only these two fields:
         the other fields still have the rows of all sets.
         """
-        own = self.sets == k
-        return self._replace(q=self.q[own], poses=self.poses[own])
+        rows = self.sets == k
+        return self._replace(q=self.q[rows], poses=self.poses[rows])
 
 
 def refuse_loops(description: RobotDescription) -> None:
@@ -230,10 +230,10 @@ def measured(
         raise CalibrationError(message, code='out-of-range')
     result = Measured.of(at, T, positions, marks.astype(np.int64), rates)
     for k in range(result.set_count if count else 1):
-        own = result.of_set(k)
-        check_enough(own.q, f'{robot.dof + 4} or more')
+        rows = result.of_set(k)
+        check_enough(rows.q, f'{robot.dof + 4} or more')
         try:
-            check_rotations(own.poses[:, :3, :3])
+            check_rotations(rows.poses[:, :3, :3])
         except FramesError as error:
             raise CalibrationError(str(error), code=error.code) from None
     return result
@@ -264,7 +264,7 @@ def rigid_positions(points: Floats) -> Floats:
     return T
 
 
-def check_mark(what: str, name: str) -> None:
+def check_mark(kind: str, name: str) -> None:
     """
     Raise an error if the name of a point or session cannot be the first part of parameter names.
 
@@ -276,7 +276,7 @@ def check_mark(what: str, name: str) -> None:
     """
     if TAKEN.fullmatch(name) or not name or not name.isprintable():
         raise CalibrationError(
-            f'{what} {name!r}: names of parameters begin with this, or it is not printable; '
+            f'{kind} {name!r}: names of parameters begin with this, or it is not printable; '
             'write another name',
             code='reserved-name',
         )
@@ -290,9 +290,9 @@ def position_numbers(q: Floats) -> Integers:
     they differ by less than MIN_CHANGE.
     """
     numbers, different = np.full(len(q), -1), 0
-    while np.any(left := numbers < 0):
-        first = q[int(np.argmax(left))]
-        numbers[left & (np.max(np.abs(q - first), axis=1) < MIN_CHANGE)] = different
+    while np.any(unnumbered := numbers < 0):
+        first = q[int(np.argmax(unnumbered))]
+        numbers[unnumbered & (np.max(np.abs(q - first), axis=1) < MIN_CHANGE)] = different
         different += 1
     return numbers
 
@@ -345,7 +345,7 @@ def check_enough(q: Floats, usual: str, where: str = '', least: int = MIN_POSES)
 
 
 def checked_offsets(
-    robot: Robot, given: Measured, free: Free, own: Free, check: bool, read: str = ''
+    robot: Robot, given: Measured, free: Free, per_set: Free, check: bool, read: str = ''
 ) -> tuple[list[Offsets], FrameDiagnosis | None]:
     """
     Return the offsets of base and tool from which the fit of each set starts, and the result of
@@ -356,7 +356,7 @@ def checked_offsets(
     ----------
     free
         Whether base and tool may differ from the file.
-    own
+    per_set
         Two flags: whether each set has its own base, and whether each set has its own tool.
     check
         Whether to run the frame check.
@@ -369,67 +369,67 @@ def checked_offsets(
         The poses have a mistake that a calibration cannot correct; the message names the mistake.
     """
     sets = [given.of_set(k) for k in range(given.set_count)]
-    A, B = [forward_kinematics(robot, one.q) for one in sets], [one.poses for one in sets]
+    A, B = [forward_kinematics(robot, rows.q) for rows in sets], [rows.poses for rows in sets]
     offsets = [offsets_of(a, b, given.positions, free) for a, b in zip(A, B)]
-    found = [_checked(robot, one, at, free, read) for one, at in zip(sets, offsets) if check]
-    diagnosis = next((one for one in found if one is not None), None)
-    return shared_offsets(A, B, offsets, given.positions, free, own), diagnosis
+    diagnoses = [_checked(robot, rows, at, free, read) for rows, at in zip(sets, offsets) if check]
+    diagnosis = next((result for result in diagnoses if result is not None), None)
+    return shared_offsets(A, B, offsets, given.positions, free, per_set), diagnosis
 
 
 def _checked(
-    robot: Robot, given: Measured, found: Offsets, free: Free, read: str
+    robot: Robot, given: Measured, offsets: Offsets, free: Free, read: str
 ) -> FrameDiagnosis | None:
     q, poses, positions = given.q, given.poses, given.positions
-    middle = float(np.median(found.remainder))
+    middle = float(np.median(offsets.remainder))
     if positions and len(q) >= CAUSE_POSES:
         # Test for mistakes only if at least CAUSE_POSES positions were measured. Offsets of the
         # base and of the measured point alone can fit any three positions.
         _check_positions(robot, q, poses, middle, free)
-    near = np.flatnonzero(found.remainder <= OUTLIER_MEDIANS * middle + MIN_CHANGE)
+    near = np.flatnonzero(offsets.remainder <= OUTLIER_MEDIANS * middle + MIN_CHANGE)
     near = near[np.unique(np.linspace(0, len(near) - 1, MAX_POSES).astype(int))]
     diagnosis = None
     if not positions and len(near) >= CAUSE_POSES:
         diagnosis = diagnose_frames(robot, q[near], poses[near], read=read)
         cause = diagnosis.cause
-        left = middle if cause is None else cause.errors.position_rms
-        if min(left, middle) > MAX_ERROR:
+        residual = middle if cause is None else cause.errors.position_rms
+        if min(residual, middle) > MAX_ERROR:
             # With orientations, the frame check finds no mistake that explains the errors. So
             # leave out the orientations, and test the mistakes that positions alone can show.
             alone = offsets_of(forward_kinematics(robot, q), poses, True, free)
             _check_positions(robot, q, poses, float(np.median(alone.remainder)), free)
         if cause is not None and cause.key not in FOUND_HERE:
-            said, option = diagnosis.sentence, OPTIONS.get(cause.sentence, '')
+            sentence, option = diagnosis.sentence, OPTIONS.get(cause.sentence, '')
             if cause.sentence == LENGTHS_IN_MM and _is_in_metres(robot):
-                said = said.replace(said.partition(':')[0], IN_METRES.capitalize())
+                sentence = sentence.replace(sentence.partition(':')[0], IN_METRES.capitalize())
                 option = OPTIONS[IN_METRES]
             raise CalibrationError(
-                f'the frame check finds a mistake: {said}{option}',
+                f'the frame check finds a mistake: {sentence}{option}',
                 code='wrong-unit' if cause.key in UNIT_KEYS else cause.key.replace('_', '-'),
             )
     if middle <= MAX_ERROR:
         return diagnosis
 
-    def left_of(joints: Floats) -> Floats:
+    def lengths_of(joints: Floats) -> Floats:
         A = forward_kinematics(robot, joints)
         return offsets_of(A, np.broadcast_to(poses, A.shape), True, free).remainder
 
-    explained = explained_by_joints(robot, q, middle, left_of) if positions else ''
+    explained = explained_by_joints(robot, q, middle, lengths_of) if positions else ''
     kept = ' and '.join(end for end, fitted in free._asdict().items() if not fitted)
     ends = f'{kept} as in the robot file' if kept else 'base and tool fitted'
-    why = f'no robot {robot.name} is off by that much; it is another robot, or the poses do not '
-    why += 'belong to these joint positions'
+    hint = f'no robot {robot.name} is off by that much; it is another robot, or the poses do not '
+    hint += 'belong to these joint positions'
     if kept:
-        why = f'fit {kept} too, unless the poses are in the very frames of that file; then it is '
-        why += 'another robot'
+        hint = f'fit {kept} too, unless the poses are in the very frames of that file; then it is '
+        hint += 'another robot'
     raise CalibrationError(
-        f'half of the positions are more than {length_in_words(middle)} off, with {ends}: {why}'
+        f'half of the positions are more than {length_in_words(middle)} off, with {ends}: {hint}'
         f'{explained}',
         code='another-robot',
     )
 
 
 def explained_by_joints(
-    robot: Robot, q: Floats, middle: float, left: Callable[[Floats], Floats]
+    robot: Robot, q: Floats, middle: float, lengths_of: Callable[[Floats], Floats]
 ) -> str:
     """
     Return a text that names the mistakes of joint positions (N, n) that would explain large
@@ -439,19 +439,19 @@ def explained_by_joints(
     ----------
     middle
         The median length of the position residuals, m.
-    left
+    lengths_of
         A function that takes H corrected arrays of joint positions (H, N, n), and returns the
         lengths (H, N) of the position residuals, m.
     """
     changes, at_once = list(joint_hypotheses_of(robot, q)), max(1, ROWS_AT_ONCE // len(q))
     blocks = (changes[k : k + at_once] for k in range(0, len(changes), at_once))
-    remains = [left(np.stack([one.joints(q) for one in some])) for some in blocks]
+    remains = [lengths_of(np.stack([change.joints(q) for change in block])) for block in blocks]
     sizes = np.median(np.concatenate(remains), axis=1).tolist()
-    tried = sorted(zip(sizes, (one.sentence for one in changes)))
+    tried = sorted(zip(sizes, (change.sentence for change in changes)))
     best = tried[0][0]
     if best * NAMED_RATIO > middle or best > MAX_ERROR:
         return ''
-    near = [one for one in tried if one[0] <= RIVAL_RATIO * best]
+    near = [trial for trial in tried if trial[0] <= RIVAL_RATIO * best]
     words = '; '.join(
         f'{sentence}: with that undone {length_in_words(size)} remain' for size, sentence in near
     )
@@ -476,13 +476,13 @@ def _check_positions(robot: Robot, q: Floats, poses: Floats, middle: float, free
     ):
         others = np.array(poses)
         others[:, :3, 3] = poses[:, :3, 3] @ scale
-        found = offsets_of(forward_kinematics(robot, joints), others, True, free)
-        left = float(np.median(found.remainder))
-        if middle > MIN_CHANGE and left < MAX_ERROR:
-            refuse_mistake(sentence, code, left, middle)
+        offsets = offsets_of(forward_kinematics(robot, joints), others, True, free)
+        corrected = float(np.median(offsets.remainder))
+        if middle > MIN_CHANGE and corrected < MAX_ERROR:
+            refuse_mistake(sentence, code, corrected, middle)
 
 
-def refuse_mistake(sentence: str, code: str, left: float, middle: float) -> None:
+def refuse_mistake(sentence: str, code: str, corrected: float, middle: float) -> None:
     """
     Raise an error if correcting a mistake makes the median residual more than 3 times smaller.
 
@@ -490,7 +490,7 @@ def refuse_mistake(sentence: str, code: str, left: float, middle: float) -> None
     ----------
     sentence, code
         The mistake of the input as a sentence, and the code of the error.
-    left
+    corrected
         Median length of the position residuals with the mistake corrected, m.
     middle
         Median length of the position residuals with the input as given, m.
@@ -498,11 +498,11 @@ def refuse_mistake(sentence: str, code: str, left: float, middle: float) -> None
     Raises
     ------
     CalibrationError
-        3 * left < middle, so the mistake explains the residuals.
+        3 * corrected < middle, so the mistake explains the residuals.
     """
-    if left * NAMED_RATIO < middle:
+    if corrected * NAMED_RATIO < middle:
         raise CalibrationError(
-            f'{sentence}: with that undone {length_in_words(left)} remain of '
+            f'{sentence}: with that undone {length_in_words(corrected)} remain of '
             f'{length_in_words(middle)} (medians){OPTIONS.get(sentence, "")}',
             code=code,
         )

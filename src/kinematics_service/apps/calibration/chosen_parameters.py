@@ -118,7 +118,7 @@ class ChosenParameters:
         count = given.set_count
         self.ends = {end: count if end in own else 1 for end in ENDS}
         ends = [
-            one for end in ENDS for k in range(self.ends[end]) for one in end_parameters(end, k)
+            axis for end in ENDS for k in range(self.ends[end]) for axis in end_parameters(end, k)
         ]
         self.every = (*table, *ends, *given.placements, *given.moving)
 
@@ -139,7 +139,7 @@ class ChosenParameters:
         Return the indices, in `every`, of the parameters to fit; raise an error if a word of `fit`
         or `fix` names no parameter.
         """
-        groups, names = (*self.words, EVERYTHING), [one.name for one in self.every]
+        groups, names = (*self.words, EVERYTHING), [parameter.name for parameter in self.every]
         for word in (*fit, *fix, *tolerances):
             if word not in (*groups, *names):
                 message = (
@@ -148,17 +148,17 @@ class ChosenParameters:
                 )
                 raise ParameterNotFoundError(message, word, (*groups, *names))
 
-        def is_among(one: ArmParameter, words: Sequence[str]) -> bool:
-            return bool({one.name, one.group, EVERYTHING} & set(words))
+        def is_among(parameter: ArmParameter, words: Sequence[str]) -> bool:
+            return bool({parameter.name, parameter.group, EVERYTHING} & set(words))
 
         chosen = [
             k
-            for k, one in enumerate(self.every)
-            if (not fit or one.name in self.given.priors or is_among(one, fit))
-            and not is_among(one, fix)
+            for k, parameter in enumerate(self.every)
+            if (not fit or parameter.name in self.given.priors or is_among(parameter, fit))
+            and not is_among(parameter, fix)
             # If only positions of one point on the tool are measured, skip the parameters that
             # rotate the tool.
-            and not (self.given.positions and one.group == 'tool' and one.angle)
+            and not (self.given.positions and parameter.group == 'tool' and parameter.angle)
         ]
         if not chosen:
             message = 'fit, fix: nothing is left to fit; fit more, or fix less'
@@ -178,13 +178,13 @@ class ChosenParameters:
         base, tool = description.base.motion.matrix, description.tool.motion.matrix
         firsts = [(self.first('base', k), self.first('tool', k)) for k in range(len(offsets))]
         chains = [
-            placement(arm, one.base @ base, tool @ one.tool, first)
-            for one, first in zip(offsets, firsts)
+            placement(arm, offset.base @ base, tool @ offset.tool, first)
+            for offset, first in zip(offsets, firsts)
         ]
-        own = self.given.placements
-        first = len(self.every) - len(own) - len(self.given.moving)
+        drifts = self.given.placements
+        first = len(self.every) - len(drifts) - len(self.given.moving)
         return chains + [
-            _moved(chain, first + k) for k in range(0, len(own), len(SIX)) for chain in chains
+            _moved(chain, first + k) for k in range(0, len(drifts), len(SIX)) for chain in chains
         ]
 
     def problem(
@@ -208,7 +208,7 @@ class ChosenParameters:
             poses=poses,
             rates=given.rates[:, :, [k - still for k in chosen if k >= still]],
         )
-        before = np.array([prior_of(one, priors, of_file) for one in parameters])
+        before = np.array([prior_of(parameter, priors, of_file) for parameter in parameters])
         columns, count = np.array(chosen), len(self.every)
         return FitProblem(parameters, before, columns, count, tuple(chains), rows, known_distances)
 
@@ -239,13 +239,13 @@ class ChosenParameters:
         """Return base and tool of each set of measured poses, after the fit and before it."""
         description = self.robot.description
         B, T = description.base.motion.matrix, description.tool.motion.matrix
-        chains, every = problem.chains[: self.given.set_count], problem.every(values)
+        chains, deltas = problem.chains[: self.given.set_count], problem.every(values)
         bases, tools = (
-            np.array([motion_of(every[self.first(end, k) :][:6]) for k in range(len(chains))])
+            np.array([motion_of(deltas[self.first(end, k) :][:6]) for k in range(len(chains))])
             for end in ENDS
         )
-        base_starts = np.array([one.still[0][0] for one in chains])
-        tool_starts = np.array([one.still[-1][-1] for one in chains])
+        base_starts = np.array([chain.still[0][0] for chain in chains])
+        tool_starts = np.array([chain.still[-1][-1] for chain in chains])
         base_offsets = base_starts @ bases @ np.linalg.inv(B)
         tool_offsets = np.linalg.inv(T) @ tools @ tool_starts
         return PlacedEnds(base_offsets, tool_offsets, base_starts, tool_starts)
@@ -275,16 +275,16 @@ class ChosenParameters:
         """
         return misfits_of_poses(self.robot, self.given, used, changes)
 
-    def points(self, problem: FitProblem, found: Identified) -> tuple[TouchedPoint, ...]:
+    def points(self, problem: FitProblem, identified: Identified) -> tuple[TouchedPoint, ...]:
         """Return the points that were touched; none if poses were measured."""
         return ()
 
-    def remarks(self, problem: FitProblem, found: Identified) -> tuple[str, ...]:
+    def remarks(self, problem: FitProblem, identified: Identified) -> tuple[str, ...]:
         """
         Return remarks: a sentence on unused tolerances of the robot file, and the remarks on the
         measured rows.
         """
-        names = {one.name for one in self.every}
+        names = {parameter.name for parameter in self.every}
         unused = [
             name
             for name, _ in self.robot.description.tolerances.named
@@ -304,7 +304,7 @@ def usual_motions(problem: FitProblem, noise: Noise, used: Flags) -> Floats:
     that are parallel in the nominal arm are exactly parallel. If corrections tilted these axes by
     tiny angles, some parameters would wrongly seem identifiable.
     """
-    scales = np.array([one.scale for one in problem.parameters]) / problem.prior
+    scales = np.array([parameter.scale for parameter in problem.parameters]) / problem.prior
     return weighted_jacobian(problem, np.zeros(len(scales)), noise, used) * scales
 
 
@@ -318,7 +318,7 @@ def _moved(chain: CorrectedChain, first: int) -> CorrectedChain:
     return replace(chain, still=((*begin[:at], *six, *begin[at:]), *chain.still[1:]))
 
 
-def prior_of(one: ArmParameter, tolerances: Mapping[str, float], of_file: Tolerances) -> float:
+def prior_of(number: ArmParameter, tolerances: Mapping[str, float], of_file: Tolerances) -> float:
     """
     Return the prior standard deviation of a parameter, rad, m or s.
 
@@ -329,13 +329,13 @@ def prior_of(one: ArmParameter, tolerances: Mapping[str, float], of_file: Tolera
     of_file
         Tolerances of the robot file, used if `tolerances` has none for this parameter.
     """
-    if one.group not in TABLE_GROUPS:
-        return tolerances.get(one.name, LAG_PRIOR if one in (LAG, BACKLASH) else PLACE_PRIOR)
-    by_kind = of_file.angle if one.angle else of_file.length
-    usual = dict(of_file.named).get(one.name)
-    usual = usual or (of_file.gear if one.group == GEARS else by_kind)
-    found = tolerances.get(one.name, tolerances.get(one.group, usual or one.scale))
-    if not found > 0.0:
-        message = f'tolerances: {one.name} is {found:g}, not above 0; fix {one.name} instead'
+    if number.group not in TABLE_GROUPS:
+        return tolerances.get(number.name, LAG_PRIOR if number in (LAG, BACKLASH) else PLACE_PRIOR)
+    by_kind = of_file.angle if number.angle else of_file.length
+    usual = dict(of_file.named).get(number.name)
+    usual = usual or (of_file.gear if number.group == GEARS else by_kind)
+    prior = tolerances.get(number.name, tolerances.get(number.group, usual or number.scale))
+    if not prior > 0.0:
+        message = f'tolerances: {number.name} is {prior:g}, not above 0; fix {number.name} instead'
         raise CalibrationError(message, code='out-of-range')
-    return float(found)
+    return float(prior)

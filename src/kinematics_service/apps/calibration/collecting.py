@@ -62,9 +62,9 @@ def table_of(poses: CollectedPoses, joint_names: Sequence[str]) -> str:
     names = ['stamp', *(f'position.{name}' for name in joint_names)]
     lines = [','.join([*names, *(f'pose.{k}' for k in range(16))])]
     for stamp, q, pose in zip(poses.stamps, poses.q.tolist(), poses.poses):
-        seconds, rest = divmod(stamp, SECOND)
+        seconds, nanoseconds = divmod(stamp, SECOND)
         numbers = ','.join(map(repr, [*q, *pose.ravel().tolist()]))
-        lines.append(f'{seconds}.{rest:09d},{numbers}')
+        lines.append(f'{seconds}.{nanoseconds:09d},{numbers}')
     return '\n'.join([*lines, ''])
 
 
@@ -90,7 +90,7 @@ class PoseCollector:
     ----------
     robot
         The arm.
-    most
+    max_poses
         Largest number of poses kept. If there are more, every second pose is dropped, so that
         early and late poses stay.
 
@@ -103,9 +103,9 @@ class PoseCollector:
         were dropped later are counted.
     """
 
-    def __init__(self, robot: Robot, most: int = MAX_POSES) -> None:
+    def __init__(self, robot: Robot, max_poses: int = MAX_POSES) -> None:
         self.unmatched = self.different = 0
-        self._most = most
+        self._max_poses = max_poses
         self._scales = robot.singularity.task.column_scales
         self._states: deque[tuple[int, Floats]] = deque(maxlen=STATES)
         self._ahead: deque[tuple[int, Floats]] = deque(maxlen=MAX_AHEAD)
@@ -145,10 +145,10 @@ class PoseCollector:
         """Return the poses kept so far, with their joint positions."""
         pairs = self._pairs
         return CollectedPoses(
-            np.array([one.q for one in pairs]),
-            np.array([one.rates for one in pairs]),
-            np.array([one.pose for one in pairs]),
-            tuple(one.stamp for one in pairs),
+            np.array([pair.q for pair in pairs]),
+            np.array([pair.rates for pair in pairs]),
+            np.array([pair.pose for pair in pairs]),
+            tuple(pair.stamp for pair in pairs),
         )
 
     def taken(self) -> CollectedPoses:
@@ -179,5 +179,5 @@ class PoseCollector:
             return
         pairs.append(pair)
         self.different += 1
-        if len(pairs) > self._most:
+        if len(pairs) > self._max_poses:
             del pairs[1::2]

@@ -98,7 +98,7 @@ def with_conditions(
             raise CalibrationError(message, code='no-variation')
         for name in names:
             checking.check_mark('session', name)
-        number = np.array([names.index(str(one)) for one in sessions])
+        number = np.array([names.index(str(session)) for session in sessions])
         remarks += _elsewhere(q, number, [f'session {name}' for name in names], 'a drift')
         # If each set has its own base and was measured in one session, the base of the set
         # contains the drift of the instrument. Then add no placement parameters.
@@ -106,28 +106,28 @@ def with_conditions(
         six = () if own_base and pairs == given.set_count else SIX
         for k, name in enumerate(names[1:], 1):
             placements += [
-                ArmParameter(f'{name}.{one}', checking.PLACEMENT, one in SIX[3:]) for one in six
+                ArmParameter(f'{name}.{axis}', checking.PLACEMENT, axis in SIX[3:]) for axis in six
             ]
-            for one in _of_joints(robot, f'{name}.', checking.ZEROS):
-                moving[one] = DRIFT_SHARE * one.scale
+            for parameter in _of_joints(robot, f'{name}.', checking.ZEROS):
+                moving[parameter] = DRIFT_SHARE * parameter.scale
             rates.append((number == k)[:, None, None] * np.eye(n))
     if loads is not None:
         masses, pull = _checked_loads(robot, len(q), loads)
         wrench = np.concatenate([masses[:, None] * pull, np.zeros((len(q), 3))], axis=1)
         torques = joint_torques(robot, q, wrench, at=np.asarray(loads.at))
         torques[np.abs(torques) < checking.ROUND_OFF * np.max(masses) * STANDARD_GRAVITY] = 0.0
-        for one in _of_joints(robot, 'compliance.', checking.COMPLIANCE):
-            moving[one] = COMPLIANCE_PRIOR[one.angle]
+        for parameter in _of_joints(robot, 'compliance.', checking.COMPLIANCE):
+            moving[parameter] = COMPLIANCE_PRIOR[parameter.angle]
         rates.append(torques[:, :, None] * np.eye(n))
         larger = (masses > np.mean(masses)).astype(np.int64)
         remarks += _elsewhere(q, larger, ['the smaller loads', 'the larger loads'], 'elasticity')
-    priors = {**moving, **{one: PLACEMENT_PRIOR[one.angle] for one in placements}}
+    priors = {**moving, **{drift: PLACEMENT_PRIOR[drift.angle] for drift in placements}}
     return given._replace(
         rates=np.concatenate(rates, axis=2),
         moving=(*given.moving, *moving),
         placements=tuple(placements),
         sessions=number,
-        priors={one.name: prior for one, prior in priors.items()},
+        priors={parameter.name: prior for parameter, prior in priors.items()},
         remarks=tuple(remarks),
     )
 
@@ -140,7 +140,7 @@ def _of_joints(robot: Robot, prefix: str, group: str) -> Iterator[ArmParameter]:
 def _checked_loads(robot: Robot, count: int, loads: ToolLoads) -> tuple[Floats, Floats]:
     # Check the loads. Return the masses (N,), kg, and the weight of a mass of 1 kg as a vector in
     # the base frame, N.
-    masses, at, down = (np.array(one, dtype=np.float64) for one in loads)
+    masses, at, down = (np.array(field, dtype=np.float64) for field in loads)
     if masses.shape != (count,):
         message = f'loads must be {count} masses, not of the shape {masses.shape}'
         raise CalibrationError(message, code='wrong-shape')
@@ -169,14 +169,14 @@ def _checked_loads(robot: Robot, count: int, loads: ToolLoads) -> tuple[Floats, 
     return masses, STANDARD_GRAVITY * down / np.linalg.norm(down)
 
 
-def _elsewhere(q: Floats, marks: Integers, names: Sequence[str], what: str) -> Iterator[str]:
+def _elsewhere(q: Floats, marks: Integers, names: Sequence[str], cause: str) -> Iterator[str]:
     # Yield a warning on each group of rows (a session, the smaller loads, or the larger loads) if
     # most of its joint positions were measured in no other group.
     numbers = checking.position_numbers(q)
     shared = (np.isin(numbers[marks == k], numbers[marks != k]) for k in range(len(names)))
-    alone = ', '.join(name for name, own in zip(names, shared) if np.mean(own) < 0.5)
+    alone = ', '.join(name for name, flags in zip(names, shared) if np.mean(flags) < 0.5)
     if alone:
         yield (
             f'Most joint positions of {alone} were measured nowhere else: an error of the arm '
-            f'there looks like {what}; measure the same joint positions'
+            f'there looks like {cause}; measure the same joint positions'
         )

@@ -54,25 +54,25 @@ def corrected_robot(robot: Robot, parameters: Sequence[ArmParameter], values: Fl
         Parameters of the table and their corrections, rad and m. Corrections of base and tool are
         ignored.
     """
-    found = {
-        (one.row, one.place): float(value)
-        for one, value in zip(parameters, values)
-        if one.row >= 0 and value != 0.0
+    entries = {
+        (parameter.row, parameter.place): float(value)
+        for parameter, value in zip(parameters, values)
+        if parameter.row >= 0 and value != 0.0
     }
     nominal = robot.description
-    table = _Corrections(_Corrections(nominal, found).geared(), found)
+    table = _Corrections(_Corrections(nominal, entries).geared(), entries)
     links, ends_at = table.links()
     corrected = replace(
         nominal,
         links=links,
-        points=tuple(replace(one, row=ends_at[one.row]) for one in nominal.points),
+        points=tuple(replace(point, row=ends_at[point.row]) for point in nominal.points),
         uncertainty=of_joints_alone(nominal.uncertainty),
         known_poses=(),
         warnings=(),
         tolerances=Tolerances(),
         singularity=replace(nominal.singularity, task=task_of(robot)),
     )
-    return built_nearly(corrected) if found else build_robot(corrected)
+    return built_nearly(corrected) if entries else build_robot(corrected)
 
 
 def task_of(robot: Robot) -> tuple[str, ...] | None:
@@ -108,7 +108,7 @@ def built_nearly(description: RobotDescription) -> Robot:
     are left out.
     """
     singularity = description.singularity
-    nearly = tuple(replace(one, approximate=True) for one in singularity.factors)
+    nearly = tuple(replace(factor, approximate=True) for factor in singularity.factors)
     try:
         return build_robot(replace(description, singularity=replace(singularity, factors=nearly)))
     except KinematicsError:
@@ -144,13 +144,13 @@ def in_file_units(value: float, angle: bool, description: RobotDescription) -> f
 
 @dataclass(frozen=True, eq=False)
 class _Corrections:
-    # Adds corrections (rad or m) to a table. Each key of `found` has the index of a table row and
-    # the name of the corrected number in this row.
+    # Adds corrections (rad or m) to a table. Each key of `entries` has the index of a table row
+    # and the name of the corrected number in this row.
     description: RobotDescription
-    found: Mapping[tuple[int, str], float]
+    entries: Mapping[tuple[int, str], float]
 
     def of(self, row: int, place: str) -> float:
-        return self.found.get((row, place), 0.0)
+        return self.entries.get((row, place), 0.0)
 
     def geared(self) -> RobotDescription:
         # Return the description with corrected gear ratios: each joint variable gets a new factor.
@@ -219,8 +219,8 @@ class _Corrections:
         quarter = self._turned(ZERO, math.pi / 2.0)
         extra = {'a': self._number(b, False), 'alpha': self._number(beta, True)}
         if self.description.convention == 'standard':
-            own = _row(link, cells)
-            return [own, _row(link, {**extra, 'theta': quarter})], -math.pi / 2.0
+            row = _row(link, cells)
+            return [row, _row(link, {**extra, 'theta': quarter})], -math.pi / 2.0
         # In the modified convention, a and alpha of the nominal row come before the extra a and
         # alpha; theta and d of the nominal row come after the extra a and alpha.
         first = _row(link, {'a': cells['a'], 'alpha': cells['alpha'], 'theta': quarter})
@@ -228,7 +228,7 @@ class _Corrections:
         return [first, _row(link, {**extra, 'd': cells['d'], 'theta': back})], 0.0
 
     def _elementary_rows(self, k: int, link: ElementaryMotion) -> list[Link]:
-        numbers = ((axis, self.of(k, axis)) for axis in AXES if (k, axis) in self.found)
+        numbers = ((axis, self.of(k, axis)) for axis in AXES if (k, axis) in self.entries)
         extra = (ElementaryMotion(axis, self._number(x, axis[0] == 'R')) for axis, x in numbers)
         return [*extra, self._joint_added(link, k)]
 

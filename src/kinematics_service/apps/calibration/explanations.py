@@ -38,14 +38,14 @@ class TriedCalibration(NamedTuple):
     ----------
     accepted
         Whether the calibration is accepted.
-    left
+    errors
         Errors after the fit: without outliers if the calibration is accepted, else of all rows.
     out
         Number of rows left out as outliers.
     """
 
     accepted: bool
-    left: Errors
+    errors: Errors
     out: int
 
 
@@ -73,7 +73,7 @@ def explained(
     changes: Sequence[Hypothesis],
     misfits: Floats,
     outcome_of: Callable[[Hypothesis], TriedCalibration],
-    left: Errors,
+    errors: Errors,
     positions: bool,
 ) -> RefusalCauses:
     """
@@ -89,29 +89,29 @@ def explained(
     outcome_of
         A function that takes a mistake, corrects the mistake in the data, calibrates, and returns
         the result.
-    left
+    errors
         Errors of the measured poses after the refused calibration.
     positions
         Whether only positions were measured.
     """
-    begin, scores, found = misfits[0], misfits[1:], []
+    begin, scores, trials = misfits[0], misfits[1:], []
     likeliest = np.argsort(scores, kind='stable')[:MISTAKE_TRIALS]
     for k in likeliest[scores[likeliest] < begin].tolist():
         try:
-            found.append((changes[k].sentence, outcome_of(changes[k])))
+            trials.append((changes[k].sentence, outcome_of(changes[k])))
         except CalibrationError:
             continue  # calibration fails after this correction, so it explains nothing
-    found.sort(key=lambda one: (not one[1].accepted, one[1].left.position_rms))
-    good = [one for one in found if one[1].accepted]
-    rms = [one.left.position_rms for _, one in good]
+    trials.sort(key=lambda trial: (not trial[1].accepted, trial[1].errors.position_rms))
+    good = [trial for trial in trials if trial[1].accepted]
+    rms = [outcome.errors.position_rms for _, outcome in good]
     decided = bool(good) and all(other > RIVAL_RATIO * rms[0] for other in rms[1:])
-    far, turned = left.position_rms / NAMED_RATIO, max(left.rotation_rms, NOMINAL.angle)
-    better = [one for one in found if one[1].left.position_rms < far]
-    better = [one for one in better if one[1].left.rotation_rms <= turned]
+    far, turned = errors.position_rms / NAMED_RATIO, max(errors.rotation_rms, NOMINAL.angle)
+    better = [trial for trial in trials if trial[1].errors.position_rms < far]
+    better = [trial for trial in better if trial[1].errors.rotation_rms <= turned]
     sentences = (
-        f'{mistake}: with that undone {in_words(*one.left.rms, positions)} remain (rms), and '
-        f'{one.out or "none"} left out'
-        for mistake, one in (good[:1] if decided else good or better)
+        f'{mistake}: with that undone {in_words(*outcome.errors.rms, positions)} remain (rms), '
+        f'and {outcome.out or "none"} left out'
+        for mistake, outcome in (good[:1] if decided else good or better)
     )
     return RefusalCauses(tuple(sentences), decided, True)
 
@@ -128,8 +128,8 @@ def mistakes_of(robot: Robot, given: Measured, read: str) -> list[Hypothesis]:
     # A hypothesis that contains a robot assumes another convention of the DH table. Leave out such
     # hypotheses, because the parameters of the table would no longer be those of the refused
     # calibration. Only the frame check tries other conventions.
-    own = [one for one in whole if one.robot is None]
-    return own + list(order_hypotheses_of(given.poses, A, read))
+    kept = [hypothesis for hypothesis in whole if hypothesis.robot is None]
+    return kept + list(order_hypotheses_of(given.poses, A, read))
 
 
 def misfits_of_poses(
@@ -150,14 +150,14 @@ def misfits_of_poses(
     """
     set_ = given.sets == int(np.argmax(np.bincount(given.sets, weights=~used)))
     both = [np.flatnonzero(set_ & flags) for flags in (used, ~used)]
-    some = [few_of(len(own)) for own in both]
-    rows = np.concatenate([own[at] for own, at in zip(both, some) if len(own)])
+    some = [few_of(len(group)) for group in both]
+    rows = np.concatenate([group[at] for group, at in zip(both, some) if len(group)])
     near = used[rows]
     A, B = undone(ComparedData(robot, given.q, given.poses), changes, rows)
     a, b = A[:, near], B[:, near]
     X, Y, *_ = offsets_of(a, b, True, Free()) if given.positions else fit_offsets(a, b)
     lengths, angles = apart(B, X[:, None] @ A @ Y[:, None])
-    units = np.array([one.unit for one in changes])
+    units = np.array([change.unit for change in changes])
     squares = (units[:, None] * lengths / ERROR_LIMIT.position) ** 2
     if not given.positions:
         squares = squares + (angles / ERROR_LIMIT.angle) ** 2

@@ -116,16 +116,16 @@ def import_ur_calibration(path: Path, robot: Robot, text: str, date: str) -> Fac
     q = np.clip(seeded_poses(robot.limits, [False] * JOINTS), -np.pi, np.pi)
     expected = _poses(path, robot, q)
     nominal = float(np.max(apart(forward_kinematics(robot, q), expected)[0]))
-    some, rest = slice(0, FITTED_POSES), slice(FITTED_POSES, None)
+    some, others = slice(0, FITTED_POSES), slice(FITTED_POSES, None)
     # In the first fit, keep the frames of base and tool. In the factory's table the first joint
     # axis may differ from the z axis of the base, or the last joint axis from the z axis of the
     # tool. Then the first fit leaves errors above round-off, so correct base and tool in a second
     # fit.
     tried: tuple[tuple[tuple[str, ...], Frames], ...] = ((ENDS, 'robot'), ((), 'measured'))
     for fix, frames in tried:
-        found = calibrate(robot, q[some], expected[some], fix=fix)
-        mine = placed_robot(found, frames)
-        distances, angles = apart(forward_kinematics(mine, q[rest]), expected[rest])
+        result = calibrate(robot, q[some], expected[some], fix=fix)
+        mine = placed_robot(result, frames)
+        distances, angles = apart(forward_kinematics(mine, q[others]), expected[others])
         position, rotation = float(np.max(distances)), float(np.max(angles))
         if max(position, rotation) < ROUND_OFF:
             break
@@ -136,7 +136,7 @@ def import_ur_calibration(path: Path, robot: Robot, text: str, date: str) -> Fac
             code='mismatch',
         )
     origin = CalibrationOrigin(f'the factory calibration {path.name}', date)
-    written = calibrated_text(found, text, q[some], expected[some], origin, frames)
+    written = calibrated_text(result, text, q[some], expected[some], origin, frames)
     return FactoryImport(written, mine, len(distances), position, rotation, nominal)
 
 
@@ -149,7 +149,7 @@ def _poses(path: Path, robot: Robot, q: Floats) -> Floats:
         raise CalibrationError(str(error), code=error.code) from None
     if 'delta_' in text:
         deltas, table = _deltas(path, text), parameters_of(robot).table
-        added = [deltas.get(one.place, np.zeros(JOINTS))[one.row] for one in table]
+        added = [deltas.get(number.place, np.zeros(JOINTS))[number.row] for number in table]
         return forward_kinematics(corrected_robot(robot, table, np.array(added)), q)
     if 'kinematics' in text:
         T = np.broadcast_to(robot.description.base.motion.matrix, (len(q), 4, 4))
@@ -171,14 +171,14 @@ def _deltas(path: Path, text: str) -> dict[str, Floats]:
     except configparser.Error as error:
         reason = ' '.join(str(error).split())
         raise CalibrationError(f'{path}: cannot be read: {reason}', code='syntax') from None
-    found = {}
+    deltas = {}
     for place, key in DELTAS.items():
         written = next((section[key] for section in parser.values() if key in section), None)
         if written is None:
             message = f'{path}: {key} is missing; write {", ".join(DELTAS.values())}'
             raise CalibrationError(message, code='missing-key')
-        found[place] = _six(path, key, written)
-    return found
+        deltas[place] = _six(path, key, written)
+    return deltas
 
 
 def _six(path: Path, key: str, text: str) -> Floats:
@@ -187,7 +187,7 @@ def _six(path: Path, key: str, text: str) -> Floats:
         # Accept only lists and tuples, because iteration over bytes, sets and mappings would yield
         # numbers too.
         numbers = given if type(given) in (list, tuple) else []
-        six = np.array([float(one) for one in numbers if type(one) in (int, float)])
+        six = np.array([float(number) for number in numbers if type(number) in (int, float)])
     except (ValueError, OverflowError, SyntaxError, MemoryError, RecursionError):
         numbers, six = [], np.zeros(0)
     if not len(numbers) == len(six) == JOINTS or not np.all(np.isfinite(six)):
@@ -211,7 +211,7 @@ def _origins(path: Path, text: str) -> tuple[Floats, ...]:
 
 def _origin(path: Path, link: str, entry: Any) -> Floats:
     given = [entry.get(key) for key in ORIGIN] if isinstance(entry, dict) else []
-    numbers = [one for one in given if isinstance(one, float) and math.isfinite(one)]
+    numbers = [value for value in given if isinstance(value, float) and math.isfinite(value)]
     if len(numbers) != len(ORIGIN):
         message = f'{path}: kinematics.{link}: expected the numbers {", ".join(ORIGIN)}'
         raise CalibrationError(message, code='missing-key')

@@ -46,14 +46,14 @@ def with_sections(
         message = 'the keys of the robot file are in braces; write them as lines'
         raise RobotFileWriteError(message, code='unsupported')
     lines = text.splitlines()
-    found = {key.value: (key.start_mark.line, last_line(value)) for key, value in root.value}
+    spans = {key.value: (key.start_mark.line, last_line(value)) for key, value in root.value}
     # Replace the last section first, so that the lines before it keep their numbers.
-    for key in sorted(sections.keys() & found.keys(), key=found.__getitem__, reverse=True):
-        first, last = found[key]
+    for key in sorted(sections.keys() & spans.keys(), key=spans.__getitem__, reverse=True):
+        first, last = spans[key]
         lines[first : last + 1] = sections[key] or ()
-    for key, own in sections.items():
-        if key not in found:
-            lines += own or ()
+    for key, section in sections.items():
+        if key not in spans:
+            lines += section or ()
     return '\n'.join([*header, *lines, ''])
 
 
@@ -71,9 +71,9 @@ def singularity_section(
         lines.insert(0, f'  task: [{", ".join(task)}]')
     if factors:
         lines.append('  factors:')
-    for one in factors:
-        approximate = ', approximate: true' if one.approximate else ''
-        entry = f'name: {scalar(one.name)}, expression: {scalar(one.text)}{approximate}'
+    for factor in factors:
+        approximate = ', approximate: true' if factor.approximate else ''
+        entry = f'name: {scalar(factor.name)}, expression: {scalar(factor.text)}{approximate}'
         lines.append(f'    - {{{entry}}}')
     return ['singularity:', *lines] if lines else None
 
@@ -93,8 +93,8 @@ def _entries(text: str, section: str, without: Sequence[str]) -> list[str]:
     plain = text.removeprefix(BOM)
     root = yaml.compose(plain, Loader=LOADER)
     assert isinstance(root, MappingNode)
-    found = entry_of(root, section)
-    written = {} if found is None else written_entries(plain, found[1], without)
+    pair = entry_of(root, section)
+    written = {} if pair is None else written_entries(plain, pair[1], without)
     return [f'  {entry}' for entry in written.values()]
 
 
@@ -116,9 +116,9 @@ def placement_section(key: str, placement: description.Placement, note: str = ''
 def points_section(points: Sequence[description.PointDescription]) -> list[str]:
     """Return the lines of the section `points`."""
     lines = ['points:']
-    for one in points:
-        pose = _motion(one.motion).removeprefix('{')
-        lines.append(f'  {scalar(one.name)}: {{row: {one.row}, {pose}')
+    for point in points:
+        pose = _motion(point.motion).removeprefix('{')
+        lines.append(f'  {scalar(point.name)}: {{row: {point.row}, {pose}')
     return lines
 
 

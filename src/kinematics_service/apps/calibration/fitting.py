@@ -130,16 +130,16 @@ class FitProblem:
         Return all `count` corrections of the chains, from the P fitted ones; the corrections that
         are not fitted are zero.
         """
-        found = np.zeros(self.count)
-        found[self.columns] = values
-        return found
+        corrections = np.zeros(self.count)
+        corrections[self.columns] = values
+        return corrections
 
     def _by_chain(self, values: Floats) -> Iterator[_ChainRows]:
         driving = values[len(values) - self.given.rates.shape[2] :]
         for k, chain in enumerate(self.chains):
-            own = self.given.sets == k
-            q = self.given.q[own] + self.given.rates[own] @ driving
-            yield own, chain, self.every(values), q
+            rows = self.given.sets == k
+            q = self.given.q[rows] + self.given.rates[rows] @ driving
+            yield rows, chain, self.every(values), q
 
     def predicted(self, values: Floats) -> Floats:
         """
@@ -147,8 +147,8 @@ class FitProblem:
         measured rows. `values` (P,) has the corrections of the fitted parameters.
         """
         poses = np.empty_like(self.given.poses)
-        for own, chain, every, q in self._by_chain(values):
-            poses[own] = poses_of(chain, every, q)
+        for rows, chain, corrections, q in self._by_chain(values):
+            poses[rows] = poses_of(chain, corrections, q)
         return poses
 
     def remainders(self, values: Floats) -> Floats:
@@ -172,8 +172,8 @@ class FitProblem:
         """
         if self.given.whitening is not None:
             six = np.array(rows).reshape(len(rows), 6, *rows.shape[3:])
-            own = six[:, : self.given.whitening.shape[1]]
-            own[:] = np.einsum('nij,nj...->ni...', self.given.whitening, own)
+            part = six[:, : self.given.whitening.shape[1]]
+            part[:] = np.einsum('nij,nj...->ni...', self.given.whitening, part)
             rows = six.reshape(rows.shape)
         return rows
 
@@ -191,12 +191,12 @@ class FitProblem:
         poses = np.empty_like(self.given.poses)
         jacobian = np.empty((len(self.given.q), 6, len(self.columns)))
         driving = self.given.rates.shape[2]
-        for own, chain, every, q in self._by_chain(values):
-            change = pose_change(chain, every, q)
-            poses[own], jacobian[own] = change.pose, change.jacobian[:, :, self.columns]
+        for rows, chain, corrections, q in self._by_chain(values):
+            change = pose_change(chain, corrections, q)
+            poses[rows], jacobian[rows] = change.pose, change.jacobian[:, :, self.columns]
             if driving:
-                by_joints = _moved_by_joints(chain, every, q)
-                jacobian[own, :, -driving:] = by_joints @ self.given.rates[own]
+                by_joints = _moved_by_joints(chain, corrections, q)
+                jacobian[rows, :, -driving:] = by_joints @ self.given.rates[rows]
         return self.whitened(self._between(poses)), self._as_weighed(poses, jacobian)
 
     def moves_with_joints(self, values: Floats) -> Floats:
@@ -204,8 +204,8 @@ class FitProblem:
         Return the whitened derivatives (N, 2, 3, n) of the predicted poses by each joint position.
         """
         jacobian = np.empty((len(self.given.q), 6, self.given.q.shape[1]))
-        for own, chain, every, q in self._by_chain(values):
-            jacobian[own] = _moved_by_joints(chain, every, q)
+        for rows, chain, corrections, q in self._by_chain(values):
+            jacobian[rows] = _moved_by_joints(chain, corrections, q)
         return self._as_weighed(self.predicted(values), jacobian)
 
     def _as_weighed(self, poses: Floats, jacobian: Floats) -> Floats:
@@ -218,14 +218,14 @@ class FitProblem:
         Return the derivatives (D, P) of the D known distances by the parameters, and their
         residuals (D,), both divided by the standard deviation of a known distance.
         """
-        every, count = self.every(values), len(self.known_distances)
+        corrections, count = self.every(values), len(self.known_distances)
         rows, remainders = np.zeros((count, self.count)), np.zeros(count)
-        for k, one in enumerate(self.known_distances):
-            first, second = (slice(at, at + 3) for at in (one.first, one.second))
-            between = one.between + every[second] - every[first]
+        for k, known in enumerate(self.known_distances):
+            first, second = (slice(at, at + 3) for at in (known.first, known.second))
+            between = known.between + corrections[second] - corrections[first]
             length = float(np.linalg.norm(between))
             rows[k, second], rows[k, first] = between / length, -between / length
-            remainders[k] = one.distance - length
+            remainders[k] = known.distance - length
         return rows[:, self.columns] / DISTANCE_DEVIATION, remainders / DISTANCE_DEVIATION
 
     def only(self, groups: tuple[str, ...]) -> 'FitProblem':
@@ -234,7 +234,7 @@ class FitProblem:
 
         `groups` must not have parameters that correct joint positions, such as a lag.
         """
-        kept = [k for k, one in enumerate(self.parameters) if one.group in groups]
+        kept = [k for k, parameter in enumerate(self.parameters) if parameter.group in groups]
         return replace(
             self,
             given=self.given._replace(rates=self.given.rates[:, :, :0]),
@@ -244,12 +244,12 @@ class FitProblem:
         )
 
 
-def _moved_by_joints(chain: CorrectedChain, every: Floats, q: Floats) -> Floats:
+def _moved_by_joints(chain: CorrectedChain, corrections: Floats, q: Floats) -> Floats:
     # Return the derivatives of the poses of a chain by the joint positions, (rows, 6, n), by
     # central differences.
     n = q.shape[1]
-    at = np.concatenate([q + way * STEP * one for way in (1.0, -1.0) for one in np.eye(n)])
-    later, sooner = poses_of(chain, every, at).reshape(2, n, -1, 4, 4)
+    at = np.concatenate([q + sign * STEP * unit for sign in (1.0, -1.0) for unit in np.eye(n)])
+    later, sooner = poses_of(chain, corrections, at).reshape(2, n, -1, 4, 4)
     R = later[..., :3, :3] @ np.swapaxes(sooner[..., :3, :3], -1, -2)
     moved = np.concatenate([(later - sooner)[..., :3, 3], rotation_vector(R)], axis=-1)
     return np.asarray(np.moveaxis(moved / (2.0 * STEP), 0, -1))
@@ -344,8 +344,8 @@ class _Equations:
     def scale(self) -> Floats:
         # Return the factors by which residuals are multiplied: sqrt(weight) / noise. The shape is
         # (N, 1, 1) for positions, (N, 2, 1) for poses.
-        each = np.asarray(self.noise, dtype=np.float64)[: self.problem.kinds]
-        return np.asarray(np.sqrt(self.weights, dtype=np.float64)[:, None, None] / each[:, None])
+        noise = np.asarray(self.noise, dtype=np.float64)[: self.problem.kinds]
+        return np.asarray(np.sqrt(self.weights, dtype=np.float64)[:, None, None] / noise[:, None])
 
     def right(self, values: Floats, remainders: Floats) -> Floats:
         # Return the right-hand side: scaled residuals of the measured rows, of the known distances
@@ -380,9 +380,9 @@ def robust_values(problem: FitProblem, noise: Noise, progress: Callable[[int], N
     remainders = problem.weighed(values)
     for k in range(MAX_ROUNDS):
         progress(k)
-        found = _robust_noise(noise, remainders)
-        weights = huber_weights(distances_of(problem, remainders, found), problem.kinds)
-        step, remainders = _stepped(_Equations(problem, found, weights), values, remainders)
+        estimate = _robust_noise(noise, remainders)
+        weights = huber_weights(distances_of(problem, remainders, estimate), problem.kinds)
+        step, remainders = _stepped(_Equations(problem, estimate, weights), values, remainders)
         values = values + step
         if np.all(np.abs(step) < STEP_TOLERANCE * problem.prior):
             break
@@ -408,18 +408,18 @@ def find_values(
     noise, limit = noise or Noise(0.0, 0.0), outlier_limit(problem.kinds)
     values = robust_values(problem, noise, progress)
     remainders = problem.weighed(values)
-    found = _robust_noise(noise, remainders)
-    used = distances_of(problem, remainders, found) < limit
+    estimate = _robust_noise(noise, remainders)
+    used = distances_of(problem, remainders, estimate) < limit
     for k in range(MAX_ROUNDS):
         progress(MAX_ROUNDS + k)
-        solved = _Equations(problem, found, used).solved(values)
+        solved = _Equations(problem, estimate, used).solved(values)
         values = values + problem.prior * solved.step
         inverse = np.asarray(np.linalg.inv(solved.triangle), dtype=np.float64)
         remainders = problem.weighed(values)
-        before = found
+        before = estimate
         evident, freedom = _evident_noise(problem, remainders, solved.rows, inverse, used)
-        found = Noise(*map(max, zip(noise, evident)))
-        distances = distances_of(problem, remainders, found)
+        estimate = Noise(*map(max, zip(noise, evident)))
+        distances = distances_of(problem, remainders, estimate)
         moved = np.max(np.abs(solved.step) / np.linalg.norm(inverse, axis=1), initial=0.0)
         accepted = normal_scores(distances, freedom) < limit
         # A row near the outlier limit may be left out in one round and used in the next, again and
@@ -427,13 +427,13 @@ def find_values(
         # converge.
         same = bool(np.array_equal(accepted, used)) or k > MAX_ROUNDS // 2
         used = used if same else accepted
-        changed = max(abs(b / a - 1.0) if a else 0.0 for a, b in zip(before, found))
+        changed = max(abs(b / a - 1.0) if a else 0.0 for a, b in zip(before, estimate))
         if same and max(moved, changed) < STEP_TOLERANCE:
             break
-    freedom = Noise(*(f if own <= e else np.inf for own, e, f in zip(found, evident, freedom)))
-    wide = _Equations(problem, widened(found, freedom), used).solved(values)
+    freedom = Noise(*(f if s <= e else np.inf for s, e, f in zip(estimate, evident, freedom)))
+    wide = _Equations(problem, widened(estimate, freedom), used).solved(values)
     factor = problem.prior[:, None] * np.linalg.inv(wide.triangle)
-    return Identified(values, found, used, distances, freedom, factor @ factor.T)
+    return Identified(values, estimate, used, distances, freedom, factor @ factor.T)
 
 
 def normal_scores(distances: Floats, freedom: Noise) -> Floats:
@@ -486,7 +486,7 @@ def refined(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> F
 
 
 def held_out_remainders(
-    problem: FitProblem, values: Floats, found: Identified, blocks: Integers
+    problem: FitProblem, values: Floats, identified: Identified, blocks: Integers
 ) -> Floats:
     """
     Return the residuals (N, 2, 3) of a cross-validation.
@@ -501,7 +501,7 @@ def held_out_remainders(
     ----------
     values : shape (P,)
         Initial corrections.
-    found
+    identified
         The fit of all rows, which gives the noise and the outliers.
     blocks : shape (N,)
         The number of each row's block.
@@ -509,7 +509,7 @@ def held_out_remainders(
     result = np.zeros((len(problem.given.q), 2, 3))
     for k in np.unique(blocks):
         block = blocks == k
-        without = refined(problem, values, found.noise, found.used & ~block)
+        without = refined(problem, values, identified.noise, identified.used & ~block)
         result[block] = problem.remainders(without)[block]
     return result
 

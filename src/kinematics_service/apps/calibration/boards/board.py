@@ -138,15 +138,15 @@ class BoardFinder:
                 f'{self.camera.width}x{self.camera.height}; give the intrinsics of these images',
                 code='mismatch',
             )
-        found, numbers, _, markers = self._finder.detectBoard(image)
-        corners, marked = (0 if one is None else len(one) for one in (numbers, markers))
+        pixels, numbers, _, markers = self._finder.detectBoard(image)
+        corners, marked = (0 if ids is None else len(ids) for ids in (numbers, markers))
         if corners < CORNERS:
             return f'{corners} corners and {marked} markers are seen, {CORNERS} corners are needed'
         points = self.board.corners[numbers.reshape(-1)]
         narrow = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[1]
         if narrow < LINE_WIDTH_RATIO * self.board.square:
             return 'all corners that are seen are in one line'
-        return SeenCorners(file.name, points, self._refined(image, found))
+        return SeenCorners(file.name, points, self._refined(image, pixels))
 
     def _refined(self, image: Any, corners: Any) -> Floats:
         # Refine the corners, because some corners that the detector returns are wrong by a tenth

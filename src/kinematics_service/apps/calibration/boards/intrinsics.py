@@ -120,7 +120,7 @@ def read_intrinsics(file: Path) -> Intrinsics:
     K = _numbers(file, given, MATRIX)
     d = _numbers(file, given, DISTORTION)
     size = [_numbers(file, given, names) for names in (WIDTH, HEIGHT)]
-    whole = len(K) == 9 and len(d) in COUNTS and all(len(one) == 1 and one[0] > 0 for one in size)
+    whole = len(K) == 9 and len(d) in COUNTS and all(len(px) == 1 and px[0] > 0 for px in size)
     if not (whole and min(K[0], K[4]) > 0.0 and np.array_equal(K[[3, 6, 7, 8]], (0, 0, 0, 1))):
         raise RecordingError(
             f'{file}: {MATRIX[0]} needs 9 numbers (fx 0 cx, 0 fy cy, 0 0 1), {DISTORTION[0]} '
@@ -131,11 +131,11 @@ def read_intrinsics(file: Path) -> Intrinsics:
 
 
 def _numbers(file: Path, given: dict[str, Any], names: tuple[str, ...]) -> Floats:
-    found = [given[name] for name in names if name in given]
-    if not found:
+    entries = [given[name] for name in names if name in given]
+    if not entries:
         message = f'{file}: {names[0]} is missing; a calibration file has {KEYS_OF_FILE}'
         raise RecordingError(message, code='missing-key')
-    value = found[0].get('data') if isinstance(found[0], dict) else found[0]
+    value = entries[0].get('data') if isinstance(entries[0], dict) else entries[0]
     try:
         numbers = np.array(value, dtype=np.float64).reshape(-1)
     except (TypeError, ValueError):

@@ -47,11 +47,11 @@ class ConditionOptions(NamedTuple):
         """
         sessions = loads = None
         if self.sessions == EACH_FILE:
-            sessions = [Path(one.file).name for one in given for _ in one.q]
+            sessions = [Path(record.file).name for record in given for _ in record.q]
         elif self.sessions is not None:
-            sessions = [cell for one in given for cell in cells_beside(one, self.sessions)]
+            sessions = [cell for record in given for cell in cells_beside(record, self.sessions)]
         if self.load is not None:
-            cells = [cell for one in given for cell in cells_beside(one, self.load)]
+            cells = [cell for record in given for cell in cells_beside(record, self.load)]
             try:
                 loads = ToolLoads([float(cell) for cell in cells], self.load_at, self.gravity)
             except ValueError as error:
@@ -92,8 +92,8 @@ def calibrate(
     if not given:
         raise WrongUsage('give FILE with measured poses; calibrate-propose says which to measure')
 
-    def calibrated(one: CalibrationRun) -> CalibratedPoses:
-        rows = one.read(given, reading, poses.pose_gap)
-        return one.of_recordings(rows, **conditions.of(rows))
+    def calibrated(run: CalibrationRun) -> CalibratedPoses:
+        rows = run.read(given, reading, poses.pose_gap)
+        return run.of_recordings(rows, **conditions.of(rows))
 
     run_calibration(run, robot, given, outputs, calibrated)

@@ -46,7 +46,7 @@ def calibrate_camera(
     positions = reading.pose_format.kind == 'position'
     run = fitting.run(arm, positions, not outputs.anyway, poses.own, camera=camera)
 
-    def calibrated(one: CalibrationRun) -> CalibratedPoses:
-        return images.calibrated(one, given, reading, poses.pose_gap, finder)
+    def calibrated(run: CalibrationRun) -> CalibratedPoses:
+        return images.calibrated(run, given, reading, poses.pose_gap, finder)
 
     run_calibration(run, robot, given, outputs, calibrated)

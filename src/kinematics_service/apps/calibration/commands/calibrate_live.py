@@ -69,27 +69,27 @@ def calibrate_live(
         raise WrongUsage(message)
     with named_errors(()):
         run.check_names()
-        heard = collected(run, options, outputs.stream, context.obj)
-    if isinstance(heard, int):
-        raise typer.Exit(heard)
-    if not len(heard.q):
+        poses = collected(run, options, outputs.stream, context.obj)
+    if isinstance(poses, int):
+        raise typer.Exit(poses)
+    if not len(poses.q):
         raise CalibrationError(
             f'no pose of {options.pose_topic} with joint states of {options.topic} around its '
             f'stamp within {seconds:g} s; check both topics with `ros2 topic echo`',
             code='no-poses',
         )
 
-    def calibrated(one: CalibrationRun) -> CalibratedPoses:
-        return CalibratedPoses(_of_heard(one, heard), options[:2], (), heard.q, heard.poses)
+    def calibrated(run: CalibrationRun) -> CalibratedPoses:
+        return CalibratedPoses(_calibration_of(run, poses), options[:2], (), poses.q, poses.poses)
 
     try:
         run_calibration(run, robot, (), outputs, calibrated)
     except BaseException:
-        _keep(arm, heard)  # write the poses to a file, because collecting them took minutes
+        _keep(arm, poses)  # write the poses to a file, because collecting them took minutes
         raise
 
 
-def _of_heard(run: CalibrationRun, poses: CollectedPoses) -> Calibration:
+def _calibration_of(run: CalibrationRun, poses: CollectedPoses) -> Calibration:
     return run.calibrated(poses.q, poses.rates, poses=poses.poses)
 
 
@@ -103,9 +103,9 @@ def collected(
 
     def fit(poses: CollectedPoses) -> bool:
         try:
-            found = _of_heard(run, poses)
-            complete = found.known >= found.possible
-            lines = list(_lines(run.arm, found, complete))
+            result = _calibration_of(run, poses)
+            complete = result.known >= result.possible
+            lines = list(_lines(run.arm, result, complete))
         except KinematicsError as error:
             lines, complete = [f'{len(poses.q)} poses: {error}'], False
         for line in lines:
@@ -113,8 +113,8 @@ def collected(
         return complete
 
     session = ros_module('apps.calibration.calibration_session')
-    heard: CollectedPoses | int = session.collect_poses(run.arm, *options, fit, say, ros_args)
-    return heard
+    outcome: CollectedPoses | int = session.collect_poses(run.arm, *options, fit, say, ros_args)
+    return outcome
 
 
 def _keep(robot: Robot, poses: CollectedPoses) -> None:
@@ -123,22 +123,22 @@ def _keep(robot: Robot, poses: CollectedPoses) -> None:
     file = Path(f'heard_poses_{datetime.now().astimezone():%Y%m%d_%H%M%S}.csv')
     with suppress(KinematicsError):
         write_file(file, table_of(poses, robot.joint_names))
-        told = f'the {len(poses.q)} poses heard are kept in {file}, which calibrate reads'
-        print(told, file=sys.stderr)
+        line = f'the {len(poses.q)} poses heard are kept in {file}, which calibrate reads'
+        print(line, file=sys.stderr)
 
 
-def _lines(robot: Robot, found: Calibration, complete: bool) -> Iterator[str]:
-    yield f'{found.count} poses: {found.known} of {found.possible} combinations are identified'
-    table = [one for one in found.parameters if one.group in TABLE_GROUPS]
+def _lines(robot: Robot, result: Calibration, complete: bool) -> Iterator[str]:
+    yield f'{result.count} poses: {result.known} of {result.possible} combinations are identified'
+    table = [parameter for parameter in result.parameters if parameter.group in TABLE_GROUPS]
     for words, known in (('identified', True), ('not yet, or not by itself', False)):
-        names = ', '.join(one.name for one in table if one.identifiable == known)
+        names = ', '.join(parameter.name for parameter in table if parameter.identifiable == known)
         yield f'  {words}: {names or "none"}'
-    if not found.accepted:
-        yield f'  no calibration so far: {"; ".join(found.refusals)}'
+    if not result.accepted:
+        yield f'  no calibration so far: {"; ".join(result.refusals)}'
     if complete:
         yield '  all identifiable numbers are identified; more poses refine them; Ctrl-C ends it'
         return
-    (q,) = propose_poses(robot, 1, found).q.tolist()
+    (q,) = propose_poses(robot, 1, result).q.tolist()
     values = (
         f'{x:.4f} m' if slides else f'{math.degrees(x):.1f} deg'
         for x, slides in zip(q, robot.prismatic)

@@ -54,14 +54,14 @@ def calibrate_touch(
     if not given:
         raise WrongUsage('give FILE, a table of touches')
 
-    def calibrated(one: CalibrationRun) -> CalibratedPoses:
+    def calibrated(run: CalibrationRun) -> CalibratedPoses:
         rows = [read_touches(file, reading, point) for file in given]
-        q = np.concatenate([one.q for one in rows])
-        marks = [mark for one in rows for mark in one.points]
-        found = one.calibrated(q, same_point=marks, apart=apart)
-        points = {one.name: one.position for one in found.points}
+        q = np.concatenate([touches.q for touches in rows])
+        marks = [mark for touches in rows for mark in touches.points]
+        result = run.calibrated(q, same_point=marks, apart=apart)
+        points = {touched.name: touched.position for touched in result.points}
         poses = rigid_positions(np.array([points[mark] for mark in marks]))
-        return CalibratedPoses(found, *origin_of(rows), q, poses)
+        return CalibratedPoses(result, *origin_of(rows), q, poses)
 
     run_calibration(run, robot, given, outputs, calibrated)
 

@@ -84,16 +84,16 @@ def calibrate_zeros(
         say_written(outputs.html, sys.stdout)
         return
 
-    def calibrated(one: CalibrationRun) -> CalibratedPoses:
+    def calibrated(run: CalibrationRun) -> CalibratedPoses:
         rows = [read_touches(file, reading, point) for file in given]
-        points = np.array([paper.point(name) for one in rows for name in one.points])
-        came = [one.approach for one in rows if one.approach is not None]
-        q, (names, remarks) = np.concatenate([one.q for one in rows]), origin_of(rows)
+        points = np.array([paper.point(name) for touches in rows for name in touches.points])
+        came = [touches.approach for touches in rows if touches.approach is not None]
+        q, (names, remarks) = np.concatenate([touches.q for touches in rows]), origin_of(rows)
         approach = np.concatenate(came) if len(came) == len(rows) else None
-        settings = {'progress': one.tell, **attributes(one, 'fix', 'noise', 'check')}
-        found = calibrated_zeros(arm, q, points, approach=approach, **settings)
-        remarks, places = [*zero_sentences(found), *remarks], rigid_positions(points)
-        return CalibratedPoses(found, names, remarks, q, places, zeros_of(found))
+        settings = {'progress': run.tell, **attributes(run, 'fix', 'noise', 'check')}
+        result = calibrated_zeros(arm, q, points, approach=approach, **settings)
+        remarks, places = [*zero_sentences(result), *remarks], rigid_positions(points)
+        return CalibratedPoses(result, names, remarks, q, places, zeros_of(result))
 
     run = FitOptions(None, fix, None, noise).run(arm, True, not outputs.anyway)
     data = run_calibration(run, robot, given, outputs, calibrated)

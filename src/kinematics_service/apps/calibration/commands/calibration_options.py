@@ -164,13 +164,13 @@ class ImageOptions(NamedTuple):
         views = board_views(run.arm, given.q, seen, given.points, finder.camera, camera)
         run, q = run._replace(noise=run.noise or views.instrument), given.q[views.rows]
         try:
-            found = run.calibrated(q, poses=views.poses, whitening=views.whitening)
+            result = run.calibrated(q, poses=views.poses, whitening=views.whitening)
         except CalibrationError as error:
             doubt = f'. And {views.doubt}' if views.doubt else ''
             raise CalibrationError(f'{error}{doubt}', code=error.code) from None
         poses = inverses(views.poses) if camera == ON_TOOL else views.poses
-        found = replace(found, views=views)
-        return CalibratedPoses(found, [str(files[0])], given.remarks, q, poses)
+        result = replace(result, views=views)
+        return CalibratedPoses(result, [str(files[0])], given.remarks, q, poses)
 
 
 def grouped(command: Callable[..., None]) -> Callable[..., None]:
@@ -178,22 +178,22 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
     Return a command whose groups of options are replaced by the single options of each group.
     """
     groups, parameters = dict[str, Any](), list[inspect.Parameter]()
-    for one in inspect.signature(command).parameters.values():
-        if hasattr(one.annotation, '_fields'):
-            groups[one.name] = one.annotation
-            parameters += inspect.signature(one.annotation).parameters.values()
+    for parameter in inspect.signature(command).parameters.values():
+        if hasattr(parameter.annotation, '_fields'):
+            groups[parameter.name] = parameter.annotation
+            parameters += inspect.signature(parameter.annotation).parameters.values()
         else:
-            parameters.append(one)
-    parameters = [one.replace(kind=one.KEYWORD_ONLY) for one in parameters]
+            parameters.append(parameter)
+    parameters = [parameter.replace(kind=parameter.KEYWORD_ONLY) for parameter in parameters]
 
     def run(**values: Any) -> None:
         given = dict[str, Any]()
-        for name, own in groups.items():
-            given[name] = own(*(values.pop(field) for field in own._fields))
+        for name, group in groups.items():
+            given[name] = group(*(values.pop(field) for field in group._fields))
         command(**given, **values)
 
     run.__doc__, run.__name__ = command.__doc__, command.__name__
-    run.__annotations__ = {one.name: one.annotation for one in parameters}
+    run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     return run
 
@@ -235,7 +235,7 @@ def given_board(text: str) -> Board:
 
 def check_inputs(files: Sequence[Path]) -> None:
     """Refuse a recording that is given twice, since its rows would count twice."""
-    resolved = [one.resolve() for one in files]
+    resolved = [path.resolve() for path in files]
     for file in files:
         if resolved.count(file.resolve()) > 1:
             raise WrongUsage(f'FILE: {file} is given twice; give it once')
@@ -244,7 +244,7 @@ def check_inputs(files: Sequence[Path]) -> None:
 def check_output(name: str, file: Path, inputs: Sequence[Path], replaces: bool) -> None:
     """Refuse an output that cannot be written, is an input, or exists and is not replaced."""
     refuse_unwritable(name, file)
-    if file.exists() and any(one.exists() and file.samefile(one) for one in inputs):
+    if file.exists() and any(path.exists() and file.samefile(path) for path in inputs):
         raise WrongUsage(f'{name}: {file} is the recording itself; give another name')
     if file.is_file() and not replaces:
         raise WrongUsage(f'{name}: {file} exists; give another name, or --force')

@@ -108,7 +108,7 @@ def run_calibration(
 
 def _robot_text(data: CalibratedPoses, robot: str, outputs: OutputOptions) -> str:
     date = datetime.now().astimezone().date().isoformat()
-    origin = CalibrationOrigin(', '.join(Path(one).name for one in data.files), date)
+    origin = CalibrationOrigin(', '.join(Path(file).name for file in data.files), date)
     nominal, frames = robot_file_text(*find_robot(robot)), outputs.frames
     return calibrated_text(
         data.found, nominal, data.q, data.poses, origin, frames.value, outputs.anyway
@@ -128,18 +128,18 @@ def write_report(data: CalibratedPoses, robot: str, outputs: OutputOptions) -> N
 
 
 def _print_report(data: CalibratedPoses, outputs: OutputOptions) -> None:
-    found, out = data.found, Output()
-    first, *others = sentences_of(found)
+    result, out = data.found, Output()
+    first, *others = sentences_of(result)
     sentences = [first, *data.remarks, *others]
-    if not found.accepted:
+    if not result.accepted:
         no_file = 'no robot file is written without --anyway'
         end = 'written anyway' if outputs.anyway else no_file
         out.print(plain(f'{sentences.pop(0)}; {end}.'), '')
-    title = f'{found.robot.name}: {found.count} {found.kind} of {", ".join(data.files)}'
+    title = f'{result.robot.name}: {result.count} {result.kind} of {", ".join(data.files)}'
     out.print(heading(title), '')
     out.print(*(plain(f'  {sentence}.') for sentence in sentences), '')
     rows = table('  parameter', 'correction', 'deviation', '')
-    for one in found.parameters:
-        name, *cells = cells_of(one, found)
+    for parameter in result.parameters:
+        name, *cells = cells_of(parameter, result)
         rows.add_row(f'  {name}', *cells)
     out.print(rows)
