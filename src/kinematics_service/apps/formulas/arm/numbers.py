@@ -73,8 +73,8 @@ class Evaluation:
             if not path:
                 return self._of(part)
             values = [self._of(argument) for argument in expression.args]
-            k, *rest = path
-            values[k] = self.with_part(expression.args[k], rest, part)
+            k, *tail = path
+            values[k] = self.with_part(expression.args[k], tail, part)
             return self._applied(expression, values)
 
     def _of(self, e: sp.Expr) -> Floats:

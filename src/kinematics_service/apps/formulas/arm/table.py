@@ -251,11 +251,11 @@ def _argument(motion: ElementaryMotion, names: Names) -> sp.Expr:
 
 def _row(row: Link, convention: str, names: Names) -> TableRow:
     if isinstance(row, DhRow):
-        pairs = ((name, _argument(one, names)) for name, one in zip(row.names, row.motions))
+        pairs = ((name, _argument(motion, names)) for name, motion in zip(row.names, row.motions))
         return TableRow(convention, tuple(pairs))
     result = TableRow(convention)
-    for one in row.motions:
-        result = replace(result, axis=one.axis, argument=_argument(one, names))
+    for motion in row.motions:
+        result = replace(result, axis=motion.axis, argument=_argument(motion, names))
     if isinstance(row, ShapeRow):
         result = replace(result, inner=_pose(row.inner, names), outer=_pose(row.outer, names))
     return result
@@ -281,7 +281,7 @@ def table_of(description: RobotDescription) -> Table:
         / (length if joint.type == 'prismatic' else degree)
         for joint in joints
     }
-    constants = {one.name: sp.Symbol(one.name) for one in description.constants}
+    constants = {constant.name: sp.Symbol(constant.name) for constant in description.constants}
     given: dict[sp.Symbol, float] = {}
     derived: dict[sp.Symbol, sp.Expr] = {}
     for constant in description.constants:

@@ -164,16 +164,17 @@ def compare(robot: Robot, text: str) -> Comparison:
         message = 'singular: not compared for an arm with closed loops; remove the line'
         faults.append(claims[0].fault(message, 'unsupported'))
     if claims and not faults:
-        verdicts += [
-            Verdict(one.name, one.line, (DIFFERS, AGREES)[one.holds], (1, 1), remarks=one.remarks)
-            for one in judge_claims(robot, names, claims)
-        ]
+        for claim in judge_claims(robot, names, claims):
+            status = (DIFFERS, AGREES)[claim.holds]
+            verdicts.append(Verdict(claim.name, claim.line, status, (1, 1), remarks=claim.remarks))
     if not understood.statements and not faults:
         message = "the file has no formula; write for example 'J = [...]' or 'T = [...]'"
         none = FormulaError(message, 1, 1, code='empty')
         faults += [
-            FormulaError(f'{one.message}; known: {ACCEPTED}', one.line, one.column, code=one.code)
-            for one in understood.passed_over
+            FormulaError(
+                f'{fault.message}; known: {ACCEPTED}', fault.line, fault.column, code=fault.code
+            )
+            for fault in understood.passed_over
         ] or [none]
     verdicts.sort(key=lambda verdict: verdict.line)
     faults.sort(key=lambda fault: (fault.line, fault.column))
@@ -234,13 +235,13 @@ def _verdict(check: Check) -> Verdict:
     # Do not search causes if the arm has passive joints, because the search ignores closed loops.
     explained = Explained((), ()) if check.names.table.passive else explain(check)
     entries = tuple(_wrong_entry(check, int(i), int(j)) for i, j in np.argwhere(check.wrong))
-    found = {entry for cause in explained.explanations for entry in cause.entries}
+    covered = {entry for cause in explained.explanations for entry in cause.entries}
     return replace(
         base,
         status=DIFFERS,
         entries=entries,
         causes=explained.explanations,
-        unexplained=len(entries) - len(found),
+        unexplained=len(entries) - len(covered),
         tried=explained.tried,
     )
 
@@ -334,25 +335,25 @@ def _rotation_facts(R: Floats) -> list[str]:
 
 
 def _branch(check: SolutionCheck) -> list[str]:
-    share, solved = check.share, check.solved
-    if share >= 1.0:
+    hit_ratio, solved = check.hit_ratio, check.solved
+    if hit_ratio >= 1.0:
         return []
     if bool(check.wrong.any()):
         slides = any(check.names.table.slides)
-        if slides and share + (1.0 - share) * check.branches(None) >= BRANCH_POSE_RATIO:
+        if slides and hit_ratio + (1.0 - hit_ratio) * check.branches(None) >= BRANCH_POSE_RATIO:
             return ['gives another branch, with a length outside its limits']
         if solved < MIN_HIT_RATIO:
             return []
         arctangent = check.expressions.has(sp.atan)
-        why = '; atan cannot tell the quadrants apart, atan2 can' if arctangent else ''
-        return [f'right, or another branch, at {solved:.0%} of the poses only{why}']
+        reason = '; atan cannot tell the quadrants apart, atan2 can' if arctangent else ''
+        return [f'right, or another branch, at {solved:.0%} of the poses only{reason}']
     beside = f'; no solution at {1.0 - solved:.0%}' if solved < MIN_REMARKED_RATIO else ''
-    if share < MIN_HIT_RATIO:
+    if hit_ratio < MIN_HIT_RATIO:
         return [
             'gives another branch: with other values of the other joints the tool is there too'
             + beside
         ]
-    hit = f'gives one of several solutions: the joint itself at {share:.0%} of the poses'
+    hit = f'gives one of several solutions: the joint itself at {hit_ratio:.0%} of the poses'
     if check.together == 1.0:
         return [f"{hit}; with the file's other formulas the tool always reaches its place"]
     return [hit + beside]
@@ -369,16 +370,16 @@ def _with_the_others(verdicts: Sequence[Verdict], checks: Sequence[Check]) -> li
     apart: dict[int, str] = {}
     for group in groups.values():
         first = replace(group[0], others=tuple(check.statement for check in group))
-        hits_all = all(check.share == 1.0 for check in group)
+        hits_all = all(check.hit_ratio == 1.0 for check in group)
         if hits_all or first.together is None or first.together >= BRANCH_POSE_RATIO:
             continue
         names = ', '.join(dict.fromkeys(check.statement.name for check in group))
         times = f'at {first.together:.0%} of the poses only' if first.together else 'at no pose'
-        said = (
+        remark = (
             f'right alone, but together the formulas of {names} bring the tool to its place '
             f'{times}: they belong to different solutions'
         )
-        apart |= {check.statement.line: said for check in group if check.share < 1.0}
+        apart |= {check.statement.line: remark for check in group if check.hit_ratio < 1.0}
     return [
         replace(verdict, status=DIFFERS, remarks=(apart[verdict.line],), tried=('another branch',))
         if verdict.line in apart

@@ -31,7 +31,7 @@ def report(comparison: Comparison, file: str, verbose: bool = False) -> Iterator
     verdicts = comparison.verdicts
     wrong = sum(verdict.status != AGREES for verdict in verdicts)
     yield f'{file} against {comparison.robot.name}: {_count(len(verdicts), wrong)}'
-    yield _how(comparison)
+    yield _method(comparison)
     for unused in comparison.passed_over:
         yield f'passed over: line {unused.line}: {unused.message}'
     for verdict in verdicts:
@@ -45,7 +45,7 @@ def _count(formulas: int, wrong: int) -> str:
     return f'{wrong} of {counted(formulas, "formula")} differ{"s" if wrong == 1 else ""}'
 
 
-def _how(comparison: Comparison) -> str:
+def _method(comparison: Comparison) -> str:
     if comparison.robot.chain.loops:
         return (
             'Compared as numbers at random poses at which the loops close; no causes are tested.'
@@ -70,10 +70,10 @@ def _verdict(verdict: Verdict, verbose: bool) -> Iterator[str]:
     for cause in verdict.causes:
         yield from _cause(cause, verdict)
     if verdict.unexplained and (verdict.tried or verdict.causes):
-        left = 'it' if verdict.unexplained == size == 1 else f'{verdict.unexplained} of them'
-        left = 'them' if verdict.unexplained == len(verdict.entries) > 1 else left
+        entries = 'it' if verdict.unexplained == size == 1 else f'{verdict.unexplained} of them'
+        entries = 'them' if verdict.unexplained == len(verdict.entries) > 1 else entries
         hint = '' if verbose or not verdict.tried else ' (--verbose: which were tested)'
-        yield f'  no tested cause explains {left}{hint}'
+        yield f'  no tested cause explains {entries}{hint}'
     if verbose and verdict.tried:
         yield f'  tested: {", ".join(verdict.tried)}'
 
@@ -123,7 +123,7 @@ def document(comparison: Comparison, file: str) -> dict[str, Json]:
         **attributes(comparison, 'agrees', 'poses'),
         'random_constants': list(comparison.randomised),
         'passed_over': [
-            attributes(one, 'line', 'message', 'code') for one in comparison.passed_over
+            attributes(fault, 'line', 'message', 'code') for fault in comparison.passed_over
         ],
         'formulas': [_json(verdict) for verdict in comparison.verdicts],
     }

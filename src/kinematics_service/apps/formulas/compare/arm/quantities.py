@@ -100,8 +100,8 @@ _PATTERNS = {
 def quantity_of(key: str) -> Quantity | None:
     """Return the quantity that a name (without underscores) means, or None if it means none."""
     for pattern, quantity in _PATTERNS.items():
-        if found := re.fullmatch(pattern, key):
-            groups = {name: text for name, text in found.groupdict().items() if text}
+        if match := re.fullmatch(pattern, key):
+            groups = {name: text for name, text in match.groupdict().items() if text}
             numbers: dict[str, Any] = {
                 name.rstrip('_'): int(text) if text.isdigit() else -1
                 for name, text in groups.items()
@@ -125,27 +125,27 @@ def refusal_of(quantity: Quantity, table: Table, reading: Settings) -> Refusal |
         low, high = (1, rows) if quantity.kind == 'row' else (0, joints)
         if not low <= quantity.i <= high:
             if quantity.kind == 'row':
-                which, advice = 'row', '; write T_02 for frame 2 in frame 0'
+                noun, advice = 'row', '; write T_02 for frame 2 in frame 0'
             else:
-                which, advice = 'joint', ''
-            message = f'there is no {which} {quantity.i}: the robot has {high}{advice}'
+                noun, advice = 'joint', ''
+            message = f'there is no {noun} {quantity.i}: the robot has {high}{advice}'
             return Refusal(message, 'out-of-range')
     if quantity.kind == 'reach' and not 1 <= quantity.i <= rows:
         message = f's_o{quantity.i}: there is no row {quantity.i}: the robot has {rows}'
         return Refusal(message, 'out-of-range')
-    one, two = quantity.start or 0, quantity.i
+    i, j = quantity.start or 0, quantity.i
     if quantity.kind in ('pose', 'vector'):
-        one, two = quantity.i, quantity.j
+        i, j = quantity.i, quantity.j
     elif quantity.kind not in PARTS:
         return None
-    if quantity.either and one and 10 * one + two <= rows:
+    if quantity.either and i and 10 * i + j <= rows:
         return Refusal(
-            f'{one}{two} is frame {two} in frame {one}, or frame {one}{two}; write T_{one}{two} '
-            f'for the frames (its rotation alone is accepted), R_0{one}{two} for the rotation of '
-            f'frame {one}{two}, T_0{one}{two} for its pose',
+            f'{i}{j} is frame {j} in frame {i}, or frame {i}{j}; write T_{i}{j} '
+            f'for the frames (its rotation alone is accepted), R_0{i}{j} for the rotation of '
+            f'frame {i}{j}, T_0{i}{j} for its pose',
             'ambiguous',
         )
-    for index in (one, two):
+    for index in (i, j):
         if index > high:
             message = f'there is no frame {index}: the frames are {low} to {high}'
             return Refusal(message, 'out-of-range')
@@ -188,8 +188,8 @@ def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) ->
     if kind == 'pose':
         return np.asarray(arm.between(i - first, last if j < 0 else j - first))
     if kind == 'vector':
-        one, other = np.asarray(arm.frame(i - first)), np.asarray(arm.frame(j - first))
-        return np.asarray(other[origin] - one[origin])
+        T_i, T_j = np.asarray(arm.frame(i - first)), np.asarray(arm.frame(j - first))
+        return np.asarray(T_j[origin] - T_i[origin])
     if kind == 'reach':
         return np.asarray(np.asarray(arm.frame(i - 1))[origin] - pose[origin])
     J = np.asarray(arm.jacobian)

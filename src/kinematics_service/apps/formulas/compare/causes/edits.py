@@ -93,8 +93,8 @@ def extra_terms(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
                 yield Edit(f'the term {_text(term)} is too many', path, part - term)
         if part.is_Mul:
             for k, factor in enumerate(part.args):
-                rest = part.func(*part.args[:k], *part.args[k + 1 :])
-                yield Edit(f'the factor {_text(factor)} is too many', path, rest)
+                quotient = part.func(*part.args[:k], *part.args[k + 1 :])
+                yield Edit(f'the factor {_text(factor)} is too many', path, quotient)
     if e != 0:
         yield Edit(f'{_text(e)} does not belong here: the entry is 0', (), sp.Integer(0))
 
@@ -121,22 +121,22 @@ def symbols_exchanged(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Ed
     symbols.
     """
     free = sorted(e.free_symbols, key=str)
-    for one in free:
-        for other in symbols:
-            if one != other:
-                yield Edit(f'{one} stands where {other} belongs', (), e.xreplace({one: other}))
+    for old in free:
+        for new in symbols:
+            if old != new:
+                yield Edit(f'{old} stands where {new} belongs', (), e.xreplace({old: new}))
     for path, part in places(e):
         if part.is_Symbol:
-            for other in symbols:
-                if other != part:
-                    yield Edit(f'{part} stands where {other} belongs, at one place', path, other)
+            for new in symbols:
+                if new != part:
+                    yield Edit(f'{part} stands where {new} belongs, at one place', path, new)
         if part.is_Pow and part.base.is_Symbol and part.exp == 2:
-            for other in symbols:
-                sentence = f'{part.base} stands where {other} belongs, at one place'
-                yield Edit(sentence, path, part.base * other)
-    for one, other in combinations(free, 2):
-        changes = {one: other, other: one}
-        yield Edit(f'{one} and {other} are exchanged', (), e.xreplace(changes))
+            for new in symbols:
+                sentence = f'{part.base} stands where {new} belongs, at one place'
+                yield Edit(sentence, path, part.base * new)
+    for first, second in combinations(free, 2):
+        changes = {first: second, second: first}
+        yield Edit(f'{first} and {second} are exchanged', (), e.xreplace(changes))
 
 
 def lost_lengths(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
@@ -205,10 +205,10 @@ def lost_plus(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
             continue
         for size in range(1, len(part.args) // 2 + 1):
             for chosen in combinations(part.args, size):
-                one = sp.Mul(*chosen)
-                other = sp.Mul(*(f for f in part.args if f not in chosen))
-                for total, sign in ((one + other, 'plus'), (one - other, 'minus')):
-                    sentence = f'a {sign} sign is lost between {_text(one)} and {_text(other)}'
+                first = sp.Mul(*chosen)
+                second = sp.Mul(*(f for f in part.args if f not in chosen))
+                for total, sign in ((first + second, 'plus'), (first - second, 'minus')):
+                    sentence = f'a {sign} sign is lost between {_text(first)} and {_text(second)}'
                     yield Edit(sentence, path, total)
 
 
@@ -253,9 +253,9 @@ def units(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """Yield edits that convert angles between deg and rad, or lengths from mm to m."""
     changed, inside = e, False
     for part in {p for _, p in places(e) if p.func in (sp.sin, sp.cos, sp.tan)}:
-        number, rest = part.args[0].as_coeff_Add()
+        number, angle = part.args[0].as_coeff_Add()
         if number != 0:
-            changed = changed.subs(part, part.func(number * sp.pi / 180 + rest))
+            changed = changed.subs(part, part.func(number * sp.pi / 180 + angle))
             inside = True
     if inside:
         yield Edit('a number in sin or cos is in degrees', (), changed)

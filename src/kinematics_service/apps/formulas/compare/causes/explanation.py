@@ -98,18 +98,18 @@ def _of_matrix(check: QuantityCheck, right: Floats, tried: list[str]) -> list[Ex
     complete = any((candidate.mask == wrong).all() for candidate in candidates)
     if not complete and (first := _best_whole(check, wrong, whole)) is not None:
         name, variant = first
-        left = ~check.agrees(check.person, variant.values)
-        explanation = Explanation(name, variant.sentence, _entries(wrong & ~left))
-        rest = _entry_by_entry(check, variant.values, left, tried)
-        return _few([explanation, *rest], int(wrong.sum()))
-    chosen, left = _cover(candidates, wrong, check.is_one_configuration)
-    return _few([*chosen, *_entry_by_entry(check, right, left, tried)], int(wrong.sum()))
+        unexplained = ~check.agrees(check.person, variant.values)
+        explanation = Explanation(name, variant.sentence, _entries(wrong & ~unexplained))
+        others = _entry_by_entry(check, variant.values, unexplained, tried)
+        return _if_few([explanation, *others], int(wrong.sum()))
+    chosen, unexplained = _cover(candidates, wrong, check.is_one_configuration)
+    return _if_few([*chosen, *_entry_by_entry(check, right, unexplained, tried)], int(wrong.sum()))
 
 
-def _few(found: list[Explanation], wrong: int) -> list[Explanation]:
+def _if_few(explanations: list[Explanation], wrong: int) -> list[Explanation]:
     # Many mistakes may fit by chance. So return no mistakes if more than max(2, wrong / 3) were
     # found, where `wrong` is the number of wrong entries.
-    return found if len(found) <= max(2, wrong // 3) else []
+    return explanations if len(explanations) <= max(2, wrong // 3) else []
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,9 +143,9 @@ def _best_whole(
     # entries.
     best, least = None, int(MAX_LEFT_RATIO * wrong.sum())
     for name, variant in variants:
-        left = int((~check.agrees(check.person, variant.values)).sum())
-        if 0 < left <= least and wrong.sum() - left >= 2:
-            best, least = (name, variant), left - 1
+        count = int((~check.agrees(check.person, variant.values)).sum())
+        if 0 < count <= least and wrong.sum() - count >= 2:
+            best, least = (name, variant), count - 1
     return best
 
 
@@ -171,19 +171,21 @@ def _parts(scope: str, check: QuantityCheck) -> Iterator[tuple[str, sp.Expr]]:
         yield from ((f'({i + 1},{j + 1})', np.s_[i, j]) for i, j in np.ndindex(rows, columns))
 
 
-def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> tuple[list[Explanation], Mask]:
+def _cover(
+    candidates: list[_Candidate], wrong: Mask, single: bool
+) -> tuple[list[Explanation], Mask]:
     # Greedy set cover: repeatedly choose the mistake that explains the largest number of wrong
     # entries that are still unexplained. If two mistakes explain equally many entries, choose the
     # first in `CAUSES`. Return the chosen mistakes and the entries that stay unexplained.
     # A chosen mistake gets a list of alternatives: other mistakes that explain the same entries. A
-    # cause, such as a wrong row of the table, consists of many similar mistakes. If `one` is
-    # false, the list has mistakes of other causes only. If `one` is true, the user's values are
+    # cause, such as a wrong row of the table, consists of many similar mistakes. If `single` is
+    # false, the list has mistakes of other causes only. If `single` is true, the user's values are
     # known at one configuration only. One configuration may not show which of several similar
     # mistakes the user made. So the list also has mistakes of the same cause.
-    left = wrong.copy()
+    unexplained = wrong.copy()
     chosen: list[Explanation] = []
-    while left.any() and candidates:
-        counts = [int((candidate.mask & left).sum()) for candidate in candidates]
+    while unexplained.any() and candidates:
+        counts = [int((candidate.mask & unexplained).sum()) for candidate in candidates]
         if max(counts) == 0:
             break
         best = candidates[counts.index(max(counts))]
@@ -193,13 +195,13 @@ def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> tuple[list[E
             for rival in reversed(candidates)  # if sentences are equal, keep the first
             if rival.variant.sentence != sentence
             and (rival.mask == best.mask).all()
-            and (one or rival.cause != best.cause)
+            and (single or rival.cause != best.cause)
         }
         alternatives = tuple(reversed(also.values()))[:MAX_ALTERNATIVES]
-        entries = _entries(best.mask & left)
+        entries = _entries(best.mask & unexplained)
         chosen.append(Explanation(best.cause, f'{best.place}{sentence}', entries, alternatives))
-        left &= ~best.mask
-    return chosen, left
+        unexplained &= ~best.mask
+    return chosen, unexplained
 
 
 def _entries(mask: Mask) -> tuple[tuple[int, int], ...]:
@@ -207,13 +209,13 @@ def _entries(mask: Mask) -> tuple[tuple[int, int], ...]:
 
 
 def _entry_by_entry(
-    check: QuantityCheck, right: Floats, left: Mask, tried: list[str]
+    check: QuantityCheck, right: Floats, mask: Mask, tried: list[str]
 ) -> list[Explanation]:
-    found: list[Explanation] = []
-    for i, j in _entries(left):
+    repairs: list[Explanation] = []
+    for i, j in _entries(mask):
         terms = _missing_terms(check, right, i, j, tried)
-        found += terms or _repaired(check, right, i, j, tried)
-    return _grouped(found)
+        repairs += terms or _repaired(check, right, i, j, tried)
+    return _grouped(repairs)
 
 
 def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> list[Explanation]:
@@ -231,7 +233,7 @@ def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> 
         symbols = tuple(symbol for symbol in symbols if symbol != check.variable)
     known = sorted(expression.free_symbols - set(symbols), key=str)
     kinds = SOLUTION_EDITS if isinstance(check, SolutionCheck) else EDITS
-    found: dict[str, str] = {}  # key: repair as a sentence; value: kind of repair
+    repairs: dict[str, str] = {}  # key: repair as a sentence; value: kind of repair
     for kind in kinds:
         tried.append(kind.name)
         for edit in kind.edits(expression, (*symbols, *known)):
@@ -243,14 +245,14 @@ def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> 
             may_vanish = kind == EXTRA or not isinstance(check, QuantityCheck)
             if not may_vanish and replaced(expression, edit.path, edit.part) == 0:
                 continue
-            found.setdefault(edit.sentence, kind.name)
+            repairs.setdefault(edit.sentence, kind.name)
             break
-        if len(found) > MAX_ALTERNATIVES:
+        if len(repairs) > MAX_ALTERNATIVES:
             break
-    if not found:
+    if not repairs:
         return []
-    sentence, *others = found
-    return [Explanation(found[sentence], sentence, ((i, j),), tuple(others))]
+    sentence, *others = repairs
+    return [Explanation(repairs[sentence], sentence, ((i, j),), tuple(others))]
 
 
 def _missing_terms(
@@ -316,10 +318,10 @@ def right_entry(check: QuantityCheck, i: int, j: int) -> sp.Expr | None:
     return matrix[i, j].subs(check.names.table.derived)
 
 
-def _grouped(found: list[Explanation]) -> list[Explanation]:
+def _grouped(repairs: list[Explanation]) -> list[Explanation]:
     # Join explanations of different entries if they name the same mistake.
     groups: dict[tuple[str, str], Explanation] = {}
-    for one in found:
-        first = groups.get(key := (one.cause, one.sentence))
-        groups[key] = replace(first, entries=first.entries + one.entries) if first else one
+    for repair in repairs:
+        first = groups.get(key := (repair.cause, repair.sentence))
+        groups[key] = replace(first, entries=first.entries + repair.entries) if first else repair
     return [*groups.values()]

@@ -65,12 +65,12 @@ def other_convention(check: QuantityCheck) -> Iterator[Variant]:
         if check.quantity.kind == 'general':
             general = replace(table, convention=other.name)
             changed = replace(check, names=type(check.names)(general))
-            sentence = f'the row is {_whose(other)}, the robot file is {table_name(check)}'
+            sentence = f'the row is {_full_name(other)}, the robot file is {table_name(check)}'
             yield Variant(sentence, changed.right)
             continue
         rows = tuple(replace(row, convention=other.name) for row in table.rows)
         sentence = (
-            f'the table was read as {_whose(other)} DH, the robot file is {table_name(check)}'
+            f'the table was read as {_full_name(other)} DH, the robot file is {table_name(check)}'
         )
         yield _at(check, replace(table, rows=rows), sentence)
 
@@ -78,10 +78,10 @@ def other_convention(check: QuantityCheck) -> Iterator[Variant]:
 def table_name(check: QuantityCheck) -> str:
     """Return the convention of the robot file as text."""
     convention = CONVENTIONS[check.names.table.convention]
-    return _whose(convention) if convention.product else convention.name
+    return _full_name(convention) if convention.product else convention.name
 
 
-def _whose(convention: Convention) -> str:
+def _full_name(convention: Convention) -> str:
     return f"{convention.name} ({convention.author}'s)" if convention.author else convention.name
 
 
@@ -145,9 +145,9 @@ def joint_direction(check: QuantityCheck) -> Iterator[Variant]:
 
 def joint_exchange(check: QuantityCheck) -> Iterator[Variant]:
     """Yield mistaken values of the quantity, computed with two joint variables exchanged."""
-    for one, other in combinations(check.names.table.variables, 2):
-        sentence = f'{one} and {other} are exchanged'
-        yield _by_joints(check, {one: other, other: one}, sentence)
+    for joint, other in combinations(check.names.table.variables, 2):
+        sentence = f'{joint} and {other} are exchanged'
+        yield _by_joints(check, {joint: other, other: joint}, sentence)
 
 
 def absolute_angles(check: QuantityCheck) -> Iterator[Variant]:
@@ -156,9 +156,9 @@ def absolute_angles(check: QuantityCheck) -> Iterator[Variant]:
     angle, or subtracted from it. The user makes this mistake if he confuses absolute and relative
     angles.
     """
-    for one, other in permutations(check.names.table.turning, 2):
-        for value, text in ((one + other, f'{one} + {other}'), (one - other, f'{one} - {other}')):
-            yield _by_joints(check, {one: value}, f'{text} stands where {one} belongs')
+    for u, v in permutations(check.names.table.turning, 2):
+        for value, text in ((u + v, f'{u} + {v}'), (u - v, f'{u} - {v}')):
+            yield _by_joints(check, {u: value}, f'{text} stands where {u} belongs')
 
 
 def one_row(check: QuantityCheck) -> Iterator[Variant]:
@@ -183,10 +183,10 @@ def one_row(check: QuantityCheck) -> Iterator[Variant]:
                 length = f'{name} of {where} ({row[name]})'
                 edits.append(({name: ZERO}, f'{length} is left out'))
                 edits.append(({name: -row[name]}, f'{length} has the wrong sign'))
-        for one, other in combinations(lengths, 2):
-            if row[one] != row[other]:
-                exchanged = {one: row[other], other: row[one]}
-                edits.append((exchanged, f'{one} and {other} of {where} are exchanged'))
+        for first, second in combinations(lengths, 2):
+            if row[first] != row[second]:
+                exchanged = {first: row[second], second: row[first]}
+                edits.append((exchanged, f'{first} and {second} of {where} are exchanged'))
         for changes, sentence in edits:
             yield _at(check, table.with_row(i, row.with_quantities(changes)), sentence)
 
@@ -215,15 +215,15 @@ def shifted_column(check: QuantityCheck) -> Iterator[Variant]:
         for first in reversed(range(len(column) - 1)):
             up = [*column[:first], *column[first + 1 :], ZERO]
             down = [*column[:first], ZERO, *column[first:-1]]
-            for shifted, way in ((up, 'up'), (down, 'down')):
+            for shifted, direction in ((up, 'up'), (down, 'down')):
                 if shifted != column:
                     rows = tuple(
                         row.with_quantities({name: value})
                         for row, value in zip(table.rows, shifted)
                     )
                     sentence = (
-                        f'the {name} column of the table has slipped {way} by one row, from row '
-                        f'{first + 1} on'
+                        f'the {name} column of the table has slipped {direction} by one row, '
+                        f'from row {first + 1} on'
                     )
                     yield _at(check, replace(table, rows=rows), sentence)
 
@@ -268,11 +268,11 @@ def exchanged_lengths(check: QuantityCheck) -> Iterator[Variant]:
     replaced by another length.
     """
     values = check.poses.values
-    for one, other in combinations(check.names.table.constants, 2):
+    for length, other in combinations(check.names.table.constants, 2):
         versions = (
-            ({one: other, other: one}, f'{one} and {other} are exchanged'),
-            ({one: other}, f'{other} stands where {one} belongs'),
-            ({other: one}, f'{one} stands where {other} belongs'),
+            ({length: other, other: length}, f'{length} and {other} are exchanged'),
+            ({length: other}, f'{other} stands where {length} belongs'),
+            ({other: length}, f'{length} stands where {other} belongs'),
         )
         for places, sentence in versions:
             changes = {to: values[source] for to, source in places.items()}
@@ -294,7 +294,7 @@ def other_joint_value(check: QuantityCheck) -> Iterator[Variant]:
     for symbol in given:
         for degrees in (0, 90, -90, 180):
             if symbol in turning and abs(values[symbol][0] - np.radians(degrees)) > 1e-9:
-                here = f'{np.degrees(values[symbol][0]):g} deg'
-                sentence = f'right for {symbol} = {degrees} deg, not for {symbol} = {here}'
+                position = f'{np.degrees(values[symbol][0]):g} deg'
+                sentence = f'right for {symbol} = {degrees} deg, not for {symbol} = {position}'
                 changes = {symbol: np.full(check.poses.count, np.radians(degrees))}
                 yield _with_values(check, changes, sentence)

@@ -91,24 +91,23 @@ class Check(ABC):
         """Return the numbers of rows and columns of the user's formula."""
         return int(self.expressions.rows), int(self.expressions.cols)
 
-    def gap(self, one: Floats, other: Floats) -> Floats:
+    def gap(self, x: Floats, y: Floats) -> Floats:
         """
-        Return the difference |one - other| / (1 + max(|one|, |other|)), infinite if a value is
-        undefined.
+        Return the difference |x - y| / (1 + max(|x|, |y|)), infinite if a value is undefined.
 
         If the formula consists of decimal numbers only, the divisor is 1.
         """
         with np.errstate(all='ignore'):
-            larger = 0.0 if self.statement.decimals else np.maximum(np.abs(one), np.abs(other))
-            gap = np.abs(one - other) / (1.0 + larger)
+            larger = 0.0 if self.statement.decimals else np.maximum(np.abs(x), np.abs(y))
+            gap = np.abs(x - y) / (1.0 + larger)
         return np.where(np.isfinite(gap), gap, np.inf)
 
-    def agrees(self, one: Floats, other: Floats) -> Mask:
+    def agrees(self, x: Floats, y: Floats) -> Mask:
         """
         Compare two arrays of values, whose first axis counts the N configurations. Return a mask
         with the other axes: True where the values are equal at all configurations.
         """
-        return np.asarray(np.all(self.gap(one, other) <= self.tolerance, axis=0))
+        return np.asarray(np.all(self.gap(x, y) <= self.tolerance, axis=0))
 
     @property
     @abstractmethod
@@ -251,22 +250,22 @@ class QuantityCheck(Check):
         orders = [self.reading.angular_first]
         if orders == [None] and form in ('space', 'body'):
             orders = [True, False]
-        found: list[QuantityCheck] = []
+        checks: list[QuantityCheck] = []
         for form, order in product(forms, orders):
             settings = replace(self.reading, angular_first=order)
-            meant = replace(
+            statement = replace(
                 self.statement, quantity=replace(quantity, form=form), settings=settings
             )
-            check = replace(self, statement=meant)
-            found.append(check)
+            check = replace(self, statement=statement)
+            checks.append(check)
             whole = check.whole_of(self.world, settings)
             # Select the rows that are nonzero at some configuration; in a planar arm they are x, y
             # and the angle phi.
             rows = tuple(np.flatnonzero(np.abs(whole).max(axis=(0, 2)) > ROUND_OFF).tolist())
             if len(rows) == self.shape[0] < whole.shape[1]:
                 chosen = replace(check.quantity, rows=rows)
-                found.append(replace(self, statement=replace(meant, quantity=chosen)))
-        return tuple(found)
+                checks.append(replace(self, statement=replace(statement, quantity=chosen)))
+        return tuple(checks)
 
     @property
     def reading_in_words(self) -> tuple[str, ...]:

@@ -116,8 +116,8 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
         return [*judged[:-1], replace(judged[-1], remarks=remarks)]
     by_file = exact.sampler
     arms = [
-        _ArmOfLetters(robot, FormulaNames(one.table), one)
-        for one in (*by_file.in_random_letters, by_file)
+        _ArmOfLetters(robot, FormulaNames(sampler.table), sampler)
+        for sampler in (*by_file.in_random_letters, by_file)
     ]
 
     def judge(claim: Statement | None) -> Claim:
@@ -125,7 +125,7 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
             verdicts = [_sound(arm, claim) for arm in arms]
         else:
             verdicts = [_whole(arm, factors, claims) for arm in arms if factors]
-        worst = next((one for one in verdicts if not one.holds), verdicts[-1])
+        worst = next((verdict for verdict in verdicts if not verdict.holds), verdicts[-1])
         if worst.holds or not verdicts[-1].holds:
             # The last verdict is for the constants of the robot file, the verdicts before it are
             # for random constants. Return the last verdict if all verdicts say that the claim is
@@ -167,7 +167,7 @@ def _sound(arm: _ArmOfLetters, claim: Statement) -> Claim:
     # A claim such as q3 = acos(2 cos(q2)) gives no real q3 at some values of q2. Drop the
     # configurations without a real joint position.
     q = q[np.isfinite(q).all(axis=1)]
-    q = q[_belongs(names, claim, q)] if equations else q
+    q = q[_in_family(names, claim, q)] if equations else q
     if not len(q):
         remark = f'no pose of this family was found in {DRAWS} draws: it has no real values there'
         return Claim(claim.name, claim.line, False, (remark,))
@@ -201,7 +201,7 @@ def _unit(names: FormulaNames, claim: Statement, joint: int) -> float:
 # Completeness: check that the claims contain the zeros of each factor of the determinant
 
 
-def _belongs(names: FormulaNames, claim: Statement, q: Floats) -> npt.NDArray[np.bool_]:
+def _in_family(names: FormulaNames, claim: Statement, q: Floats) -> npt.NDArray[np.bool_]:
     # Return which of N configurations belong to the family that the claim names, shape (N,).
     holds = np.ones(len(q), dtype=bool)
     for joint, value in claim.conditions:
@@ -232,7 +232,7 @@ def _whole(
     for expression, value in factors.items():
         function = Numbers(value, sampler.arithmetic).scaled_to(sampler.random())
         zeros = sampler.whole(poses_on([function], starts, np.ones(starts.shape[1])))
-        claimed = [_belongs(names, claim, zeros) for claim in claims]
+        claimed = [_in_family(names, claim, zeros) for claim in claims]
         left_out = zeros[~np.any(claimed, axis=0)]
         left_out = left_out[arm.smallness(left_out) < SINGULAR_VALUE_RATIO]
         if len(left_out):

@@ -60,13 +60,13 @@ class FormulaNames:
         """
         if key in self.variables:
             return list(self.variables).index(key)
-        found = ALIAS.fullmatch(key)
-        if found is None or key in self.constants:
+        match = ALIAS.fullmatch(key)
+        if match is None or key in self.constants:
             return None
-        index, slides = int(found[2]) - 1, self.table.slides
+        index, slides = int(match[2]) - 1, self.table.slides
         if not 0 <= index < len(slides):
             return None
-        fits = found[1] == 'q' or (found[1] == 'd') == slides[index]
+        fits = match[1] == 'q' or (match[1] == 'd') == slides[index]
         return index if fits else None
 
     def value(self, token: FormulaToken, settings: Settings, general: bool = False) -> Value:
@@ -90,16 +90,16 @@ class FormulaNames:
             return self.constants[key]
         if key in COORDINATES:
             return sp.Symbol(COORDINATES[key])
-        if found := SHORTHAND.fullmatch(key):
-            return self._shorthand(found, token)
-        if found := ROTATION_ENTRY.fullmatch(key):
-            if key[0] == 'R' and found[1] != found[2]:
+        if match := SHORTHAND.fullmatch(key):
+            return self._shorthand(match, token)
+        if match := ROTATION_ENTRY.fullmatch(key):
+            if key[0] == 'R' and match[1] != match[2]:
                 raise token.fault(
                     f'{token.written!r} is an entry of the rotation R, or a rotation between '
-                    f'frames; write r_{found[1]}{found[2]} or R^{found[1]}_{found[2]}',
+                    f'frames; write r_{match[1]}{match[2]} or R^{match[1]}_{match[2]}',
                     'ambiguous',
                 )
-            return sp.Symbol(f'r{found[1]}{found[2]}')
+            return sp.Symbol(f'r{match[1]}{match[2]}')
         if key in ('I', 'eye'):
             return sp.Integer(1)
         if key == 'phi':
@@ -126,14 +126,14 @@ class FormulaNames:
         )
         return factors if is_product and all(are_scalars) else []
 
-    def _shorthand(self, found: re.Match[str], token: FormulaToken) -> sp.Expr:
+    def _shorthand(self, match: re.Match[str], token: FormulaToken) -> sp.Expr:
         variables, total = self.table.variables, sp.Integer(0)
-        for digit in found[2]:
+        for digit in match[2]:
             if not 1 <= int(digit) <= len(variables):
                 message = f'{token.written!r}: the robot has {len(variables)} joints'
                 raise token.fault(message, 'out-of-range')
             total += variables[int(digit) - 1]
-        return sp.cos(total) if found[1] in 'cC' else sp.sin(total)
+        return sp.cos(total) if match[1] in 'cC' else sp.sin(total)
 
     def _matrix(
         self, quantity: Quantity, token: FormulaToken, settings: Settings
@@ -168,5 +168,5 @@ class FormulaNames:
 
 def general_symbol(key: str) -> sp.Symbol | None:
     """Return the symbol a_i, alpha_i, d_i or theta_i of the general matrix A_i, or None."""
-    found = re.fullmatch(rf'({"|".join(QUANTITIES)})(?:i|im1)?', key)
-    return sp.Symbol(f'{found[1]}_i') if found else None
+    match = re.fullmatch(rf'({"|".join(QUANTITIES)})(?:i|im1)?', key)
+    return sp.Symbol(f'{match[1]}_i') if match else None

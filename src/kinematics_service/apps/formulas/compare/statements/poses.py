@@ -128,9 +128,9 @@ def _close(
     joints = table.variables[: table.joints]
     for symbol in given:
         if symbol not in joints:
-            why = 'follows from the joints' if symbol in table.variables else 'is a constant'
+            reason = 'follows from the joints' if symbol in table.variables else 'is a constant'
             accepted = ', '.join(joint.name for joint in joints)
-            message = f'at: {symbol} {why}; with closed loops give values of {accepted} only'
+            message = f'at: {symbol} {reason}; with closed loops give values of {accepted} only'
             raise FormulaError(message, code='unsupported')
     drawn = [_drawn(robot, k, rng, CLOSURE_SAMPLES) for k in range(table.joints)]
     q = np.stack([values[joint] for joint in joints], axis=1)

@@ -128,7 +128,7 @@ class PoseSearch:
         return followed == all_of_them
 
     def reached(
-        self, given: Mapping[sp.Symbol, Floats], wanted: Mask, limits: Limits | None = None
+        self, given: Mapping[sp.Symbol, Floats], mask: Mask, limits: Limits | None = None
     ) -> Mask:
         """
         Return at which configurations the search brings the tool to its target, shape (N,).
@@ -137,20 +137,20 @@ class PoseSearch:
         ----------
         given
             Values of the given joints.
-        wanted : shape (N,)
+        mask : shape (N,)
             Whether to search at each configuration.
         limits
             Limits of the prismatic joints; None: any length.
         """
         finite = np.all([np.isfinite(v) for v in given.values()], axis=0)
-        left = wanted & finite
+        open_ = mask & finite
         random = np.random.default_rng(SEED)
         for start in range(STARTS if self.moving else 1):
-            if not left.any() or (start == FIRST_STARTS and np.array_equal(left, wanted & finite)):
+            if not open_.any() or (start == FIRST_STARTS and np.array_equal(open_, mask & finite)):
                 break
-            at = np.flatnonzero(left)
-            left[at[self._stepped(given, at, random, limits)]] = False
-        return np.asarray(wanted & finite & ~left)
+            at = np.flatnonzero(open_)
+            open_[at[self._stepped(given, at, random, limits)]] = False
+        return np.asarray(mask & finite & ~open_)
 
     def _stepped(
         self,
@@ -288,7 +288,7 @@ class SolutionCheck(Check):
         return values * DEGREE if degrees else values
 
     @cached_property
-    def share(self) -> float:
+    def hit_ratio(self) -> float:
         """
         Return the fraction of configurations at which the formula returns the joint's position.
         """
@@ -347,20 +347,20 @@ class SolutionCheck(Check):
     def _in_turn(self, chosen: Mapping[int, Statement]) -> dict[int, Floats] | None:
         # Evaluate the chosen formula of each joint. If a formula contains other joints, their
         # formulas are evaluated first. Return None if formulas depend on each other in a circle.
-        variables, found = self.names.table.variables, dict[int, Floats]()
+        variables, positions = self.names.table.variables, dict[int, Floats]()
         needed = {
-            k: [j for j in chosen if j != k and variables[j] in one.value.free_symbols]
-            for k, one in chosen.items()
+            k: [j for j in chosen if j != k and variables[j] in statement.value.free_symbols]
+            for k, statement in chosen.items()
         }
         try:
             order = [*TopologicalSorter(needed).static_order()]
         except CycleError:
             return None
         for k in order:
-            values = {**self.poses.values, **{variables[j]: v for j, v in found.items()}}
+            values = {**self.poses.values, **{variables[j]: v for j, v in positions.items()}}
             check = replace(self.of(chosen[k]), poses=replace(self.poses, values=values))
-            found[k] = check.in_radians(check.person[:, 0, 0])
-        return found
+            positions[k] = check.in_radians(check.person[:, 0, 0])
+        return positions
 
     @cached_property
     def wrong(self) -> Mask:
@@ -375,7 +375,7 @@ class SolutionCheck(Check):
         The value is right if it equals the joint's position at the configuration. It is also right
         if the arm can reach the same tool pose with this value as the joint's position.
         """
-        return self.share + (1.0 - self.share) * self.branches(self.robot.limits)
+        return self.hit_ratio + (1.0 - self.hit_ratio) * self.branches(self.robot.limits)
 
     @cached_property
     def is_a_root(self) -> bool:
@@ -409,9 +409,9 @@ class SolutionCheck(Check):
         undefined are left out.
         """
         joint, table = self.statement.joint, self.names.table
-        here = self.in_radians(self.person[:, 0, 0])
+        values = self.in_radians(self.person[:, 0, 0])
         others = ~self.hits(self.person[:, 0, 0])
-        missed = np.flatnonzero(others & np.isfinite(here) if out_of_reach else others)[
+        missed = np.flatnonzero(others & np.isfinite(values) if out_of_reach else others)[
             :MAX_BRANCH_POSES
         ]
         held = self.expressions.free_symbols
@@ -424,8 +424,8 @@ class SolutionCheck(Check):
             return 0.0
         if not len(missed):
             return 1.0 if out_of_reach else 0.0
-        asked = np.isin(np.arange(self.poses.count), missed)
-        return float(np.mean(search.reached({self.variable: here}, asked, limits)[asked]))
+        mask = np.isin(np.arange(self.poses.count), missed)
+        return float(np.mean(search.reached({self.variable: values}, mask, limits)[mask]))
 
     def passes(self, values: Floats, right: Floats) -> bool:
         """
@@ -435,5 +435,5 @@ class SolutionCheck(Check):
         returns the joint's position. The repaired formula is better if its hit ratio exceeds the
         user's hit ratio by more than MIN_HIT_RATIO. The argument `right` is not used.
         """
-        share = float(np.mean(self.hits(values)))
-        return share >= MIN_HIT_RATIO and share > self.share + MIN_HIT_RATIO
+        hit_ratio = float(np.mean(self.hits(values)))
+        return hit_ratio >= MIN_HIT_RATIO and hit_ratio > self.hit_ratio + MIN_HIT_RATIO

@@ -153,9 +153,9 @@ class _Reader:
         maybe_unused: list[tuple[Raw, FormulaError | None]] = []
         for index, raw in formulas:
             try:
-                found = self._statement(_Context(index), raw)
-                if isinstance(found, Statement) and self.has_rounded:
-                    found = self._with_half_units(found, _Context(index, inexact=True), raw)
+                parsed = self._statement(_Context(index), raw)
+                if isinstance(parsed, Statement) and self.has_rounded:
+                    parsed = self._with_half_units(parsed, _Context(index, inexact=True), raw)
             except FormulaError as fault:
                 key = self._definition_key(raw)
                 if key and quantity_of(key) is None:
@@ -166,19 +166,19 @@ class _Reader:
             except RecursionError:
                 self.faults.append(FormulaError(TOO_DEEP, raw.line, 1, code='too-deep'))
                 continue
-            if isinstance(found, Statement):
-                statements.append(found)
-            elif found is not None:
-                fixed.append(found)
+            if isinstance(parsed, Statement):
+                statements.append(parsed)
+            elif parsed is not None:
+                fixed.append(parsed)
             else:
                 maybe_unused.append((raw, None))
         unused = []
         for raw, cause in maybe_unused:
             if id(raw) not in self.used:
-                why = f' ({cause.line}:{cause.column}: {cause.message})' if cause else ''
+                error = f' ({cause.line}:{cause.column}: {cause.message})' if cause else ''
                 message = 'is not a known formula, and no other formula uses it'
                 code = cause.code if cause else 'unused'
-                unused.append(raw.left.at.fault(f'{raw.left.at.written!r} {message}{why}', code))
+                unused.append(raw.left.at.fault(f'{raw.left.at.written!r} {message}{error}', code))
         return Understood(tuple(statements), tuple(fixed), tuple(self.faults), tuple(unused))
 
     def _definition_key(self, raw: Raw) -> str:
@@ -313,14 +313,14 @@ class _Reader:
                 self.known[id(raw), context] = value
             return self.known[id(raw), context]
 
-        own = equation.left
-        opened = open_ or ((own.text,) if own.kind == 'name' else ())
+        left = equation.left
+        opened = open_ or ((left.text,) if left.kind == 'name' else ())
         return build(node, lookup, self._number if context.inexact else number)
 
     def _definition(self, key: str, index: int) -> Raw | None:
-        found = self.local.get(index, {}).get(key) or self.global_.get(key)
-        if found is not None or self.names.joint(key) is not None:
-            return found
+        raw = self.local.get(index, {}).get(key) or self.global_.get(key)
+        if raw is not None or self.names.joint(key) is not None:
+            return raw
         others = [local[key] for local in self.local.values() if key in local]
         return others[0] if len(others) == 1 else None
 

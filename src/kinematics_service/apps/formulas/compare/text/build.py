@@ -153,42 +153,42 @@ def _stacked(node: Node, parts: list[Value]) -> Value:
 def _added(node: Node, *terms: Value) -> Value:
     if not any(map(is_matrix, terms)):
         return sp.Add(*terms)  # one call, because adding term by term takes quadratic time
-    one, *others = terms
+    total, *others = terms
     for other in others:
-        if is_matrix(one) != is_matrix(other):
+        if is_matrix(total) != is_matrix(other):
             message = f'{node.at.written!r} between a matrix and a number; write two matrices'
             raise node.at.fault(message, 'wrong-shape')
-        if one.shape != other.shape:
-            sizes = f'{_size(one)} and {_size(other)}'
+        if total.shape != other.shape:
+            sizes = f'{_size(total)} and {_size(other)}'
             message = f'{node.at.written!r} between matrices of {sizes}; write one size'
             raise node.at.fault(message, 'wrong-shape')
-        one += other
-    return one
+        total += other
+    return total
 
 
 def _size(matrix: Value) -> str:
     return f'{matrix.rows} x {matrix.cols}'
 
 
-def _multiplied(node: Node, one: Value, other: Value) -> Value:
-    if is_matrix(one) and is_matrix(other) and one.cols != other.rows:
-        if one.cols == other.cols and other.rows == 1:
-            other = other.T  # read R [a, 0, 0] as R [a, 0, 0]^T
+def _multiplied(node: Node, left: Value, right: Value) -> Value:
+    if is_matrix(left) and is_matrix(right) and left.cols != right.rows:
+        if left.cols == right.cols and right.rows == 1:
+            right = right.T  # read R [a, 0, 0] as R [a, 0, 0]^T
         else:
-            sizes = f'{_size(one)} and {_size(other)}'
+            sizes = f'{_size(left)} and {_size(right)}'
             message = f'a product of matrices of {sizes}'
             advice = 'write as many columns as the next has rows'
             raise node.at.fault(f'{message}; {advice}', 'wrong-shape')
-    return one * other
+    return left * right
 
 
-def _divided(node: Node, one: Value, other: Value) -> Value:
-    if is_matrix(other):
+def _divided(node: Node, numerator: Value, divisor: Value) -> Value:
+    if is_matrix(divisor):
         message = 'division by a matrix; multiply by its inverse, as in A*inv(B)'
         raise node.at.fault(message, 'unsupported')
-    if other == 0:
+    if divisor == 0:
         raise node.at.fault('division by zero', 'division-by-zero')
-    return one / other
+    return numerator / divisor
 
 
 def _powered(node: Node, base: Value, exponent: Value) -> Value:
@@ -208,13 +208,13 @@ def _powered(node: Node, base: Value, exponent: Value) -> Value:
     return base**exponent
 
 
-def _crossed(node: Node, one: Value, other: Value) -> Value:
-    if is_matrix(one) and is_matrix(other):
-        if len(one) != 3 or len(other) != 3:
-            message = f'a cross product of {_size(one)} and {_size(other)}; both must be 3 x 1'
+def _crossed(node: Node, left: Value, right: Value) -> Value:
+    if is_matrix(left) and is_matrix(right):
+        if len(left) != 3 or len(right) != 3:
+            message = f'a cross product of {_size(left)} and {_size(right)}; both must be 3 x 1'
             raise node.at.fault(message, 'wrong-shape')
-        return one.reshape(3, 1).cross(other.reshape(3, 1))
-    return one * other  # `\times` between numbers, as in `2 \times 3`, is a product
+        return left.reshape(3, 1).cross(right.reshape(3, 1))
+    return left * right  # `\times` between numbers, as in `2 \times 3`, is a product
 
 
 def _transposed(node: Node, value: Value) -> Value:

@@ -137,20 +137,20 @@ def read_formulas(text: str) -> FormulaFile:
     lines = [plain_letters(line) for line in text.splitlines()]
     for chunk in _chunks(lines):
         try:
-            if found := SETTING.fullmatch(chunk.text):
+            if match := SETTING.fullmatch(chunk.text):
                 local = False
-                words = found[1].lower()
-                said = chunk.after(len(chunk.text) - len(found[2].lstrip()))
+                words = match[1].lower()
+                value = chunk.after(len(chunk.text) - len(match[2].lstrip()))
                 if words == 'singular':
-                    conditions = tuple(_equations(said, settings))
+                    conditions = tuple(_equations(value, settings))
                     if not conditions:
                         message = 'singular: the condition is missing; write for example q3 = k*pi'
-                        raise said.fault(message, 'empty')
+                        raise value.fault(message, 'empty')
                     raw.append(replace(conditions[0], claim=conditions))
                 else:
-                    settings = _set(settings, words, said)
+                    settings = _set(settings, words, value)
                 continue
-            body = LATEX_WHERE.sub(lambda found: f'{"where":<{len(found[0])}}', chunk.text)
+            body = LATEX_WHERE.sub(lambda match: f'{"where":<{len(match[0])}}', chunk.text)
             whole = replace(chunk, text=body)
             if start := WHERE.match(body):
                 local, whole = True, whole.after(start.end())
@@ -215,15 +215,15 @@ def _end_of_rows(lines: Sequence[str], at: int) -> int:
 
 def _bare(line: str) -> str:
     # Return a line without its comment; `\%` does not begin a comment.
-    found = re.search(r'(?<!\\)[#%]', line)
-    text = (line[: found.start()] if found else line).rstrip()
+    comment = re.search(r'(?<!\\)[#%]', line)
+    text = (line[: comment.start()] if comment else line).rstrip()
     return '' if text.strip() in ('$$', '$', '\\[', '\\]') else text
 
 
 def _depth(line: str) -> int:
     text = _bare(line)
     environments = BRACED.findall(text)
-    begun = sum(found.startswith('\\begin') for found in environments)
+    begun = sum(environment.startswith('\\begin') for environment in environments)
     text = BRACED.sub('', text)
     depth: int = 2 * begun - len(environments)
     return depth + sum((c in CLOSING) - (c in CLOSING.values()) for c in text)
@@ -237,7 +237,7 @@ def _equations(chunk: _Chunk, settings: Settings, local: bool = False) -> Iterat
             left, right = left.parts[0], right.parts[0]
         if left.kind == right.kind == 'matrix' and left.rows == right.rows:
             entries = zip(left.parts, right.parts)
-            yield from (replace(raw, left=one, right=other) for one, other in entries)
+            yield from (replace(raw, left=left, right=right) for left, right in entries)
         else:
             yield raw
 
@@ -296,34 +296,36 @@ def _trimmed(tokens: list[FormulaToken]) -> list[FormulaToken]:
 
 
 def _without_joints(tokens: list[FormulaToken]) -> list[FormulaToken]:
-    name, *rest = _trimmed(tokens)
-    if not rest or not DEPENDS.fullmatch(name.text) or [rest[0].text, rest[-1].text] != ['(', ')']:
+    name, *tail = _trimmed(tokens)
+    if not tail or not DEPENDS.fullmatch(name.text) or [tail[0].text, tail[-1].text] != ['(', ')']:
         return tokens
-    inside = [token.text for token in rest[1:-1] if token.text != ',']
+    inside = [token.text for token in tail[1:-1] if token.text != ',']
     return [name] if inside and all(map(JOINTS.fullmatch, inside)) else tokens
 
 
-def _set(settings: Settings, name: str, said: _Chunk) -> Settings:
-    word = ' '.join(said.text.split()).lower()
+def _set(settings: Settings, name: str, value: _Chunk) -> Settings:
+    word = ' '.join(value.text.split()).lower()
     if name in CHOICES:
         if word not in CHOICES[name]:
             accepted = ' or '.join(repr(choice) for choice in CHOICES[name])
-            raise said.fault(f'{name}: {word!r} is not accepted; write {accepted}', 'unknown-name')
+            raise value.fault(
+                f'{name}: {word!r} is not accepted; write {accepted}', 'unknown-name'
+            )
         return replace(settings, **CHOICES[name][word])
     if name == 'point' and word in ('', 'tool'):
         return replace(settings, point='')
     if name == 'point':
-        tokens = tokens_of(said.text, said.line, said.column)
+        tokens = tokens_of(value.text, value.line, value.column)
         if len(tokens) != 1 or tokens[0].kind != 'name':
-            raise said.fault(f'point: {word!r} is not one name; write for example o_3', 'syntax')
+            raise value.fault(f'point: {word!r} is not one name; write for example o_3', 'syntax')
         return replace(settings, point=tokens[0].text)
     if name == 'at' and word in ('', 'random', 'random poses'):
         return replace(settings, at=())
-    pairs = tuple(_equations(said, settings))
+    pairs = tuple(_equations(value, settings))
     if name == 'at':
         return replace(settings, at=pairs)
     if any(pair.left.kind != 'name' or pair.right.kind != 'name' for pair in pairs):
         message = f'meaning: {word!r} is not NAME = NAME; write for example R_C = o_3'
-        raise said.fault(message, 'syntax')
+        raise value.fault(message, 'syntax')
     meanings = tuple((pair.left.text, pair.right.text) for pair in pairs)
     return replace(settings, meanings=settings.meanings + meanings)

@@ -141,8 +141,8 @@ class _Parser:
     def expect(self, text: str) -> None:
         self.skip_newlines()
         if not self.took(text):
-            found = 'the end' if self.next is None else repr(self.next.written)
-            raise self.error(f'the bracket is not closed; write {text!r} before {found}', 'syntax')
+            token = 'the end' if self.next is None else repr(self.next.written)
+            raise self.error(f'the bracket is not closed; write {text!r} before {token}', 'syntax')
 
     def skip_newlines(self) -> None:
         while self.next is not None and self.next.kind == 'newline':
@@ -308,10 +308,10 @@ class _Parser:
                 name, exponent = INVERSE[name], None
         called = self.is_next('(', '[')
         arguments = self.arguments() if called else (self.bare_argument(token, name),)
-        wanted = FUNCTIONS[name]
-        if len(arguments) != wanted:
+        arity = FUNCTIONS[name]
+        if len(arguments) != arity:
             advice = '; write atan2(y, x)' if 'tan' in name else ''
-            takes = f'{token.written} takes {counted(wanted, "argument")}'
+            takes = f'{token.written} takes {counted(arity, "argument")}'
             raise token.fault(f'{takes}, not {len(arguments)}{advice}', 'wrong-length')
         node = Node('call', name, arguments, token)
         return node if exponent is None else Node('^', '', (node, exponent), power)

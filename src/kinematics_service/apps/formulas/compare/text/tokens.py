@@ -121,7 +121,7 @@ def plain_letters(text: str) -> str:
     for sign, plain in UNICODE.items():
         text = text.replace(sign, plain)
     text = plain_signs(text)
-    text = SUBSCRIPT.sub(lambda found: '_' + found[0].translate(SUBSCRIPTS), text)
+    text = SUBSCRIPT.sub(lambda match: '_' + match[0].translate(SUBSCRIPTS), text)
     # Join a Greek letter and a following number by `_`: `θ1` is one name, but `θa` is a product.
     text = re.sub(f'([{"".join(GREEK)}])(?=[0-9])', r'\1_', text)
     text = re.sub(f'([{"".join(GREEK)}])(?=[A-Za-z])', r'\1 ', text)
@@ -164,16 +164,16 @@ def _token(text: str, at: int, line: int, column: int) -> tuple[str, str, int]:
     # Return kind, text and end index of the token at `at`. The kind is empty for spaces and size
     # commands, which are skipped.
     place = line, column + at
-    if found := PLUS_MINUS.match(text, at):
+    if match := PLUS_MINUS.match(text, at):
         message = (
-            f"'{found[0]}' is two signs; write the line once with + and once with -, or + (-1) to "
+            f"'{match[0]}' is two signs; write the line once with + and once with -, or + (-1) to "
             'add a negative number'
         )
         raise FormulaError(message, *place, code='ambiguous')
     for kind, pattern, plain in TOKENS:
-        if found := pattern.match(text, at):
-            word = found[0] if plain is None else plain
-            return _name(word, text, found.end()) if kind == 'name' else (kind, word, found.end())
+        if match := pattern.match(text, at):
+            word = match[0] if plain is None else plain
+            return _name(word, text, match.end()) if kind == 'name' else (kind, word, match.end())
     if text[at : at + 1] == '\\':
         message = 'the backslash has no command; write for example \\cos'
         raise FormulaError(message, *place, code='syntax')
@@ -189,12 +189,12 @@ def _before(text: str, at: int, operand: bool, spaced: bool) -> tuple[str, str, 
     # Return the token of a name with a superscript before it, or None. `{}^{0}T_{2}` and `{}^0_2T`
     # mean frame 2 in frame 0. After an operand, `^` is a power, unless a name follows the number
     # without a space, as in `A_1 ^1T_2`.
-    found = BEFORE.match(text, at) if text[at] in '{^' else None
-    if found is None or (
-        operand and text[at] == '^' and not (spaced and found['glued'] is not None)
+    match = BEFORE.match(text, at) if text[at] in '{^' else None
+    if match is None or (
+        operand and text[at] == '^' and not (spaced and match['glued'] is not None)
     ):
         return None
-    return _name(found['letter'], text, found.end(), found['above'], found['below'] or '')
+    return _name(match['letter'], text, match.end(), match['above'], match['below'] or '')
 
 
 def _name(word: str, text: str, at: int, above: str = '', below: str = '') -> tuple[str, str, int]:
@@ -206,13 +206,13 @@ def _name(word: str, text: str, at: int, above: str = '', below: str = '') -> tu
             return '', '', at
     word, below = SAME_LETTER.get(word, word), _plain_index(below)
     while True:
-        if found := (BELOW_COMMAND if command else BELOW).match(text, at):
-            below += _plain_index(found[1])
-        elif not above and (found := ABOVE.match(text, at)) and _is_frame(word, found, below):
-            above = found['index']
+        if match := (BELOW_COMMAND if command else BELOW).match(text, at):
+            below += _plain_index(match[1])
+        elif not above and (match := ABOVE.match(text, at)) and _is_frame(word, match, below):
+            above = match['index']
         else:
             break
-        at = found.end()
+        at = match.end()
     # If a superscript is a frame number, write it in front of the letter: z^0_1 becomes 0z1. But
     # the name of a pose with a superscript is T, superscript, subscript: T^0_2 and A^0_2 become
     # T02.
@@ -220,15 +220,15 @@ def _name(word: str, text: str, at: int, above: str = '', below: str = '') -> tu
     return 'name', (word + above if word == 'T' else above + word) + below, at
 
 
-def _is_frame(word: str, found: re.Match[str], below: str) -> bool:
+def _is_frame(word: str, match: re.Match[str], below: str) -> bool:
     # Return whether a superscript is the number of a frame, as in `R^0_1` and `{}^0J`. The
     # superscript of `R_1^0` is a frame, because a power 0 or 1 makes no sense. The superscript of
     # `T_1^2` is a power.
     if word not in FRAMED:
         return False
     if below:
-        return found['index'] in '01' and (below.isdigit() or word == 'J')
-    return word == 'J' or bool(INDEX.match(found.string, found.end()))
+        return match['index'] in '01' and (below.isdigit() or word == 'J')
+    return word == 'J' or bool(INDEX.match(match.string, match.end()))
 
 
 def _plain_index(group: str) -> str:
