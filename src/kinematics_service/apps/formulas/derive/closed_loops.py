@@ -163,20 +163,20 @@ def loops_of(
                 code='unsupported',
             )
     symbols = arithmetic.names.variables
-    found: list[LoopEquations] = []
+    closures: list[LoopEquations] = []
     coupling = sympy.eye(robot.dof)
     for loop in loops:
         tell(f'loop {loop.name}')
         first = coupling.rows
         psi = symbols[first : first + len(loop.passive)]
         equations = _equations(arm, loop, arithmetic)
-        own = loop_equations(loop.name, equations, symbols[:first], psi)
-        if found:
-            by_joints = (own.coupling * coupling).applyfunc(simplified)
-            own = replace(own, coupling=by_joints)
-        coupling = coupling.col_join(own.coupling)
-        found.append(own)
-    return tuple(found)
+        closure = loop_equations(loop.name, equations, symbols[:first], psi)
+        if closures:
+            by_joints = (closure.coupling * coupling).applyfunc(simplified)
+            closure = replace(closure, coupling=by_joints)
+        coupling = coupling.col_join(closure.coupling)
+        closures.append(closure)
+    return tuple(closures)
 
 
 def closed_determinant(
@@ -224,10 +224,10 @@ def _equations(
     # Return the residual of the loop equations, defined as in the numeric kernel. The residual of
     # a rotation is the axis times the sine of the angle.
     start = _chain(description, (), loop.start.motion, arithmetic)
-    there = start.inv() * _chain(description, loop.there, loop.meets.motion, arithmetic)
-    back = _chain(description, loop.links, IDENTITY, arithmetic)
-    turn = back[:3, :3] * there[:3, :3].T
-    gap = [back[i, 3] - there[i, 3] for i in range(3)]
+    T_start_meets = start.inv() * _chain(description, loop.there, loop.meets.motion, arithmetic)
+    T_start_end = _chain(description, loop.links, IDENTITY, arithmetic)
+    turn = T_start_end[:3, :3] * T_start_meets[:3, :3].T
+    gap = [T_start_end[i, 3] - T_start_meets[i, 3] for i in range(3)]
     gap += [(turn[i, j] - turn[j, i]) / 2 for i, j in zip(*VEE)]
     entries = (sympy.expand(gap[ROW_NAMES.index(row)]) for row in loop.rows)
     return tuple(min(_forms(entry), key=sympy.count_ops) for entry in entries)

@@ -96,11 +96,11 @@ class Derivation:
     exact: 'Exact' = field(repr=False)
 
     def __repr__(self) -> str:
-        found = self.singular_set
-        factors = ', '.join(factor.name for factor in found.factors) or 'none found'
-        others = '' if found.complete else ', perhaps others'
+        singular_set = self.singular_set
+        factors = ', '.join(factor.name for factor in singular_set.factors) or 'none found'
+        others = '' if singular_set.complete else ', perhaps others'
         return (
-            f'Derivation({self.robot.name!r}, rank {found.generic_rank}, '
+            f'Derivation({self.robot.name!r}, rank {singular_set.generic_rank}, '
             f'singular factors: {factors}{others})'
         )
 
@@ -312,9 +312,9 @@ def derive(
     exact = exact_of(robot, locked)
     frames, arithmetic, writer, J = exact.frames, exact.arithmetic, exact.writer, exact.J
     methods = {}
-    for name, way in ways.METHODS.items():
+    for name, method in ways.METHODS.items():
         tell(f'Jacobian: {name}')
-        methods[name] = terms_in(J - way(frames))
+        methods[name] = terms_in(J - method(frames))
     loops = loops_of(robot, opened(robot.description), arithmetic, tell)
     singular_set = _closed_set(exact, loops, tell) if loops else _singular_set(exact, tell)
     singular_set = singular_set or _singular_set(exact_of(robot, locked, parts=2), tell)
@@ -364,7 +364,7 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
         determinant = Determinant(False, task.rows)
         return SingularSet(determinant, (), (), rank, dependent, False)
     tell('factors')
-    product, rests = product_of(minors, arithmetic)
+    product, quotients = product_of(minors, arithmetic)
     tell('singular set')
     families = families_of(product, search)
     if families is None:
@@ -373,7 +373,7 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
     J_t = minors.view.J[[*sampler.rows]]
     factors = singular_factors(product, search, writer, exact.frames, J_t)
     constant = writer.expression(product.constant)
-    remainder = remainder_of(rests, writer)
+    remainder = remainder_of(quotients, writer)
     bases = [f.expression if minors.square else sympy.Abs(f.expression) for f in factors]
     powers = [base**factor.power for base, factor in zip(bases, factors)]
     # Multiply by the constant last, because sympy would expand a constant times a single sum.
@@ -391,7 +391,7 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
         split=product.complete,
     )
     crossings = crossings_of(product, factors, search, J_t)
-    others = remainder_zeros(rests, search, writer, J_t) if rests else ()
+    others = remainder_zeros(quotients, search, writer, J_t) if quotients else ()
     special = None
     if sampler.generic_rank < rank:
         numbers = numbers_in_words(arithmetic.names)

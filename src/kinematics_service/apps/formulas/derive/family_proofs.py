@@ -146,11 +146,11 @@ def _branches(factors: Sequence[Laurent], arithmetic: Arithmetic) -> list[_Branc
 def _with_solutions(
     solutions: Sequence[_Replaced], others: Sequence[Laurent], arithmetic: Arithmetic
 ) -> list[_Branch] | None:
-    found: list[_Branch] = []
+    branches: list[_Branch] = []
     for replaced in solutions:
         pieces = []
-        for rest in filter(None, (replaced.put_into(other) for other in others)):
-            split = factored(rest, arithmetic)
+        for remainder in filter(None, (replaced.put_into(other) for other in others)):
+            split = factored(remainder, arithmetic)
             if not split.factors or _may_vanish(split.constant, arithmetic):
                 return None
             pieces.append([factor.value for factor in split.factors])
@@ -158,8 +158,8 @@ def _with_solutions(
             below = _branches(chosen, arithmetic)
             if below is None:
                 return None
-            found += [_Branch((replaced, *branch.replaced), branch.factor) for branch in below]
-    return found
+            branches += [_Branch((replaced, *branch.replaced), branch.factor) for branch in below]
+    return branches
 
 
 def _may_vanish(constant: Laurent, arithmetic: Arithmetic) -> bool:
@@ -183,9 +183,9 @@ def _solutions(factor: Laurent, arithmetic: Arithmetic) -> list[_Replaced]:
         alone = [(e, c) for e, c in terms.items() if e[k]]
         if len(alone) == 1 and sum(map(abs, alone[0][0])) == 1 and alone[0][1][1] == 0:
             ((_, (slope, _)),) = alone
-            rest = from_terms(ring, {e: c for e, c in terms.items() if not e[k]})
+            constant = from_terms(ring, {e: c for e, c in terms.items() if not e[k]})
             sign = -1 if slope > 0 else 1
-            return [_Replaced(k, rest.scaled(sign, abs(slope)))]
+            return [_Replaced(k, constant.scaled(sign, abs(slope)))]
     return []
 
 
@@ -229,5 +229,5 @@ def proves_lost(lost: Lost, zeros: CommonZeros, frames: Frames) -> bool:
     # minor of J without row i. So prove that the minors of the two other moments are 0.
     whole = CommonZeros(J, zeros.generic_rank, zeros.factors, arithmetic)
     others = [i for i in (3, 4, 5) if i != lost.axis + 3]
-    left = [[i for i in range(6) if i != other] for other in others]
-    return len(J[0]) == 6 and all(whole.vanish(rows, range(6), 5) for rows in left)
+    row_sets = [[i for i in range(6) if i != other] for other in others]
+    return len(J[0]) == 6 and all(whole.vanish(rows, range(6), 5) for rows in row_sets)

@@ -132,10 +132,10 @@ def disagreement(derivation: Derivation, robot: Robot) -> float:
     expressions = file_factors(robot, derivation.names)
     product = reference = np.ones(len(q))
     for factor in derivation.singular_set.factors:
-        own = expressions.get(factor.name)
+        named = expressions.get(factor.name)
         ratios = ((e, sympy.simplify(e / factor.expression)) for e in expressions.values())
         alike = (e for e, ratio in ratios if ratio.is_number)
-        listed = next(alike, None) if own is None else own
+        listed = next(alike, None) if named is None else named
         if listed is None:
             return float('inf')
         product = product * evaluated(listed, derivation.names, q) ** factor.power

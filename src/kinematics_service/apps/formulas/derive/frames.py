@@ -101,19 +101,19 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
     T = in_base[-1] @ tool
     size = terms_in(T)
     if size > MAX_POSE_TERMS:
-        nearly = any(one.approximate for one in description.singularity.factors)
-        said = description.uncertainty
+        approximate = any(factor.approximate for factor in description.singularity.factors)
+        uncertainty = description.uncertainty
         advice = (
             'too many lengths and angles that are no quarter turns; round the angles, or lock '
             'joints'
         )
         # The condition is true if a calibration wrote the robot file.
-        if nearly or (said is not None and said.factor):
+        if approximate or (uncertainty is not None and uncertainty.factor):
             advice = (
                 'its table is a nominal one with corrections, and no formula of it is short: '
                 'derive the nominal robot file'
             )
-        if nearly:
+        if approximate:
             advice += '; the factors here are those of that one, approximately'
         message = f'the pose of the tool has {size} terms (at most {MAX_POSE_TERMS}): {advice}'
         raise DerivationError(message, code='too-large')

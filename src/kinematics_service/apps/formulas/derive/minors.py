@@ -110,7 +110,7 @@ def simplest_view(
         seen_from = frames.in_base if may_turn(rows) else frames.in_base[:1]
         views = [View(in_axes_of(J, T), f'frame {k}', 'the tool') for k, T in enumerate(seen_from)]
         return min(views, key=lambda v: sum(len(v.J[i][j]) for i in rows for j in columns))
-    found: list[tuple[int, int, int, View]] = []
+    candidates: list[tuple[int, int, int, View]] = []
     n = len(frames.rows)
     origin = np.full(3, frames.arithmetic.ring.number(0))
     # Try frames in the middle of the table first, because J is usually shortest in their axes.
@@ -118,14 +118,14 @@ def simplest_view(
     for frame in sorted(range(n + 1), key=lambda k: abs(2 * k - n)):
         axes = axes_seen_from(frames, frame)
         angular = jacobian_of(frames, axes, [origin] * len(axes))
-        if found and terms_in(angular) > min(found)[0]:
+        if candidates and terms_in(angular) > min(candidates)[0]:
             continue
         named = [(f'the origin of frame {frame}', origin)]
         named += [(f'the origin of the axis of row {axis.row + 1}', axis.o) for axis in axes]
         for index, (name, point) in enumerate(named):
             seen = about(frames, axes, point)
-            found.append((terms_in(seen), frame, index, View(seen, f'frame {frame}', name)))
-    return min(found)[3]
+            candidates.append((terms_in(seen), frame, index, View(seen, f'frame {frame}', name)))
+    return min(candidates)[3]
 
 
 def minors_of(view: View, rows: Sequence[int], columns: Sequence[int], rank: int) -> Minors:
@@ -199,44 +199,44 @@ def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[L
         # If a factor is a product of two half-angle factors and does not divide all minors, one of
         # the two half-angle factors may divide all minors.
         for half in factor.halves:
-            more, rests = _often_divided(values, half, factor.power - power)
+            more, quotients = _often_divided(values, half, factor.power - power)
             if more:
                 common.append(RealFactor(half, more, alone=arithmetic.ring.parts == 1))
-                values = rests
+                values = quotients
     return Factored(arithmetic.ring.number(1), tuple(common), first.complete), values
 
 
-def _often_divided(values: list[Laurent], factor: Laurent, most: int) -> tuple[int, list[Laurent]]:
-    # Return the largest power of `factor`, up to the exponent `most`, that divides all polynomials
+def _often_divided(values: list[Laurent], factor: Laurent, n: int) -> tuple[int, list[Laurent]]:
+    # Return the largest power of `factor`, up to the exponent `n`, that divides all polynomials
     # in `values`. Return also the quotients of the polynomials by this power.
     power = 0
-    while power < most:
-        left: list[Laurent] = []
+    while power < n:
+        quotients: list[Laurent] = []
         for value in values:
             if (quotient := divided(value, factor)) is None:
                 return power, values
-            left.append(quotient)
-        values, power = left, power + 1
+            quotients.append(quotient)
+        values, power = quotients, power + 1
     return power, values
 
 
-def remainder_of(rests: Sequence[Laurent], writer: Writer) -> sympy.Expr:
+def remainder_of(quotients: Sequence[Laurent], writer: Writer) -> sympy.Expr:
     """
-    Return the square root of the sum of the squares of all elements of `rests`.
+    Return the square root of the sum of the squares of all elements of `quotients`.
 
     An element is a minor, divided by the common factors of all minors. A constant factor of the
     sum is written before the root.
     """
-    if not rests:
+    if not quotients:
         return sympy.Integer(1)
-    written = [writer.expression(rest) for rest in rests]
-    if sum(map(len, rests)) <= MAX_FACTORED_TERMS:
-        products = [_product(rest, writer) for rest in rests]
+    written = [writer.expression(quotient) for quotient in quotients]
+    if sum(map(len, quotients)) <= MAX_FACTORED_TERMS:
+        products = [_product(quotient, writer) for quotient in quotients]
         written = [min(pair, key=sympy.count_ops) for pair in zip(products, written)]
     squares = sympy.factor_terms(sympy.Add(*_without_pythagoras([e**2 for e in written])))
-    if sum(map(len, rests)) > MAX_SQUARED_TERMS:
+    if sum(map(len, quotients)) > MAX_SQUARED_TERMS:
         return sympy.sqrt(squares)
-    summed = total(writer.arithmetic.ring, (rest * rest for rest in rests))
+    summed = total(writer.arithmetic.ring, (quotient * quotient for quotient in quotients))
     return sympy.sqrt(min((_product(summed, writer), squares), key=sympy.count_ops))
 
 
@@ -249,16 +249,16 @@ def _product(value: Laurent, writer: Writer) -> sympy.Expr:
 def _without_pythagoras(terms: Sequence[sympy.Expr]) -> list[sympy.Expr]:
     # Replace pairs of terms g sin^2 + g cos^2 by g. Such pairs come from minors that differ only
     # in a sine or cosine.
-    left = list(terms)
+    remaining = list(terms)
     for term in terms:
         squares = [a for a in sympy.Mul.make_args(term) if a.is_Pow and a.exp == 2]
         for sine in (square for square in squares if square.base.func == sympy.sin):
             partner = term / sine * sympy.cos(sine.base.args[0]) ** 2
-            if term in left and partner in left:
-                left.remove(term)
-                left.remove(partner)
-                left.append(term / sine)
-    return left
+            if term in remaining and partner in remaining:
+                remaining.remove(term)
+                remaining.remove(partner)
+                remaining.append(term / sine)
+    return remaining
 
 
 def independent_columns(sampler: PoseSampler) -> tuple[int, ...]:

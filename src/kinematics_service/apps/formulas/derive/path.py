@@ -112,11 +112,11 @@ class Path:
         """
         along = dict(zip(self.derivation.variables, self.q))
         times = np.linspace(*self.span, SAMPLES)
-        found = []
+        crossings = []
         for factor in self.derivation.singular_set.factors:
             value = self._function(factor.expression.subs(along))
-            found += [PathCrossing(*met, factor.name) for met in _zeros(value, times)]
-        return tuple(sorted(found, key=lambda crossing: crossing.time))
+            crossings += [PathCrossing(*zero, factor.name) for zero in _zeros(value, times)]
+        return tuple(sorted(crossings, key=lambda crossing: crossing.time))
 
 
 def _zeros(value: Values, times: Floats) -> list[tuple[float, float, bool]]:
@@ -138,7 +138,7 @@ def _zeros(value: Values, times: Floats) -> list[tuple[float, float, bool]]:
     times = np.unique(np.concatenate([times, bottoms]))
     f = value(times)
     f = np.where(np.abs(f) < ROUND_OFF * size, 0.0, f)
-    found = [
+    zeros = [
         (time, time, False)
         for k in np.flatnonzero(f[:-1] * f[1:] < 0)
         for time in [bisected(at, float(times[k]), float(times[k + 1]))]
@@ -148,8 +148,8 @@ def _zeros(value: Values, times: Floats) -> list[tuple[float, float, bool]]:
     for begin, last in zip(begins, ends):
         inside = begin > 0 and last < len(f) - 1
         touches = bool(inside and f[begin - 1] * f[last + 1] > 0)
-        found.append((float(times[begin]), float(times[last]), touches))
-    return found
+        zeros.append((float(times[begin]), float(times[last]), touches))
+    return zeros
 
 
 def _bottom(value: Values, low: float, high: float) -> float:
@@ -180,7 +180,7 @@ def parse_path(text: str, derivation: Derivation) -> dict[sympy.Symbol, sympy.Ex
     names = derivation.names
     variables = {symbol.name: symbol for symbol in derivation.variables}
     known, example = ', '.join(variables), f'{next(iter(variables))}=sin(t)'
-    found: dict[sympy.Symbol, sympy.Expr] = {}
+    path: dict[sympy.Symbol, sympy.Expr] = {}
     for part in re.split(r',(?![^()]*\))', plain_names(text)):
         name, equals, expression = part.partition('=')
         name = name.strip()
@@ -190,19 +190,19 @@ def parse_path(text: str, derivation: Derivation) -> dict[sympy.Symbol, sympy.Ex
         if name not in variables:
             message = f'{name!r} is not a joint variable (known: {known})'
             raise DerivationError(message, code='unknown-name')
-        if variables[name] in found:
+        if variables[name] in path:
             message = f'{name} is given twice; write one expression'
             raise DerivationError(message, code='duplicate-name')
         strange = names_in(expression) - {'t', 'pi'} - (set(names.meanings) - set(variables))
         if strange:
             message = f'{name}: unknown name {min(strange)!r} (known: t, pi, lengths)'
             raise DerivationError(message, code='unknown-name')
-        found[variables[name]] = exact(expression, {**names.meanings, 't': TIME})
-    missing = [name for name, symbol in variables.items() if symbol not in found]
+        path[variables[name]] = exact(expression, {**names.meanings, 't': TIME})
+    missing = [name for name, symbol in variables.items() if symbol not in path]
     if missing:
         message = f'{", ".join(missing)}: no path is given; write {missing[0]}=f(t)'
         raise DerivationError(message, code='missing-key')
-    return found
+    return path
 
 
 def along(derivation: Derivation, text: str, span: tuple[float, float] = (0.0, 6.3)) -> Path:

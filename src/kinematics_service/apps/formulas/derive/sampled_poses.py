@@ -160,7 +160,7 @@ class PoseSampler:
         Return two copies of the arm with random values of the named constants. If the arm has no
         named constants, return only the arm itself.
         """
-        names, found = self.arithmetic.names, []
+        names, copies = self.arithmetic.names, []
         for seed in SEEDS if names.values else ():
             factors = np.random.default_rng(seed).uniform(*LETTER_FACTORS, len(names.values))
             by_name = {s.name: float(f) for s, f in zip(names.values, factors)}
@@ -170,8 +170,8 @@ class PoseSampler:
             # do not copy `values` into the table. Multiply each constant of the table by the
             # random factor of its name.
             given = {s: v * by_name.get(s.name, 1.0) for s, v in self.table.given.items()}
-            found.append(replace(self, arithmetic=other, table=replace(self.table, given=given)))
-        return tuple(found) or (self,)
+            copies.append(replace(self, arithmetic=other, table=replace(self.table, given=given)))
+        return tuple(copies) or (self,)
 
     def central_difference(self) -> float:
         """

@@ -94,18 +94,18 @@ SOMEWHERE = Lost('a line that depends on the pose')
 
 def together(arms: Sequence[ArmAtPoses]) -> ArmAtPoses:
     """Return the data of several arms with equal joints as one `ArmAtPoses`."""
-    one, *_ = arms
+    first, *_ = arms
     stacked: dict[str, Any] = {
         name: np.concatenate([getattr(arm, name) for arm in arms])
-        for name, value in vars(one).items()
+        for name, value in vars(first).items()
         if isinstance(value, np.ndarray)
     }
-    return replace(one, **stacked)
+    return replace(first, **stacked)
 
 
-def parallel(one: Floats, other: Floats) -> bool:
+def parallel(u: Floats, v: Floats) -> bool:
     """Return whether unit vectors of shape (N, 3) are parallel at every configuration."""
-    return bool(np.all(np.linalg.norm(np.cross(one, other), axis=-1) < ZERO))
+    return bool(np.all(np.linalg.norm(np.cross(u, v), axis=-1) < ZERO))
 
 
 def wrist_point(arm: ArmAtPoses, angular: bool) -> Floats:
@@ -270,9 +270,9 @@ def lost_motion(
             text = f'every translation of the tool but that along {where.text}'
             return replace(where, text=text, others=True)
         return Lost(f'{missing} of {len(task_rows)} directions')
-    left = U[:, :, -1] * scales
-    wrench = np.zeros((len(left), 6))
-    wrench[:, list(task_rows)] = left
+    vectors = U[:, :, -1] * scales
+    wrench = np.zeros((len(vectors), 6))
+    wrench[:, list(task_rows)] = vectors
     force = (R0 @ wrench[:, :3, None])[..., 0]
     moment = (R0 @ wrench[:, 3:, None])[..., 0]
     if np.all(np.linalg.norm(moment, axis=1) < ZERO):

@@ -31,7 +31,7 @@ from .trigonometry import Writer
 # Each minor is divided by the common factors of all minors. The common zeros of the quotients are
 # computed only if each quotient has at most this number of terms. Longer results would be
 # unreadable.
-MAX_REST_TERMS = 40
+MAX_QUOTIENT_TERMS = 40
 # A hitting set contains at least one factor of each quotient. If all factors in a hitting set are
 # 0, all quotients are 0. The common zeros of the quotients are computed only if the number of
 # minimal hitting sets is at most this.
@@ -247,12 +247,12 @@ class FamilySearch:
         Return the arm at sampled configurations at which all given polynomials are 0, or None if
         no such configuration is found.
         """
-        found = []
+        arms = []
         for sampler in self.generic:
             numbers = [Numbers(value, sampler.arithmetic) for value in values]
             poses = self.poses(numbers, POSES // len(self.generic))
-            found += [sampler.arm(poses)] if len(poses) else []
-        return singular_geometry.together(found) if found else None
+            arms += [sampler.arm(poses)] if len(poses) else []
+        return singular_geometry.together(arms) if arms else None
 
     def numbers(self, value: Laurent) -> Numbers:
         """
@@ -353,23 +353,23 @@ def families_of(product: Factored, search: FamilySearch) -> Factored | None:
 
     Return None if the split needs a ring with half angles.
     """
-    found: list[RealFactor] = []
+    factors: list[RealFactor] = []
     constant = product.constant
     for factor in product.factors:
         whole = not factor.alone and search.is_one_family(factor)
         if not whole and search.arithmetic.ring.parts == 1:
             return None
         if whole or not factor.halves:
-            found.append(factor)
+            factors.append(factor)
             continue
-        found += [RealFactor(half, factor.power) for half in factor.halves]
+        factors += [RealFactor(half, factor.power) for half in factor.halves]
         # The factor is a number times its half-angle factors, as in sin q = 2 sin q/2 cos q/2.
         # Multiply the constant of the product by this number.
-        one, other = factor.halves
-        ratio = quotient_constant(factor.value, one * other, search.arithmetic)
+        first, second = factor.halves
+        ratio = quotient_constant(factor.value, first * second, search.arithmetic)
         assert ratio is not None
         constant = math.prod([ratio] * factor.power, start=constant)
-    return Factored(constant.reduced(), tuple(found), product.complete)
+    return Factored(constant.reduced(), tuple(factors), product.complete)
 
 
 def without_integers(product: Factored, writer: Writer) -> Factored:
@@ -389,7 +389,7 @@ def singular_factors(
     """Return the factors with their names, families, ranks and impossible tool motions."""
     arithmetic = search.arithmetic
     listed = file_factors(search.sampler.robot, arithmetic.names)
-    found: list[SingularFactor] = []
+    factors: list[SingularFactor] = []
     taken: set[str] = set()
     for factor in product.factors:
         family = family_of(factor.value, arithmetic, writer)
@@ -406,13 +406,13 @@ def singular_factors(
             }
             sampled = tuple(claim for claim, proved in proofs.items() if not proved)
         expression = writer.expression(factor.value)
-        own = next((n for n, e in listed.items() if _is_multiple(e, factor.value, search)), None)
+        label = next((n for n, e in listed.items() if _is_multiple(e, factor.value, search)), None)
         # Add a number to the name if another factor has this name, as in elbow_2.
-        stem = own or seen.geometric or str(expression)
+        stem = label or seen.geometric or str(expression)
         numbered = chain([stem], (f'{stem}_{k}' for k in count(2)))
         name = next(name for name in numbered if name not in taken)
         taken.add(name)
-        found.append(
+        factors.append(
             SingularFactor(
                 name,
                 expression,
@@ -428,7 +428,7 @@ def singular_factors(
                 seen.special,
             )
         )
-    return tuple(found)
+    return tuple(factors)
 
 
 def numbers_in_words(names: Names) -> str:
@@ -503,22 +503,22 @@ def _crossing(
 
 
 def remainder_zeros(
-    rests: Sequence[Laurent], search: FamilySearch, writer: Writer, J_t: Matrix
+    quotients: Sequence[Laurent], search: FamilySearch, writer: Writer, J_t: Matrix
 ) -> tuple[FamilyCrossing, ...] | None:
     """
-    Return the configurations at which all elements of `rests` are 0; None if not solved.
+    Return the configurations at which all elements of `quotients` are 0; None if not solved.
 
-    An element of `rests` is a minor, divided by the common factors of all minors. It is 0 if one
-    of its factors is 0. A hitting set contains at least one factor of each element. So all
+    An element of `quotients` is a minor, divided by the common factors of all minors. It is 0 if
+    one of its factors is 0. A hitting set contains at least one factor of each element. So all
     elements are 0 if all factors in a hitting set are 0. Only minimal hitting sets are used.
     """
     arithmetic, pieces = search.arithmetic, list[Laurent]()
     hitting: list[frozenset[int]] = [frozenset()]
-    for rest in sorted(rests, key=len):
-        if len(rest) > MAX_REST_TERMS:
+    for quotient in sorted(quotients, key=len):
+        if len(quotient) > MAX_QUOTIENT_TERMS:
             return None
         of_this = set()
-        for factor in factored(rest, arithmetic).factors:
+        for factor in factored(quotient, arithmetic).factors:
             known = (
                 k
                 for k, piece in enumerate(pieces)
@@ -526,18 +526,18 @@ def remainder_zeros(
             )
             of_this.add(k := next(known, len(pieces)))
             pieces += [factor.value] if k == len(pieces) else []
-        grown = {one if one & of_this else one | {k} for one in hitting for k in of_this}
-        hitting = [one for one in grown if not any(other < one for other in grown)]
+        grown = {set_ if set_ & of_this else set_ | {k} for set_ in hitting for k in of_this}
+        hitting = [set_ for set_ in grown if not any(other < set_ for other in grown)]
         if len(hitting) > MAX_HITTING_SETS:
             return None
-    found: dict[frozenset[int], FamilyCrossing] = {}
-    for one in hitting:
-        kept = sorted(one)
+    crossings: dict[frozenset[int], FamilyCrossing] = {}
+    for set_ in hitting:
+        kept = sorted(set_)
         for k in reversed(kept):
             others = tuple(pieces[j] for j in kept if j != k)
             if others and CommonZeros(J_t, search.rank, others, arithmetic).are_zero([pieces[k]]):
                 kept.remove(k)
         named = [(pieces[k], str(writer.expression(pieces[k]))) for k in kept]
-        met = _crossing(named, search, J_t)
-        found |= {frozenset(kept): met} if met else {}
-    return tuple(found.values())
+        crossing = _crossing(named, search, J_t)
+        crossings |= {frozenset(kept): crossing} if crossing else {}
+    return tuple(crossings.values())

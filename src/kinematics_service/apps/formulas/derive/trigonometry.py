@@ -171,9 +171,9 @@ class Writer:
         inside = 0
         for exponents, terms in groups.items():
             if any(exponents) and exponents > tuple(-e for e in exponents):
-                here = any(a for a, _ in terms.values()) + any(b for _, b in terms.values())
-                functions += here
-                inside += here * (sum(map(bool, exponents)) - 1)
+                count = any(a for a, _ in terms.values()) + any(b for _, b in terms.values())
+                functions += count
+                inside += count * (sum(map(bool, exponents)) - 1)
         return 2 * functions - 1 + inside
 
     def _angles_of_generators(self) -> list[sympy.Expr]:
@@ -204,13 +204,13 @@ class Writer:
 
     def _sum_over(self, value: Laurent, angles: Sequence[tuple[int, sympy.Expr]]) -> sympy.Expr:
         (index, u), *others = angles
-        rest, nothing = tuple(others), self.arithmetic.ring.number(0)
+        inner, nothing = tuple(others), self.arithmetic.ring.number(0)
         by_power = value.by_power(index)
-        result = self._nested(by_power.get(0, nothing), rest)
+        result = self._nested(by_power.get(0, nothing), inner)
         for power in sorted({abs(e) for e in by_power if e}):
             above, below = by_power.get(power, nothing), by_power.get(-power, nothing)
-            cosine = self._nested(above + below, rest)
-            sine = self._nested((above - below).times_i(), rest)
+            cosine = self._nested(above + below, inner)
+            sine = self._nested((above - below).times_i(), inner)
             angle = power * u
             if self.divisor is None:
                 angle = sympy.factor_terms(angle)
@@ -223,16 +223,16 @@ def _taken_out(sum_: sympy.Expr) -> sympy.Expr:
     # because they are factored already. An exception is a summand such as 2 (a + b). If the number
     # 2 is taken out of the whole sum, a + b remains, and may have another common factor. So factor
     # it again.
-    content, rest = sum_.as_content_primitive(clear=False)
-    if not rest.is_Add:
+    content, primitive = sum_.as_content_primitive(clear=False)
+    if not primitive.is_Add:
         return sum_
-    terms = [sympy.factor_terms(term) if term.is_Add else term for term in rest.args]
+    terms = [sympy.factor_terms(term) if term.is_Add else term for term in primitive.args]
     if all(term.as_coeff_Mul()[0].is_negative for term in terms):
         content, terms = -content, [-term for term in terms]
-    found = _nothing_shared(terms)
-    if found is None:
-        found = sympy.gcd_terms(sympy.Add._from_args(terms), isprimitive=True, clear=False)
-    return _keep_coeff(content, found, sign=True)
+    total = _nothing_shared(terms)
+    if total is None:
+        total = sympy.gcd_terms(sympy.Add._from_args(terms), isprimitive=True, clear=False)
+    return _keep_coeff(content, total, sign=True)
 
 
 def _nothing_shared(terms: Sequence[sympy.Expr]) -> sympy.Expr | None:
@@ -243,13 +243,13 @@ def _nothing_shared(terms: Sequence[sympy.Expr]) -> sympy.Expr | None:
     if not all(c.is_Integer for c, _ in pairs) or math.gcd(*(int(c) for c, _ in pairs)) != 1:
         return None
     shared = None
-    for _, rest in pairs:
-        powers = [factor.as_base_exp() for factor in sympy.Mul.make_args(rest)]
+    for _, product in pairs:
+        powers = [factor.as_base_exp() for factor in sympy.Mul.make_args(product)]
         if not all(power.is_Integer and power.is_positive for _, power in powers):
             return None
         bases = {base for base, _ in powers}
         shared = bases if shared is None else shared & bases
-    return None if shared else sympy.Add(*(c * rest for c, rest in pairs))
+    return None if shared else sympy.Add(*(c * product for c, product in pairs))
 
 
 @lru_cache(maxsize=4096)
@@ -274,7 +274,7 @@ def _parallel_sums(frames: Frames) -> list[tuple[int, ...]]:
     # integer coefficient for each joint angle.
     arithmetic, variables = frames.arithmetic, frames.arithmetic.names.variables
     total = [0] * len(variables)
-    found: list[tuple[int, ...]] = []
+    sums: list[tuple[int, ...]] = []
     sign = 1
     for row in frames.rows:
         for matrix in (row.before, None, row.after):
@@ -285,14 +285,14 @@ def _parallel_sums(frames: Frames) -> list[tuple[int, ...]]:
                 if any(total):
                     # Divide by `parts`, because the exponents are doubled in a ring with half
                     # angles.
-                    found.append(tuple(e // arithmetic.ring.parts for e in total))
+                    sums.append(tuple(e // arithmetic.ring.parts for e in total))
                 continue
             upright = [z for z in (1, -1) if not matrix[2][2] - arithmetic.ring.number(z)]
             if upright:
                 sign *= upright[0]
             else:
                 total, sign = [0] * len(variables), 1
-    return found
+    return sums
 
 
 def _basis(arithmetic: Arithmetic, vectors: Iterable[tuple[int, ...]]) -> Basis | None:

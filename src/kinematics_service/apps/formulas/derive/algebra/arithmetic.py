@@ -238,9 +238,9 @@ def _offsets(turns: Sequence[Affine], names: Names) -> dict[sympy.Symbol, sympy.
         if not unknown:
             continue
         offsets.update(dict.fromkeys(unknown, sympy.Integer(0)))
-        rest = sympy.expand(constant - sum(f * offsets[v] for v, f in factors.items()))
-        if rest.is_number and not _in_quarters(rest)[1].is_zero:
-            offsets[unknown[0]] = rest / factors[unknown[0]]
+        angle = sympy.expand(constant - sum(f * offsets[v] for v, f in factors.items()))
+        if angle.is_number and not _in_quarters(angle)[1].is_zero:
+            offsets[unknown[0]] = angle / factors[unknown[0]]
     return {variable: offsets.get(variable, sympy.Integer(0)) for variable in names.variables}
 
 
@@ -266,22 +266,22 @@ def exponential(ring: Ring, angle: sympy.Expr) -> Laurent:
     near tan(angle / 2). The number has modulus exactly 1, so rotations stay rotations. The angle
     of the number is within 1e-16 rad of the file's angle.
     """
-    quarters, rest = _in_quarters(angle)
+    quarters, remainder = _in_quarters(angle)
     result = ring.number(1).times_i(quarters)
-    return result * _odd_angle(ring, rest) if rest != 0 else result
+    return result * _odd_angle(ring, remainder) if remainder != 0 else result
 
 
 def _in_quarters(angle: sympy.Expr) -> tuple[int, sympy.Expr]:
-    # Split an angle into a whole number of quarter turns and the rest. If the angle has another
-    # multiple of pi, as in pi/3, return 0 and the angle itself.
+    # Split an angle into a whole number of quarter turns and the remainder. If the angle has
+    # another multiple of pi, as in pi/3, return 0 and the angle itself.
     turns = sympy.expand(angle).coeff(sympy.pi)
-    rest = sympy.expand(angle - turns * sympy.pi)
-    if rest.is_number and not rest.is_zero:
-        printed = float(rest) * 2 / math.pi
+    remainder = sympy.expand(angle - turns * sympy.pi)
+    if remainder.is_number and not remainder.is_zero:
+        printed = float(remainder) * 2 / math.pi
         if round(printed) and abs(printed - round(printed)) < QUARTER_TURN_TOLERANCE:
-            turns, rest = turns + sympy.Rational(round(printed), 2), sympy.Integer(0)
+            turns, remainder = turns + sympy.Rational(round(printed), 2), sympy.Integer(0)
     quarters = 2 * turns
-    return (int(quarters), rest) if quarters.is_Integer else (0, angle)
+    return (int(quarters), remainder) if quarters.is_Integer else (0, angle)
 
 
 def _odd_angle(ring: Ring, angle: sympy.Expr) -> Laurent:

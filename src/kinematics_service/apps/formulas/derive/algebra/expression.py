@@ -27,12 +27,12 @@ def exact(text: str, meanings: Mapping[str, sympy.Expr], angle_unit: str = 'rad'
     """
     known, operations = {'pi': sympy.pi, **meanings}, _OPERATIONS[angle_unit]
 
-    def worth(said: float | str, operands: list[sympy.Expr]) -> sympy.Expr:
-        if isinstance(said, float):
+    def worth(symbol: float | str, operands: list[sympy.Expr]) -> sympy.Expr:
+        if isinstance(symbol, float):
             # Convert the shortest decimal of the double, which repr gives: 0.0254 becomes
             # 127/5000, not a binary fraction.
-            return sympy.Rational(repr(said))
-        return operations[said](*operands) if operands else known[said]
+            return sympy.Rational(repr(symbol))
+        return operations[symbol](*operands) if operands else known[symbol]
 
     return evaluated(syntax_tree(text, lambda _: None), worth)
 

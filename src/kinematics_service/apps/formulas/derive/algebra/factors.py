@@ -121,8 +121,8 @@ def _whole(
     generators = zip(lowest(terms), arithmetic.ring.generators)
     common = [low if generator.kind == 'number' else 0 for low, generator in generators]
     divided = {tuple(x - low for x, low in zip(e, common)): c for e, c in terms.items()}
-    rest = from_terms(arithmetic.ring, divided, value.divisor)
-    moving = [RealFactor(rest, 1, alone=alone), *_sliding_monomials(value, arithmetic)]
+    quotient = from_terms(arithmetic.ring, divided, value.divisor)
+    moving = [RealFactor(quotient, 1, alone=alone), *_sliding_monomials(value, arithmetic)]
     moving = [factor for factor in moving if arithmetic.moves(factor.value.terms())]
     constant = quotient_constant(value, _product(moving, arithmetic), arithmetic)
     assert constant is not None
@@ -203,14 +203,14 @@ def _pieces(polynomial: _Polynomial) -> tuple[list[tuple[PolyElement, int]] | No
         return None, _stays_whole(element)
     if len(element) > MAX_TERMS:
         return None, False
-    found, complete = [], True
+    pieces, complete = [], True
     for factor, power in _factor_list(element):
         split, proved = [(factor, 1)], _stays_whole(factor)
         if not proved:
             split, proved = _gaussian_pieces(factor.set_ring(factor.ring.clone(domain=ZZ_I)))
-        found += [(piece, power * times) for piece, times in split]
+        pieces += [(piece, power * times) for piece, times in split]
         complete = complete and proved
-    return found, complete
+    return pieces, complete
 
 
 def _gaussian_pieces(element: PolyElement) -> tuple[list[tuple[PolyElement, int]], bool]:
@@ -229,12 +229,12 @@ def _gaussian_factors(element: PolyElement) -> list[tuple[PolyElement, int]]:
     # polynomials that lack the first generator.
     ring = element.ring
     used = [symbol for symbol, degree in zip(ring.symbols, _degrees(element)) if degree]
-    found: list[tuple[PolyElement, int]] = []
+    factors: list[tuple[PolyElement, int]] = []
     for factor, power in _factor_list(element.set_ring(ring.clone(symbols=used))):
-        again = not all(_degrees(factor))
-        pieces = _gaussian_factors(factor) if again else [(factor, 1)]
-        found += [(piece.set_ring(ring), power * times) for piece, times in pieces]
-    return found
+        unused = not all(_degrees(factor))
+        pieces = _gaussian_factors(factor) if unused else [(factor, 1)]
+        factors += [(piece.set_ring(ring), power * times) for piece, times in pieces]
+    return factors
 
 
 def _degrees(element: PolyElement) -> list[int]:
@@ -274,7 +274,7 @@ def _irreducible_on_a_line(
             random.randint(1, MAX_LINE_COEFFICIENT) * t + random.randint(1, MAX_LINE_COEFFICIENT)
             for _ in degrees
         ]
-        powers = [[line**e for e in range(most + 1)] for line, most in zip(lines, degrees)]
+        powers = [[line**e for e in range(n + 1)] for line, n in zip(lines, degrees)]
         cut = R.zero
         for exponents, c in element.terms():
             factors = (powers[k][e] for k, e in enumerate(exponents) if e)

@@ -66,8 +66,8 @@ def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[Real
     ]
     ring = arithmetic.ring
 
-    def fits(terms: Terms, other: Terms, wanted: Sequence[Terms]) -> bool:
-        alike = any(_proportional(one, other) for one in wanted)
+    def fits(terms: Terms, other: Terms, partners: Sequence[Terms]) -> bool:
+        alike = any(_proportional(partner, other) for partner in partners)
         return alike and _is_whole(_times(terms, other, ring), indices)
 
     open_ = list(halves)
@@ -77,19 +77,19 @@ def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[Real
         terms, power = open_.pop(0)
         whole = _is_whole(terms, indices)
         turned = _half_turned(terms, joints)
-        wanted = [] if whole else [_conjugate(terms, indices)]
-        wanted += [] if turned is None else [turned]
+        partners = [] if whole else [_conjugate(terms, indices)]
+        partners += [] if turned is None else [turned]
         partner = next(
-            (j for j, o in enumerate(open_) if o[1] == power and fits(terms, o[0], wanted)), -1
+            (j for j, o in enumerate(open_) if o[1] == power and fits(terms, o[0], partners)), -1
         )
         if partner >= 0:
             other, _ = open_.pop(partner)
             is_turned = turned is not None and _proportional(turned, other)
             pair = (terms, other) if is_turned else ()
-            own = tuple(_upright_half(half, arithmetic) for half in pair)
+            upright = tuple(_upright_half(half, arithmetic) for half in pair)
             splits = is_turned and not any(_turns(terms, k) // parts % 2 for k in indices)
             value = _upright(_times(terms, other, ring), arithmetic)
-            result.append(RealFactor(value, power, own, splits=splits))
+            result.append(RealFactor(value, power, upright, splits=splits))
         elif whole:
             singles.append(RealFactor(_upright(terms, arithmetic), power))
         else:
@@ -144,22 +144,22 @@ def lowered(terms: Terms) -> Terms:
     return {tuple(x - low for x, low in zip(e, lows)): c for e, c in terms.items()}
 
 
-def _times(one: Terms, other: Terms, ring: Ring) -> Terms:
-    return (from_terms(ring, one) * from_terms(ring, other)).terms()
+def _times(f: Terms, g: Terms, ring: Ring) -> Terms:
+    return (from_terms(ring, f) * from_terms(ring, g)).terms()
 
 
-def _proportional(one: Terms, other: Terms) -> bool:
+def _proportional(f: Terms, g: Terms) -> bool:
     # Return whether two polynomials are equal up to a monomial and a complex factor.
-    one, other = lowered(one), lowered(other)
-    if set(one) != set(other):
+    f, g = lowered(f), lowered(g)
+    if set(f) != set(g):
         return False
-    key = next(iter(one))
-    return all(_product(c, other[key]) == _product(other[e], one[key]) for e, c in one.items())
+    key = next(iter(f))
+    return all(_product(c, g[key]) == _product(g[e], f[key]) for e, c in f.items())
 
 
-def _product(one: tuple[int, int], other: tuple[int, int]) -> tuple[int, int]:
+def _product(x: tuple[int, int], y: tuple[int, int]) -> tuple[int, int]:
     # Return the product of two complex numbers (real, imaginary).
-    (a, b), (c, d) = one, other
+    (a, b), (c, d) = x, y
     return a * c - b * d, a * d + b * c
 
 
@@ -199,14 +199,14 @@ def _centred(terms: Terms, indices: Sequence[int]) -> Terms:
     return {tuple(x - s for x, s in zip(e, shift)): c for e, c in terms.items()}
 
 
-def _unit(one: tuple[int, int], opposite: tuple[int, int]) -> tuple[int, int]:
-    # Let c and d be the coefficients `one` and `opposite`, of the terms with exponents e and -e.
-    # Find a complex number u such that u c is the conjugate of u d. If u = 1, i, 1 + i and 1 - i
-    # fail, u = conj(c + d) is a solution.
-    (a, b), (c, d) = one, opposite
+def _unit(coefficient: tuple[int, int], opposite: tuple[int, int]) -> tuple[int, int]:
+    # Let c and d be the numbers `coefficient` and `opposite`, the coefficients of the terms with
+    # exponents e and -e. Find a complex number u such that u c is the conjugate of u d. If u = 1,
+    # i, 1 + i and 1 - i fail, u = conj(c + d) is a solution.
+    (a, b), (c, d) = coefficient, opposite
     for unit in ((1, 0), (0, 1), (1, 1), (1, -1), (a + c, -b - d)):
         real, imaginary = _product(unit, opposite)
-        if _product(unit, one) == (real, -imaginary):
+        if _product(unit, coefficient) == (real, -imaginary):
             return unit
     return 1, 0
 

@@ -237,8 +237,8 @@ class Laurent:
         """
         chosen, groups = set(indices), dict[Exponents, Terms]()
         for e, c in self.terms().items():
-            rest = tuple(0 if k in chosen else x for k, x in enumerate(e))
-            groups.setdefault(tuple(e[k] for k in indices), {})[rest] = c
+            others = tuple(0 if k in chosen else x for k, x in enumerate(e))
+            groups.setdefault(tuple(e[k] for k in indices), {})[others] = c
         return groups
 
     def without_cancelled(self) -> 'Laurent':
@@ -277,13 +277,13 @@ class Laurent:
 
 
 def _add_product(
-    into: dict[int, int], one: Mapping[int, int], other: Mapping[int, int], sign: int
+    into: dict[int, int], f: Mapping[int, int], g: Mapping[int, int], sign: int
 ) -> None:
-    if len(one) > len(other):
-        one, other = other, one
-    pairs = tuple(other.items())
+    if len(f) > len(g):
+        f, g = g, f
+    pairs = tuple(g.items())
     get = into.get
-    for m, c in one.items():
+    for m, c in f.items():
         c *= sign
         for n, d in pairs:
             # Compute m + n only once: this saves 20 % of the time of the loop, which takes a third

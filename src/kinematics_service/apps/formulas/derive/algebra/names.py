@@ -149,23 +149,23 @@ def names_by_use(description: RobotDescription) -> dict[str, set[str]]:
     A 'number' is an entry of a rotation matrix. If an expression uses a constant that is computed
     from other constants, the expression counts as using the other constants, too.
     """
-    found: dict[str, set[str]] = {'length': set(), 'angle': set(), 'number': set()}
+    by_use: dict[str, set[str]] = {'length': set(), 'angle': set(), 'number': set()}
     loops = description.loops
     rows = (*description.links, *(link for loop in loops for link in loop.links))
-    motions = [description.base.motion, description.tool.motion]
-    motions += [end.motion for loop in loops for end in (loop.start, loop.meets)]
+    poses = [description.base.motion, description.tool.motion]
+    poses += [end.motion for loop in loops for end in (loop.start, loop.meets)]
     for row in rows:
-        for one in row.motions:
-            found['angle' if one.turns else 'length'] |= names_in(one.argument.text)
-        motions += [row.inner, row.outer] if isinstance(row, ShapeRow) else []
-    for motion in motions:
-        for text, use in zip(motion.texts, uses_of(motion)):
-            found[use] |= names_in(text)
+        for motion in row.motions:
+            by_use['angle' if motion.turns else 'length'] |= names_in(motion.argument.text)
+        poses += [row.inner, row.outer] if isinstance(row, ShapeRow) else []
+    for pose in poses:
+        for text, use in zip(pose.texts, uses_of(pose)):
+            by_use[use] |= names_in(text)
     for constant in reversed(description.constants):
-        for names in found.values():
+        for names in by_use.values():
             if constant.name in names:
                 names |= names_in(constant.text)
-    return found
+    return by_use
 
 
 def uses_of(motion: RigidMotion) -> Sequence[str]:

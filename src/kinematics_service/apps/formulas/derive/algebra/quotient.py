@@ -41,12 +41,12 @@ def divided(value: Laurent, factor: Laurent) -> Laurent | None:
     R, *_ = polynomial_ring([f'x{k}' for k in range(n)], QQ_I)
     high, low = lowest(value.terms()), lowest(factor.terms())
     above, below = (
-        R.from_dict({e: QQ_I(*c) for e, c in lowered(one.terms()).items()})
-        for one in (value, factor)
+        R.from_dict({e: QQ_I(*c) for e, c in lowered(polynomial.terms()).items()})
+        for polynomial in (value, factor)
     )
-    quotient, rest = above.div(below)
+    quotient, remainder = above.div(below)
     lengths = [k for k, g in enumerate(value.ring.generators) if g.kind == 'number']
-    if rest or any(high[k] < low[k] for k in lengths):
+    if remainder or any(high[k] < low[k] for k in lengths):
         return None
     pairs = {
         tuple(e + h - s for e, h, s in zip(exponents, high, low)): (c.x, c.y)

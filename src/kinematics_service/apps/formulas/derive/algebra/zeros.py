@@ -87,10 +87,10 @@ def common_zero(functions: Sequence[Numbers], box: Box, starts: Floats) -> Zero:
     if pose is not None:
         return Zero(True, pose)
     moving = np.any([f.moving for f in functions], axis=0)
-    found = _halved(functions, near, moving)
+    zero = _halved(functions, near, moving)
     indices = np.flatnonzero(free & moving)
-    if found.exists is not False or not len(indices):
-        return found
+    if zero.exists is not False or not len(indices):
+        return zero
     if len(indices) > 1:
         return Zero(None, None)
     k = int(indices[0])
@@ -98,7 +98,7 @@ def common_zero(functions: Sequence[Numbers], box: Box, starts: Floats) -> Zero:
     far.low[k] = -1.0 / reach[k] if np.isinf(box.low[k]) else 0.0
     far.high[k] = 1.0 / reach[k] if np.isinf(box.high[k]) else 0.0
     beyond = _halved([f.in_reciprocal(k) for f in functions], far, moving)
-    return found if beyond.exists is False else Zero(None, None)
+    return zero if beyond.exists is False else Zero(None, None)
 
 
 def _bends(functions: Sequence[Numbers], largest: Floats) -> Floats:
@@ -160,10 +160,10 @@ def _halved(functions: Sequence[Numbers], box: Box, moving: Floats) -> Zero:
     # Enlarge the box by a margin, so that round-off does not exclude zeros on its boundary.
     centers, radii = middle[None], np.where(moving, half + ZERO_DISTANCE, 0.0)[None]
     terms = sum(len(f.value.terms()) for f in functions) * (1 + len(middle))
-    left = min(MAX_BOXES, MAX_TERM_EVALUATIONS // max(1, terms))
+    budget = min(MAX_BOXES, MAX_TERM_EVALUATIONS // max(1, terms))
     while len(centers):
-        left -= len(centers)
-        if left < 0:
+        budget -= len(centers)
+        if budget < 0:
             return Zero(None, None)
         parts = [
             _undecided(functions, centers[k : k + BATCH_SIZE], radii[k : k + BATCH_SIZE])
@@ -198,6 +198,6 @@ def _undecided(
     # The motion of one joint in the box causes a part of the bound r (`reach`). Compute the ratio
     # of this part to r, and add the ratios over the polynomials. The parts themselves could not be
     # added, because the polynomials have different units.
-    share = np.sum((straight + bent) / np.maximum(reach, 1e-300)[..., None], axis=1)
+    fractions = np.sum((straight + bent) / np.maximum(reach, 1e-300)[..., None], axis=1)
     worst = np.max(np.abs(f) / np.maximum(reach, 1e-300), axis=-1)
-    return centers[kept], radii[kept], worst[kept], np.argmax(share, axis=-1)[kept]
+    return centers[kept], radii[kept], worst[kept], np.argmax(fractions, axis=-1)[kept]

@@ -27,11 +27,11 @@ def _functions(
 ) -> Iterator[tuple[str, list[tuple[sympy.Symbol, sympy.Expr]], sympy.Expr | sympy.Matrix]]:
     # Yield the name of each function, the common subexpressions (symbol, expression) that the
     # function computes first, and the expression that it returns.
-    found = {'pose': derivation.T, 'jacobian': derivation.jacobian}
+    functions = {'pose': derivation.T, 'jacobian': derivation.jacobian}
     if derivation.determinant is not None:
         name = 'determinant' if derivation.singular_set.determinant.square else 'manipulability'
-        found[name] = derivation.determinant
-    for name, expression in found.items():
+        functions[name] = derivation.determinant
+    for name, expression in functions.items():
         replaced, (reduced,) = sympy.cse([expression], symbols=sympy.numbered_symbols('x_'))
         yield name, replaced, reduced
 

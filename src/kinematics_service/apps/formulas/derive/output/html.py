@@ -27,9 +27,9 @@ class DecimalMathMLPrinter(MathMLPresentationPrinter):  # type: ignore[misc]
 
     def _print_Mul(self, expr: Any) -> Any:
         # Add the brackets of -(a + b), because sympy would write -a + b.
-        coefficient, rest = expr.as_coeff_Mul()
-        if coefficient == -1 and rest.is_Add:
-            return self._element('mrow', self._operator('-'), self._bracketed(rest))
+        coefficient, factor = expr.as_coeff_Mul()
+        if coefficient == -1 and factor.is_Add:
+            return self._element('mrow', self._operator('-'), self._bracketed(factor))
         return super()._print_Mul(expr)
 
     def _print_Add(self, expr: Any, order: Any = None) -> Any:
@@ -124,9 +124,9 @@ def _left(left: str) -> str:
     if left.startswith('\\dot'):
         return '<mover><mi>q</mi><mo>.</mo></mover><mo>(</mo><mi>t</mi><mo>)</mo>'
     name, _, index = left.replace('{', '').replace('}', '').lstrip('\\').partition('_')
-    name, opened, rest = name.partition('(')
+    name, opened, argument = name.partition('(')
     symbol = f'&{name};' if name in GREEK else escape(name)
-    tail = f'<mo>(</mo><mi>{escape(rest.rstrip(")"))}</mi><mo>)</mo>' if opened else ''
+    tail = f'<mo>(</mo><mi>{escape(argument.rstrip(")"))}</mi><mo>)</mo>' if opened else ''
     kind = 'mn' if symbol.isdigit() else 'mi'
     if index:
         return f'<msub><{kind}>{symbol}</{kind}><mi>{escape(index)}</mi></msub>{tail}'

@@ -16,8 +16,8 @@ from ..singular_set import FamilyCrossing
 
 def json_of(derivation: Derivation, path: Path | None = None) -> str:
     """Return a derivation as JSON text; lengths in the file's unit, joint angles in rad."""
-    found = derivation.singular_set
-    determinant, product = found.determinant, found.determinant.expression
+    singular_set = derivation.singular_set
+    determinant, product = singular_set.determinant, singular_set.determinant.expression
     document: dict[str, Any] = {
         'robot': derivation.robot.name,
         'length_unit': derivation.robot.description.length_unit,
@@ -35,9 +35,9 @@ def json_of(derivation: Derivation, path: Path | None = None) -> str:
         'determinant': '0' if determinant.identically_zero else product,
         'product': product,
         'product_in_angles': None if product is None else derivation.in_angles(product),
-        'generic_rank': found.generic_rank,
-        'dependent_joints': found.dependent,
-        'complete': found.complete,
+        'generic_rank': singular_set.generic_rank,
+        'dependent_joints': singular_set.dependent,
+        'complete': singular_set.complete,
         'factors': [
             {
                 'name': factor.name,
@@ -51,11 +51,11 @@ def json_of(derivation: Derivation, path: Path | None = None) -> str:
                 'pose_within_limits': factor.pose,
                 'special': factor.special,
             }
-            for factor in found.factors
+            for factor in singular_set.factors
         ],
-        'crossings': _crossings(found.crossings),
-        'remainder_zeros': _crossings(found.remainder_zeros),
-        'special': found.special,
+        'crossings': _crossings(singular_set.crossings),
+        'remainder_zeros': _crossings(singular_set.remainder_zeros),
+        'special': singular_set.special,
     }
     if path is not None:
         document['path'] = {

@@ -162,19 +162,19 @@ def _jacobian(derivation: Derivation, frame: str) -> Iterator[Block]:
     axes = frame if frame in ('base', 'tool') else f'frame {frame}'
     yield say(f'Rows vx vy vz wx wy wz of the origin of the tool, axes of {axes}.')
     if derivation.loops:
-        every = _listed(derivation.names.variables)
-        yield say(f'By {every}, each by itself; J is this times [1; K], with the K of all loops.')
+        joints = _listed(derivation.names.variables)
+        yield say(f'By {joints}, each by itself; J is this times [1; K], with the K of all loops.')
         yield Equation('J_{open}', derivation.in_angles(derivation.jacobian_open))
     else:
         yield Equation('J', derivation.in_angles(derivation.jacobian_in(frame)))
     if derivation.coupling is not None and not derivation.loops:
         yield say('Joints move several rows: J = J_open C, with the rows moved by C q.')
         yield Equation('C', derivation.coupling)
-    same = [name for name, left in derivation.methods.items() if not left]
+    same = [name for name, terms in derivation.methods.items() if not terms]
     yield say(f'Found {len(derivation.methods)} ways; difference exactly zero: {", ".join(same)}.')
-    for name, left in derivation.methods.items():
-        if left:
-            yield say(f'{name} differs in {left} terms (a rounded matrix in the file?)')
+    for name, terms in derivation.methods.items():
+        if terms:
+            yield say(f'{name} differs in {terms} terms (a rounded matrix in the file?)')
     if derivation.loops:
         return
     worst = derivation.central_difference
@@ -198,14 +198,16 @@ def _closed_determinant(derivation: Derivation) -> Iterator[Block]:
 
 
 def _determinant(derivation: Derivation) -> Iterator[Block]:
-    found = derivation.singular_set
-    determinant = found.determinant
+    singular_set = derivation.singular_set
+    determinant = singular_set.determinant
     yield Heading('Determinant', 2)
-    yield say(f'Task rows: {" ".join(determinant.rows)}; rank {found.generic_rank} in general.')
-    if found.special:
-        yield say(f'{found.special[0].upper()}{found.special[1:]}.')
-    if found.dependent:
-        joints = ' and '.join(found.dependent)
+    yield say(
+        f'Task rows: {" ".join(determinant.rows)}; rank {singular_set.generic_rank} in general.'
+    )
+    if singular_set.special:
+        yield say(f'{singular_set.special[0].upper()}{singular_set.special[1:]}.')
+    if singular_set.dependent:
+        joints = ' and '.join(singular_set.dependent)
         yield say(
             f'Structural: {joints} depend on each other at every pose, so the determinant is 0 '
             'for every q. That says nothing about a pose: what follows is about '
@@ -224,11 +226,11 @@ def _determinant(derivation: Derivation) -> Iterator[Block]:
         )
     yield say(f'Computed in {determinant.view}, which does not change it.')
     yield from _in_both(derivation, left, determinant.expression)
-    if not found.factors and determinant.minors > 1:
-        said = 'With lengths as letters the minors have no common factor.'
+    if not singular_set.factors and determinant.minors > 1:
+        text = 'With lengths as letters the minors have no common factor.'
         if not determinant.split:
-            said = 'No common factor of the minors was found; that there is none is not proved.'
-        yield say(f'{said} Lock a joint for the reduced arm.')
+            text = 'No common factor of the minors was found; that there is none is not proved.'
+        yield say(f'{text} Lock a joint for the reduced arm.')
 
 
 def _in_both(derivation: Derivation, left: str, expression: sympy.Expr) -> Iterator[Block]:
@@ -241,26 +243,26 @@ def _in_both(derivation: Derivation, left: str, expression: sympy.Expr) -> Itera
 
 
 def _singular(derivation: Derivation) -> Iterator[Block]:
-    found = derivation.singular_set
+    singular_set = derivation.singular_set
     yield Heading('Singular set', 2)
-    if found.determinant.expression is None:
+    if singular_set.determinant.expression is None:
         return
-    if not found.factors and found.complete:
-        constant = found.determinant.minors == 1
+    if not singular_set.factors and singular_set.complete:
+        constant = singular_set.determinant.minors == 1
         yield say(f'Empty: the {"determinant is a constant" if constant else "rank never falls"}.')
-    for factor in found.factors:
+    for factor in singular_set.factors:
         yield from _family(derivation, factor)
-    if found.crossings:
+    if singular_set.crossings:
         yield Heading('Where families meet', 3)
-    for crossing in found.crossings:
+    for crossing in singular_set.crossings:
         names = ' and '.join(map(_short, crossing.names))
         yield say(f'{names}: {_crossing(crossing)}')
-    for zeros in found.remainder_zeros or ():
+    for zeros in singular_set.remainder_zeros or ():
         place = ' and '.join(f'{name} = 0' for name in zeros.names)
         yield say(f'Singular too where {place}: {_crossing(zeros)}')
-    if found.remainder_zeros is None and found.determinant.minors > 1:
+    if singular_set.remainder_zeros is None and singular_set.determinant.minors > 1:
         yield say('Singular too where what is left of the minors vanishes as a whole:')
-        yield from _in_both(derivation, '0', found.determinant.remainder)
+        yield from _in_both(derivation, '0', singular_set.determinant.remainder)
 
 
 def _crossing(crossing: FamilyCrossing) -> str:
@@ -287,7 +289,7 @@ def _family(derivation: Derivation, factor: SingularFactor) -> Iterator[Block]:
     if factor.power > 1:
         yield say(f'It stands {factor.power} times in the product.')
     yield from _solutions(derivation, factor.family)
-    yield from _there(factor)
+    yield from _effects(factor)
 
 
 def _solutions(derivation: Derivation, family: Family) -> Iterator[Block]:
@@ -307,7 +309,7 @@ def _solutions(derivation: Derivation, family: Family) -> Iterator[Block]:
         yield say('Every value of it where ', *parts, ' vanish together.')
 
 
-def _there(factor: SingularFactor) -> Iterator[Block]:
+def _effects(factor: SingularFactor) -> Iterator[Block]:
     if factor.rank is None:
         yield say('No pose was found on it with the lengths of the file.')
         return
@@ -335,6 +337,6 @@ def _path(path: Path) -> Iterator[Block]:
     times = 'once' if len(crossings) == 1 else f'{len(crossings)} times'
     yield say(f'Meets the singular set {times} between {start:g} and {end:g} s.')
     for crossing in crossings:
-        how = ' (touches)' if crossing.touches else ''
+        remark = ' (touches)' if crossing.touches else ''
         until = f' to {crossing.until:.6f}' if crossing.until > crossing.time else ''
-        yield say(f't = {crossing.time:.6f}{until} s: {_short(crossing.name)}{how}')
+        yield say(f't = {crossing.time:.6f}{until} s: {_short(crossing.name)}{remark}')
