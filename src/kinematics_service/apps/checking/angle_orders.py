@@ -74,11 +74,11 @@ class LikelyOrder(NamedTuple):
 
         `poses` (N, 4, 4) are the measured poses, and A (N, 4, 4) the poses of the robot file.
         """
-        # The wrong convention gives the same rotation for two triples of numbers. The right
-        # convention gives a different rotation R for each triple. So each pose has two candidates
-        # R. Let A be the rotation of the pose by the robot file. Let A_f be the rotations
-        # `of_file`, and C_f the rotations `chosen`, of F poses. Take the candidate R with the
-        # smaller sum over f of (trace(R^T C_f) - trace(A^T A_f))^2.
+        # Two triples of numbers give the same rotation in the convention `read`. In the convention
+        # `written`, the two triples give different rotations. So each pose has two candidate
+        # rotations R. Let A be the rotation of the pose by the robot file. Let C_f be rotation f
+        # in `chosen`, and A_f rotation f in `of_file`. Take the candidate R with the smaller sum
+        # over f of (trace(R^T C_f) - trace(A^T A_f))^2.
         rotations = _rotations(self.written, _numbers(self.read, poses[:, :3, :3]))
         traces = rotations.reshape(2, -1, 9) @ self.chosen.T
         wrong = np.sum((traces - A[:, :3, :3].reshape(-1, 9) @ self.of_file.T) ** 2, axis=2)
@@ -134,10 +134,10 @@ def order_hypotheses_of(poses: Floats, A: Floats, read: str = '') -> Iterator[Hy
 
 def _pairs(read: str) -> list[_Taken]:
     # Return the pairs of conventions (written, read) to try. Small letters are angles about fixed
-    # axes, and capitals are angles about moving axes. If `read` is unknown, angles that were read
-    # by capitals need no test: the pair (ZYX, XYZ) gives the same rotations as the pair
-    # (xyz, zyx), which is tried. The exception is a pair whose numbers were written as rotation
-    # vectors. No other pair gives the same rotations, so it is tried with capitals, too.
+    # axes, and capitals are angles about moving axes. If the convention `read` is unknown, most
+    # pairs with `read` in capitals are left out. They give the same rotations as a pair with
+    # `read` in small letters. For example, (ZYX, XYZ) gives the same rotations as (xyz, zyx). The
+    # pairs (rotvec, capitals) are tried, because no other pair gives the same rotations.
     orders = (*EULER_ORDERS, ROTVEC)
     known = 'xyz' if read == 'rpy' else read
     if known in orders:
@@ -181,10 +181,11 @@ def _chosen(candidates: Floats, products: Floats) -> tuple[Floats, Floats]:
     wrong[:, :, pose, :, pose] = 0.0  # do not compare a pose with itself
     best, least = np.zeros((count, many), dtype=np.int64), np.full(count, np.inf)
     for start in (0, 1):
-        # `sums` (H, 2, N) rates the two candidates R_i of each pose i. It adds up
-        # (trace(R_i^T R_j) - trace(A_i^T A_j))^2 over all poses j for which a rotation R_j is
-        # already chosen. A_i is the rotation of pose i by the robot file. First choose R_i for one
-        # pose after another. Then repeat the choice for all poses at once.
+        # Let R_i be a candidate rotation of pose i, and A_i the rotation of pose i by the robot
+        # file. `sums` (H, 2, N) has one sum for each candidate: the sum of
+        # (trace(R_i^T R_j) - trace(A_i^T A_j))^2 over the poses j whose R_j is already chosen. The
+        # candidate with the smaller sum is better. First choose a candidate for one pose after
+        # another. Then repeat the choice for all poses at once.
         sums = wrong[:, start, 0]
         for k in range(1, many):
             sums = sums + wrong[pairs, np.argmin(sums[:, :, k], axis=1), k]

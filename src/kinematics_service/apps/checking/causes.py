@@ -60,11 +60,13 @@ from .offsets import (
 NAMED_RATIO = 3.0
 # A cause is called likely if its correction divides the RMS residual by 2 or more.
 LIKELY_RATIO = 2.0
-# Two named causes are rivals if the ratios by which they reduce the RMS residual are nearly equal:
-# the larger ratio is less than twice the smaller.
+# Let r be the number by which the correction of the best cause divides the RMS residual. For
+# r >= NAMED_RATIO, another cause explains nearly as much (it is a rival of the best cause) if its
+# correction divides the RMS residual by at least r / RIVAL_RATIO.
 RIVAL_RATIO = 2.0
-# Two likely causes are rivals if the ratios by which they reduce the RMS residual are nearly
-# equal: the larger ratio is less than 1.25 times the smaller.
+# Let r be the number by which the correction of the best cause divides the RMS residual. For
+# r < NAMED_RATIO, another cause explains nearly as much (it is a rival of the best cause) if its
+# correction divides the RMS residual by at least r / LIKELY_RIVAL_RATIO.
 LIKELY_RIVAL_RATIO = 1.25
 # Number of Levenberg-Marquardt steps in each fit that preselects hypotheses. Such a fit uses at
 # most 40 poses.
@@ -113,8 +115,8 @@ ROUND_OFF = 1e-15
 # of a printed pose is rounded.
 POSE_DIGIT = 1e-6
 # The model resolution of a fitted number is 1 if the poses distinguish this number from all other
-# numbers of the robot, and 0 if they do not. A wrong number is a decisive cause only if its model
-# resolution is above MIN_RESOLUTION. The value was tested with 54 recordings of arms with a
+# numbers of the robot file, and 0 if they do not. A wrong number is a decisive cause only if its
+# model resolution is above this. The value was tested with 54 recordings of arms with a
 # nominal table and two moving joints. With 0.55 instead of 0.75, the check named a correct angle
 # as the cause in one recording.
 MIN_RESOLUTION = 0.75
@@ -145,8 +147,9 @@ class TestedCause(NamedTuple):
         Name of the joint whose zero or scale is wrong, or of the wrong table entry, for example
         `a of links[2]`. Empty for all other mistakes.
     resolution
-        Model resolution of the fitted number: 1 if these poses distinguish it from all other
-        numbers of the robot, 0 if they do not. It is 1 if the mistake has no fitted number.
+        Model resolution of the fitted number: 1 if the compared poses distinguish this number
+        from all other numbers of the robot file, 0 or less if they do not. The default 1 is for a
+        mistake without a fitted number.
     """
 
     key: str
@@ -162,14 +165,14 @@ class TestedCause(NamedTuple):
 
 class Causes(NamedTuple):
     """
-    The causes that explain the residuals best, and about equally well; the likeliest first.
+    The best cause of the residuals, and causes that explain nearly as much; the likeliest first.
 
     Attributes
     ----------
     named
-        Causes that explain at least two thirds of the residuals.
+        Causes whose correction divides the RMS residual by 3 or more.
     likely
-        Causes that explain at least half, but not two thirds; empty if causes are named.
+        If `named` is empty: causes whose correction divides the RMS residual by 2 or more.
     decisive
         Whether only one cause is named, and its correction leaves small residuals. Residuals are
         small if measurement errors and a nominal (uncalibrated) table can cause them.
@@ -182,16 +185,17 @@ class Causes(NamedTuple):
 
 def causes_of(given: ComparedData, A: Floats, fit: Fit, limit: PoseLimit = EXPLAINED) -> Causes:
     """
-    Return the causes that explain the residuals of `fit` between A (N, 4, 4) and the poses.
+    Return the causes that best explain the residuals between a robot file and a second source.
 
     Parameters
     ----------
     given
-        Joint positions and poses of the second source.
-    A
-        Poses of the robot file.
+        The robot, its joint positions, and the poses of the second source.
+    A : shape (N, 4, 4)
+        Poses that the robot file gives at the joint positions.
     fit
-        The fit of the offsets of base and tool between A and the poses.
+        The offsets of base and tool between A and the poses of the second source, with the
+        residuals after the fit of the offsets.
     limit
         Largest residuals (RMS) that measurement errors and a nominal table can cause.
     """
@@ -229,9 +233,11 @@ def _decisive(cause: TestedCause, before: Fit, limit: PoseLimit) -> bool:
 
 
 def _simplest(tried: Sequence[TestedCause]) -> list[TestedCause]:
-    # Leave out the cause "wrong scale of one joint" in two cases. (1) Wrong units of all joints or
-    # of all poses reduce the residuals nearly as much. (2) A cause without a fitted number states
-    # the same mistake, for example that the joint counts the other way round.
+    # Leave out the cause "wrong scale of one joint" if a simpler cause was tried. There are two
+    # kinds of simpler cause. (1) A wrong unit of all joints or of all poses. Its correction must
+    # leave at most RIVAL_RATIO times the residuals that a corrected scale leaves. (2) A discrete
+    # mistake that has the same `sentence` as the wrong scale, such as "joint 2 counts the other
+    # way round".
     sentences = {cause.sentence for cause in tried if cause.value is None}
     units = [cause.ratio for cause in tried if cause.key in ('degrees', 'millimetres')]
     least = RIVAL_RATIO * max(units, default=0.0)
@@ -277,9 +283,10 @@ def _score_limit(fit: Fit, tried: Sequence[TestedCause] = ()) -> float:
 
 
 def _sifted(A: Floats, B: Floats, limit: float) -> dict[int, Fit]:
-    # Fit the offsets between A and B (H, N, 4, 4) for each of H hypotheses. Return the fits with
-    # the smallest scores (RMS residuals) below `limit`, by the index of the hypothesis. Skip the
-    # fit of a hypothesis if the lower bound of its score is far above the best score.
+    # Fit the offsets between A and B (H, N, 4, 4) for each of H hypotheses. Drop fits whose score
+    # (RMS residual) is not below `limit`. Return at most FITTED_IN_FULL fits: the fits with the
+    # smallest scores. Their keys are the indices of the hypotheses. A hypothesis is not fitted if
+    # a lower bound of its score is far above the best score.
     bounds, fits = least_angles(A, B), dict[int, Fit]()
     order = np.argsort(bounds, kind='stable')
     for some in np.split(order, range(BATCH_SIZE, len(order), BATCH_SIZE)):
@@ -306,9 +313,10 @@ def _undoing(
 
 def possible(given: ComparedData) -> list[Hypothesis]:
     """
-    Return the possible mistakes without a fitted number, such as a wrong sign or unit.
+    Return the discrete mistakes that are possible, such as a wrong sign or a wrong unit.
 
-    A mistake is possible only if all loops of the arm close at the corrected joint positions.
+    The correction of a discrete mistake has no number to fit. A mistake is possible only if all
+    loops of the arm close at the corrected joint positions.
     """
     chain, trials = given.robot.chain, hypotheses_of(given)
     return [trial for trial in trials if trial.q is None or np.all(closes_at(chain, trial.q))]
@@ -363,10 +371,10 @@ def _preference(cause: TestedCause) -> float:
 
 
 def _beyond(given: ComparedData, A: Floats, fit: Fit, columns: Floats) -> tuple[Floats, Floats]:
-    # Return two arrays: the derivatives (6 N, c) of the poses by c numbers of the robot, and the
-    # residuals (6 N,) of `fit`. Remove from each array the part that a change of the base and tool
-    # offsets can explain. J (6 N, 12) has the derivatives of the poses by the offsets, so project
-    # each array onto the orthogonal complement of the columns of J.
+    # Return two arrays: the derivatives (6 N, c) of the poses by c numbers of the robot file, and
+    # the residuals (6 N,) of `fit`. Remove from each array the part that a change of the base and
+    # tool offsets can explain. J (6 N, 12) has the derivatives of the poses by the offsets, so
+    # project each array onto the orthogonal complement of the columns of J.
     scale = np.reshape(scale_of(given.poses), (1, 1, 1))
     J, r = equations_of(A, fit, scale)
     basis = span_of(J)
@@ -405,7 +413,7 @@ def _scale_starts(
 def _fitted(
     given: ComparedData, before: Fit, number: NumberHypothesis, values: Floats, begin: Fit
 ) -> TestedCause | None:
-    # Fit the offsets of base and tool together with one number of the robot. Return the cause
+    # Fit the offsets of base and tool together with one number of the robot file. Return the cause
     # 'this number is wrong', or None if a closed loop does not close.
     try:
         result = fit_numbers(number.at, values[None], given.poses[None], lifted(begin), ROUNDS)
@@ -423,13 +431,13 @@ def _fitted(
     cause = _cause(number.key, number_in_words(number, value), value, before, fit)
     if cause.ratio < NAMED_RATIO:
         return cause._replace(name=number.name)
-    # Compute the model resolution of this number. The fit above gave its correction v, with all
-    # other numbers of the robot fixed. Now fit all numbers by linear least squares, starting at v.
-    # Each number is scaled by its usual error. Let d be the change of v in this fit, and r the
-    # entry of this number on the diagonal of the model resolution matrix (Menke, Geophysical Data
-    # Analysis, chapter 4). r is 1 if the poses distinguish this number from all other numbers,
-    # else less. The result is r - |d / v|, because a large d means that other numbers explain the
-    # residuals better.
+    # Test whether other numbers of the robot file explain the residuals as well as this number.
+    # The fit above gave the correction v of this number. Now fit all numbers together: one step of
+    # linear least squares, in which each number is scaled by its usual error. The step changes v
+    # by d. Let r be the diagonal entry of this number in the model resolution matrix (Menke,
+    # Geophysical Data Analysis, chapter 4). r is 1 if the poses distinguish this number from all
+    # other numbers, else less. Then `resolution` is r - |d / v|. A large d lowers `resolution`,
+    # because it means that other numbers explain the residuals better.
     corrected, change = given._replace(q=q), number.at(result.values)
     others = [
         hypothesis.usual * hypothesis.columns[:, :, -1:]
@@ -447,8 +455,10 @@ def _fitted(
 
 def number_in_words(number: NumberHypothesis, value: float) -> str:
     """
-    Return a sentence that corrects a number of the robot, or states by which factor a joint's
-    positions are wrong.
+    Return a sentence that states by how much one number of the robot file is wrong.
+
+    `value` is the fitted correction of the number, rad or m. If the number is the scale of a
+    joint, `value` is the fitted factor of the joint positions.
     """
     if number.key == 'joint_scale':
         for unit, factor, words in FACTORS:

@@ -68,14 +68,14 @@ class FrameDiagnosis:
     undetermined
         Directions in which the poses leave the offsets undetermined, as text.
     cause
-        The decisive cause of the residuals, or None. A cause is decisive if no second cause
-        explains nearly as much, and its correction leaves small residuals. Residuals are small if
+        The decisive cause of the residuals, or None. No other cause explains nearly as much as the
+        decisive cause. After the correction of the decisive cause, the residuals are so small that
         measurement errors and a nominal (uncalibrated) table can cause them.
     causes
-        Causes that explain at least two thirds of the residuals, and about equally much; the
-        likeliest first.
+        Causes whose correction divides the RMS residual by 3 or more: the best cause, and causes
+        that explain nearly as much. The likeliest is first.
     likely
-        If `causes` is empty: causes that explain at least half of the residuals.
+        If `causes` is empty: causes whose correction divides the RMS residual by 2 or more.
     """
 
     sentence: str

@@ -57,7 +57,7 @@ class PoseLimit(NamedTuple):
     angle: float
 
     def in_words(self) -> str:
-        """Return the limits of position and rotation as text."""
+        """Return the largest allowed RMS residuals as text, such as `4 mm or 0.5 deg`."""
         return f'{length_in_words(self.position)} or {angle_in_words(self.angle)}'
 
 

@@ -24,7 +24,8 @@ def rotation_of_euler(order: str, angles: npt.ArrayLike) -> Floats:
     """
     Return the rotations (..., 3, 3) of three angles (..., 3), rad, in an order of `EULER_ORDERS`.
 
-    xyz is Rz(c) Ry(b) Rx(a), about axes that stand still; XYZ is Rx(a) Ry(b) Rz(c).
+    For angles (a, b, c), the order xyz (fixed axes) gives the rotation Rz(c) Ry(b) Rx(a). The
+    order XYZ (axes that turn with the body) gives Rx(a) Ry(b) Rz(c).
     """
     about = [
         turn_about(np.eye(3)['xyz'.index(axis)], angle)

@@ -76,7 +76,9 @@ class Hypothesis(NamedTuple):
 
 class NumberHypothesis(NamedTuple):
     """
-    A number of the robot that may be wrong. The scale of a joint is fitted together with its zero.
+    A number of the robot file that may be wrong: a joint's zero or scale, a length or an angle.
+
+    The scale of a joint is fitted together with the zero of the joint.
 
     Attributes
     ----------
@@ -352,8 +354,8 @@ def quaternions_of(poses: Floats) -> Floats:
 
 def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
     """
-    Yield hypotheses that one number of the robot is wrong: each joint zero, and each number of the
-    table.
+    Yield hypotheses that one number of the robot file is wrong: one for each joint zero, and one
+    for each number of the table.
     """
     robot = given.robot
     yield from _of_joints(given, 'joint_offset', 1)
@@ -368,7 +370,7 @@ def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
     columns = pose_change(chain, 0.0 * corrections[0], given.q).jacobian
     for k, number in enumerate(arm.table):
         if number.group == 'offsets':
-            continue  # `_of_joints` has already yielded the zero of each joint
+            continue  # `_of_joints` has already yielded the hypotheses of wrong joint zeros
         row = slice(k, k + 1)
 
         def at(values: Floats, row: slice = row) -> PoseChange:

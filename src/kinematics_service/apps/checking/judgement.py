@@ -42,7 +42,12 @@ class FrameLimits(NamedTuple):
         return Level.OK if errors.within(self.warn) else Level.WARN
 
     def sentence(self, diagnosis: FrameDiagnosis) -> str:
-        """Return the diagnosis as text, with the exceeded limit if no cause is named."""
+        """
+        Return the diagnosis as text.
+
+        If the diagnosis has no decisive cause and the level is WARN or ERROR, the text ends with
+        the limit that the RMS residuals exceed.
+        """
         level = self.level(diagnosis)
         if diagnosis.cause is not None or level == Level.OK:
             return diagnosis.sentence

@@ -38,7 +38,8 @@ IN_MILLIMETRES = {hypotheses.LENGTHS_IN_MM: 'xyz of the poses is in metres, not 
 OF_ORIENTATIONS = ('tool_axes', 'quaternion_order')
 # Start values (rad) of the Gauss-Newton method for the correction of an angle in the robot file.
 START_ANGLES = (0.0, 0.5 * math.pi, -0.5 * math.pi, math.pi)
-# Number of Gauss-Newton steps that fit the correction of one number to the known poses.
+# Number of Gauss-Newton steps that fit one number of the robot file (a joint zero, a length or an
+# angle) to the known poses.
 NEWTON_STEPS = 12
 # Two poses of the tool are taken as equal if the entries of their 4 x 4 matrices differ by at most
 # this.

@@ -19,16 +19,17 @@ from ...robot.robot import Robot
 @dataclass(frozen=True)
 class PoseError:
     """
-    The error of the arm at one known pose.
+    The difference between one known pose of a robot file and the pose that the table gives.
 
     Attributes
     ----------
     index
-        Index of the pose in the file, from 0.
+        Index of the known pose in the file, from 0.
     known
         The known pose.
     distance, angle : m, rad
-        Distance between the tool's origins in both poses, and angle of the rotation between them.
+        Distance between the tool origins of the known pose and of the computed pose, and angle of
+        the rotation between the two poses.
     """
 
     index: int

@@ -26,8 +26,9 @@ GAIN_TOLERANCE = 1e-9
 # Damping after the first failed step (Levenberg-Marquardt), in units of the largest eigenvalue of
 # J^T J.
 FIRST_DAMPING = 1e-3
-# If the RMS distance of the tool positions from their mean is below this fraction of their
-# distance from the origin, the positions are taken as one point.
+# The tool positions are taken as one point if spread / far is below this value. Here `spread` is
+# the RMS distance of the positions from the mean position, and `far` is the RMS distance of the
+# positions from the origin of the base frame.
 POINT_SPREAD_RATIO = 0.05
 # The poses do not determine a direction of the 12 offset coordinates (base and tool) if its
 # singular value, divided by the largest singular value of the Jacobian, is below this ratio.
@@ -51,14 +52,18 @@ class Fit(NamedTuple):
     """
     The results of H independent fits: offsets and residuals. `fit.one(k)` is the result of fit k.
 
+    Each fit compares N poses A_i of the robot file with N poses B_i of a second source.
+
     Attributes
     ----------
     X, Y : shape (H, 4, 4)
-        Base and tool offset: B_i is about X A_i Y.
+        The base offset X and the tool offset Y. The fit brings X A_i Y near to B_i.
     position, rotation : shape (H, N, 3)
-        Residuals, m and rad (rotation vector), in the base axes of the second source (B).
+        Residuals between B_i and X A_i Y, in the base axes of the second source: position in m,
+        rotation vector in rad.
     score : shape (H,)
-        RMS of position and rotation residuals together, rad; positions are divided by `scale_of`.
+        RMS of all residuals of a fit, rad. Position residuals are divided by the length that
+        `scale_of` returns.
     """
 
     X: Floats
@@ -139,9 +144,9 @@ def fit_offsets(A: Floats, B: Floats, begin: Fit | None = None, steps: int = MAX
 
 def fit_at(A: Floats, B: Floats, X: Floats, Y: Floats, scale: Floats) -> Fit:
     """
-    Return the fit with given offsets X and Y, that is, the residuals between B_i and X A_i Y. A
-    position residual of length `scale` (H, 1, 1), m, has the weight of a rotation residual of
-    1 rad.
+    Return the residuals between B_i and X A_i Y for given offsets X and Y, as a `Fit`.
+
+    For the score, position residuals are divided by the length `scale` (H, 1, 1), m.
     """
     M = X[:, None] @ A @ Y[:, None]
     position = B[..., :3, 3] - M[..., :3, 3]

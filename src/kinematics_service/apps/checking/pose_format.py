@@ -21,8 +21,9 @@ def _numbers(count: int) -> tuple[str, ...]:
 
 
 # Each entry has the endings of a pose's column names, in small letters, and the default kind of
-# orientation. The search takes the first entry whose endings all occur. The endings 0 to 6 of a
-# quaternion pose also occur in the columns 0 to 11 or 0 to 15 of a matrix. So matrices come first.
+# orientation. The search takes the first entry whose endings all occur in the table. If the names
+# end in the numbers 0 to 15 of a matrix, then the endings 0 to 6 of a shorter entry occur, too. So
+# entries with more numbers come first.
 ENDS = (
     ((*XYZ, 'qx', 'qy', 'qz', 'qw'), 'xyzw'),
     ((*XYZ, 'rx', 'ry', 'rz'), 'rotvec'),
@@ -175,8 +176,10 @@ def pose_columns(
 
 def pose_of_columns(columns: list[str], given: PoseFormat) -> tuple[list[str], PoseFormat] | None:
     """
-    Return given columns, which are in the order of a pose's numbers, with their format; None if
-    their count fits no format.
+    Return `columns` with the pose format that fits the number of columns; None if none fits.
+
+    `columns` must be in the order of a pose's numbers. `given` is the format that the user asked
+    for. If `given.kind` is empty, the kind of orientation follows from the number of columns.
     """
     for ends, kind in ENDS:
         fits = ends == _numbers(len(columns))
