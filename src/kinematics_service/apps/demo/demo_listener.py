@@ -52,7 +52,8 @@ class DemoListener:
     Attributes
     ----------
     nearest
-        The smallest distance to a singular pose so far, with its time and pose of the tool.
+        The smallest distance to a singular pose so far, the time of its receipt, and the tool's
+        pose at that time.
     history
         The smallest distance to a singular pose in each time interval of length `INTERVAL`, rad;
         inf if no message came.
@@ -107,8 +108,9 @@ class DemoListener:
 
     def start(self) -> None:
         """Set the start time of the demo to now, and subscribe to the arm's joint states."""
-        # Subscribe to the joint states only now. The arm starts after the first subscription to
-        # its joint states, and this first subscription must be the node's.
+        # Subscribe to the joint states only now. The demo starts the arm as soon as the topic of
+        # the joint states has a subscriber. The first subscriber must be the kinematics node, not
+        # this listener.
         topic = f'{self.source.rpartition("/")[0]}/{JOINT_STATES}'
         self.joints = LatestMessage(self._node, topic, JointState, OUTPUT_QOS)
         self.started = time.monotonic()

@@ -22,12 +22,13 @@ from .motions.trajectory import Trajectory
 
 # Number of joint states per second along a path.
 RATE = 50.0
-# If a joint state is late by more than this (s), all later joint states are delayed by the same
-# time. The arm does not catch up, for example after the process was stopped.
+# If a joint state is late by at most this (s), the arm catches up: later joint states are on time.
+# If the lateness is larger, for example because the process was stopped, the rest of the motion is
+# delayed by the lateness.
 MAX_DELAY = 0.5
 QUEUE_DEPTH = 1000
-# Shortest period of the timer (s). If a recording is faster, one call of the timer publishes
-# several joint states.
+# Shortest period of the timer (s). If the joint states of a recording are closer in time, one call
+# of the timer publishes several joint states.
 MIN_PERIOD = 0.001
 
 
