@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Write an arm as one C++ or C header, with the operations of the kernel's source.
+Write an arm as one C++ or C header that computes with the same operations as the kernel.
 
-Operations without branches are recorded for the arm and written one after the other. Functions
-with branches, such as the closing of loops, are translated to C.
+Kernel functions without branches run once in Python, with objects that record each operation. The
+header has the recorded operations for this arm, one after another. Kernel functions with branches,
+such as the closing of loops, are translated to C.
 """
 
 import re
@@ -216,7 +217,9 @@ class Header:
         )
 
     def _test_words(self) -> dict[str, Any]:
-        # Returns poses with their results, and the largest errors of the header in T and J.
+        # Returns the texts for the self-test of the header: joint positions, with exact poses T
+        # and Jacobians J. For a header in `float`, also returns bounds of the errors that rounding
+        # to `float` causes in T and J.
         robot = self.robot
         q = generic_poses(robot.chain, robot.limits, robot.prismatic)
         if self.real == 'float':
@@ -236,8 +239,8 @@ class Header:
 
 def _evaluated(chain: Any, q: Any, qdot: Any, depth: int, sincos: Any, section: Any = ()) -> Any:
     # Returns the kernel's row of results at q and qdot, computed by plain Python. The entries of q
-    # may be of any type, such as recorded numbers. `section` has the part of the row that
-    # describes the closed loops at q.
+    # may be arrays, or `Number` objects that record each operation. `section` has the numbers that
+    # the closing of loops would write to the row. So no loop is closed here.
     def close(closure: Any, q: Any, into: Any) -> int:
         into[: len(section)] = section
         return 0
@@ -290,7 +293,11 @@ def quoted(text: str) -> str:
 
 
 def function_ends(robot: Robot) -> dict[str, str]:
-    """Return the ending of the C function names of each named point, such as `_of_camera`."""
+    """
+    Return an ending of C function names for each named point, by the name of the point.
+
+    For example, the functions for the point `camera` end in `_of_camera`.
+    """
     ends = {name: '_of_' + re.sub(r'\W', '_', name, flags=re.ASCII) for name in robot.points[1:]}
     if len(set(ends.values())) < len(ends):
         raise KinematicsError(

@@ -31,7 +31,11 @@ def source(module: str) -> ModuleType:
 
 @contextmanager
 def replaced(module: ModuleType, **functions: Callable[..., Any]) -> Iterator[None]:
-    """Replace functions of a module of the source inside of a `with` block."""
+    """
+    Replace functions of a plain Python module as long as a `with` block runs.
+
+    The keywords are the names of the functions, and the values are the new functions.
+    """
     before = {name: getattr(module, name) for name in functions}
     vars(module).update(functions)
     try:
@@ -41,7 +45,11 @@ def replaced(module: ModuleType, **functions: Callable[..., Any]) -> Iterator[No
 
 
 def copied(thing: Any) -> Any:
-    """Return a compiled chain, or a part of it, as an object of the plain Python source."""
+    """
+    Return a plain Python copy of a compiled chain, or of a part of the chain.
+
+    The copy is an object of the module that `source` loads. Plain values are returned unchanged.
+    """
     name = type(thing).__name__
     if name not in ('Chain', 'Closure', 'LoopGroup', 'Loop'):
         return thing

@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Record the operations of a function by calling it with numbers that write down each operation in C.
+Record the operations of a Python function, and write them as C without loops and branches.
 
-The result is a list of steps without loops and branches. Equal steps are one step, and steps that
-no result needs are left out. A step is also simplified if all finite results stay exactly equal:
-operations on constants are computed, x * 1 and x - 0 are x, x * -1 is -x, and x + 0 * y is x if x
-is not -0.0.
+The function is called with `Number` objects instead of floats. Each operation on a `Number` adds a
+step to a list. A step is one operation, written in C, such as `t1 * q[0]`. An operation that is
+already in the list is not added again. Steps that no result needs are left out of the C code. A
+step is also simplified if all finite results stay exactly equal: operations on constants are
+computed, x * 1 and x - 0 are x, x * -1 is -x, and x + 0 * y is x if x is not -0.0.
 """
 
 import math
@@ -21,30 +22,33 @@ import numpy as np
 from .kernel_source import source
 from .translation import Text, Translation, literal
 
-STEP = re.compile(r'\bt\d+\b')  # the name of a step
-# A step that only one other step needs is written inside of that step, up to this length.
+STEP = re.compile(r'\bt\d+\b')  # matches the C variable of a step's result, such as t12
+# A step is one recorded operation, written in C. If the result of a step is used only once, and
+# the step is shorter than INNER_LENGTH characters, the step is written at the place of use and
+# gets no variable.
 INNER_LENGTH = 60
 
 
 @dataclass(eq=False)
 class Number:
     """
-    A number that a recorded function computes from other numbers, or a constant.
+    A number of a recorded function: an input, a constant, or the result of an operation.
 
     Attributes
     ----------
     recording
-        The recorder that writes down its operations.
+        The recorder that stores the operations on the number.
     text
-        The number in C: a constant, the name of a step, or another name, such as q[0].
+        The number in C: a constant, an input such as q[0], or the variable of a result such as t3.
     value
-        The value of a constant; None for other numbers.
+        The value of a constant; None if the number is not a constant.
     is_zero
-        Whether it is 0.0, -0.0, or the product of one of these and a finite number.
+        Whether the number is a constant zero, or a product with a constant zero as a factor. If
+        all other factors are finite, the product is 0.0 or -0.0.
     no_negative_zero
-        Whether it is never -0.0. A sum is -0.0 only if both operands are.
+        Whether the number is known never to be -0.0. A sum is -0.0 only if both operands are -0.0.
     after_sines
-        Whether it is computed from a sine or cosine.
+        Whether the number is computed from a sine or cosine.
     """
 
     recording: 'Recorder'
@@ -92,8 +96,9 @@ def _product(a: Number, b: Number) -> Number:
 
 
 def _computed(operation: Callable[[Number, Number], Number], a: Any, b: Any) -> Any:
-    # Returns the result of an operation on a recorded number and another number or a constant. A
-    # constant result is a plain number, so that Python computes the next operation with it.
+    # Returns the result of an operation on a and b. At least one of a and b is a `Number`; the
+    # other may be a float. A constant result is returned as a float, so that Python computes the
+    # next operation on it.
     recording = a.recording if isinstance(a, Number) else b.recording
     result = operation(recording.number(a), recording.number(b))
     return result if result.value is None else result.value
@@ -128,16 +133,16 @@ class Recorder:
         self.translation, self.real = translation, real
         self.steps: dict[str, Number] = {}
         self.angles: list[str] = []
-        # These two functions of the kernel are replaced by `sincos` and `partial` during a
-        # recording.
+        # During a recording, the kernel calls the methods `sincos` and `partial` of this class
+        # instead of these two functions. The methods record calls of the functions in C.
         self.functions = source('forward.chain_pass').sincos, source('measures.factors')._partial
 
     def array(self, name: str, count: int) -> Any:
-        """Return an array of recorded numbers, `name[0]` and so on, for the recorded function."""
+        """Return inputs of the recorded function: an array of `Number` objects `name[0]` etc."""
         return np.array([Number(self, f'{name}[{k}]') for k in range(count)], object)
 
     def number(self, value: Any) -> Number:
-        """Return a recorded number or a constant as a recorded number."""
+        """Return a constant as a `Number`; if `value` is already a `Number`, return `value`."""
         if isinstance(value, Number):
             return value
         value = float(value)
@@ -181,7 +186,8 @@ class Recorder:
             if uses[number.text]:
                 uses.update(STEP.findall(text))
         inner: dict[str, str] = {}
-        # False: lines before the sines are computed. True: lines that need a sine or cosine.
+        # lines[False] come before the line that computes all sines and cosines. lines[True] come
+        # after it, because they use a sine or cosine.
         lines: dict[bool, list[str]] = {False: [], True: []}
         for text, number in self.steps.items():
             text = STEP.sub(lambda match: inner.get(match[0], match[0]), text)
