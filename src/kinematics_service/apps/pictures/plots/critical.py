@@ -116,17 +116,21 @@ def _position_and_jacobian(robot: Robot, q: Floats) -> tuple[Floats, Floats]:
 
 
 def _number_of_vectors(robot: Robot, plane: Plane, q: Floats) -> int:
-    # Return k, the number of plane coordinates (rows of A) that the search uses: 3 if the arm can
-    # move the tool along the plane's normal, else 2. The third coordinate is along the normal.
+    # Return k, the number of tool coordinates (rows of A) that the search uses. Two coordinates
+    # are in the plane. A third coordinate, along the plane's normal, is used if the arm can move
+    # the tool along the normal.
     A = _gradients(robot, plane, q[:50])
     moved = np.max(np.abs(A), axis=(0, 2)) > 1e-9
     return 2 if len(moved) == 2 or not moved[2] else 3
 
 
 def _system(robot: Robot, plane: Plane, q: Floats, c: Floats) -> tuple[Floats, Floats]:
-    # The equations are A(q)^T c = 0, |c| = 1 and, if k is 3, that the tool is in the plane. Return
-    # the residuals of the equations at q and c, shape (N, n + 1), or (N, n + 2) if k is 3. Return
-    # also the derivatives of the residuals by q (scaled) and c.
+    # Let A(q) (k, n) be the scaled Jacobian of k coordinates of the tool: two coordinates in the
+    # plane and, if k is 3, one along the plane's normal. Let c (k,) be a direction in which the
+    # tool cannot move. The equations are A(q)^T c = 0 and |c| = 1. If k is 3, a further equation
+    # says that the tool is in the plane. Return the residuals of the equations at q and c, shape
+    # (N, n + 1), or (N, n + 2) if k is 3. Return also the derivatives of the residuals by q
+    # (scaled) and c.
     n, k = robot.dof, c.shape[1]
     scales = robot.singularity.task.column_scales
     A = _gradients(robot, plane, q)[:, :k]

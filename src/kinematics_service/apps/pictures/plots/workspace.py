@@ -125,10 +125,10 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
     """
     Return the workspace in a plane, found by a search from random joint positions in the limits.
 
-    Each cell keeps the configuration with the largest distance to singularity. Each round of
-    MAP-Elites changes some of these configurations a little and tries them. Half of the changed
-    configurations come from cells with an empty neighbour cell, so that cells at the border are
-    filled.
+    The plane is divided into square cells. For each cell that the tool reaches, the search keeps
+    the joint positions with the largest distance to singularity. Each round of MAP-Elites changes
+    some of the kept joint positions a little and tries the changed positions. Half of the changed
+    positions come from cells with an empty neighbour cell, so that cells at the border are filled.
 
     Parameters
     ----------

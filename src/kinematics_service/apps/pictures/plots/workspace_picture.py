@@ -83,8 +83,8 @@ def scale_of(values: Floats) -> ColourScale:
     """
     Return the colour scale for distances to singularity in rad, some of which may be nan.
 
-    The scale begins at 0. If the smallest distance is above half of the scale's upper limit, the
-    scale begins at the smallest distance.
+    The scale usually begins at 0. It begins at the smallest distance only if the smallest distance
+    is above half of the scale's upper limit.
     """
     finite = values[np.isfinite(values)]
     low, high = float(np.min(finite)), float(np.percentile(finite, HIGH_PERCENTILE))

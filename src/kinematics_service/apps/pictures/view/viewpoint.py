@@ -14,9 +14,7 @@ OFFSET = np.array([0.85, 0.7, 0.4])
 
 
 class Viewpoint:
-    """
-    The initial camera of all pages of a server: set when a page opens and when the arm changes.
-    """
+    """Aims the camera of each page of a server when the page opens and when the arm changes."""
 
     def __init__(self, server: viser.ViserServer) -> None:
         self._server = server
