@@ -29,8 +29,10 @@ MIN_COSINE = 0.94
 # The next step is twice as long if the cosine of the angle between the tangents before and after
 # this step exceeds this number. The angle is then below 0.1 rad.
 DOUBLING_COSINE = 0.995
-# Largest ratio of the motion by Newton's method (the corrector) to the step along the tangent. The
-# ratio is 0.18 on a circle whose tangent turns by 0.35 rad.
+# After each step along the tangent, Newton's method moves the joints back to the curve. A step is
+# accepted if the correction is shorter than MAX_CORRECTION times the step. For comparison: if the
+# curve is a circle, and the tangent turns by 0.35 rad in a step, the correction is 0.18 times the
+# step.
 MAX_CORRECTION = 0.25
 # Largest motion of a joint between two samples, rad: the longest step, MAX_STEP, plus the largest
 # correction of this step by Newton's method, MAX_CORRECTION * MAX_STEP.
