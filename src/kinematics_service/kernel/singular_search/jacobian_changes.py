@@ -4,12 +4,16 @@
 Compute the derivatives of the tool velocity J x by the joint positions. The joint velocities x are
 constant.
 
-An entry of the chain is one joint that moves one element. Each entry has a screw (v, w): the
-linear and angular velocity of the tool if the entry moves at unit velocity. If entry e moves by a
-unit, the screws change (`cross` is the vector product):
+A chain consists of elements, which are screw motions about z. If two joints move one element, the
+chain has two entries for this element: an entry is a pair of an element and a joint that moves it.
+Each entry has a screw (v, w): the linear and angular velocity of the tool if the joint moves only
+this element, at unit velocity. Entries are numbered from the base to the tool.
 
-- For e and each later entry, v changes by cross(w_e, v), and w changes by cross(w_e, w).
-- For each earlier entry, v changes by cross(w, v_e), and w does not change.
+If the joint of entry e moves the element of entry e, the screws change. The derivatives of a screw
+(v, w) by the joint position are (`cross` is the vector product):
+
+- If the screw belongs to e or a later entry: cross(w_e, v) for v, and cross(w_e, w) for w.
+- If the screw belongs to an earlier entry: cross(w, v_e) for v, and 0 for w.
 
 Entries of one element have the same axis, so their order does not matter.
 """
@@ -63,9 +67,9 @@ def _write_cross(
 
 
 def _add_turn(w: Flat, e: int, entries: int, rate: float, total: Numbers) -> None:
-    # An entry of the chain is one joint that moves one element. Column e of w (3, entries) is the
-    # angular velocity of the tool if entry e moves at unit velocity. Adds `rate` times this column
-    # to `total`.
+    # An entry is a pair of an element of the chain and a joint that moves the element. Column e of
+    # w (3, entries) is the angular velocity of the tool if entry e moves at unit velocity. Adds
+    # `rate` times this column to `total`.
     for k in range(3):
         total[k] += rate * w[e + k * entries]
 

@@ -52,22 +52,25 @@ STEPS = 14
 DROP_MARGIN = 1.3
 # Largest number of singular poses that the search follows while the joints move.
 MEMORY = 6
-# Two singular poses are taken as one if the distance between them is at most this fraction of the
-# distance from the present joint positions to the pose that was found later. The fraction has a
-# second use, for an arm with closed loops. Let r be the distance to the nearest joint positions at
-# which the loop equations are singular. If the joints have moved by more than
-# `SAME_POSE_RATIO * r` since these positions were found, they are searched again.
+# A ratio with two uses.
+#
+# 1. If a projection finds a singular pose P, let r be the distance from the present joint
+#    positions to P. A stored pose is taken as equal to P if the distance from the stored pose to P
+#    is at most `SAME_POSE_RATIO * r`.
+# 2. Only for an arm with closed loops: let f be the distance to the nearest joint positions at
+#    which the loop equations are singular. The search for such joint positions is repeated after a
+#    joint motion of `SAME_POSE_RATIO * f`.
 SAME_POSE_RATIO = 0.1
-# While the joints move, the search runs projections onto the set of singular poses, from one start
-# after another. After a joint motion of this fraction of the distance to the nearest singular
-# pose, each start has been used once.
+# While the joints move, the search works in rounds. In a round, it runs one projection onto the
+# set of singular poses from each start. A round ends after a joint motion of this fraction of the
+# distance to the nearest singular pose.
 SEARCH_RATIO = 0.25
-# While the joints move, the search runs projections onto the set of singular poses, from one start
-# after another. Each start has been used once after a joint motion of
+# While the joints move, the search works in rounds. In a round, it runs one projection onto the
+# set of singular poses from each start. A round ends after a joint motion of
 # `SEARCH_RATIO * max(distance, SEARCH_FLOOR)`, rad, where `distance` is the distance to the
-# nearest singular pose. Without SEARCH_FLOOR, this motion would be tiny near a singular pose, and
-# the search would run many projections. They are not needed, because below SEARCH_FLOOR the status
-# is already ERROR: the default of the threshold `stop` is 0.03 rad.
+# nearest singular pose. Without SEARCH_FLOOR, a round near a singular pose would end after a tiny
+# joint motion, and many rounds would take much time. These rounds are not needed: at distances
+# below SEARCH_FLOOR, the status is already ERROR, because the default of `stop` is 0.03 rad.
 SEARCH_FLOOR = 0.02
 
 
@@ -176,8 +179,9 @@ class NearestSearch:
             self.look(q, row)
             return
         reach = SEARCH_RATIO * max(min(self.distance, places.FARTHEST), SEARCH_FLOOR)
-        # Run projections from some starts. The number of starts is proportional to the motion of
-        # the joints: after a motion of `reach`, rad, each start has been tried once.
+        # In a round, each start is tried once, and the joints move by `reach`, rad. `tried` counts
+        # the starts tried in this round, and `moved` is the joint motion in this round. Try the
+        # next starts until `tried / starts` is at least `moved / reach`.
         while self.tried * reach < self.moved * self.starts:
             if not self._try_next():
                 self.moved = 0.0

@@ -184,8 +184,9 @@ class Projection:
             self.d[j] += self.moved[j]
 
     def _estimate(self) -> float:
-        # Returns a linear estimate of the distance from the origin to the nearest singular pose,
-        # rad: the distance to the linearised set of singular poses.
+        # Returns an estimate of the distance from the joint positions `origin` to the nearest
+        # singular pose, rad. The estimate is the distance from `origin` to the linearised set of
+        # singular poses. The motion from `origin` to this set is d + onto + along.
         squares = 0.0
         for j in range(self.n):
             end = self.d[j] + self.onto[j] + self.along[j]

@@ -31,9 +31,9 @@ from . import jacobian_changes
 
 # dS is the matrix of the derivatives of S by the joints, where S = 0 are the equations of a
 # singular pose. A singular value of dS is taken as zero if its ratio to the largest singular value
-# of dS is at most RANK_SHARE. If the DH table has errors of 1e-5, a singular value that should be
-# 0 gets a ratio of about 1e-5. This exceeds RANK_SHARE, so the singular value is not taken as
-# zero.
+# of dS is at most RANK_SHARE. If a calibrated DH table deviates from the design by 1e-5, singular
+# values that are 0 in the design get ratios of about 1e-5. These singular values are properties of
+# the real arm, so they must not be taken as zero. So RANK_SHARE is below 1e-5.
 RANK_SHARE = 1e-6
 
 
@@ -129,10 +129,11 @@ class RankEquations:
     def move_to(self, origin: Flat, d: Flat) -> bool:
         """
         Evaluate S, which is zero at a singular pose, after a motion d from the joint positions
-        `origin`.
+        `origin`. Return whether S was evaluated.
 
-        Returns False if a number is not finite. Returns False if a loop does not close on the way
-        from the last joint positions; then the loops stay at the last joint positions.
+        If the arm has closed loops, the loops are closed at the new joint positions. If this
+        fails, the method returns False, and the passive variables are as before the call. The
+        method also returns False if a number is not finite.
         """
         for j in range(self.n):
             self.q[j] = origin[j] + self.task.column_scale[j] * d[j]
@@ -339,13 +340,13 @@ class RankEquations:
 
     def write_steps(self, d: Flat, onto: Flat, along: Flat) -> bool:
         """
-        Fill `onto` and `along` (n,), so that the motion d + onto + along leads to a singular pose.
+        Fill `onto` and `along` (n,), two joint motions. After d, they lead to a singular pose.
 
-        The result is correct to first order. S is zero at a singular pose, and dS is the
-        derivative of S by the joints. `onto` is the shortest joint motion with S + dS onto = 0.
-        `along` is the component of -d that does not change S: dS along = 0. The sum
-        d + onto + along is the shortest joint motion that leads to a singular pose. Returns False
-        if no joint motion changes S.
+        d is the joint motion of the last call of `move_to`. S is zero at a singular pose, and the
+        matrix dS is the derivative of S by the joints. `onto` is the shortest joint motion that
+        makes S zero to first order: dS * onto = -S. `along` is the part of -d that does not change
+        S to first order: dS * along = 0. To first order, the sum d + onto + along is the shortest
+        joint motion to a singular pose. Returns False if no joint motion changes S.
         """
         n, count = self.n, self.count
         for j in range(n):

@@ -20,8 +20,8 @@ from .projection import Projection
 # Largest number of random joint positions from which the samples are computed. For six joints the
 # mean distance between samples is then about 0.7 rad.
 SEEDS = 3000
-# If k joints change the rank of J_t, the number of random positions is SEEDS_PER_JOINT ** k, but
-# at most SEEDS.
+# If k joints change the rank of the task Jacobian, the samples are computed from
+# SEEDS_PER_JOINT ** k random joint positions, but at most from SEEDS.
 SEEDS_PER_JOINT = 10
 # Largest number of random joint positions from which the samples are computed, if the arm has
 # closed loops. The number is small, because an evaluation of the arm takes 20 times as long as
@@ -66,7 +66,11 @@ class SingularAtlas:
         self.spans = arrays.numbers(kept, 3 * n)
 
     def matters(self, j: int) -> bool:
-        """Return whether joint j can change the rank of J_t."""
+        """
+        Return whether joint j can change the rank of the task Jacobian.
+
+        The task Jacobian J_t has the rows of the Jacobian that the task uses.
+        """
         return self.spans[3 * j + 1] > 0.0
 
     def nearest(self, u: Flat, max_count: int, picked: FlatIntegers, distances: Flat) -> int:
