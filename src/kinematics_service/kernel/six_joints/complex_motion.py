@@ -4,12 +4,14 @@
 Compute six complex joint positions that reach a goal by Newton's method, and prove that a solution
 is near the computed positions.
 
-The equations compare the product of the six screw motions with the goal. Both must have the same
-position, and the rotation matrix from one to the other must have no skew part. The derivatives are
-twists (Pluecker coordinates of the screws). The proof is the Newton-Kantorovich theorem (L. V.
-Kantorovich 1948; P. Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 2.1). Let beta
->= |J^-1|, K be a Lipschitz constant of J, and s the Newton step. If h = beta K |s| <= 1/2, there
-is a solution within 2 |s|, and no other solution within 1 / (beta K).
+The equations compare the product of the six screw motions with the goal. The two must have the
+same position, and the rotation matrix from the product to the goal must have no skew part. The
+columns of the Jacobian J of the equations are twists (Pluecker coordinates of the screws).
+
+The proof is the Newton-Kantorovich theorem (L. V. Kantorovich 1948; P. Deuflhard, Newton Methods
+for Nonlinear Problems, 2004, section 2.1). Let s be the Newton step, beta a bound of |J^-1|, and K
+a Lipschitz constant of J. Let h = beta K |s|. If h <= 1/2, there is a solution within the distance
+2 |s|, and no other solution within the distance 1 / (beta K).
 """
 
 import math
@@ -142,10 +144,11 @@ class Motion:
         `t` has six complex joint positions. Fills `weights` and `radius`. If the longest prismatic
         motion exceeds the loop's unit of length, this motion becomes the unit.
 
-        In the first proof, all joints have the weight 1. This proof may fail if joint positions
-        have large imaginary parts, because they make the twists of the joints long. In the second
-        proof, the weight of each joint is the length of its twist. The second proof is tried only
-        if round-off grows by more than MIN_GROWTH, which shows that imaginary parts are large.
+        There are two proofs. In the first proof, all joints have the weight 1. If a joint position
+        has a large imaginary part, some columns of J (twists of joints) are long, and the first
+        proof may fail. In the second proof, the weight of each joint is the length of its column.
+        The second proof is tried only if round-off grows by more than MIN_GROWTH. Such a growth
+        occurs only if imaginary parts are large.
         """
         if not self.residual(loop, t) < MAX_RESIDUAL:
             return False
@@ -194,10 +197,11 @@ class Motion:
         return (math.sqrt(step) + beta * error) * beta * K < MAX_KANTOROVICH_H
 
     def _growth(self, loop: SixScrews) -> float:
-        # Returns the growth of round-off in the product of the six screw motions: the sum of
-        # `s * (1 + |o|)` over the six screws. For each screw, o is the stored point of its axis.
-        # Let F be the product of the complex rotation matrices of the preceding screws. Then s is
-        # the mean squared length of the rows of F. If all joint positions are real, s is 1.
+        # Returns the factor by which the product of the six screw motions increases round-off.
+        # Each screw k has two numbers. Let F be the product of the complex rotation matrices of
+        # the screws before screw k, and s_k the mean squared length of the rows of F. If all joint
+        # positions are real, s_k is 1. Let o_k be the stored point of axis k. The factor is the
+        # sum of `s_k * (1 + |o_k|)` over the six screws.
         growth = 0.0
         for k in range(6):
             square = 0.0

@@ -12,13 +12,13 @@ e2^-1 e1^-1 goal V. These are 15 equations, one for each number of the vector. T
 1 on both sides, so 14 equations remain.
 
 If a joint moves a line, each of the 15 numbers becomes a linear combination of three functions of
-the joint position, called the parts of the joint. The parts of a revolute joint with angle t are
-1, cos t and sin t. The parts of a prismatic joint with position d are 1, d and d^2. The left sides
-of the equations are linear in 27 products: one part of joint 3 times one part of joint 4 times one
-part of joint 5. The right sides are linear in 9 products: one part of joint 1 times one part of
-joint 2. One of the 9 products is the constant 1. Gaussian elimination of the other eight products
-leaves six equations in joints 3, 4 and 5. More equations are left if axes have special positions,
-for example if they are parallel or meet. Modified Gram-Schmidt makes the equations orthonormal.
+the joint position: 1, cos t and sin t for a revolute joint with angle t; 1, d and d^2 for a
+prismatic joint with position d. So the left sides of the equations are linear in 27 products: a
+function of joint 3 times a function of joint 4 times a function of joint 5. The right sides are
+linear in 9 products: a function of joint 1 times a function of joint 2. One of the 9 products is
+the constant 1. Gaussian elimination of the other eight products leaves six equations in joints 3,
+4 and 5. More equations are left if axes have special positions, for example if they are parallel
+or meet. Modified Gram-Schmidt makes the equations orthonormal.
 """
 
 import math
@@ -58,22 +58,22 @@ class Elimination:
     Attributes
     ----------
     left : shape (27, 15)
-        Axis 6 after the motions by joints 5, 4 and 3 is a line of 15 numbers (lines.py). The line
-        is a sum of 27 rows, each multiplied by a product of parts (see the module's docstring).
-        The product for row 9 h + 3 a + b is part h of joint 3 times part a of joint 4 times part b
-        of joint 5. The parts 0, 1 and 2 of a revolute joint are 1, cos t and sin t. For example,
-        the product for h = 1, a = 0, b = 2 is cos t3 * 1 * sin t5.
+        Joints 5, 4 and 3 move axis 6 to a line, which is stored as a vector of 15 numbers
+        (lines.py). The vector is a linear combination of the 27 rows. Let f_0, f_1 and f_2 be the
+        functions 1, cos and sin (1, d and d^2 for a prismatic joint with position d). Let t3, t4
+        and t5 be the positions of joints 3, 4 and 5. The factor of row 9 h + 3 a + b is
+        f_h(t3) * f_a(t4) * f_b(t5). For example, the factor of row 11 is cos t3 * 1 * sin t5.
     goal : shape (15,)
         The line of axis 6 moved by the goal.
     equations : shape (count, 27)
         Orthonormal rows. At a solution, the scalar product of each row and the vector of the 27
-        products is 0.
+        factors (see `left`) is 0.
     count
         Number of equations.
     rank
-        The elimination removes eight products, each a part of joint 1 times a part of joint 2.
-        `rank` is the rank of the matrix (14, 8) of the coefficients of these products. It is below
-        8, for example, if axes are parallel or meet.
+        Joints 1 and 2 occur in the 14 equations only in eight terms, for example cos t1 * sin t2.
+        The elimination removes these terms. `rank` is the rank of the matrix (14, 8) of the
+        coefficients of the terms. It is below 8, for example, if axes are parallel or meet.
     error
         Relative error of the equations from round-off and from pivots taken as zero.
     """
@@ -105,10 +105,11 @@ class Elimination:
         for b in range(3):
             line = arrays.after(self.fifth, 15 * b)
             lines.write_parts(screws, 3, line, arrays.after(self.fourth, 45 * b))
-        # Let f_0, f_1 and f_2 be the functions 1, cos and sin. The motions by joints 5 and 4 move
-        # axis 6 to a line, the sum of the nine rows of `fourth`. In this sum, row `3 * b + a` is
-        # multiplied by `f_a(t4) * f_b(t5)`, where t4 and t5 are the angles of joints 4 and 5. Now
-        # move each row by joint 3.
+        # Joints 5 and 4 move axis 6 to a line, which is stored as a vector of 15 numbers. The
+        # vector is a linear combination of the nine rows of `fourth`. The factor of row
+        # `3 * b + a` is `f_a(t4) * f_b(t5)`, where t4 and t5 are joint angles, and f_0, f_1 and
+        # f_2 are the functions 1, cos and sin. The motion by joint 3 is a linear map of the
+        # vector, so apply it to each row.
         for a in range(3):
             for b in range(3):
                 line = arrays.after(self.fourth, 15 * (3 * b + a))
@@ -134,10 +135,9 @@ class Elimination:
             parts[15 * odd + i] = -parts[15 * odd + i]
 
     def _pivot(self, width: int) -> int:
-        # Each row of the table is one equation. Its first RIGHT numbers are the right side: the
-        # coefficients of the eight products of a part of joint 1 and a part of joint 2 (see the
-        # module's docstring). Eliminates these products by Gaussian elimination with complete
-        # pivoting. Returns the rank of the matrix of the right sides.
+        # Each row of the table is one equation. The first RIGHT = 8 columns have the coefficients
+        # of the terms with joints 1 and 2, for example of cos t1 * sin t2. Eliminates these terms
+        # by Gaussian elimination with complete pivoting. Returns the rank of the eight columns.
         A, largest = self.table, 0.0
         self.error = 0.0
         for k in range(RIGHT):

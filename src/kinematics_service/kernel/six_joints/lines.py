@@ -37,15 +37,20 @@ def put(V: Numbers, at: int, v: Vector) -> None:
 
 def vector_at(k: int) -> int:
     """
-    Return the index at which the vector p, l, m or h (k = 0 to 3) begins in the array V.
+    Return the index in V at which vector k of a line begins: p, l, m or h for k = 0 to 3.
 
-    V has the 15 numbers of a line in space: V = (1, p, p.p, l, p.l, m, h).
+    V = (1, p, p.p, l, p.l, m, h) represents the line with the point p, the unit direction l and
+    the moment m. The vector h is (p.p) l - 2 (p.l) p.
     """
     return POINT if k == 0 else DIRECTION if k == 1 else MOMENT if k == 2 else MIRRORED
 
 
 def write_line(direction: Vector, point: Vector, V: Numbers) -> None:
-    """Write to V the 15 numbers of the line through `point` with the unit vector `direction`."""
+    """
+    Write to V the line through `point` with the unit vector `direction`.
+
+    V has the 15 numbers by which this module represents a line (see the module's docstring).
+    """
     square, along = vectors.dot(point, point), vectors.dot(point, direction)
     V[0], V[4], V[8] = 1.0, square, along
     put(V, POINT, point)
@@ -124,10 +129,9 @@ def _write_slide_parts(axis: Vector, V: Numbers, parts: Numbers) -> None:
 
 def write_invariants(screws: Numbers, k: int, V: Numbers, six: Numbers) -> None:
     """
-    Write to `six` six numbers of the line V that stay the same if screw k moves the line.
+    Write to `six` (6,) the invariants of the line V: they do not change if screw k moves the line.
 
-    V has the 15 numbers that represent a line in this module. The six numbers, called invariants,
-    are linear combinations of the 15 numbers.
+    V has 15 numbers (see the module's docstring). Each invariant is a linear combination of them.
     """
     axis, point = vectors.axis_of(screws, k), vectors.point_of(screws, k)
     moved = [0.0] * 15

@@ -4,15 +4,15 @@
 Compute the six joint positions that belong to a root of the determinant of M(t), where t is the
 angle of joint 3 (back substitution, Raghavan and Roth 1993).
 
-The null vector of M(t) (pencils.py) contains powers of e^(i u), where u is the angle of joint 4 or
-5. The ratio of successive powers is e^(i u), which gives joints 4 and 5. The positions of joints
-3, 4 and 5 are then known. Let A be the line to which these joints move axis 6, and B the line of
-axis 6 at the goal. Joints 2 and 1 must move A to B. Six equations that do not contain joint 1 give
-the cosine and sine of joint 2 by least squares. Let joint 2 move A to the line C. A line is
-represented by four vectors, for example its direction and its moment (lines.py). If the origin is
-on axis 1, joint 1 must rotate each vector of C onto the corresponding vector of B. So one of the
-four vectors gives the angle of joint 1. In the same manner, a vector perpendicular to axis 6 gives
-the angle of joint 6.
+The null vector of M(t) (pencils.py) contains successive powers of e^(i u4) and of e^(i u5), where
+u4 and u5 are the angles of joints 4 and 5. The ratio of successive powers gives e^(i u4), and in
+the same manner e^(i u5). The positions of joints 3, 4 and 5 are then known. Let A be the line to
+which joints 5, 4 and 3 move axis 6, and B the line of axis 6 at the goal. Joints 2 and 1 must move
+A to B. Six equations that do not contain joint 1 give the cosine and sine of joint 2 by least
+squares. Let joint 2 move A to the line C. A line is represented by four vectors, for example its
+direction and its moment (lines.py). If the origin is on axis 1, joint 1 must rotate each vector of
+C onto the corresponding vector of B. So one of the four vectors gives the angle of joint 1. In the
+same manner, a vector perpendicular to axis 6 gives the angle of joint 6.
 """
 
 from ..forward import vectors
@@ -51,9 +51,9 @@ def _rotated(a: Complex, b: Complex, sign: float) -> Complex:
 
 
 def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
-    # The equations were multiplied by functions of one joint, joint 4 or 5 (pencils.py). Computes
-    # the position of this joint from the null vector x (4, 3) of M(t). Returns e^(i u) for a
-    # revolute joint at angle u, the position for a prismatic joint.
+    # The matrix M(t) was built from equations that were multiplied by functions of one joint,
+    # joint 4 or 5 (pencils.py). Computes the position of this joint from x (4, 3), the null vector
+    # of M(t). Returns e^(i u) for a revolute joint at angle u, the position for a prismatic joint.
     terms = [0.0] * 24
     for b in range(3):
         for i in range(4):
@@ -69,10 +69,10 @@ def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
 
 
 def _last_joint(x: Numbers, slides: bool) -> Complex:
-    # The equations were multiplied by functions of one joint, joint 4 or 5 (pencils.py). If it is
-    # joint 4, computes the position of joint 5; if it is joint 5, that of joint 4. The position
-    # follows from the null vector x (4, 3) of M(t). Returns e^(i u) for a revolute joint at angle
-    # u, the position for a prismatic joint.
+    # The matrix M(t) was built from equations that were multiplied either by functions of joint 4
+    # or by functions of joint 5 (pencils.py). In the first case, computes the position of joint 5
+    # from x (4, 3), the null vector of M(t). In the second case, computes the position of joint 4.
+    # Returns e^(i u) for a revolute joint at angle u, the position for a prismatic joint.
     terms = [0.0] * 24
     for k in range(4):
         constant = pairs.pair(x, 3 * k)
@@ -89,8 +89,8 @@ def _last_joint(x: Numbers, slides: bool) -> Complex:
 
 
 def _write_parts_of(t: Complex, slides: bool, three: Flat) -> None:
-    # Writes the three parts of a joint, complex numbers: 1, cos t, sin t for an angle t, or 1, t,
-    # t^2 for the position t of a prismatic joint.
+    # Writes three functions of a complex joint position t to `three`: 1, cos t and sin t for a
+    # revolute joint; 1, t and t^2 for a prismatic joint.
     three[0], three[1] = 1.0, 0.0
     if slides:
         pairs.put(three, 1, t)
@@ -120,10 +120,10 @@ class Positions:
         self, loop: SixScrews, elimination: Elimination, pencil: Pencil, swapped: bool, z: Complex
     ) -> bool:
         """
-        Compute all joint positions, `self.t`, from z = e^(i a), where a is the angle of joint 3.
+        Compute the six joint positions `self.t` from z = e^(i a), where a is the angle of joint 3.
 
-        `pencil` has the matrix M(t). Its determinant is 0 at t = a. Returns False if the imaginary
-        part of a joint position is larger than MAX_IMAGINARY.
+        The matrix in `pencil` depends on the angle of joint 3. At the angle a, its determinant is
+        0. Returns False if the imaginary part of a joint position is larger than MAX_IMAGINARY.
         """
         fifth: Complex
         fourth: Complex

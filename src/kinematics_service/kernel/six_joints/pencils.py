@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """
 Compute a matrix M(t) and its determinant, where t is the angle of joint 3 (Raghavan and Roth
-1993). If the loop can close at the angle t, M(t) is singular.
+1993). If an inverse kinematics solution has the angle t of joint 3, M(t) is singular.
 
 The dialytic step multiplies each of the six equations of `Elimination` by cos(u/2) and by
 sin(u/2), where u is the angle of joint 4 or 5. This joint is called the multiplied joint. The
@@ -25,16 +25,15 @@ from . import complex_numbers, pairs, polynomials
 from .elimination import Elimination
 from .pairs import Complex
 
-# The equations are multiplied by functions of joint 4. They are then linear in twelve products:
-# one of four functions of joint 4 times one of three functions of joint 5. Joints 4 and 5 may be
-# exchanged. SIZE is the number of products.
+# Number of rows and of columns of the matrix M. The null vector of M has an entry for each product
+# f(u4) * g(u5), where u4 and u5 are the positions of joints 4 and 5. There are four functions f
+# and three functions g (see the module's docstring), or three f and four g: twelve products.
 SIZE = 12
 # Number of entries of the matrix M: SIZE squared.
 SQUARE = 144
-# The determinant of M is a trigonometric polynomial. If `Elimination` gives six equations, this is
-# its degree. A trigonometric polynomial of degree 8 has 16 roots, and a general arm has 16
-# solutions (Raghavan and Roth). If `Elimination` gives more than six equations, the degree can be
-# up to SIZE.
+# Degree of the determinant of M, a trigonometric polynomial, if `Elimination` gives six equations.
+# A trigonometric polynomial of degree 8 has 16 roots, and a general arm has 16 solutions (Raghavan
+# and Roth). If `Elimination` gives more than six equations, the degree can be up to SIZE.
 DEGREE = 8
 # Number of samples to interpolate the determinant, a trigonometric polynomial, if its degree is 8.
 # It then has 17 coefficients, for the harmonics -8 to 8. Eight more samples measure the round-off.
@@ -64,8 +63,9 @@ class Pencil:
         Second-last pivot of M(t), divided by the first pivot; the last pivot is taken as zero. If
         `gap` is near 0, the null vector of M(t) is inaccurate. `write_null_vector` sets it.
     count
-        Number of equations after the multiplication: two for each equation of `Elimination`. If
-        there are more than twelve, they are combined into twelve, the rows of M.
+        Number of equations. Each equation of `Elimination` is multiplied by two functions of joint
+        4 or 5, which gives two equations. If there are more than twelve, they are combined into
+        twelve, the rows of M.
     error
         Relative error of the equations from round-off.
     """

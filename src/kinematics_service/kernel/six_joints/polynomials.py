@@ -174,8 +174,10 @@ def write_bounds(c: Numbers, count: int, noise: float, z: Numbers, bounds: Numbe
             a = pairs.pair(c, i if outside else count - i)
             value = pairs.plus(pairs.times(value, x), 1.0, a)
             terms = terms * shrink + 1.0
-        # If |z| > 1, the computed `value` and `terms` are divided by z^count. So divide the
-        # product by |z|^count, too.
+        # The bound is `count * residual / product`. The product has the factors |c[count]|, |z|,
+        # and the distances from the root z to the count - 1 other roots. If |z| > 1, `value` and
+        # `terms` are divided by z^count. So divide the product by |z|^count: leave out the factor
+        # |z|, and divide each distance by |z|.
         product = leading * (1.0 if outside else size)
         for i in range(count):
             if i != k:

@@ -34,18 +34,19 @@ from .spherical_linkage import SphericalLinkage
 # because pivots as small as PIVOT_RATIO increase round-off to 1e-7. If the determinant vanishes at
 # every angle, the noise is near 1.
 MAX_NOISE = 1e-6
-# Radius of the inner circle of starting points of the search for roots. The outer circle has twice
-# this radius; both have the center 0. Half of the starts are inside the unit circle, because roots
-# come in pairs z and 1 / conj(z), one inside the circle and one outside.
+# The search for roots starts from points on two circles around 0, with the radii START_RADIUS and
+# 2 * START_RADIUS. Roots come in pairs z and 1 / conj(z), so as many roots are inside the unit
+# circle as outside. So half of the starting points are inside the unit circle, too.
 START_RADIUS = 0.7
 # A root z = e^(i a) has a complex angle a. If the solution of the root is real, the imaginary part
 # of a is 0, except for errors. The absolute value of the imaginary part is |log |z||. A root may
 # belong to a real solution if this value is at most MAX_REAL_DEVIATION, rad. If the noise is 1e-6,
 # a double root is off by sqrt(1e-6) = 1e-3, a fourfold root by 3e-2.
 MAX_REAL_DEVIATION = 0.05
-# If a root is near the unit circle, Newton's method starts first from the point of the circle
-# nearest to the root. It starts again from the root itself if the first start did not find the
-# solution of the root, or if the relative error of the root is at least this.
+# Each root z = e^(i a) gives joint positions, with the angle a of the hidden joint, from which
+# Newton's method starts. If z is near the unit circle, the first start uses, instead of z, the
+# nearest point of the circle. A second start uses z itself. The second start is left out if the
+# first start found a solution with the angle a, and the relative error of z is below SHARP_ROOT.
 SHARP_ROOT = 1e-6
 # A solution belongs to a root z = e^(i a) if the angle of its hidden joint differs from a by at
 # most `max(error of the root, ANGLE_TOLERANCE)`, rad. The tolerance covers the round-off of a
@@ -59,8 +60,9 @@ RESIDUAL_MARGIN = 1e3
 # The noise of the determinant times this factor bounds the error of a coefficient of the
 # determinant. The factor is above 1, because the noise is estimated from only a few harmonics.
 NOISE_MARGIN = 10.0
-# Index in the loop, from 0, of the hidden joint: the determinant is a polynomial in the angle of
-# this joint.
+# The six joints and the target form a closed loop. The elimination reduces the equations of the
+# loop to one polynomial in the angle of one joint, called the hidden joint. It is joint 3 of the
+# loop; HIDDEN_JOINT is the index of this joint, from 0.
 HIDDEN_JOINT = 2
 
 
@@ -139,12 +141,14 @@ class Roots:
     proved
         Whether it is proved that no real solution is missing.
     noise
-        Relative round-off of the last polynomial. `find` tries the options of the arm
-        (`SixJoints.options`) in order; each option gives a polynomial.
+        Relative round-off of a polynomial. `find` tries the options of the arm
+        (`SixJoints.options`) in order, and computes a polynomial for each. `noise` belongs to the
+        polynomial of the last option that was tried.
     first_step
-        Measure of the errors of the candidates from which Newton's method starts. It is the length
-        of the first Newton step, the largest over the candidates that led to solutions, rad or the
-        loop's unit of length.
+        Newton's method starts from candidates. `first_step` is the largest change of a joint in
+        the first Newton step from a candidate, rad or the loop's unit of length. Candidates that
+        led to no solution are left out. A large `first_step` means that candidates were
+        inaccurate.
     """
 
     def __init__(self) -> None:
@@ -177,8 +181,8 @@ class Roots:
         """
         Find solutions for T, the motion of the tool from its rest pose to the target.
 
-        Each row of `starts` (count, 6 complex numbers) is a solution for another motion, which is
-        near T. Newton's method starts from each row.
+        Each row of `starts` (count, 6 complex numbers) is a solution for another target, near this
+        target. Newton's method starts from each row.
         """
         self.count, self.proved = 0, False
         self.loop.close(arm.screws, T, 0, False)
@@ -386,10 +390,9 @@ def complex_solutions(arm: SixJoints, T: Floats, psi: Floats, accuracy: Floats) 
         For each solution, the complex angles (rad) or displacements (m) of the six screws, as real
         and imaginary parts.
     accuracy : shape (3,)
-        Filled with three numbers. The first is the noise of the polynomial for the last option
-        that was tried. The second measures the errors of the candidates from which Newton's method
-        starts: the length of the first Newton step, the largest over the candidates that led to
-        solutions. The third is 1 if it is proved that no real solution is missing, else 0.
+        Filled with `Roots.noise`, `Roots.first_step` and `Roots.proved` (1 if true, else 0). In
+        short: the round-off of the last polynomial, the inaccuracy of the candidates from which
+        Newton's method started, and whether it is proved that no real solution is missing.
     """
     roots, positions = Roots(), arrays.results(psi, 12 * places.MAX_CANDIDATES)
     measures = arrays.results(accuracy, 3)
@@ -402,8 +405,8 @@ def complex_solutions(arm: SixJoints, T: Floats, psi: Floats, accuracy: Floats) 
 
 def followed_solutions(arm: SixJoints, T: Floats, count: int, psi: Floats) -> int:
     """
-    Replace the complex solutions in `psi`, which belong to one motion, by the solutions for a
-    nearby motion T. Return the number of solutions.
+    Replace the complex solutions `psi` for one target by the solutions for a nearby target; return
+    the number of solutions.
 
     Newton's method starts from each given solution. Solutions that cannot be certified are left
     out.
@@ -413,7 +416,7 @@ def followed_solutions(arm: SixJoints, T: Floats, count: int, psi: Floats) -> in
     arm
         The arm of six joints.
     T : shape (4, 4)
-        The motion of the tool from its rest pose to the target.
+        The motion of the tool from its rest pose to the nearby target.
     count
         Number of given solutions.
     psi : shape (MAX_CANDIDATES, 6, 2)

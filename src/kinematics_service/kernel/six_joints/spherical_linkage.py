@@ -18,10 +18,21 @@ joint, turned by the revolute joints before it. The prismatic joints move the to
 the normal n = s x u. Let the revolute joints move the tool and the prismatic joints stay at 0.
 Then the vector from the tool to the goal must lie in this plane, which is the second equation.
 
-This vector has a term along R y x G z, the common perpendicular of the last two revolute axes. The
-term is not linear in the products of (1, cos, sin) of A and of B: n . (R y x G z) =
-(s . R y)(G z . u) - (s . G z)(u . R y). But the first equation makes (s . R y)(G z . u) =
-(y . z)(s . u) + (s x G z) . (R y x u). So both equations are linear in the products.
+Both equations become linear in nine products: (1, cos, sin) of the angle of A times (1, cos, sin)
+of the angle of B. Only one term of the second equation must be rewritten for this. The vector from
+the tool to the goal has a component along R y x G z, the common perpendicular of the last two
+revolute axes. So the second equation contains n . (R y x G z), where n = s x u. The identity
+
+    (a x b) . (c x d) = (a . c)(b . d) - (a . d)(b . c)
+
+turns this term into (s . R y)(u . G z) - (s . G z)(u . R y). The first product may be quadratic in
+the cosine and sine of A, because R y contains A, and u may contain A. If the identity is applied
+to other vectors, it gives
+
+    (s . R y)(u . G z) = (s x G z) . (R y x u) + (s . u)(R y . G z).
+
+The first equation replaces R y . G z by the constant y . z. Each term then contains A and B at
+most once. For example, if u is a direction w turned by A, then R y x u = A (B y x w).
 
 The two equations contain only the first two revolute joints. One of these two joints is called
 hidden, and the resultant is a polynomial in its angle. Let t be the angle of the joint that is not
@@ -75,8 +86,9 @@ def _dot(a: Numbers, b: Numbers) -> Complex:
 
 
 def _at(table: Numbers, c: float, s: float) -> Vector:
-    # Evaluates one equation, `table` (E or F), at the angle of the hidden joint, which has the
-    # cosine c and the sine s. Returns the coefficients of (1, cos, sin) of the other joint.
+    # `table` (E or F) has the coefficients of one equation in the angles of two joints: the hidden
+    # joint, and a joint with angle t. The angle of the hidden joint is given by its cosine c and
+    # sine s. Then the equation is linear in (1, cos t, sin t). Returns the three coefficients.
     v = vectors.plus(vectors.three(table, 0), c, vectors.three(table, 3))
     return vectors.plus(v, s, vectors.three(table, 6))
 
@@ -182,21 +194,21 @@ class SphericalLinkage:
         self.bound += math.sqrt(vectors.dot(carried, carried))
         self.bound += math.sqrt(vectors.dot(twice, twice)) + 3 * abs(self.offset)
         self.bound += math.sqrt(vectors.dot(between, between) / square)
-        # Test whether the first revolute joint is between the two prismatic joints of the loop,
-        # and both prismatic directions are perpendicular to its axis. If so, the plane of the two
-        # prismatic directions is perpendicular to the axis at each angle of the first revolute
-        # joint.
+        # Test whether the first revolute joint is between the two prismatic joints, and whether
+        # the axis `first` of this revolute joint is perpendicular to both prismatic directions. If
+        # so, the joint turns the second prismatic direction about `first`, and both directions are
+        # perpendicular to `first` at each angle of the joint.
         slide, other = vectors.axis_of(screws, 0), vectors.axis_of(screws, self.second)
         self.across = self.before == 1 and abs(vectors.dot(slide, first)) < PARALLEL_SINE
         self.across = self.across and abs(vectors.dot(other, first)) < PARALLEL_SINE
         return True
 
     def _write_tables(self, loop: SixScrews, swapped: bool) -> None:
-        # Each of the two equations (see the module's docstring) is linear in nine products:
-        # (1, cos, sin) of the hidden joint times (1, cos, sin) of the other joint. Computes the
-        # coefficients of the products from nine samples: E (3, 3) for the first equation, F (3, 3)
-        # for the second. Row 0 has the coefficients of products with 1 of the hidden joint, row 1
-        # those with the cosine, row 2 those with the sine.
+        # Each of the two equations (see the module's docstring) is linear in nine products
+        # f_i(a) * f_j(b). The functions f_0, f_1 and f_2 are 1, cos and sin; a is the angle of the
+        # hidden joint, and b that of joint `other`. Computes the coefficients of the products from
+        # nine samples: E (3, 3) for the first equation, F (3, 3) for the second. Row i, column j
+        # has the coefficient of f_i(a) * f_j(b).
         for k in range(9):
             self.E[k], self.F[k] = 0.0, 0.0
         for i in range(3):
@@ -257,10 +269,10 @@ class SphericalLinkage:
         self.noise = polynomials.write_coefficients(
             self.values, RESULTANT_SAMPLES, self.circle, largest, degree, self.coefficients
         )
-        # `noise` is the largest harmonic above the degree of the resultant. Errors of E and F (the
-        # coefficients of the two equations) change only the harmonics up to the degree, so they
-        # are not in `noise`. So increase `noise` to a bound of the change that the errors of E and
-        # F cause.
+        # So far, `noise` is the largest harmonic above the degree of the resultant, which should
+        # be 0. But errors of the coefficients E and F do not change the harmonics above the
+        # degree. So compute a bound of the change of the resultant by these errors. If the bound
+        # is larger than `noise`, it becomes the noise.
         error = 10.0 * complex_numbers.ROUND_OFF
         error *= 1.0 if degree == 1 else self.bound * math.sqrt(steepest)
         self.noise = max(self.noise, error / largest)
@@ -280,9 +292,9 @@ class SphericalLinkage:
             return False
         for k in range(self.turning - 2, self.turning):
             joint = self.order[k]
-            # Choose a direction v that the joints after `joint` do not change. It is the axis of
-            # the next revolute joint. For the last revolute joint, take a direction perpendicular
-            # to its axis.
+            # Choose a direction v that the joints after `joint` do not turn. At most one of these
+            # joints is revolute, and it does not turn its own axis, so take its axis as v. If
+            # `joint` is the last revolute joint, take a direction perpendicular to its axis.
             v = vectors.across(vectors.axis_of(loop.screws, joint))
             if k + 1 < self.turning:
                 v = vectors.axis_of(loop.screws, self.order[k + 1])
@@ -315,8 +327,10 @@ class SphericalLinkage:
         return complex_numbers.is_near(angle)
 
     def _write_slides(self, loop: SixScrews, motion: Motion, t: Numbers) -> bool:
-        # Solves the positions of the prismatic joints by Cramer's rule. The angles are known, so
-        # the vector to the goal is linear in these positions.
+        # Computes the positions of the prismatic joints. `t` has the angles of the revolute joints
+        # and 0 for the prismatic joints. At these positions, the vector from the tool to the goal
+        # is `gap`. Each prismatic joint moves the tool by its position times its direction. The
+        # sum of these motions must be `gap`: a linear system, solved by Cramer's rule.
         motion.residual(loop, t)
         gap, M, C = self.columns, arrays.after(self.columns, 6), self.vector
         for i in range(3):
