@@ -4,9 +4,9 @@
 Make the kernel's chain from a DH table: one constant matrix between two successive joints.
 
 A table row with a joint has a screw motion: a rotation about z and a translation along z. All
-constant transforms between two successive screw motions are multiplied into one matrix. These
-transforms are the constant factors of rows, rows without a joint, base and tool. So the kernel
-needs neither conventions nor joint types.
+constant transforms between two successive screw motions are multiplied into one matrix. So the
+kernel needs neither conventions nor joint types. There are four kinds of constant transforms: the
+base, the tool, rows without a joint, and the constant part of rows with a joint.
 
 Let K be the number of rows with a joint, S_k the screw motion of the k-th such row, and C_k the
 constant matrix after S_k. The pose of the tool is the product C_0 S_1 C_1 S_2 ... S_K C_K.
@@ -147,10 +147,10 @@ def evaluated(chain: Chain, q: Floats) -> Floats:
 
 def first_entries(chain: Chain) -> Integers:
     """
-    Return, for each entry of a chain, the index of the first entry of its screw.
+    Return, for each (screw, joint) entry of a chain, the index of the screw's first entry.
 
-    An entry is a pair of a screw and a joint that moves the screw. A screw that several joints
-    move has several entries, one after the other.
+    A chain has one entry for each screw and each joint that moves the screw. The entries of a
+    screw follow one another.
     """
     first = chain.table.first_entry
     return np.repeat(first[:-1], np.diff(first))

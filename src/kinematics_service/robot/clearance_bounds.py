@@ -14,9 +14,9 @@ from .chain import evaluated
 from .task import Task
 
 # Largest number E of entries of a chain for which the third and fourth derivatives of J_t by the
-# joint positions are bounded. An entry is a pair of a screw and a joint that moves the screw. The
-# fourth derivative has E**5 components, so for longer chains only the second derivative is
-# bounded.
+# joint positions are bounded. A chain has one entry for each screw and each joint that moves the
+# screw. The fourth derivative has E**5 components, so for longer chains only the second derivative
+# is bounded.
 MAX_BOUNDED_ENTRIES = 12
 # Two axes count as parallel if the sine of the angle between them is below this number. Parallel
 # axes have no unique nearest points.
@@ -90,10 +90,11 @@ def _elements(chain: Chain, q: Floats) -> _Elements:
 
 
 def _point(elements: _Elements, six_rows: bool, farthest: float) -> Floats:
-    # Return the reference point of J, (3,), m. For a task of six rows, J has the same rank at
-    # every point of the tool. Therefore return the wrist centre: the point on the last axis where
-    # the common normal with the previous axis ends. If the wrist centre is farther from the tool
-    # than `farthest` (m), return the position of the tool.
+    # Return the reference point of J, (3,), m. Usually this is the position of the tool. But if J
+    # has six rows, the rank of J is equal for all reference points. Then a point near the joint
+    # axes is better, because the bounds grow with the distance from the axes. So return the wrist
+    # centre, if it is at most `farthest` (m) from the tool. The wrist centre is the point on the
+    # last axis where the common normal with the previous axis ends.
     if not six_rows or len(elements.turns) < 2 or not elements.turns[-2:].all():
         return elements.tool
     a, b = elements.axis[-1], elements.axis[-2]
@@ -168,15 +169,16 @@ def moving_joints(chain: Chain, task: Task) -> Integers:
     """
     Return the indices of the joints that can change the rank of J_t, shape (d,).
 
-    Two joints may be left out:
+    Two groups of joints may be left out:
 
-    - the first joint, because it moves the arm as one rigid body. A first joint that turns is left
-      out only if the rows of J_t are x y z, or rx ry rz, or all six.
-    - the last joint, because it moves no joint axis. It is left out only if J_t has six rows.
+    - the first joint, and the joints directly after it on the same axis. They move the arm as one
+      rigid body. Joints that turn are left out only if the rows of J_t are x y z, or rx ry rz, or
+      all six. For other rows, the group ends before the first joint that turns.
+    - the last joint, and the joints directly before it on the same axis. They move no other joint
+      axis. They are left out only if J_t has six rows.
 
-    If the first joint is left out, the next joints on the axis of the first joint are left out by
-    the same rule. If the last joint is left out, the joints before it on the same axis are left
-    out, too. A joint is kept if it moves two rows of the table, or is part of a closed loop.
+    A group ends before a joint that moves two rows of the table, and before a row that two joints
+    move. No joint of a closed loop is left out.
     """
     six_rows = len(task.rows) == 6
     table = chain.table
@@ -196,10 +198,10 @@ def moving_joints(chain: Chain, task: Task) -> Integers:
 
 
 def _alone_about_one_axis(table: ChainTable, order: range) -> Iterator[int]:
-    # Go through the screws in the given order. For each screw, yield the index of the screw's
-    # entry. An entry is a pair: a screw and a joint that moves the screw. Stop before the first
-    # screw that is not on the axis of the screws before it. Stop also before a screw that several
-    # joints move, and before a screw whose joint moves a second screw.
+    # Go through the screws in the given order, and yield the index of each screw's entry. A chain
+    # has one entry for each screw and each joint that moves the screw. Stop before the first screw
+    # that is not on the axis of the screws before it. Stop also before a screw that several joints
+    # move, and before a screw whose joint moves a second screw.
     for place, k in enumerate(order):
         entry = table.first_entry[k]
         alone = table.first_entry[k + 1] == entry + 1
@@ -216,13 +218,16 @@ def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Fl
     # Return upper bounds of the norms of the derivatives of each column of J_t by `order` joints,
     # shape (n, ..., n).
     #
-    # An entry is a pair: a screw and a joint that moves the screw. If the joint moves with unit
-    # speed, the screw turns with the angular speed w and moves the reference point at most with
-    # the speed v. Compute a bound for every choice of `order` + 1 entries: one entry for the
-    # column, and one for each differentiation. Bound of the linear part: v of the entry that is
-    # last in the chain, times w of each other entry. Bound of the angular part: the product of w
-    # of all entries. If the column's entry does not come after all other entries in the chain, the
-    # angular part is 0.
+    # One joint may move several screws, and several joints may move one screw. So the chain has
+    # one entry for each screw and each joint that moves the screw. If the joint of entry e moves
+    # with unit speed, the screw turns with the angular speed w[e], and the reference point moves
+    # at most with the speed v[e].
+    #
+    # First compute bounds for entries: for every choice of one entry for the column, and one entry
+    # for each of the `order` differentiations. Bound of the linear part: v of the chosen entry
+    # that is last in the chain, times w of each other chosen entry. Bound of the angular part: the
+    # product of w of all chosen entries. If the entry of the column does not come after all other
+    # chosen entries in the chain, the angular part is 0.
     table, E = chain.table, chain.entries
     element = np.repeat(np.arange(len(table.theta_0)), np.diff(table.first_entry))
     w = np.abs(table.by_theta)
@@ -235,8 +240,8 @@ def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Fl
     has_linear = any(axis < 3 for axis in task.axes)
     has_angular = any(axis >= 3 for axis in task.axes)
     parts = np.hypot(linear * has_linear, angular * task.length * has_angular)
-    # So far each bound belongs to entries, which are pairs of a screw and a joint. A joint that
-    # moves several screws has several entries: add up the bounds of all entries of a joint.
+    # So far the indices of `parts` are indices of entries. Replace them by indices of joints: a
+    # joint that moves several screws has several entries, so add up the bounds of these entries.
     # Multiply the bounds of sliding joints by the characteristic length.
     scales = np.zeros((chain.dof, E))
     scales[table.joint, np.arange(E)] = task.column_scales[table.joint]
@@ -247,10 +252,10 @@ def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Fl
 
 def strokes_of(chain: Chain, limits: Floats) -> Floats:
     """
-    Return the largest absolute position of each joint that slides, shape (n,), in m (rad for a
-    helical joint).
+    Return the largest absolute position of each sliding joint inside its limits, shape (n,).
 
-    The value is -1 for a sliding joint without limits, and 0 for a joint that only turns.
+    The unit is m, or rad for a helical joint, which slides and turns. The value is -1 for a
+    sliding joint without limits, and 0 for a joint that only turns.
     """
     slides = np.zeros(chain.dof, bool)
     slides[chain.table.joint[chain.table.by_d != 0.0]] = True

@@ -93,16 +93,17 @@ class Factors(FrozenArrays):
         """
         Return whether a message may name factor k as the cause of the nearest singular pose.
 
-        If the factors are not complete, the cause may be none of the factors. Then a message may
-        name factor k only if `away` is about equal to `distance`. A message may name the factor of
-        a loop only if `away` is at most `distance`.
+        The factor of a closed loop may be named if `away` <= `distance`. A factor of the robot
+        file may always be named if the attribute `complete` is true. If `complete` is false, the
+        cause may be none of the factors. Then a factor of the robot file may be named only if
+        `away` is at most about 1.5 `distance`.
 
         Parameters
         ----------
         k
             The index of the factor.
         away
-            The distance from the present pose to the nearest zero of the factor, rad.
+            The distance from the present pose to the nearest zero of factor k, rad.
         distance
             The distance from the present pose to the nearest singular pose, rad.
         """
@@ -150,8 +151,8 @@ def motions_to_zeros(results: Floats, column_scales: Floats) -> Floats:
 
 
 def _taped(description: RobotDescription) -> Factors:
-    # Return the factors of a robot file, with the elementary operations of their expressions on
-    # one tape.
+    # Return the factors of a robot file. Convert the expressions of all factors into one tape, a
+    # list of elementary operations.
     factors = description.singularity.factors
     steps: list[tuple[int, int, int]] = []
     numbers: list[float] = []

@@ -55,10 +55,10 @@ class Point:
     @cached_property
     def first_entries(self) -> Integers:
         """
-        Return, for each entry of the chain, the index of the first entry of its screw.
+        Return, for each (screw, joint) entry of the chain, the index of the screw's first entry.
 
-        An entry is a pair of a screw and a joint that moves the screw. A screw that several joints
-        move has several entries, one after the other.
+        A chain has one entry for each screw and each joint that moves the screw. The entries of a
+        screw follow one another.
         """
         return first_entries(self.chain)
 

@@ -33,10 +33,11 @@ MOVED_ROW_RATIO = 1e-9
 # joint.
 ROUND_OFF_RATIO = 1e-14
 
-# If two joint axes are nearly parallel, a row of J may have small entries that would be 0 for
-# parallel axes. This is probable if all entries of the row are below this fraction of the largest
-# entry in the three linear (or angular) rows. The value is the largest angle between two axes that
-# are taken as nearly parallel: 0.01 rad, or 0.57 deg.
+# A row of J can be 0 for parallel joint axes, and small for nearly parallel axes. A linear row is
+# taken as small if all entries of the row are below this fraction of the largest entry of the
+# three linear rows. For an angular row, the largest entry is that of the three angular rows. If
+# the angle between the axes is x rad, small entries are about x times the largest entry. So the
+# value stands for 0.01 rad, or 0.57 deg.
 TILT_RATIO = 0.01
 
 # Number of joint configurations at which the rank of J is computed first. Nearly all arms have
@@ -108,8 +109,9 @@ class Task(FrozenArrays):
     @property
     def barely_moved(self) -> str:
         """
-        Return a warning if joint axes are nearly parallel, and exactly parallel axes would make a
-        row of J_t zero; else ''.
+        Return a warning if a row of J_t is small because joint axes are nearly parallel; else ''.
+
+        If the axes were exactly parallel, the row would be zero.
         """
         if self.plain_rows == self.rows:
             return ''

@@ -55,10 +55,10 @@ class NumberedRow(NamedTuple):
 
 class MovingRow(NamedTuple):
     """
-    A table row: its expressions d and theta, and the joint variable that occurs first in this row.
+    A table row: its expressions d and theta, its joint variable, and the quantity that moves.
 
-    `variable` is empty if the row has no joint variable, or if an earlier row has the same
-    variable.
+    `variable` is the joint variable of the row. It is empty if the row has no joint variable, or
+    if an earlier row has the same variable.
     `place` is the quantity that moves, 'd' or 'theta', or '' for a fixed row.
     """
 

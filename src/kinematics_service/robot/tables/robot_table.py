@@ -160,7 +160,7 @@ def _headed(
     # Return the heads of the columns, and the table rows below the heads.
     at = find_heads(rows)
     if at is None and columns and rows and not re.search(r'\d', ''.join(rows[0].cells)):
-        at = 0  # a first row without digits has heads, which the argument `columns` replaces
+        at = 0  # a first row without digits has names of columns; `columns` replaces them below
     if at is None and columns is None:
         report.refuse(f'no row has the names of the columns; give them, {HOW}', 'missing-heads')
     words: Sequence[str] = rows[at].cells if at is not None else ()

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Read the constants of a script, and the base, tool and joint offsets of its robot."""
+"""Read a script that defines a robot: constants, base pose, tool pose, and joint offsets."""
 
 import re
 from collections.abc import Iterator, Mapping

@@ -42,7 +42,7 @@ FALSE = (None, '', '0', '0.0', 'False', 'false')
 
 class ToolboxLinks(NamedTuple):
     """
-    The links of a robot in a script, as rows of cells. The first row has the heads.
+    The links of a robot in a script, as rows of cells. The first row has the names of the columns.
 
     `convention` is the convention of the links, and `settings` has the robot's base, tool and
     joint offsets as text.

@@ -144,10 +144,10 @@ def in_unit(cell: str, unit: str) -> str:
 
 def rounded(cell: str, unit: str) -> str:
     """
-    Return the text of an angle with exact parts of pi instead of rounded numbers: `1.5708` becomes
-    `pi/2`.
+    Return the text of an angle, in which rounded numbers are replaced: `1.5708` becomes `pi/2`.
 
-    If the unit is degrees, round the numbers to DEGREE_DECIMALS decimals instead.
+    Fractions of pi replace rounded numbers in rad. If `unit` is deg, the numbers are instead
+    rounded to DEGREE_DECIMALS decimals.
     """
 
     def part(match: re.Match[str]) -> str:

@@ -33,8 +33,8 @@ class Variable:
     Parameters
     ----------
     type
-        `revolute`, `prismatic`, or `helical`. In a URDF, a helical joint (screw) is a turning
-        joint, and a sliding joint that mimics the turning joint.
+        `revolute`, `prismatic`, or `helical` (a screw). URDF has no helical joints. Two joints of
+        a URDF form one: a turning joint, and a sliding joint that mimics the turning joint.
     """
 
     name: str

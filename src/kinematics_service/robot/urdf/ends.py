@@ -14,8 +14,8 @@ from .document import XmlElement
 from .joints import MOVING, WHY_NOT
 from .tree import UrdfTree, end_of
 
-# Largest number of names that a message lists: of tips that were not chosen, or of joints that
-# were cut off.
+# A message lists at most this number of links or joints: the links that could be the tip but were
+# not chosen, or the joints that were cut off.
 MAX_NAMED_TIPS = 8
 # Words in the names of joints and links that show whether a joint belongs to a hand. FINGER and
 # GRIPPER match joints of a hand, or the links that such joints move. GRIPPER is used only for the
@@ -172,8 +172,9 @@ def _tip(tree: UrdfTree, paths: Mapping[str, _LinkPath]) -> tuple[str, str]:
 
 
 def _before_hand(tree: UrdfTree, path: Sequence[str]) -> int:
-    # Return the number of joints in a path before the first joint whose name is that of a hand's
-    # joint. If all joints have such names, return the number of all joints.
+    # Return the number of joints in a path that come before the joints of a hand. The joints of a
+    # hand are found by their names. If all joints have such names, return the number of all
+    # joints.
     count = len(path)
     while count and _of_hand(tree.joints[path[count - 1]], GRIPPER):
         count -= 1
@@ -206,9 +207,9 @@ def _before_branches(
         if any(_of_hand(tree.joints[joint], FINGER) for joint in fingers):
             return k
         if largest > shared or arm[: k + 1] in tools:
-            # No hand begins directly after joint k. Either a branch after joint k has more moving
-            # joints than the path to joint k, so the branch is a limb and not a finger, or a tool
-            # link is farther along the arm.
+            # No hand begins directly after joint k, for one of two reasons. A branch after joint k
+            # has more moving joints than the path to joint k, so the branch is a limb and not a
+            # finger. Or a tool link is farther along the arm.
             continue
         similar = len(fingers) > 1 and smallest >= largest - 1
         short = smallest == largest <= MAX_FINGER_JOINTS

@@ -78,8 +78,10 @@ def import_urdf(
     round_angles: bool = False,
 ) -> UrdfImport:
     """
-    Convert a chain of a URDF to a robot file. Return the text of the robot file, the robot, and
-    warnings.
+    Convert a chain of a URDF to the text of a robot file, with warnings and a certificate.
+
+    The certificate has the largest differences between the tool poses of the robot file and those
+    of the URDF.
 
     Parameters
     ----------
@@ -95,14 +97,14 @@ def import_urdf(
         Convention of the table.
     round_angles
         Replace rounded fractions of pi by exact angles: `1.5708` becomes pi/2. Remove the noise of
-        CAD programs from axes: `2e-08 0 -1` becomes `0 0 -1`. The certificate compares the robot
-        with the unchanged URDF, and therefore shows the effect.
+        CAD programs from axes: `2e-08 0 -1` becomes `0 0 -1`. The certificate shows how much these
+        replacements change the tool poses.
 
     Raises
     ------
     UrdfError
-        The file cannot be read, is not a URDF, has no such chain, or has a joint that a robot file
-        cannot express.
+        The file cannot be read, is not a URDF, has no chain from `base` to `tip`, or has a joint
+        that a robot file cannot express.
     """
     if not isinstance(urdf, str | os.PathLike):
         refuse('urdf', f'must be a path or a text, not {type(urdf).__name__}', 'wrong-type')

@@ -36,9 +36,9 @@ IDENTITY = np.eye(4)
 @dataclass(frozen=True)
 class _JointTerm:
     # One term of theta or d in a table row: a factor times the variable with the index `joint`.
-    # The term becomes a joint of the URDF. For each variable, one term has `leads` true: its URDF
-    # joint has the position of the variable. The URDF joints of the variable's other terms mimic
-    # this joint.
+    # Each term becomes a joint of the URDF. A variable may have several terms, and one of them is
+    # the leading term (`leads` is true). The position of the leading term's joint is the variable
+    # itself. The joints of the other terms mimic the joint of the leading term.
     joint: int
     turns: bool
     factor: float

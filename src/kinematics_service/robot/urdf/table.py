@@ -20,12 +20,12 @@ from .quantity import ROUND_OFF, WrittenNumber, angle_of, length_of
 # Axes count as parallel if the angle between them is less than this, rad. Such a small angle is
 # round-off. It would put the common normal of the axes at an arbitrary position.
 PARALLEL_TOLERANCE = 1e-13
-# Largest distance from a joint to the common normal of two axes: the axis of this joint, and the
-# axis of the previous joint. The distance is relative to the length of the chain. If the two axes
-# are nearly parallel (a URDF with rpy="1.5708"), the common normal may be kilometres away. With
-# lengths of kilometres in the table, the pose would lose digits. If the distance is above this
-# limit, use two rows with an additional z axis between the two joint axes. The additional axis
-# crosses the second joint axis at a right angle.
+# Largest accepted distance from a joint to the origin of its table frame, divided by the length of
+# the chain. Let B be the axis of the joint, and A the axis of the previous joint. The origin is
+# the point where the common normal of A and B meets B. If A and B are nearly parallel (a URDF with
+# rpy="1.5708"), the origin may be kilometres away, and the pose would lose digits. If the distance
+# is too large, the table has two rows from A to B, and an additional z axis between A and B. The
+# additional axis crosses B at a right angle.
 MAX_NORMAL_DISTANCE = 2.0
 # Limit, rad, of the angle from the last joint's axis to the tip's z axis. An angle below the limit
 # becomes part of the tool pose. A larger angle becomes alpha of the last row.

@@ -48,7 +48,8 @@ class Convention:
         The form of a row in a robot file, for the reference page of the documentation; empty if
         `product` shows the form.
     author
-        The author of the convention; empty if only one convention has this name.
+        The author of the convention, such as Craig. Messages have the author in brackets after the
+        name. Empty if the name alone is clear.
     also
         Names of the convention in textbooks and other programs. If a file has such a name, the
         error suggests `name`.

@@ -19,9 +19,9 @@ DEFAULT_TOLERANCE = 1e-6
 # Joint positions that exceed a limit by less than this (rad or m) count as inside the limits.
 LIMIT_TOLERANCE = 1e-9
 DECIMALS = re.compile(r'[-+]?\d*\.(\d+)')
-# Largest rounding error of a number in a known pose, m or rad. The rounding error is half a unit
-# of the last digit: 0.00005 m for 0.4512 m, so this number counts as rounded. For 0.45 m the error
-# would be 0.005 m, which is above the limit. So 0.45 m counts as exact.
+# A number in a known pose is taken as rounded if half a unit of its last digit is at most this, m
+# or rad. For 0.4512 m, half a unit is 0.00005 m, so 0.4512 m is taken as rounded. For 0.45 m, half
+# a unit is 0.005 m, so 0.45 m is taken as the exact value.
 MAX_ROUNDING = 1e-3
 
 
@@ -87,8 +87,8 @@ def _known_pose(
 
 def _half_digit(texts: Sequence[str | None], kind: Kind, units: Units) -> float:
     # Return the largest rounding error of the numbers in `texts`, m or rad: half a unit of the
-    # last digit, or 0 if the numbers count as exact. The number with the most decimals gives the
-    # last digit, because zeros at the end of other numbers may be omitted.
+    # last digit, or 0 if the numbers are taken as exact. The number with the most decimals gives
+    # the last digit, because zeros at the end of other numbers may be omitted.
     matches = [match for text in texts if (match := DECIMALS.fullmatch(text or ''))]
     decimals = max((len(match[1]) for match in matches), default=0)
     if any(unit_doubt(float(match[0]), kind) for match in matches):

@@ -103,7 +103,10 @@ def _lengths(row: Link) -> Iterator[float]:
 
 def check_helical(rows: Sequence[Link], quantities: Quantities) -> None:
     """
-    Report a fault for each helical joint that moves only angles, or only lengths, of the table.
+    Report a fault for each helical joint whose variable is only in angles, or only in lengths.
+
+    A helical joint turns and slides. So its variable must be in an angle of the table, and in a
+    length of the table.
     """
     places: dict[str, dict[Kind, str]] = {}
     for index, row in enumerate(rows):

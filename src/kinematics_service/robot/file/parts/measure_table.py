@@ -28,8 +28,9 @@ class Measure:
     warn, stop
         Default thresholds; None if no default suits every arm.
     least, most
-        A valid threshold is above `least` and at most `most`. If the computed value is `most`, the
-        true value may be larger.
+        A valid threshold is above `least` and at most `most`. For the measure `distance`, `most`
+        is also the radius of the search for singular poses. If no singular pose is found, the
+        value of this measure is `most`.
     of_square
         Whether the measure exists only for a square J_t. Such a measure may be negative; its
         absolute value is compared with the thresholds.

@@ -332,9 +332,9 @@ def unit_doubt(
 
 def rounded_quarters(text: str) -> Iterator[tuple[str, int]]:
     """
-    Yield numbers such as 1.57 in a text that are k pi/2, rounded or cut off, for k from 1 to 4.
+    Find rounded multiples of pi/2, such as 1.57, in a text. Yield each number as text, and k.
 
-    The function yields each number as text, followed by k.
+    The number is k pi/2, rounded or cut off, where k is 1, 2, 3 or 4.
     """
     for digits, decimals in DECIMALS.findall(text):
         for k, quarter in enumerate(QUARTERS, 1):
