@@ -269,8 +269,8 @@ class BestSubscription:
         if former is not self._former or recent is None:
             return  # the former subscription has ended already
         newest, count = take_waiting(former.subscription, self._qos.depth)
-        # End the former subscription if its queue contained more messages than the present
-        # subscription's queue can hold.
+        # If the former subscription had more waiting messages than the present queue can hold,
+        # take only the newest message, and end the former subscription.
         is_full = count > len(newest)
         for data, info in (newest[-1],) if is_full else newest:
             former.losses.take(info['publication_sequence_number'], info['source_timestamp'])

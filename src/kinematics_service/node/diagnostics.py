@@ -243,8 +243,9 @@ def input_warnings(arm: Estimator, state: InputState) -> Iterator[str]:
 
 def message_warnings(state: InputState) -> Iterator[str]:
     """
-    Yield a sentence for each reason why joint states were not answered. The node has logged each
-    of these reasons before.
+    Yield a sentence for each reason why the node published no results for some joint states.
+
+    The node has already logged each reason.
     """
     if rejected := [reason for reason in REJECTED if state.news[reason]]:
         yield f'messages rejected: {", ".join(rejected)}'

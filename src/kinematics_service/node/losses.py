@@ -5,10 +5,10 @@
 from collections.abc import Callable
 
 NANOSECOND = 1e-9  # s
-# The rate of a publisher is computed from two of its messages, its last one and an earlier one, if
-# at least this number of messages was sent between them. After four times this number of messages,
-# a more recent message replaces the earlier one. This is necessary because the earlier one may
-# have come from another publisher with similar sequence numbers.
+# The rate of a publisher is computed from its last message and an earlier message, at least this
+# number of messages before. After four times this number of messages, a newer message replaces the
+# earlier message. So an error does not last: if two publishers have similar sequence numbers, the
+# earlier message may be attributed to the wrong publisher.
 MIN_RATE_MESSAGES = 20
 # Time (s) by which a message may be sent earlier or later than the publisher's rate predicts.
 SEND_TIME_TOLERANCE = 0.02
@@ -38,8 +38,9 @@ class _Publisher:
         Replace the older of the two messages from which the rate is computed, if it is too old.
 
         The rate is computed from the last message and an older message, `_from`. A third message,
-        `_between`, was sent between the two. If at least 4 MIN_RATE_MESSAGES messages were sent
-        after `_between`, the message `_between` replaces `_from`.
+        `_between`, was sent between the two. If at least `4 * MIN_RATE_MESSAGES` messages were
+        sent after `_between`, then `_between` becomes `_from`, and the last message becomes
+        `_between`.
         """
         if self.number - self._between[0] >= 4 * MIN_RATE_MESSAGES:
             self._from, self._between = self._between, (self.number, self.stamp)
@@ -56,8 +57,8 @@ class _Publisher:
 
     def is_due(self, number: int, stamp: int) -> bool:
         """
-        Return whether the rate of this publisher predicts the message `number` at about the time
-        `stamp` (ns).
+        Return whether this publisher, at its recent rate, would send a message with the sequence
+        number `number` at about the time `stamp` (ns).
         """
         rate = self.rate()
         expected = self.number + rate * self.time_since(stamp)
@@ -132,9 +133,9 @@ class Losses:
         if publisher is None:
             # The message is probably the first message of a new publisher. Add this publisher to
             # the list of known publishers. If the list is full, remove the publisher P that has
-            # been silent for longest, because P has probably ended. But P may have sent the
-            # message, after a gap that is too long for the rate of P. The messages in this gap are
-            # not counted as lost.
+            # been silent for longest, because P has probably ended. But perhaps P sent the
+            # message, and earlier messages of P were lost. These lost messages are not counted,
+            # so the count becomes a lower bound.
             self.is_lower_bound |= len(known) >= count > 1 and not self._have_changed
             del known[: max(len(known) + 1 - count, 0)]
             publisher = _Publisher(number, stamp)
@@ -158,9 +159,9 @@ class Losses:
 
         fitting = [*filter(fits, below)]
         if len(self._publishers) < publishers:
-            # Not all publishers are known yet. If the rate of a known publisher predicts the
-            # message `number` at the time `stamp`, attribute the message to this publisher.
-            # Otherwise attribute it to an unknown publisher.
+            # Not all publishers are known yet. So an unknown publisher may have sent the message.
+            # Attribute the message to a known publisher only if this publisher, at its recent
+            # rate, would send its message `number` at about the time `stamp`.
             below = [publisher for publisher in below if publisher.is_due(number, stamp)]
             self.is_lower_bound |= len(fitting) > 0 and not below
         elif publishers > 1 or self._have_changed:

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Publish the results for every accepted joint state on the node's topics, and find which numbers the
-subscribers need.
+Publish the results for every accepted joint state on the node's topics that have subscribers. Find
+what must be computed for the messages.
 """
 
 from collections.abc import Callable, Sequence
@@ -83,7 +83,7 @@ class Channel(NamedTuple):
 
 class ActiveTopics(NamedTuple):
     """
-    The channels that have subscribers, and the numbers that these channels need.
+    The channels (topics) that have subscribers, and what must be computed for their messages.
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ class ActiveTopics(NamedTuple):
     filled
         For each channel, its message among `messages`; None if the kernel does not fill it.
     quantities
-        Classes of the quantities, such as accelerations, that the channels need besides the state.
+        Classes of the quantities, such as accelerations, that the messages need besides the state.
     """
 
     channels: tuple[Channel, ...]
@@ -182,7 +182,7 @@ class Outputs:
         return [channel.publisher.topic_name for channel in self.channels]
 
     def active(self) -> ActiveTopics:
-        """Return the channels that have subscribers, and the numbers that these channels need."""
+        """Return the topics with subscribers, and what must be computed for their messages."""
         active = self._active
         if active is None or not (self.events_in_order and self._has_matched_events):
             channels = tuple(channel for channel in self.channels if channel.listeners() > 0)

@@ -70,8 +70,10 @@ class Reference:
 
     def forget(self) -> None:
         """
-        Forget all poses of the second source. Call this method after the arm has changed, or after
-        the stamps of the joint states have stepped back.
+        Forget all received tool poses, which come from a second source such as a tracker.
+
+        Call this method after the arm has changed, or after the stamps of the joint states have
+        stepped back.
         """
         self.watch, self._level = None, -1
 

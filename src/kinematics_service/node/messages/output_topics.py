@@ -3,8 +3,10 @@
 """
 List the topics that a node publishes for each accepted message, in the order of publication.
 
-Each entry of `TOPICS` has two functions of the settings. One returns the content of the topic's
-messages, the other a message without stamp and numbers.
+Each entry of `TOPICS` has two functions that take the settings of the node. The first, `content`,
+returns where the numbers of the messages come from, for example a function of the arm's state. The
+second, `template`, returns a message that has its texts, such as the frame, but no stamp and no
+numbers.
 """
 
 import math
@@ -61,18 +63,20 @@ _Message = TypeVar('_Message')
 
 
 def in_base_frame(kind: Callable[..., _Message]) -> Callable[[NodeSettings], _Message]:
-    """Return a function that makes, from the settings, a message template in the base frame."""
+    """Return a function from the settings to a message template whose frame is the base frame."""
     return lambda settings: kind(header=Header(frame_id=settings.base_frame))
 
 
 def in_tool_frame(kind: Callable[..., _Message]) -> Callable[[NodeSettings], _Message]:
-    """Return a function that makes, from the settings, a message template in the tool frame."""
+    """Return a function from the settings to a message template whose frame is the tool frame."""
     return lambda settings: kind(header=Header(frame_id=settings.tool_frame))
 
 
 def in_twist_frame(kind: Callable[..., _Message]) -> Callable[[NodeSettings], _Message]:
     """
-    Return a function that makes, from the settings, a message template in the axes of the twist.
+    Return a function from the settings to a message template whose frame is that of the twist.
+
+    The settings choose the frame: the base frame or the tool frame.
     """
     return lambda settings: kind(header=Header(frame_id=_twist_frame(settings)))
 
@@ -197,8 +201,9 @@ def of_null_space(part: Callable[[ToolState, Floats], Floats]) -> ContentOf:
     """
     Return a function that takes the settings and returns the content of a null space topic.
 
-    The numbers of the topic are computed by `part` from a state and a basis of the self-motions.
-    For an arm without self-motions the content is None.
+    For each message, the content calls `part`. This function computes the numbers of the message
+    from the arm's state and a basis of the self-motions. If the arm has no self-motions, the
+    content is None.
     """
 
     def numbers(report: StateReport) -> Floats | None:
@@ -282,17 +287,19 @@ def link_frames(report: StateReport) -> Floats:
 
 class OutputTopic(NamedTuple):
     """
-    A topic on which the node answers every joint state.
+    A topic on which the node publishes a message for every joint state.
 
     Attributes
     ----------
     name, type
         The name and the message type of the topic.
     content
-        A function that takes the settings and returns the content of the messages; None if the arm
-        does not have the topic.
+        A function that takes the settings and returns where the numbers of the messages come from,
+        for example a function of the arm's state. If the arm does not have the topic, the result
+        is None.
     template
-        A function that takes the settings and returns the message without stamp and numbers.
+        A function that takes the settings and returns a message that has its texts, such as the
+        frame, but no stamp and no numbers.
     of
         Name of the point whose states are published on the topic; empty for the tool.
     """

@@ -126,11 +126,11 @@ class PassedOver:
             passed.take_waiting()
             passed.node._subscriptions.append(passed.subscription)
         self._executor.wake()
-        # All messages that arrive before the executor has woken share one event. If the node's
-        # callbacks were restored before this event, they would handle all these messages at once,
-        # and the executor could not handle other events meanwhile. So call `_end`, which restores
-        # the callbacks, only after two rounds: the executor handles all events in its queue, and
-        # then all events that were added meanwhile.
+        # All messages that arrive before the executor has woken share one event. If the callbacks
+        # of the node were restored before this event, they would handle all these messages at
+        # once, and other events would have to wait. So call `_end`, which restores the callbacks,
+        # after the shared event. The outer task runs when the executor has woken and has put the
+        # shared event into its queue. The inner task comes after this event in the queue.
         self._executor.create_task(lambda: self._executor.create_task(self._end))
 
     def _end(self) -> None:

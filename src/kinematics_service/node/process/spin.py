@@ -23,8 +23,8 @@ from ...stop_signals import StopSignal
 from ..steady_time import steady_timer
 from .passed_over import PassedOver
 
-# Period (s) of the check for a stop while no event arrives, if the caller does not interrupt the
-# wait.
+# Longest wait (s) for an event. After this time the spinner checks whether to stop, then waits
+# again. `Spinner.interrupt` ends the wait at once.
 STOP_CHECK_PERIOD = 0.1
 # Longest duration (s) of a self-test. If the events executor fires no timer within this time, the
 # default executor is used.
