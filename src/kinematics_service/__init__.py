@@ -24,8 +24,8 @@ if _is_command and _signal.getsignal(_signal.SIGINT) is _signal.default_int_hand
 
 from importlib import import_module  # noqa: E402
 
-# Only the stub file lists the public names and their modules, because type checkers read it as
-# well. Each line of the stub is `from .module import name as name`.
+# Type checkers read the public names and their modules from a stub file. Read the same file here
+# instead of a second list. Each line of the stub is `from .module import name as name`.
 with open(f'{__path__[0]}/__init__.pyi', encoding='utf-8') as _stub:
     _HOME = {_line.split()[-1]: _line.split()[1] for _line in _stub}
 

@@ -164,7 +164,7 @@ class ArgumentError(KinematicsError, ValueError):
     expected
         Accepted shapes, without leading dimensions, or accepted values as texts.
     given
-        The shape of the given array, or the value of another argument; None if unknown.
+        The wrong argument: for an array its shape, for anything else its value. None if unknown.
     """
 
     def __init__(

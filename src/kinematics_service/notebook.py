@@ -1,7 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Show results of the library in a notebook. Apps, which may be missing, make the HTML and LaTeX.
+Show results of the library in a notebook: as HTML by the app `pictures`, as LaTeX by `formulas`.
+
+Both apps may be missing. Then the notebook shows results as plain text.
 """
 
 from .app_modules import app_module

@@ -107,8 +107,9 @@ def broken_name(name: str, width: int) -> str:
 
 def number(value: float, decimals: int = 6) -> str:
     """
-    Return a number as text with a fixed number of decimals. From 10,000 on, the text has
-    `decimals` significant digits.
+    Return a number as text with `decimals` digits after the decimal point.
+
+    If the absolute value is 10,000 or more, the text has `decimals` significant digits instead.
     """
     if not math.isfinite(value) or abs(value) >= 1e4:
         return f'{value:.{decimals}g}'

@@ -74,7 +74,8 @@ class StopSignal:
         """
         Wait for stop signals on a pipe until the pipe is closed.
 
-        After the first signal, a second signal or the time-out ends the process.
+        At the first signal, call the function `then`. After that, a second signal ends the
+        process. Without a second signal, the process ends after the time `time_out`.
 
         Parameters
         ----------

@@ -97,8 +97,9 @@ def ik(
     Positions that differ by full turns are one solution. The command prints the positions inside
     the limits that are nearest to --near (default: the middle of the limits). Each solution was
     checked by forward kinematics. If the arm can move without moving the tool, the solution is a
-    family, printed at one of its positions. If no solution is inside the limits, the nearest pose
-    is printed, and the exit code is 1.
+    family, printed at one of its positions. If no solution is inside the limits, the command
+    prints the joint positions inside the limits that bring the tool nearest to the target. Then
+    the exit code is 1.
 
     --axis is for arms of five joints: only the direction of this axis of the tool counts, not the
     whole orientation. Typed numbers are rounded. So a target counts as reached if the position

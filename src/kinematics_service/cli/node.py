@@ -17,8 +17,8 @@ from .missing_ros import ros_module
 ROBOT, MANAGED = '--robot', '--managed'
 UNSECURED, MIXED_ROS = '--allow-unsecured', '--allow-mixed-ros'
 # Environment variable, and its value, that limits OpenBLAS, the matrix library of numpy, to one
-# thread. More threads wait actively after each call, which takes 50 ms of processor time at a
-# start. The matrices of an arm are too small for several threads.
+# thread. The matrices of an arm are too small for several threads. Additional threads would only
+# cost 50 ms of processor time when the node starts, because they wait actively for work.
 ONE_THREAD = ('OPENBLAS_NUM_THREADS', '1')
 
 
