@@ -31,10 +31,9 @@ from . import jacobian_changes
 
 # dS is the matrix of the derivatives of S by the joints, where S = 0 are the equations of a
 # singular pose. A singular value of dS is taken as zero if its ratio to the largest singular value
-# of dS is at most RANK_SHARE. If a calibrated DH table deviates from the design by 1e-5, singular
-# values that are 0 in the design get ratios of about 1e-5. These singular values are properties of
-# the real arm, so they must not be taken as zero. So RANK_SHARE is below 1e-5.
-RANK_SHARE = 1e-6
+# of dS is at most RANK_RATIO. If the DH table has errors of 1e-5, singular values that are 0
+# without the errors have ratios of about 1e-5. So they are not taken as zero.
+RANK_RATIO = 1e-6
 
 
 class RankEquations:
@@ -353,7 +352,7 @@ class RankEquations:
             onto[j], along[j] = 0.0, -d[j]
         for i in range(count):
             slope = self.slopes[i]
-            if not slope > RANK_SHARE * self.slopes[0] or not slope > 0.0:
+            if not slope > RANK_RATIO * self.slopes[0] or not slope > 0.0:
                 break
             row = arrays.after(self.G, i * (n + count))
             factor = arrays.dot(arrays.after(row, n), self.S, count) / (slope * slope)
