@@ -38,7 +38,8 @@ class Quantity:
         `tool` (T), `position` (p), `pose` (T_03), `row` (A_2), `general` (A_i, the matrix of any
         row i), `rotation` (R_2), `axis` (z_2), `origin` (o_2), `vector` (p_14, from o_1 to o_4),
         `reach` (s_oi, the vector from the tool to the origin of frame i - 1), `jacobian`,
-        `numeric` (D_1, column 1 of J as a 4 x 4 matrix), `det`.
+        `numeric` (D_1, the 4 x 4 matrix [S v; 0 0], where (v, w) is column 1 of J, and S is the
+        cross product matrix of w), `det`.
     i, j
         Frame or row numbers as the user counts them, -1 for the tool. For a Jacobian `i` is the
         column, counted from 1; 0 means all columns.
@@ -194,8 +195,8 @@ def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) ->
         return np.asarray(np.asarray(arm.frame(i - 1))[origin] - pose[origin])
     J = np.asarray(arm.jacobian)
     if kind == 'numeric':
-        # D is the twist (v, w) of Jacobian column i as a 4 x 4 matrix. It has the cross product
-        # matrix of w, and v as last column.
+        # Let (v, w) be column i of J, and S the cross product matrix of w. D is the 4 x 4 matrix
+        # [S v; 0 0].
         D = np.zeros((*J.shape[:-2], 4, 4), dtype=J.dtype)
         D[..., :3, 3] = J[..., :3, i - 1]
         for row, (k, l) in enumerate(((2, 1), (0, 2), (1, 0)), 3):

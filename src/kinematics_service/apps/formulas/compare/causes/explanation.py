@@ -150,8 +150,8 @@ def _best_whole(
 
 
 def _parts(scope: str, check: QuantityCheck) -> Iterator[tuple[str, sp.Expr]]:
-    # Yield all parts of one kind of the user's matrix, each with its name and its numpy index. The
-    # kind is `scope`: the whole matrix, a block, a column, a row or an entry.
+    # Yield the name and the numpy index of every block, every column, every row or every entry of
+    # the user's matrix, as `scope` says. If `scope` is WHOLE, yield only the whole matrix.
     rows, columns = check.shape
     if scope == WHOLE:
         yield '', np.s_[:]

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The kinematics_service maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Generate mistaken readings of a robot's table, such as another DH convention, a joint angle
-measured from another zero, or a row left out.
+Compute the values that a formula has if its author misreads the robot's table.
 
-Each reading is a table with one change. The quantity is computed from the changed table.
+A misreading is one change, such as another DH convention, a joint angle measured from another
+zero, or a row left out.
 """
 
 from collections.abc import Iterator

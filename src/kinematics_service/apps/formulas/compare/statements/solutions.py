@@ -107,7 +107,9 @@ class PoseSearch:
     @cached_property
     def moving(self) -> list[int]:
         """
-        Return which of `joints` move the tool's origin; if `whole`, also which only turn the tool.
+        Return the joints in `joints` that move the tool's origin.
+
+        If `whole` is true, return also the joints that turn the tool about its origin.
         """
         sizes = np.abs(self.target.jacobian[:, : self.rows]).max(axis=(0, 1))
         return [k for k in self.joints if sizes[k] > STILL_SPEED]
@@ -117,8 +119,8 @@ class PoseSearch:
         """
         Return whether the joints in `joints` can make every tool motion of the joints in `given`.
 
-        The search holds the joints in `given` at fixed values. If the result is true, the fixed
-        values do not restrict the tool.
+        If the result is true, the tool keeps all its motions although the joints in `given` have
+        fixed values.
         """
         J = self.target.jacobian[:, : self.rows]
         followed, all_of_them = (
@@ -308,17 +310,16 @@ class SolutionCheck(Check):
     @cached_property
     def together(self) -> float | None:
         """
-        Return at which fraction of configurations all formulas together bring the tool to its
-        pose.
+        Return the fraction of configurations at which the file's formulas are right together.
 
-        The formulas are all inverse kinematics formulas of the file. Each joint with formulas
-        takes the value of one of its formulas; all combinations are tried. A formula may contain
-        other joints, which also take the values of their formulas. Joints without a formula are
-        free.
+        The file may have several inverse kinematics formulas for one joint. So choose one formula
+        for each joint that has formulas. The choice is right at a configuration if the arm can
+        reach the tool pose of the configuration while the joints have the values of the chosen
+        formulas. Joints without formulas may have any position. The formulas are right together at
+        a configuration if at least one choice is right.
 
-        Return None if the file has formulas of one joint only, or more than `MAX_CHOICES`
-        combinations. Return None also if the free joints can compensate every tool motion that the
-        joints with formulas cause.
+        Return None if only one joint has formulas, if more than `MAX_CHOICES` choices exist, or if
+        the joints without formulas can make every tool motion of the joints with formulas.
         """
         by_joint: dict[int, list[Statement]] = {}
         for statement in self.others:
@@ -380,12 +381,16 @@ class SolutionCheck(Check):
     @cached_property
     def is_a_root(self) -> bool:
         """
-        Return whether the formula solves the arm's equations, even where the arm is too short.
+        Return whether the formula solves the arm's equations if joint positions may be complex.
 
-        At some configurations, the arm may be too short for the solution that the formula gives.
-        For example, it may be too short to reach back over its shoulder. Joint limits may also
-        exclude the solution. At the fraction MIN_HIT_RATIO of the configurations or more, the arm
-        must reach the solution.
+        The formula may give a solution that the arm can reach at some configurations only. For
+        example, the arm may be too short to reach back over its shoulder. In an unreachable
+        solution, the positions of the other joints are complex numbers.
+
+        The result is true if two conditions hold. First, `solved` is at least MIN_HIT_RATIO.
+        Second, consider the configurations at which the formula's value differs from the joint's
+        position. At the fraction BRANCH_POSE_RATIO of them or more, the arm's equations have a
+        real or complex solution with the formula's value. Joint limits are ignored.
         """
         return (
             self.solved >= MIN_HIT_RATIO

@@ -49,8 +49,9 @@ class Statement:
     left
         The left side of an equation.
     conditions
-        Pairs that a claim consists of: (joint index, the joint's value, which may contain the
-        integer k), or (-1, expression that is 0) for an equation in several joints.
+        The conditions of a claim, where k stands for every integer. A condition such as q3 = k*pi
+        is the pair (joint index, the joint's value). A condition such as sin(q2 + q3) = 0 is the
+        pair (-1, expression that is 0).
     decimals
         Number of decimal places if the formula contains only numbers, else None.
     inexact
@@ -195,9 +196,9 @@ class _Reader:
         try:
             inexact = self._statement(context, raw)
         except (FormulaError, RecursionError):
-            # In this reading, x + s replaces each rounded number x, with a symbol s for the
-            # rounding error. The formula may become invalid, for example if x is an exponent. Then
-            # the effect of rounding is not estimated.
+            # `_statement` has put x + s in place of each rounded number x; the symbol s is the
+            # rounding error. Some formulas are invalid with x + s, for example if x is an
+            # exponent. For these formulas, the effect of rounding is not estimated.
             return exact
         assert isinstance(inexact, Statement)
         half_units = tuple(

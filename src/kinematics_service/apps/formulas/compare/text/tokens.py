@@ -91,9 +91,9 @@ class FormulaToken:
         `number`, `name`, `operator`, `begin`, `end`, `row` (the end of a matrix row in LaTeX),
         `newline`, `degrees`.
     text
-        The number, the operator in its plain form, or the name without underscores. If a
-        superscript is the number of a frame, the name begins with this number: `0z1` is z_1 in
-        frame 0. The name of a pose begins with T, and then the number follows: `T02` is T_02.
+        The number, the operator in its plain form, or the name without underscores. If a name has
+        a frame number as superscript, the superscript comes first: z^0_1 becomes `0z1`. In the
+        name of a pose, the superscript comes after T: T^0_2 becomes `T02`.
     written
         The text in the file.
     line, column
@@ -186,9 +186,10 @@ def _token(text: str, at: int, line: int, column: int) -> tuple[str, str, int]:
 
 
 def _before(text: str, at: int, operand: bool, spaced: bool) -> tuple[str, str, int] | None:
-    # Return the token of a name with a superscript before it, or None. `{}^{0}T_{2}` and `{}^0_2T`
-    # mean frame 2 in frame 0. After an operand, `^` is a power, unless a name follows the number
-    # without a space, as in `A_1 ^1T_2`.
+    # Return the token of a name that begins with a superscript; None if no such name begins at
+    # `at`. `{}^{0}T_{2}` and `{}^0_2T` mean frame 2 in frame 0. After an operand, `^` usually
+    # begins a power, as in `A_1^2`. In `A_1 ^1T_2`, it begins a name, because a space precedes
+    # `^`, and no space follows the superscript.
     match = BEFORE.match(text, at) if text[at] in '{^' else None
     if match is None or (
         operand and text[at] == '^' and not (spaced and match['glued'] is not None)
@@ -213,9 +214,8 @@ def _name(word: str, text: str, at: int, above: str = '', below: str = '') -> tu
         else:
             break
         at = match.end()
-    # If a superscript is a frame number, write it in front of the letter: z^0_1 becomes 0z1. But
-    # the name of a pose with a superscript is T, superscript, subscript: T^0_2 and A^0_2 become
-    # T02.
+    # A frame number as superscript comes before the letter: z^0_1 becomes 0z1. In the name of a
+    # pose, the superscript comes after the letter, which is T: T^0_2 and A^0_2 become T02.
     word = 'T' if above and word in 'AH' else word
     return 'name', (word + above if word == 'T' else above + word) + below, at
 
