@@ -45,8 +45,9 @@ from .singular_set import (
 )
 from .trigonometry import Writer, writer_of
 
-# Maximum number of minors of the task rows of J that are derived. Their number is a binomial
-# coefficient, so it grows steeply with the number of redundant joints.
+# Maximum number of minors. If the task rows of J have a larger number of minors, no minor is
+# derived. The number of minors is a binomial coefficient, so it grows steeply with the number of
+# redundant joints.
 MAX_MINORS = 100
 
 Progress = Callable[[str], None]

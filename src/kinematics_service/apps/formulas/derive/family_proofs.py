@@ -44,7 +44,8 @@ class CommonZeros:
     J
         The task rows of the Jacobian, m x n.
     generic_rank
-        Rank r of J at almost all configurations. All r x r minors of J are 0 on the set.
+        Rank r of J at almost all configurations of the arm. On the set, the rank of J is lower,
+        because all r x r minors of J are 0 there.
     factors
         The polynomials that are all 0 on the set.
     """

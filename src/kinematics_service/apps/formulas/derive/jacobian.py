@@ -181,14 +181,15 @@ def rotation_taken_out(frames: Frames) -> Matrix:
     Return J from the products T' T^-1, where T' = dT/dq_k is a derivative of the tool's pose T.
     The golden case s002_rrp_ets (test/golden) comes from a document with this method.
 
-    If joint k moves one row of the table, T = A S(q_k) B, where S is the screw motion of the row.
-    Then T' T^-1 = A S' S^-1 A^-1: only the screw is differentiated, and the result is transformed
-    to the base frame. If joint k moves several rows, T' T^-1 is the sum of A S' S^-1 A^-1 over
-    these rows.
+    Suppose that joint k moves one row of the table. Let S be the screw motion of the row, A the
+    product of all transforms before S, and B the product of all transforms after S. So
+    T = A S(q_k) B, and T' T^-1 = A S' S^-1 A^-1: only the screw motion is differentiated, and A
+    transforms the result to the base frame. If joint k moves several rows, T' T^-1 is the sum of
+    A S' S^-1 A^-1 over these rows.
 
-    The matrix T' T^-1 contains the angular velocity w as cross product matrix, and v_0 in the last
-    column. v_0 is the velocity of a point that is fixed to the tool and just passes the base's
-    origin. So the velocity of the tool's origin p is v_0 + w x p.
+    The 3 x 3 block of T' T^-1 at the upper left is the cross product matrix of the angular
+    velocity w. The last column is v_0, the velocity of a point that is fixed to the tool and just
+    passes the base's origin. So the velocity of the tool's origin p is v_0 + w x p.
     """
     arithmetic, p = frames.arithmetic, frames.T_base_tool[:3, 3]
     columns = []

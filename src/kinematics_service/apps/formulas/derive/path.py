@@ -120,8 +120,9 @@ class Path:
 
 
 def _zeros(value: Values, times: Floats) -> list[tuple[float, float, bool]]:
-    # Return each zero of a function as a tuple: first time, last time, and whether the function
-    # has equal signs before and after the zero.
+    # Return the time intervals in which the function `value` is 0. An interval is a tuple: start,
+    # end, and whether the function has equal signs before the start and after the end. If the
+    # function is 0 for an instant only, start and end are equal.
     def at(time: float) -> float:
         return float(value(np.array([time]))[0])
 

@@ -25,12 +25,13 @@ from .singular_geometry import ArmAtPoses, rank_at
 # Number of sampled configurations of a family. It is unlikely that a property holds at all sampled
 # configurations by coincidence. The arm is evaluated at all of them within one second.
 POSES = 60
-# Seeds of the random values of the named constants. A result must hold with two random values of
-# each constant, one for each seed. So a result that holds only for special lengths is not
-# reported. The random values are near the values in the file. So families of singular poses that
-# exist with the values in the file also exist with the random values.
+# Seeds of the random values of the named constants, such as lengths. Each seed gives one value for
+# each constant. A result is reported only if it holds with the values of both seeds. So a
+# coincidence of the file's values, such as two equal lengths, gives no result.
 SEEDS = (1955, 1964)
-LETTER_FACTORS = (0.8, 1.25)  # range of the ratio of a random value to the file's value
+# Range of the ratio of a random value to the file's value. Some families of singular poses exist
+# only if one length exceeds another. With a ratio near 1, the longer length usually stays longer.
+LETTER_FACTORS = (0.8, 1.25)
 # Step of central differences (rad or m). With this step, a difference has a round-off error below
 # 1e-9 and a truncation error (third derivative) below 1e-9.
 STEP = 1e-6

@@ -65,8 +65,9 @@ class Lost:
     text
         The motion as text.
     axis, frame
-        The direction of the motion is the axis `axis` (0 to 2) of frame number `frame`. `axis` is
-        None if the direction is not an axis of a frame.
+        The axis `axis` (0 to 2) of frame number `frame`. It is the direction of the lost motion,
+        or, if `others` is true, the only direction in which the tool can translate. `axis` is None
+        if the direction is not an axis of a frame.
     angular
         Whether the lost motion is a rotation.
     point
@@ -77,7 +78,8 @@ class Lost:
         tool cannot turn about the axis while the origin stays at its place. False: the tool cannot
         turn about the axis at all.
     others
-        Whether all translations are lost except the translation along the axis `axis`.
+        True: the tool can translate along the axis `axis` only; every other translation is lost.
+        False: the motion along or about the axis is lost.
     """
 
     text: str
@@ -181,7 +183,8 @@ def _is_wrist(arm: ArmAtPoses) -> bool:
 def _is_elbow(arm: ArmAtPoses, joints: Sequence[int], point: Floats, angular: bool) -> bool:
     # Return whether the arm is at an elbow singularity. One of two conditions must hold.
     # First: two neighbouring joint axes are parallel, and the plane through the two axes contains
-    # the wrist point or a third axis, which is parallel to the two axes.
+    # the wrist point. Instead of the wrist point, the plane may contain a third joint axis that
+    # is parallel to the two axes.
     # Second, only if the factor of the determinant contains a single joint: to first order, this
     # joint does not change the distance from shoulder to wrist point. The shoulder is the point in
     # which the axes of the first two joints meet.

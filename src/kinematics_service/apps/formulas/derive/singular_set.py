@@ -53,8 +53,8 @@ class SingularFactor:
     power
         Power of the factor in the determinant.
     irreducible
-        Whether it is proved that the factor does not split into real factors with fractions as
-        coefficients; lengths are symbols.
+        Whether the factor is proved to be irreducible: it is not a product of two real polynomials
+        with rational coefficients. The lengths are variables of the polynomials.
     family
         The joint positions at which the factor is 0.
     rank
@@ -141,7 +141,7 @@ class Determinant:
     identically_zero
         Whether the determinant is 0 at every configuration.
     split
-        Whether it is proved that no factor splits further. If there are several minors: whether it
+        Whether every factor is proved to be irreducible. If there are several minors: whether it
         is proved that the minors have no further common factor.
     """
 
@@ -263,8 +263,10 @@ class FamilySearch:
 
     def meaning(self, value: Laurent) -> _Meaning:
         """
-        Return rank of J, geometric name, impossible tool motion and joint motion in the null space
-        at the zeros of a factor of the determinant.
+        Describe the singular poses at which a factor of the determinant is 0.
+
+        The result has a name of the poses by the geometry, such as elbow, and the rank of J at the
+        poses. It also has the impossible tool motion, and the joint motion in the null space of J.
         """
         sampler, arithmetic = self.sampler, self.arithmetic
         numbers = self.numbers(value)
@@ -386,7 +388,11 @@ def without_integers(product: Factored, writer: Writer) -> Factored:
 def singular_factors(
     product: Factored, search: FamilySearch, writer: Writer, frames: Frames, J_t: Matrix
 ) -> tuple[SingularFactor, ...]:
-    """Return the factors with their names, families, ranks and impossible tool motions."""
+    """
+    Return the factors of the determinant, each with a description of its singular poses.
+
+    The singular poses of a factor are the poses at which the factor is 0.
+    """
     arithmetic = search.arithmetic
     listed = file_factors(search.sampler.robot, arithmetic.names)
     factors: list[SingularFactor] = []

@@ -165,8 +165,9 @@ class Writer:
 
     def _fewest_operations(self, groups: Mapping[Exponents, Terms]) -> int:
         # Return a lower bound of the number of operations in the result of `_cosines_of_sums`. The
-        # bound counts the sines and cosines, the sums in their arguments, and the outer sum. The
-        # caller skips `_cosines_of_sums` if the bound is not below the number of another form.
+        # bound counts the sines and cosines, the sums in their arguments, and the outer sum. If
+        # another form of the polynomial needs no more operations than the bound, the caller does
+        # not compute `_cosines_of_sums`.
         functions = 0
         inside = 0
         for exponents, terms in groups.items():

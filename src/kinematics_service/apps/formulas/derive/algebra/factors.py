@@ -68,8 +68,8 @@ class Factored:
     factors
         The factors with joint variables.
     complete
-        Whether it is proved that no factor splits further into real factors with fractions as
-        coefficients. False if the proof failed or was not tried.
+        Whether every factor is proved to be irreducible: it is not a product of two real
+        polynomials with rational coefficients. False if the proof failed or was not tried.
     """
 
     constant: Laurent
@@ -158,10 +158,10 @@ class _Polynomial:
 
 
 def _turned_real(terms: Terms) -> tuple[tuple[int, ...], dict[tuple[int, ...], Any]] | None:
-    # Multiply each generator by a power of the imaginary unit i, so that all coefficients are
-    # real. Return the exponent of i for each generator. Return also the real coefficients, as a
-    # dictionary with the exponents of the terms as keys. Return None if no powers of i make all
-    # coefficients real.
+    # Multiply each generator by a power of the imaginary unit i, so that all coefficients become
+    # real. If all coefficients become imaginary, divide the polynomial by i. Return the exponent
+    # of i for each generator. Return also the real coefficients, as a dictionary with the
+    # exponents of the terms as keys. Return None if no powers of i achieve this.
     turns = _quarter_turns(terms)
     if turns is None:
         return None
@@ -175,11 +175,12 @@ def _turned_real(terms: Terms) -> tuple[tuple[int, ...], dict[tuple[int, ...], A
 
 
 def _quarter_turns(terms: Terms) -> tuple[int, ...] | None:
-    # Find integers t_k such that all coefficients become real if each generator k is multiplied by
-    # i^t_k. A term in which generator k has the exponent e_k is then multiplied by i^s with s =
-    # sum_k t_k e_k. The sum s, plus 1 if the coefficient of the term is imaginary, must be even
-    # for all terms, or odd for all terms. This is a linear system over the field of two elements.
-    # Return None if there is no solution, or if a coefficient is neither real nor imaginary.
+    # Multiply each generator k by i^t_k. Find integers t_k with which all coefficients become
+    # real, or all become imaginary. A term in which generator k has the exponent e_k is multiplied
+    # by i^s with s = sum_k t_k e_k. Let b be 1 if the coefficient of the term is imaginary, else
+    # 0. The sum s + b must be even for all terms (real), or odd for all terms (imaginary). This is
+    # a linear system over the field of two elements. Return None if it has no solution, or if a
+    # coefficient is neither real nor imaginary.
     if any(a and b for a, b in terms.values()):
         return None
     first, *others = ((*e, bool(b)) for e, (_, b) in terms.items())
@@ -249,10 +250,10 @@ def _factor_list(element: PolyElement) -> list[tuple[PolyElement, int]]:
 
 def _stays_whole(element: PolyElement) -> bool:
     # The polynomial `element` is irreducible over the integers. Return whether it is proved to be
-    # irreducible over the Gaussian integers, too. If not, it may be a product g conj(g) of factors
-    # that are real functions of the angles, as in cos 2q = (cos q + sin q) (cos q - sin q). The
-    # degrees of g and conj(g) are equal in every generator, so all degrees of g conj(g) are even.
-    # Hence an odd degree of `element` proves that it is irreducible.
+    # irreducible over the Gaussian integers, too. If `element` is reducible over the Gaussian
+    # integers, it is a product g conj(g), such as z^2 + 1 = (z + i) (z - i). The degrees of g and
+    # conj(g) are equal in every generator, so all degrees of g conj(g) are even. Hence an odd
+    # degree of `element` proves that `element` is irreducible.
     odd = any(degree % 2 for degree in [*_degrees(element), max(sum(e) for e in element)])
     return odd or _irreducible_on_a_line(element, ZZ, stays_whole_beside_i)
 

@@ -23,20 +23,23 @@ def _degrees(terms: Terms, indices: Sequence[int]) -> list[int]:
 @dataclass(frozen=True)
 class RealFactor:
     """
-    A real factor of a polynomial, and the power of this factor in the product.
+    A real factor of a polynomial that is written as a product of powers of such factors.
 
     Attributes
     ----------
+    power
+        The exponent of the factor in the product.
     halves
-        The two half-angle factors whose product is the factor, such as sin q/2 and cos q/2 for sin
-        q; empty if there are none. In a ring with half angles, both are real.
+        Two polynomials whose product is the factor, up to a number. For sin q, these are sin q/2
+        and cos q/2. In a ring without half angles, they are stored as z - 1 and z + 1 with
+        z = exp(i q). Empty if the factor has no two such polynomials.
     alone
-        Whether `paired` found no partner for a half-angle factor of this factor. Then the factor
-        can be split only in a ring with half angles.
+        Whether `paired` found no partner for a half-angle factor. Then the factor can be split
+        only in a ring with half angles.
     splits
-        Whether `halves` are real polynomials in whole angles, as in cos 2q = (cos q + sin q) (cos
-        q - sin q). A row of the table that turns by twice the angle of a joint gives such a
-        factor.
+        Whether the two polynomials in `halves` need no half angles, as in
+        cos 2q = (cos q + sin q) (cos q - sin q). Such a factor appears if a row of the table turns
+        by twice the angle of a joint.
     """
 
     value: Laurent
@@ -51,12 +54,12 @@ def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[Real
     Multiply half-angle factors (terms, power) in pairs, and return whole-angle factors.
 
     A factor is whole if it equals its conjugate and its degree in exp(i q) is even for every angle
-    q. A factor that is not whole needs a partner of equal power, so that the product is whole.
-    Return None if a factor that is not whole has no partner.
+    q. A factor f that is not whole is multiplied by a partner: another factor in `halves` with the
+    power of f. The partner is the conjugate of f, or f with q + pi in place of q. Here q is the
+    first angle for which the degree of f in exp(i q) is odd. The product of f and its partner must
+    be whole.
 
-    Two partners of a factor are possible. One is the conjugate of the factor. To get the other,
-    choose an angle q for which the degree of the factor in exp(i q) is odd, and replace q by
-    q + pi in the factor.
+    Return None if a factor that is not whole has no partner in `halves`.
     """
     indices, parts = _angle_indices(arithmetic), arithmetic.ring.parts
     joints = [
