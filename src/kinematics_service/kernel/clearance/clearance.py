@@ -34,17 +34,18 @@ from .expansion import Expansion
 HALVINGS = 32
 # The bisection ends if the relative error of the proved radius is below this number.
 RADIUS_TOLERANCE = 1e-5
-# The clearance is proved by a weighted sum of the entries of the Schur complement. If the sum is
-# positive, at least one entry is nonzero, so J_t has full rank. This is the number of sums with
-# constant weights that are tried. After these sums, one sum with polynomials as weights is tried
-# (`Cubic.take_away`).
+# The Schur complement of J_t has one or several entries. If a weighted sum of the entries is
+# positive, J_t has full rank. At most MAX_SUMS sums with constant weights are tried. Then one sum
+# with polynomials as weights is tried (`Cubic.take_away`).
 MAX_SUMS = 4
 
 
 class Clearance:
     """
-    Computes clearances of an arm from bounds of the derivatives of its task Jacobian J_t. The rows
-    and columns of J_t are scaled as in `TaskRows`.
+    Computes the clearance of joint positions q: the radius of a ball without singular poses, rad.
+
+    The center of the ball is q. Bounds of the derivatives of the task Jacobian J_t prove the
+    radius. The rows and columns of J_t are scaled as in `TaskRows`.
 
     Parameters
     ----------
@@ -330,10 +331,10 @@ class Clearance:
         # is the block matrix [I + P, B; C, f], where I + P is invertible. B1 and C1 are the
         # first-order parts of B and C. Let B' = B - (I + P) B1 and C' = C - C1 (I + P). Then the
         # Schur complement is f - C1 B' - C B1 - C' (I + P)^-1 B'.
-        # A pose is taken as singular if a singular value of J_t is at most `singular`. Then a
-        # matrix of lower rank exists whose distance from J_t is at most `singular`. So the proof
-        # must exclude all such matrices, not only J_t. Therefore `singular` is added to the bounds
-        # of the changes of J_t.
+        # A pose is also taken as singular if the smallest singular value of J_t is at most
+        # `singular`. Then a matrix of lower rank is within the distance `singular` of J_t. So the
+        # proof must show full rank for each matrix within the distance `singular` of J_t.
+        # Therefore each bound of a change of J_t is increased by `singular`.
         square, singular = r * r, self.share * (self.largest + self._changed(r))
         third = self.twist * square * r / 6.0 + singular
         fourth = self.fourth * square * square / 24.0 + singular
@@ -351,11 +352,12 @@ class Clearance:
         behind = self.bend_of_lines * square + twisted + self.by_lines * r * bent
         remainder += twisted * turns + behind * before / (1.0 - inside)
         # Let s be the weighted sum of the entries of the Schur complement. `self.sum` has the
-        # terms of s up to third order; `remainder` bounds the terms of higher order. `take_away`
-        # may have replaced s by s + p t, where p is a quadratic polynomial and t is a second
-        # weighted sum, `self.steep`. `remainder` bounds the terms of higher order of t, too. So
-        # `remainder` is multiplied by 1 plus a bound of |p|.
-        # `take_away` also drops the terms of the product p t beyond third order. So a bound of the
+        # terms of s up to third order in d. `remainder` bounds the sum of the other terms of s.
+        # `take_away` may have replaced s by s + p t. Here p is a quadratic polynomial, and t is a
+        # second weighted sum, `self.steep`. `remainder` also bounds the terms of t beyond third
+        # order. So `remainder * (1 + |p|)` bounds the terms that `self.sum` and `self.steep` leave
+        # out.
+        # `take_away` has dropped the terms of fourth and fifth order of p t. So a bound of the
         # dropped terms is added.
         slope, bend = self.sum.size_of_l * r, self.sum.size_of_M * square
         steep = self.steep.size_of_T * square * r

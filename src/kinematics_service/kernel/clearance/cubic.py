@@ -14,10 +14,10 @@ from .norms import Norms
 # of bisections. The lower bound is valid after any number of bisections; more bisections increase
 # it.
 MULTIPLIER_HALVINGS = 20
-# Number of steps in `Cubic.take_away`. A step adds the product p t to a polynomial s; p and t are
-# polynomials, too. The product of p and the linear part of t cancels the derivatives of s along
-# the gradient of t. The product of p and the other terms of t adds new derivatives. The next step
-# cancels the new derivatives.
+# Number of steps in `Cubic.take_away`. Let s and t be two polynomials of the joint motion d, and
+# let g.d be the linear part of t. A step adds the product p t to s, where p is a quadratic
+# polynomial. One part of the product, p (g.d), cancels all terms of s that contain g.d. The other
+# part adds new terms that contain g.d. The next step cancels the new terms.
 DIVISIONS = 4
 # Smallest denominator in the formula of the lower bound, so that no number is divided by 0. It is
 # relative to the length of the interval in which the Lagrange multiplier is searched.
@@ -41,9 +41,9 @@ class Cubic:
         Coefficients: a number, (count,), symmetric (count, count), and symmetric (count, count,
         count).
     weight, l, M
-        Coefficients of a quadratic polynomial p = weight + l.d + d^T M d. `take_away` adds the
-        product p t to this polynomial, where t is the argument of `take_away`. Before `take_away`
-        is called, `weight`, l and M are 0.
+        Coefficients of a quadratic polynomial p = weight + l.d + d^T M d. The call `take_away(t)`
+        adds the product p t to the cubic polynomial, and stores the coefficients of p. Before the
+        call, all coefficients of p are 0.
     size_of_l, size_of_M, size_of_Q, size_of_T
         Bounds of the absolute values of l.d, d^T M d, d^T Q d and T(d, d, d) for motions d of
         length 1.
@@ -85,12 +85,12 @@ class Cubic:
 
     def take_away(self, other: 'Cubic') -> None:
         """
-        Add p times `other` to this polynomial, where p is a quadratic polynomial.
+        Add the product p t to this polynomial s, where t is `other` and p is quadratic.
 
-        The coefficients of p are chosen to cancel the derivatives of this polynomial at d = 0
-        along the gradient of `other`. If the constant term then is negative, all coefficients
-        change their signs. At each joint motion d at which `other` is 0, the product is 0, so this
-        polynomial keeps its absolute value.
+        Let g.d be the linear part of t. The coefficients of p are chosen so that p t cancels the
+        terms of s that contain g.d. If the constant term of s + p t is negative, all coefficients
+        of s + p t change their signs. If t is 0 at a joint motion d, the absolute value of s at d
+        stays unchanged.
         """
         d = self.count
         slope = directions.length_of(other.g, d)
@@ -113,13 +113,11 @@ class Cubic:
                 self.T[p] = -self.T[p]
 
     def _divide(self, slope: float) -> None:
-        # Computes a quadratic polynomial p of the joint motion d. The coefficients of p are the
-        # number along[0], the vector `more` (linear part) and the matrix `half` (quadratic part).
-        # `_add_product` then adds the product of p and `other`, the argument of `take_away`, to
-        # this polynomial.
-        # The linear part of `other` has the gradient slope * u, where the vector u has length 1.
-        # The product of p and this linear part cancels some components of the coefficients g, Q
-        # and T: the components along the vector u.
+        # Let s be this polynomial, and let t be the argument of `take_away`. The linear part of t
+        # is slope * (u.d), where the vector u (`way`) has length 1. Computes the quadratic
+        # polynomial p for which p * slope * (u.d) cancels all terms of s that contain u.d. The
+        # coefficients of p are the number along[0], the vector `more` (linear part) and the matrix
+        # `half` (quadratic part).
         d, u, whole = self.count, self.way, 0.0
         for a in range(d):
             self.more[a], self.along[a] = 0.0, 0.0
@@ -166,8 +164,10 @@ class Cubic:
 
     def write_sizes(self) -> None:
         """
-        Compute size_of_Q and size_of_T, bounds of d^T Q d and T(d, d, d) for motions d of length
-        1.
+        Compute `size_of_Q` and `size_of_T`, bounds of the quadratic and the cubic term.
+
+        The quadratic term is d^T Q d, and the cubic term is T(d, d, d). The bounds hold for all
+        joint motions d of length 1.
         """
         self.size_of_Q = self._norm(self.Q, self.count)
         self.size_of_T = self._norm(self.T, self.count * self.count)

@@ -19,11 +19,11 @@ class Directions:
     Joint positions q, the Jacobian at q, and the singular value decomposition of the task Jacobian
     J_t (m, n).
 
-    J_t maps joint motions (n numbers) to tool motions (m numbers). Its singular vectors are n
-    joint motions and m tool motions. In this package, the larger of the two sets of vectors is
-    called "lines", the smaller "turns". If the arm is redundant (n > m), the lines are the joint
-    motions and the turns are the tool motions. Otherwise the lines are the tool motions and the
-    turns are the joint motions.
+    J_t maps joint motions (n numbers) to tool motions (m numbers). It has two sets of singular
+    vectors: n joint motions and m tool motions. In this package, the vectors of the larger set are
+    called "lines", and the vectors of the smaller set "turns". If the arm is redundant (n > m),
+    the lines are the joint motions and the turns are the tool motions. Otherwise the lines are the
+    tool motions and the turns are the joint motions.
 
     Attributes
     ----------
@@ -34,10 +34,11 @@ class Directions:
     sigma
         The singular values of J_t in descending order.
     W
-        The singular vectors of J_t. Row i has line i (`length` numbers), then turn i (min(m, n)
-        numbers).
+        The singular vectors of J_t, one row for each line. Row i begins with line i (`length`
+        numbers). Each of the first min(m, n) rows then has turn i (min(m, n) numbers). In the
+        other rows, the numbers after the line are not used.
     length
-        max(m, n): the number of lines. Each line is a vector of this many numbers.
+        max(m, n): the number of lines, and the number of components of a line.
     width
         Length of a row of W.
     count

@@ -51,11 +51,13 @@ class Expansion:
         example, the term a b can be written as a b or b a, so its share is 1/2. The array `root`
         has the square roots of `share`.
     G : shape (rank, lines, terms)
-        Taylor terms of J_t in the bases of its singular vectors. The smaller set of singular
-        vectors is called turns, the larger set lines (see `Directions`). G[a, b] has the terms of
-        the entry in row a (turn a) and column b (line b). The terms are divided by sqrt(s_a s_b),
-        where s_a is the singular value of turn a, and s_b that of line b. In this divisor, 1
-        replaces the smallest singular value. 1 also replaces s_b if line b is in the null space.
+        Coefficients of the Taylor terms of J_t in the bases of its singular vectors. J_t has two
+        sets of singular vectors: joint motions and tool motions. The vectors of the larger set are
+        called lines, the vectors of the smaller set turns (see `Directions`). In the bases, row a
+        of J_t belongs to turn a, and column b belongs to line b. G[a, b] has the coefficients in
+        row a and column b, divided by sqrt(s_a s_b). Here s_a is the singular value of turn a, and
+        s_b the singular value of line b. The divisor has 1 in place of the smallest singular
+        value. If line b is in the null space, s_b is 1.
     """
 
     def __init__(self, chain: Chain, task: TaskRows, moving: Integers, orders: int) -> None:
@@ -116,18 +118,19 @@ class Expansion:
 
     def write(self, row: Flat) -> None:
         """
-        Fill the array K with the Taylor terms of J_t at joint positions q, shape
-        (terms, min(m, n), max(m, n)).
+        Fill K (terms, min(m, n), max(m, n)) with the coefficients of the Taylor terms of J_t.
 
-        `row` has the results of `evaluate` at q. An entry is a pair: an element of the chain, and
-        a joint that moves the element (see `ChainTable`). The screw of entry i is its linear
-        velocity v_i and its angular velocity w_i. The screw is added to the joint's column of J.
+        `row` has the results of `evaluate` at the joint positions of the expansion. An entry is a
+        pair: an element of the chain, and a joint that moves the element (see `ChainTable`). If
+        the joint moves the element of entry i at unit velocity, the tool has the linear velocity
+        v_i and the angular velocity w_i. Together v_i and w_i are the screw of entry i. Column j
+        of J is the sum of the screws of all entries with joint j.
 
-        Let a, b, ..., c be several entries, in the order from base to tool. Choose one of them,
-        and differentiate its linear velocity with respect to the variables of the others. The
-        derivative is w_a x (w_b x ... v_c), whichever entry was chosen. The derivative of w_i with
-        respect to the variables of a, b, ..., c is w_a x (w_b x ... (w_c x w_i)) if entry i is
-        nearer to the tool than c, otherwise 0.
+        Let a, b, ..., c be several entries, in the order from base to tool. Choose one of the
+        entries, and differentiate its linear velocity with respect to the motions of the other
+        entries. The derivative is w_a x (w_b x ... v_c), whichever entry was chosen. Differentiate
+        w_i with respect to the motions of a, b, ..., c. If entry i is nearer to the tool than c,
+        the derivative is w_a x (w_b x ... (w_c x w_i)). Otherwise it is 0.
         """
         d, entries, joint = self.count, self.chain.entries, self.chain.joint
         arrays.fill(self.K, self.terms * self.turns * self.length, 0.0)
@@ -169,10 +172,10 @@ class Expansion:
         w = arrays.after(v, 3 * entries)
         K = arrays.after(self.K, term * self.turns * self.length)
         for i in range(entries):
-            # Take entry i and the chosen entries together: `last` is the entry nearest to the
-            # tool. The derivative `moved` of the linear velocity is w_a x (w_b x ... v), where v
-            # is the linear velocity of entry `last`, and w_a, w_b, ... are the angular velocities
-            # of the other entries.
+            # Differentiate the linear velocity of entry i with respect to the motions of the
+            # chosen entries. Let a, b, ..., c be entry i and the chosen entries, in the order from
+            # base to tool. Entry c is `last`. The derivative `moved` is w_a x (w_b x ... v_c) (see
+            # `write`).
             last = max(i, self.chosen[order - 1])
             moved = vectors.apart(v, last, entries)
             pending = i < last
@@ -250,8 +253,8 @@ class Expansion:
         for rows in range(3 if order == 1 else 2):
             if rows == 1 and inner == 1:
                 continue
-            # The unfolded matrix in W has `number` rows of `length` numbers. The coefficient of
-            # term k in row a and column b is stored in W at index
+            # Write the unfolded tensor to W, a matrix with `number` rows and `length` columns. The
+            # element (a, b, k) of the tensor is in W at the index
             # a * by_outer + b * by_inner + k * by_term.
             number, length = outer, inner * count
             by_outer, by_inner, by_term = length, count, 1

@@ -35,8 +35,8 @@ class Norms:
         Return an upper bound of the largest singular value of the matrix in W, shape (count,
         length).
         """
-        # If the matrix has more rows than columns, return its Frobenius norm. This is an upper
-        # bound of the largest singular value, too.
+        # The Frobenius norm is an upper bound of the largest singular value. Return it if the
+        # matrix has more rows than columns.
         if count > length:
             squares = arrays.dot(self.W, self.W, count * length)
             return (1.0 + ROUND_OFF) * math.sqrt(squares)
