@@ -369,9 +369,12 @@ class Closure:
 
     A section is an array that describes the loops at one pose. `evaluate` writes it into the row
     of results of the pose. It has, in this order: the values of the n joints and P passive
-    variables; their rates; the derivatives of the passive variables with respect to the joints
-    (P, n); the status of each group of loops; the screws of the entries of the two chains of each
-    loop.
+    variables; their rates; the (P, n) derivatives of the passive variables with respect to the
+    joints; the status of each group of loops; the screws of each loop.
+
+    A loop consists of two chains. An entry of a chain is a pair: an element, and a joint or
+    passive variable that moves the element (see `ChainTable`). Each entry has one screw: the
+    motion of the chain's end frame if the variable moves at unit velocity.
 
     The status of a group has three numbers. The first is the loop determinant (see `LoopGroup`).
     The second is the largest component of the residual; a position component is divided by

@@ -88,8 +88,10 @@ def _reaches(spread: Floats) -> Integers:
 
 class PoseErrors:
     """
-    The errors of an arm for the kernel, immutable: screws, and the causes of error that move the
-    tool along the screws.
+    The errors of an arm, as the kernel uses them; immutable.
+
+    An error has a cause, for example a wrong length in the DH table. A cause moves the tool along
+    one or several screws.
 
     Attributes
     ----------
@@ -98,8 +100,8 @@ class PoseErrors:
     table
         The arrays of the errors, read-only; the kernel reads these arrays without a copy.
     reaches : shape (screws, 2)
-        The range of causes that move the tool along each screw: index of the first cause, and
-        index of the last cause plus 1.
+        For each screw, a range of indices of causes: the first index, and the last index plus 1.
+        Causes outside of the range do not move the tool along the screw.
     screws, causes
         Number of screws, and number of causes.
     """
@@ -158,9 +160,10 @@ def _write_rate(column: Numbers, before: Numbers, twist: Flat, rate: Numbers) ->
 
 
 def _turn_into_tool_axes(row: Flat, column: Numbers, twist: Flat, rate: Numbers) -> None:
-    # Converts `rate`, the change of the tool's twist by an error, from base axes to tool axes.
-    # `column` is the motion of the tool by the error, linear and angular. Its angular part rotates
-    # the tool axes, which also changes the components of the twist.
+    # An error of a joint position or of a number of the DH table moves the tool. The motion is
+    # `column` (linear, angular), and `rate` is the change of the tool's twist, both in base axes.
+    # Converts `rate` to tool axes. The angular part of `column` rotates the tool axes, so it also
+    # changes the components of the twist in tool axes.
     turned = [0.0] * 6
     for part in range(0, 6, 3):
         for i in range(3):
