@@ -190,12 +190,12 @@ class ClosedForm:
         self, T: Numbers, rotation_error: float, free: Numbers, psi: Flat, accuracy: Numbers
     ) -> int:
         """
-        Write candidates to `psi`: angles or translations of the screws that may produce the motion
-        T. Return the number of candidates.
+        Write candidates for the motion T to the rows of `psi`. Return the number of candidates.
 
-        `rotation_error` is the error of the rotation of T, rad. If every value of psi[k] is a
-        solution, the candidates get the value free[k]. `accuracy` (1,) receives a bound of the
-        distance from a candidate to the solution that it approximates, rad.
+        A candidate has the angles or translations of the n screws that may produce the motion T.
+        If the angle or translation of screw k is arbitrary, it is free[k] in all candidates.
+        `rotation_error` is the error of the rotation of T, rad. `accuracy` (1,) receives a bound
+        of the distance from a candidate to the solution that it approximates, rad.
         """
         start, to = vectors.three(self.point, 0), vectors.apart(T, 3, 4)
         turn = self.error + rotation_error
@@ -337,10 +337,10 @@ def inverse_candidates(
     form: ClosedForm, T: Floats, free: Floats, psi: Floats, accuracy: Floats
 ) -> int:
     """
-    Fill `psi` with candidates: angles or translations of the screws that may reach a target.
-    Return the number of candidates.
+    Fill the rows of `psi` with candidates, and return the number of candidates.
 
-    Candidates are approximate. `refine` moves each candidate to a solution and returns the
+    A candidate has the angles or translations of the screws at which the tool may reach the
+    target. Candidates are approximate. `refine` moves each candidate to a solution and returns the
     remaining error.
 
     Parameters
@@ -350,9 +350,9 @@ def inverse_candidates(
     T : shape (4, 4)
         The motion of the tool from rest (all joint positions 0) to the target.
     free : shape (n,), rad or m
-        If every value of psi[k] is a solution, the candidates get the value free[k].
+        If the angle or translation of screw k is arbitrary, it is free[k] in all candidates.
     psi : shape (MAX_CANDIDATES, n), rad or m
-        The candidates.
+        Array for the candidates, one row for each.
     accuracy : shape (1,)
         Bound of the distance from a candidate to the solution that it approximates, rad. The bound
         is infinite if a solution may be missing.

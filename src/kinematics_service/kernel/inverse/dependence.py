@@ -82,8 +82,8 @@ def pivots(residual: Residual, scales: Floats, q: Floats, shares: Floats) -> Non
 
     The ratio is the last pivot divided by the first pivot of Gaussian elimination with complete
     pivoting. The ratio is 0 if J has lost rank. It is also 0 if the arm has more than six joints,
-    because J then always has a null space. Let s be the least singular value of J divided by the
-    largest. The pivot ratio is rarely above 10 s.
+    because J then always has a null space. The pivot ratio is rarely more than ten times the ratio
+    of the smallest to the largest singular value of J.
 
     Parameters
     ----------

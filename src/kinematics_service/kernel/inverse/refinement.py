@@ -116,8 +116,9 @@ class Refinement:
             else:
                 if square <= negligible or damping > MAX_DAMPING:
                     break
-                # Keep the normal equations g and A at q. Do not call `_linearise` again, because
-                # the residual was last evaluated after the refused step.
+                # The step was refused, so q is unchanged, and the normal equations A and g at q
+                # stay valid. Do not call `_linearise` now: it would fill A and g for `trial`,
+                # where the residual was last evaluated.
                 damping = max(8.0 * damping, MIN_STEP_DAMPING)
                 slow_steps += 1 if moved < MIN_MOTION else 0
         return math.sqrt(square)

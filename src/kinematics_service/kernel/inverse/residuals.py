@@ -18,9 +18,9 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Numbers, Vector
 from ..loops import closed_pass
 
-# `Residual.size` is a length, m. A relative tolerance times this length is the tolerance of a
-# weighted error, m. The length is the largest weight of an angular component, but at least this
-# ratio times the reach of the arm.
+# `Residual.size` returns the length, m, by which relative tolerances are multiplied. The products
+# are the tolerances of the weighted error, m. The length is the largest weight of an angular
+# component, but at least this ratio times the reach of the arm.
 MIN_LENGTH_RATIO = 1e-3
 # If the sine of a rotation angle is below this, the angle is near 0 or near pi. No vector is then
 # divided by the sine, because the relative error of the sine would be large.
@@ -200,8 +200,9 @@ class Residual:
 
     def size(self) -> float:
         """
-        Return a characteristic length, m. A relative tolerance times this length is the tolerance
-        of a weighted error.
+        Return the length, m, by which relative tolerances are multiplied.
+
+        The products are the tolerances of the weighted error, m.
         """
         return max(self.length(), MIN_LENGTH_RATIO * self.reach)
 

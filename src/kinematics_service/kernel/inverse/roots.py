@@ -72,11 +72,11 @@ def circle_roots(A: float, B: float, C: float, error: float, roots: Numbers) -> 
 
 def square_roots(middle: float, square: float, size: float, error: float, roots: Numbers) -> int:
     """
-    Write the two numbers x with (x - middle)^2 = square; return their number, 0 or 2.
+    Write the roots x of (x - middle)^2 = square to `roots`; return the number of roots, 0 or 2.
 
     `square` is a difference of numbers of about the size `size`, and its error is at most `error`.
-    roots[2] is a bound of the errors of x; infinite if the equation with the exact square may have
-    another number of roots.
+    roots[2] is a bound of the errors of the roots. The bound is infinite if the equation with the
+    exact value of `square` may have another number of roots.
     """
     roots[2] = places.INFINITY
     if square < -ERROR_MARGIN * error:

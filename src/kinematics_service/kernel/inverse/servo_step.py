@@ -6,9 +6,9 @@ joint limits.
 
 Resolved-rate control (Whitney 1969) uses the singular value decomposition of J and damps each
 singular value separately (Nakamura and Hanafusa 1986; Maciejewski and Klein 1988). If a joint
-exceeds its velocity limit, all joint velocities are multiplied by one factor. A joint that would
-run into a position limit is held at the largest allowed velocity, and the other joints compensate
-(saturation in the null space: Flacco, De Luca and Khatib 2012).
+exceeds its velocity limit, all joint velocities are multiplied by one factor. If a joint would run
+into a position limit, its velocity is reduced to the largest value that keeps the limit, and the
+other joints compensate (saturation in the null space: Flacco, De Luca and Khatib 2012).
 """
 
 import math

@@ -248,11 +248,11 @@ def distinct(
     Fill `kept` with the indices of rows of q, one row for each distinct solution. Return the
     number of distinct solutions.
 
-    Two rows are one solution if they are equal up to round-off and full turns. They are also one
-    solution if they differ by less than 0.01 rad and the tool at their midpoint reaches the
-    target, too: the error at the midpoint is round-off, or less than four times the error of one
-    row. Near the border of the workspace, two distinct solutions may be this close, but the error
-    at their midpoint is larger.
+    Two rows are one solution if they are equal up to round-off and full turns. Two rows that
+    differ by less than 0.01 rad are also one solution if the tool at their midpoint reaches the
+    target. The error at the midpoint must be round-off, or less than four times the larger error
+    of the two rows. Near the border of the workspace, two distinct solutions may differ by less
+    than 0.01 rad, but the error at their midpoint is larger.
 
     Parameters
     ----------

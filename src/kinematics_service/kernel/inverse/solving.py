@@ -22,15 +22,15 @@ from .solutions import SolutionCandidates, Solutions
 # If the bound of the candidates' errors is below this, rad, each candidate is so near to a
 # solution that Levenberg-Marquardt converges to this solution.
 MAX_SURE_ERROR = 1e-2
-# If the bound of the candidates' errors is below this, rad, candidates outside the limits are
-# dropped before the refinement.
+# If the bound of the candidates' errors is below this, rad, candidates that exceed a limit by more
+# than LIMIT_MARGIN are dropped before the refinement.
 MAX_LIMIT_TEST_ERROR = 1e-6
-# A candidate that exceeds a limit by more than this, rad or m, is dropped. The margin is 1000
-# times MAX_LIMIT_TEST_ERROR.
+# A candidate that exceeds a limit by at most this, rad or m, is not dropped, because the
+# refinement may move it inside the limits. The margin is 1000 times MAX_LIMIT_TEST_ERROR.
 LIMIT_MARGIN = 1e-3
-# Candidates are tried in the order of their squared distances from `near`, the reference joint
-# positions. If a candidate is outside the limits, this number is added to its squared distance, so
-# that the candidate is tried last.
+# If only the nearest solution is wanted, the candidates are refined in the order of their squared
+# distances from `near`, the reference joint positions. OUTSIDE_PENALTY is added to the squared
+# distance of each candidate outside the limits. So candidates inside the limits are refined first.
 OUTSIDE_PENALTY = 1e200
 
 

@@ -35,10 +35,10 @@ from ..six_joints import complex_numbers, pairs
 from . import roots
 
 # The quartic in joint 3 has complex roots z. If joint 3 is revolute, a root z = e^(i angle) on the
-# unit circle gives a solution. A root is taken as on the circle if | |z| - 1 | is at most this
-# number. If joint 3 is prismatic, a real root gives a solution. A root is taken as real if its
-# imaginary part is at most this number times 1 + |z|. A round-off of 1e-16 moves a double root by
-# 1e-8, and a fourfold root by 1e-4.
+# unit circle gives a solution. A root is taken as on the circle if | |z| - 1 | is at most
+# MAX_CIRCLE_DISTANCE. If joint 3 is prismatic, a real root gives a solution. A root z = x + i y is
+# taken as real if |y| <= MAX_CIRCLE_DISTANCE * (1 + |z|). A round-off of 1e-16 moves a double root
+# by 1e-8, and a fourfold root by 1e-4.
 MAX_CIRCLE_DISTANCE = 1e-3
 # Axes 1 and 2 are taken as parallel if the squared sine of their angle is below this. Such a
 # squared sine is round-off.
@@ -132,8 +132,9 @@ def _eliminated(
     across = vectors.dot(v, v)
     first, second = _right_side(F, b, across), _right_side(G, b, across)
     error_1, error_2 = _error_of(F, b, across, point_error), _error_of(G, b, across, point_error)
-    # F and G are equations n . v = r (see the module's docstring), and only v depends on joint 2.
-    # If n is zero within its error, the equation does not depend on joint 2. Then return r.
+    # F and G are two equations of the form n . v = r (see the module's docstring). Only v depends
+    # on joint 2. If the normal n of F is zero within its error, F becomes r = 0, which does not
+    # depend on joint 2. Then return the r of F. Do the same for G.
     if F[8] == 0.0:
         return first, error_1 + F[9] * math.sqrt(across)
     if G[8] == 0.0:
@@ -214,8 +215,8 @@ def _third_joint(
         radius = complex_numbers.absolute(pairs.pair(z, k))
         value_error = error * max(1.0, radius * radius * radius * radius)
         if slides_3:
-            # `error` is the largest error at the five positions of joint 3. The error at this root
-            # is smaller, so compute it anew.
+            # The bound `error` comes from the largest error of g at five positions of joint 3.
+            # Replace it by a bound of the error at this root, which is smaller.
             w = vectors.moved(screws, 2, unit * math.copysign(radius, z[2 * k]), point)
             value_error = _eliminated(screws, F, G, w, turn, point_error)[1] + ROUND_OFF * largest
         bounds[k] = roots.root_bound(c, degree, value_error, z, k)
