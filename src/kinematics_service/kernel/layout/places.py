@@ -22,8 +22,8 @@ LANES = 16
 # loops move some elements.
 MIXED, PLAIN, TWISTED, CLOSED = range(4)
 
-# Limits on the size of closed loops. The kernel stores the numbers of loops in arrays of fixed
-# size.
+# Limits on the size of closed loops. The kernel stores the values that describe the loops in
+# arrays of fixed size.
 MAX_LOOP_ENTRIES = 32  # largest number of entries in each of the two chains of a loop
 MAX_LOOP_ROWS = 18  # largest number of residual components in one group of loops
 MAX_PASSIVE_VARIABLES = 24
@@ -95,8 +95,8 @@ AUTO, FROM_MESSAGE, FROM_DIFFERENCE = range(3)
 # code.
 STARTED_ANEW = 16
 
-# Result of `observe_bytes` if the bytes do not have the expected byte layout. The joint memory is
-# then unchanged.
+# Result of `observe_bytes` if the bytes do not have the expected byte layout. Then no joint
+# position is stored.
 NOT_THIS_FORM = -1
 
 # Largest number of seconds in the stamp of a message: int32.

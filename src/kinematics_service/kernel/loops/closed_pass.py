@@ -45,9 +45,9 @@ def evaluate_closed(chain: Chain, qdot: Flat, depth: int, row: Flat) -> float:
 
 
 def _add_up_screws(chain: Chain, screws: Flat, coupling: Flat, row: Flat) -> None:
-    # Fills the Jacobian J. Column j is the sum of the screws that joint j moves, plus, for each
-    # passive variable, the derivative of the variable by joint j (in `coupling`) times the screws
-    # that the variable moves.
+    # Fills the Jacobian J. Each screw belongs to a joint or to a passive variable. Column j of J
+    # is the sum of the screws of joint j, plus a sum over all passive variables: the screws of the
+    # passive variable, multiplied by the derivative of the variable by joint j (in `coupling`).
     n, entries = chain.dof, chain.entries
     J = arrays.after(row, places.JACOBIAN_AT)
     arrays.fill(J, 6 * n, 0.0)

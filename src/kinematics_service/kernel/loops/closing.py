@@ -232,13 +232,14 @@ def _continue(closure: Closure, q: Numbers, section: Flat) -> int:
 
 
 def _begin(closure: Closure, numbers: Flat, q: Flat, other_ways: int, section: Flat) -> int:
-    # The arrays `numbers` and `section` describe the loops at one pose (see `Closure`). Copies
-    # `numbers` to `section`. Then adds full turns to each joint without limits, so that the joint
-    # is at most half a turn from its position in q.
-    # Such a joint can also turn to q in the opposite direction. `other_ways` is a bit mask with
-    # one bit for each joint without limits that is not already at its position in q, at most
-    # MAX_OTHER_WAYS bits. If the bit of a joint is set, one more full turn is added, so that the
-    # joint turns in the opposite direction. Returns the number of bits.
+    # Copies `numbers`, which describes the loops at one pose (see `Closure`), to `section`. Then
+    # adds full turns, positive or negative, to the position of each joint without limits in
+    # `section`. After this, the joint is at most half a turn from its position in q. So it turns
+    # to q in the shorter direction.
+    # `other_ways` is a bit mask with one bit for each joint without limits that is not already at
+    # its position in q, at most MAX_OTHER_WAYS bits. If the bit of a joint is set, one more full
+    # turn moves the joint to the other side of its position in q. So it turns to q in the longer
+    # direction. Returns the number of bits.
     ways = 0
     arrays.copy(section, closure.width, numbers)
     for j in range(closure.dof):

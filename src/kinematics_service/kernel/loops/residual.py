@@ -146,9 +146,9 @@ def write_by_joint(
     Fill the derivative (p,) of a loop group's residual with respect to the position of one joint.
 
     Only the components of `loop` and of the later loops of the group are filled. The joint also
-    moves passive variables of earlier groups, whose indices are below `first`. The derivatives of
-    these variables with respect to the joint are in `section`, the array that describes the loops
-    at one pose (see `Closure`).
+    moves the passive variables with indices below `first`, which belong to earlier groups. The
+    derivatives of the passive variables with respect to the joint are in `section`, the array that
+    describes the loops at one pose (see `Closure`).
     """
     back = arrays.after(screws, 6 * loop.there.entries)
     for i in range(loop.count):
