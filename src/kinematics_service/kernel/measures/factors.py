@@ -3,10 +3,11 @@
 """
 Compute the values and gradients of the singular factors that the robot file names.
 
-The method is forward automatic differentiation of a tape, a list of operations. Several poses can
-be computed at once. Their arrays are then interleaved: each number of a step is stored `lanes`
-times in sequence, once for each pose. A pose has bit for bit the same results if it is computed
-alone.
+A tape is a list of operations that computes the factors. The method is forward automatic
+differentiation: each operation, a step of the tape, gives a value and a gradient. Several poses
+can be computed at once. Their arrays are then interleaved: first the first number of each pose,
+then the second number of each pose, and so on. A pose has bit for bit the same results if it is
+computed alone.
 """
 
 import math
@@ -20,8 +21,9 @@ from .task_rows import TaskRows
 
 
 def _goes_together(table: Integers, ends: Integers) -> bool:
-    # Returns whether all indices in the tape are valid. The operands of each step must be earlier
-    # steps.
+    # A row of `table` has one operation and two operands. Each operand is the index of an earlier
+    # row; for JOINT it is the index of a joint. `ends` has indices of rows. Returns whether all
+    # indices are valid.
     operands, of_steps = table[:, 1:], table[:, 0] > places.JOINT
     earlier = operands < np.arange(len(table))[:, None]
     fits = np.all(operands >= 0) and np.all(earlier[of_steps])

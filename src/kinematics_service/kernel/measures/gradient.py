@@ -51,17 +51,18 @@ def write_side_by_side(chain: Chain, screws: Flat, Y: Flat, gradient: Flat) -> N
 
 
 def _write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat, lanes: int) -> None:
+    # Y[j] has six weights for column j of the Jacobian J. Let S be the sum of Y[j] . J[:, j] over
+    # all joints j. The function computes the derivative of S by each joint.
     # An entry is a pair: an element of the chain, and a joint that moves the element. The screw of
-    # entry e is v_e (velocity of the tool's origin) and w_e (angular velocity), at unit velocity
-    # of the joint. Each joint has six weights for its column of the Jacobian. Let Yv and Yw be the
-    # linear and angular weights of the joint of entry e.
-    # A unit motion of entry f rotates each entry e nearer to the tool: dv_e = w_f x v_e and
-    # dw_e = w_f x w_e. These formulas also hold for e = f. For each entry e nearer to the base,
-    # the motion of f only moves the tool's origin: dv_e = w_e x v_f.
-    # The derivative of the weighted sum with respect to f is w_f . later + v_f . earlier. Here
-    # `later` is the sum of v_e x Yv + w_e x Yw over f and the entries nearer to the tool.
-    # `earlier` is the sum of Yv x w_e over the entries nearer to the base. So the function needs
-    # only these two running sums.
+    # entry e has the velocity v_e of the tool's origin and the angular velocity w_e, at unit
+    # velocity of the joint. Let Yv and Yw be the linear and the angular weights of this joint.
+    # Then S is the sum of v_e . Yv + w_e . Yw over all entries e.
+    # A unit motion of entry f rotates each entry e that is nearer to the tool than f:
+    # dv_e = w_f x v_e and dw_e = w_f x w_e. The formulas also hold for e = f. If e is nearer to
+    # the base than f, the motion of f only moves the tool's origin: dv_e = w_e x v_f.
+    # So the motion of f changes S by w_f . later + v_f . earlier. `later` is a sum over f and all
+    # entries e nearer to the tool than f: the sum of v_e x Yv + w_e x Yw. `earlier` is a sum over
+    # all entries e nearer to the base than f: the sum of Yv x w_e.
     step = chain.entries * lanes
     earlier, later = [0.0] * 48, [0.0] * 48  # three numbers for each of LANES poses
     arrays.fill(gradient, chain.variables * lanes, 0.0)
@@ -84,9 +85,8 @@ def _write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat, lanes:
 
 
 def _add_turned(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> None:
-    # `screw` is a screw of a joint, and w is its angular part. Y has the six weights of this joint
-    # for its column of the Jacobian, and Yv has the three linear weights. Adds the vector product
-    # Yv x w to `total`. The components of the screw are `step` numbers apart.
+    # Adds the vector product Yv x w to `total`. Yv is the first three of the six weights in Y, and
+    # w is the angular part of `screw`. The components of `screw` are `step` numbers apart.
     w = arrays.after(screw, 3 * step)
     for lane in range(lanes):
         x, y, z = Y[lane], Y[lanes + lane], Y[2 * lanes + lane]
@@ -97,9 +97,8 @@ def _add_turned(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> 
 
 
 def _add_carried(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> None:
-    # `screw` is a screw of a joint, with the linear part v and the angular part w. Y has the six
-    # weights of this joint for its column of the Jacobian: three linear weights Yv and three
-    # angular weights Yw. Adds the vector products v x Yv + w x Yw to `total`.
+    # Adds the vector products v x Yv + w x Yw to `total`. v and w are the linear and the angular
+    # part of `screw`. Yv is the first three of the six weights in Y, and Yw is the last three.
     w = arrays.after(screw, 3 * step)
     for lane in range(lanes):
         x, y, z = Y[lane], Y[lanes + lane], Y[2 * lanes + lane]
@@ -127,8 +126,9 @@ def room(chain: Chain) -> int:
 
 
 def _room_of_groups(variables: int) -> int:
-    # Returns how many numbers of scratch memory `_add_residual` and the derivatives of a group's
-    # residual need.
+    # The scratch memory `work` has two parts: one for `_add_residual`, then one for the
+    # derivatives of the residual of a group of loops. Returns the length of the two parts
+    # together.
     return 8 * variables + 6 * LOOP_SCREWS + places.MAX_LOOP_ROWS * places.MAX_LOOP_ROWS
 
 
@@ -160,9 +160,9 @@ def _write_closed(
             for j in range(n):
                 weights[6 * (n + a) + i] += coupling[a * n + j] * Y[6 * j + i]
     write_of_screws(chain, screws, weights, work)
-    # Let C[a, j] be the derivative of passive variable a by joint j. Fill mu with J_psi^T Y: mu[a,
-    # j] is the weight of C[a, j] in the weighted sum of the entries of J. `_add_groups` later
-    # multiplies mu by -Phi_psi^-T (see the module's docstring).
+    # Fill mu (passive variables, n) with J_psi^T Y (see the module's docstring). Column a of J_psi
+    # is the motion of the tool at unit velocity of passive variable a. Y[j] has six weights for
+    # column j of J. `_add_groups` later multiplies mu by -Phi_psi^-T.
     arrays.fill(mu, passive * n, 0.0)
     for e in range(chain.entries):
         a = chain.joint[e] - n
@@ -194,9 +194,11 @@ def _add_groups(
     mu: Flat,
     work: Flat,
 ) -> None:
-    # Adds to `work` the gradient of the weighted sum of the entries of Phi_x (see the module's
-    # docstring), for this group of loops and all later groups. Computes the last group first,
-    # because each group changes mu of the groups before it.
+    # The gradient has two terms. The second term is the weighted sum of the entries of dPhi_x (see
+    # the module's docstring). Adds to `work` the part of the second term that comes from `group`
+    # and all later groups of loops. Also multiplies mu, from which the weights follow, by
+    # -Phi_psi^-T. The last group comes first, because each group changes the rows of mu that
+    # belong to earlier groups.
     if groups > 1:
         following = arrays.after(screws, 6 * group.entries)
         _add_groups(group.following, groups - 1, closure, coupling, following, mu, work)
@@ -224,9 +226,10 @@ def _slopes_in(work: Flat, variables: int) -> Flat:
 def _add_loops(
     loop: Loop, group: LoopGroup, n: int, coupling: Flat, screws: Flat, mu: Flat, work: Flat
 ) -> None:
-    # Adds to `work` the gradient of the weighted sum of the entries of Phi_x (see the module's
-    # docstring), for this loop and the following loops of its group. All numbers of a loop are in
-    # the axes of the frame in which its two chains begin.
+    # The gradient has two terms. The second term is the weighted sum of the entries of dPhi_x (see
+    # the module's docstring). Adds to `work` the part of the second term that comes from `loop`
+    # and the following loops of the group. The screws and weights of a loop are in the axes of the
+    # frame in which the two chains of the loop begin.
     first = group.first
     weights = arrays.after(work, group.variables)
     block = arrays.after(mu, (first - n + loop.row) * n)
@@ -238,9 +241,9 @@ def _add_loops(
             for a in range(first + group.count - n):
                 weights[6 * (n + a) + axis] += block[i * n + j] * coupling[a * n + j]
     _add_residual(loop, screws, work)
-    # mu has a weight for the derivative of each passive variable by each joint. Passive variables
-    # of earlier groups change the residual of this group. So increase the weights of these
-    # variables in mu.
+    # `_add_groups` multiplies mu by -Phi_psi^-T, one group after another, the last group first.
+    # Passive variables of earlier groups also change the residual of this loop. So the loop adds a
+    # term to each row of mu that belongs to a passive variable of an earlier group.
     back = arrays.after(screws, 6 * loop.there.entries)
     _add_to_earlier_groups(loop, loop.there, -1.0, first, n, screws, block, mu)
     _add_to_earlier_groups(loop, loop.back, 1.0, first, n, back, block, mu)
@@ -262,10 +265,10 @@ def _add_to_earlier_groups(
 
 
 def _add_residual(loop: Loop, screws: Flat, work: Flat) -> None:
-    # Each derivative of the loop's residual by a variable has a weight. Adds the gradient of the
-    # weighted sum of these derivatives to the first numbers of `work`, one number for each
-    # variable. The next numbers of `work` are the weights, six for each variable. The rest of
-    # `work` is scratch memory.
+    # Let R_k be the derivative of the loop's residual by variable k, with six components. Let W_k
+    # be six weights, and S the sum over all variables of W_k . R_k. Adds the gradient of S to the
+    # first part of `work`, with one number for each variable. The second part of `work` has the
+    # weights W_k. The rest of `work` is scratch memory.
     _add_end(loop.there, -1.0, screws, work)
     _add_end(loop.back, 1.0, arrays.after(screws, 6 * loop.there.entries), work)
 

@@ -21,13 +21,13 @@ MAX_SWEEPS = 60
 # Largest squared cosine, (a.b)^2 / (|a|^2 |b|^2), between two rows a and b that are taken as
 # orthogonal: the square of 4.5 machine epsilons.
 SQUARED_COSINE_TOLERANCE = 1e-15 * 1e-15
-# The iteration ends after a sweep in which all squared cosines between rows were at most this. The
-# next sweep would not improve the result. Convergence is quadratic, so the remaining squared
-# cosines are round-off. If two singular values are equal, more sweeps do not reduce the round-off.
+# The iteration ends after a sweep in which all squared cosines between rows were at most
+# LAST_SQUARED_COSINE. Convergence is quadratic, so the squared cosines after the sweep are
+# round-off, and a further sweep would not improve the result. If two singular values are equal,
+# more sweeps do not reduce the round-off.
 LAST_SQUARED_COSINE = 1e-26
-# Two rows of a matrix are rotated only if the squared cosine of their angle exceeds a tolerance.
-# This tolerance is used for a matrix that has converged. No squared cosine exceeds 1, so the rows
-# are not rotated any more.
+# Tolerance that stops the rotations of a matrix that has converged. Two rows are rotated only if
+# the squared cosine of their angle exceeds the tolerance. No squared cosine exceeds 1.
 NO_ROTATION = 2.0
 
 
@@ -219,10 +219,11 @@ def _unit_rows(W: Flat, sigma: Flat, count: int, length: int, lanes: int) -> Non
 
 def write_orthogonal_row(W: Flat, i: int, length: int, width: int) -> None:
     """
-    Make row i of A, the left part of W, a unit vector orthogonal to the rows above row i.
+    Replace row i of the matrix A by a unit vector that is orthogonal to the rows above row i.
 
-    The rows above must be unit vectors. The method is Gram-Schmidt. It starts from the coordinate
-    vector with the smallest projection onto the rows above.
+    A is the left part of W, with `length` columns. The rows above row i must be unit vectors. The
+    method is Gram-Schmidt. It starts from the coordinate vector with the smallest projection onto
+    the rows above.
     """
     row = arrays.after(W, i * width)
     axis, least = 0, 2.0

@@ -21,8 +21,7 @@ from .task_rows import TaskRows
 # Largest norm of a row of J_t, m or rad, for which a pose is measured together with others. If a
 # row is longer, fourth powers of its numbers overflow, so the pose is measured alone.
 LARGEST_NORM = 1e75
-# Bit mask with the bits of all LANES lanes. A function returns it if the pose in each lane must be
-# measured alone.
+# Bit mask with one bit for each of LANES poses that are computed at once. All bits are set.
 ALL_LANE_BITS = 0xFFFF
 
 
@@ -88,17 +87,17 @@ def _scale_task_rows(n: int, task: TaskRows, W: Flat, width: int, lanes: int) ->
             into = arrays.after(W, (i * width + j if n > m else j * width + i) * lanes)
             scale = task.row_scale[i] * task.column_scale[j]
             for lane in range(lanes):
-                # Add 0.0, which changes -0.0 to 0.0. If several poses are computed at once, a pose
-                # that has converged is rotated by 0 while the others continue. A rotation by 0
-                # changes -0.0 to 0.0, too. So the results of a pose have equal bits, whether it is
-                # computed alone or together with others.
+                # Add 0.0, which changes -0.0 to 0.0. Without the sum, `orthogonalise` could change
+                # a -0.0 to 0.0 if it computes several poses at once, but not if it computes one
+                # pose. The results of a pose would then not have equal bits in the two cases.
                 into[lane] = into[lane] * scale + 0.0
 
 
 def _decompose(W: Flat, sigma: Flat, count: int, length: int, width: int, lanes: int) -> int:
     # Computes the singular value decomposition of W and fills sigma. Sorts the rows first, because
-    # this reduces the number of sweeps. Returns a bit mask with one bit for each lane (pose): 1 if
-    # powers of numbers of this pose overflow.
+    # this reduces the number of sweeps. Returns a bit mask with one bit for each lane (pose). The
+    # bit is 1 if a row of W has at least the norm LARGEST_NORM, so that the pose must be measured
+    # alone.
     singular_values.sort_by_norm(W, sigma, count, length, width, lanes)
     large = 0
     for lane in range(lanes):
@@ -135,8 +134,9 @@ def _write_determinant(n: int, W: Flat, spare: Flat, measures: Flat, lanes: int)
 def _write_volume(
     n: int, task: TaskRows, J: Flat, W: Flat, sigma: Flat, measures: Flat, lanes: int
 ) -> int:
-    # Writes the manipulability if J_t is not square or its generic rank is not full. Returns a bit
-    # mask with one bit for each lane (pose): 1 if powers of numbers of this pose overflow.
+    # Writes the manipulability if J_t is not square or its generic rank is not full. Returns the
+    # bit mask of `_decompose`: a bit is 1 if the numbers of J_t are so large that the pose must be
+    # measured alone.
     m = task.count
     count, length = min(m, n), max(m, n)
     volume = arrays.after(measures, places.MANIPULABILITY * lanes)
@@ -252,8 +252,9 @@ def _write_way_out(n: int, task: TaskRows, way_out: Flat, distances: Flat, lanes
 def _write_direction(
     n: int, task: TaskRows, direction: Flat, lost: Flat, motion: Flat, lanes: int
 ) -> None:
-    # Writes two singular vectors that belong to one singular value: to `lost` that of the tool
-    # space (the lost direction, in base axes), to `motion` that of the joint space.
+    # Writes the two singular vectors of one singular value. `lost` gets the singular vector in the
+    # space of tool motions (the lost direction), in base axes. `motion` gets the singular vector
+    # in the space of joint motions.
     m = task.count
     wide, length = n > m, max(m, n)
     arrays.fill(lost, 6 * lanes, 0.0)
@@ -282,8 +283,8 @@ def _write_scalars(
     # Writes the scalar measures except the distance, and fills W and sigma with the singular value
     # decomposition of the scaled J_t. Returns a bit mask with two bits for each of the `lanes`
     # poses. For pose k, bit k is set if the rank of J_t is below the generic rank. Bit LANES + k
-    # is set if powers of numbers overflow, so that the pose must be measured alone, without other
-    # poses.
+    # is set if the numbers of J_t are so large that the pose must be measured alone
+    # (LARGEST_NORM).
     m = task.count
     count, length, large = min(m, n), max(m, n), 0
     by_determinant = m == n and task.generic_rank == n
@@ -299,10 +300,11 @@ def _write_scalars(
 
 def measure_row(chain: Chain, task: TaskRows, row: Flat, measures: Flat, work: Flat) -> None:
     """
-    Fill the singularity measures of one row of results, up to the singular values.
+    Fill a row of singularity measures, from the first measure to the last singular value.
 
-    The caller computes the remaining measures: the singular factors, the level (OK, WARN or ERROR)
-    and the nearest singular pose.
+    `row` has the results of `evaluate` at the pose. The caller computes the measures after the
+    singular values: the singular factors, the level (OK, WARN or ERROR) and the nearest singular
+    pose.
     """
     left = [0.0] * 6
     _measure(chain, task, row, measures, work, left, 1)
