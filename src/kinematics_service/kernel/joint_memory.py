@@ -122,14 +122,15 @@ class OurJoints:
     Parameters
     ----------
     joints, places_of
-        Indices of the reported joints in the arm, and in the messages.
+        One number for each joint of the arm that the messages name. `joints` has the index of the
+        joint in the arm. `places_of` has the index of the joint's name in the list of names.
 
     Attributes
     ----------
     table
         The arrays `joints` and `places_of`.
     count
-        Number of reported joints of the arm.
+        Number of joints of the arm that the messages name.
     joint, place
         The arrays `joints` and `places_of`, flat, for the kernel.
     joints_needed, places_needed

@@ -279,14 +279,20 @@ def measure(arm: Arm, rows: Floats, q: Floats, measures: Floats) -> None:
         The results of `evaluate` at the poses, with depth JACOBIAN or ALL_FRAMES.
     q : shape (N, n), rad or m
         Joint positions of the rows.
-    measures : shape (N, 6 + 6 + 2 n + min(m, n) + 4 + F (2 + n) + n)
-        The task Jacobian J_t is (m, n). First six scalars: DETERMINANT (NaN if J_t is not square)
-        to RANK. Then the lost direction (6,), the tool motion that is hardest to produce, in base
-        axes. Then two joint motions (n,), rad or m: the one that moves the tool least, and the one
-        that leads away from singular poses fastest. Then the singular values (min(m, n),). Then
-        four numbers: WATCHED, LEVEL, NEAREST_FACTOR and FIRST_ORDER. Then the distances to the
-        zeros of the F factors (first the factors of the robot file, then the loop determinants),
-        and the value and gradient of each factor. Last comes the nearest singular pose (n,).
+    measures : shape (N, width(arm))
+        One row for each pose. The task Jacobian J_t has m rows, and the arm has F singular
+        factors: first the factors of the robot file, then the loop determinants. A row has, in
+        this order:
+
+        - six scalars: DETERMINANT (NaN if J_t is not square) to RANK;
+        - the lost direction (6,): the tool motion that is hardest to produce, in base axes;
+        - two joint motions (n,), rad or m: the motion that moves the tool least, and the motion
+          that leads away from singular poses fastest;
+        - the singular values of J_t (min(m, n),);
+        - four numbers: WATCHED, LEVEL, NEAREST_FACTOR and FIRST_ORDER;
+        - the distances to the zeros of the factors (F,), rad;
+        - the value and gradient of each factor (F, 1 + n);
+        - the nearest singular pose (n,).
     """
     _check_rows(arm, rows, measures)
     n, columns, regular = arm.chain.dof, width(arm), _is_regular(arm)

@@ -200,9 +200,9 @@ def check_fit(arm: Arm, memory: JointMemory, ours: OurJoints, at: int) -> None:
     Raise TypeError if the arm, the memory and the joints `ours` of a message do not fit.
 
     The memory must have the joints and the closed loops of the arm. `ours` must not have a joint
-    that the arm does not have. `at` is the index of q in the row of results. If the row has only q
-    and qdot, `at` is 0. Otherwise the row has the results of `evaluate` in front of q, so `at`
-    must be large enough for a pose.
+    that the arm does not have. `at` is the index of q in the row of results. If `at` is 0, the row
+    has only q and qdot. Otherwise the results of `evaluate` are in front of q, and they must
+    include at least the pose.
     """
     if (
         memory.joints != arm.chain.dof

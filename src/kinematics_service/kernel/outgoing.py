@@ -60,8 +60,8 @@ class OutgoingMessages:
     stamped, count
         Number of stamps, and number of doubles, in all messages together.
     needed
-        Smallest length of the array from which the messages take their numbers. The array has a
-        row of results, then the measures of this row, then the covariances.
+        Smallest number of values from which the messages can be filled. The values are a row of
+        results, the measures of this row and the covariances, counted together.
     """
 
     def __init__(
