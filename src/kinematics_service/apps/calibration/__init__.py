@@ -4,7 +4,7 @@
 Calibrate a robot: correct the numbers of its nominal table so that it predicts measured poses.
 
 Modules, in the order in which a calibration uses them:
-reading, boards, collecting, checking, camera, conditions: read and check the measured rows
+reading, boards, collecting, checking, camera, conditions: read and check the measurements
 chosen_parameters, same_point, placing: choose the parameters, their priors and start values
 fitting, calibration: solve the `FitProblem`; the result is a `Calibration`
 acceptance, explanations: accept or refuse it, and name mistakes that would explain a refusal

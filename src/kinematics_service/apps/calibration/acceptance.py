@@ -27,9 +27,9 @@ from .fitting import FitProblem, Identified, normal_scores, one_more
 from .identified_table import MIN_DEVIATION_RATIO
 from .result import Calibration
 
-# An outlier contradicts the arm if its error exceeds the limit of the RMS error
-# (`JudgedFit.limit`). The calibration is refused if the share of the measured rows that contradict
-# the arm exceeds this.
+# The calibration is refused if more than a tenth of the measurements contradict the arm. A
+# measurement contradicts the arm if it is an outlier and its position error or rotation error is
+# above `JudgedFit.limit`.
 OUTLIER_SHARE = 0.1
 # Significance level of two tests. Each tests all joints, and the level is the chance that a test
 # blames any joint wrongly. Fisher's exact test detects that the outliers lie in one part of a
@@ -59,15 +59,15 @@ class JudgedFit(NamedTuple):
     @property
     def contradicting(self) -> Flags:
         """
-        Return flags (N,), one for each measured row: True for an outlier whose error is above
-        `limit`.
+        Return flags (N,) of the N measurements: True for an outlier whose position error or
+        rotation error is above `limit`.
         """
         far = np.linalg.norm(self.result.remainders, axis=2) > self.limit
         return np.asarray(~self.result.used & np.any(far, axis=1))
 
     @property
     def many_out(self) -> bool:
-        """Return whether more than a tenth of the measured rows were left out as outliers."""
+        """Return whether more than a tenth of the measurements were left out as outliers."""
         return len(self.result.outliers) > OUTLIER_SHARE * self.result.count
 
 
@@ -92,9 +92,10 @@ def refusals_of(fit: JudgedFit) -> tuple[str, ...]:
 
 def noise_remarks(fit: JudgedFit) -> Iterator[str]:
     """
-    Yield a remark if more than a tenth of the measured rows are outliers, but none has an error
-    above `limit`. The remark suggests a larger noise of the instrument, which may explain the
-    outliers.
+    Yield a remark if a larger noise of the instrument may explain the outliers.
+
+    The remark is given if more than a tenth of the measurements are outliers, but the errors of
+    all outliers are within the accepted limit (`fit.limit`).
     """
     if fit.many_out and not np.any(fit.contradicting):
         position, angle = (rms / math.sqrt(3) for rms in fit.result.with_outliers.after.rms)
@@ -107,10 +108,11 @@ def noise_remarks(fit: JudgedFit) -> Iterator[str]:
 
 def _by_joint(result: Calibration, out: Flags) -> str:
     # Return a sentence if the outliers lie in one part of the range of a joint; else an empty
-    # text. Let q be the positions of a joint in all rows, m the median of q, and x the position of
-    # the joint in one outlier. Test three parts of the range for each joint and each outlier:
-    # q >= x, q <= x, and |q - m| >= |x - m|. Count the outliers in each part. Then compute the
-    # probability of this count or a larger one if outliers are spread at random over the rows.
+    # text. Let q be the positions of a joint in all measurements, m the median of q, and x the
+    # position of the joint in one outlier. Test three parts of the range for each joint and each
+    # outlier: q >= x, q <= x, and |q - m| >= |x - m|. Count the outliers in each part. Then
+    # compute the probability of this count or a larger one if outliers are spread at random over
+    # the measurements.
     outliers, count, rows = int(np.sum(out)), len(out), result.rows
     if outliers < MIN_POSES or outliers == count:
         return ''
@@ -134,9 +136,9 @@ def _by_joint(result: Calibration, out: Flags) -> str:
 
 
 def _by_chance(count: int, outliers: int, drawn: int, both: int) -> float:
-    # `outliers` of `count` measured rows are outliers. Choose `drawn` of all rows at random.
-    # Return the probability that at least `both` of the chosen rows are outliers (hypergeometric
-    # distribution).
+    # `outliers` of `count` measurements are outliers. Choose `drawn` of all measurements at
+    # random. Return the probability that at least `both` of the chosen measurements are outliers
+    # (hypergeometric distribution).
     ways = (
         math.comb(outliers, k) * math.comb(count - outliers, drawn - k)
         for k in range(both, min(outliers, drawn) + 1)
@@ -159,9 +161,9 @@ def _nearly_still(robot: Robot, problem: FitProblem, identified: Identified) -> 
     # has the position error e (m), a turn by d (rad) causes the position error e * d of the tool.
     # If the axis of a prismatic joint has the direction error e (rad), a slide by d (m) causes the
     # position error e * d, too. Let d be measured from the mean joint position, and let D be the
-    # square root of the sum of d^2 over the used rows. Then the fit estimates e with the standard
-    # deviation s = noise / D, where the noise is that of a measured position. Let u be the usual
-    # size of e. The joint is named if s > u / MIN_DEVIATION_RATIO.
+    # square root of the sum of d^2 over the used measurements. Then the fit estimates e with the
+    # standard deviation s = noise / D, where the noise is that of a measured position. Let u be
+    # the usual size of e. The joint is named if s > u / MIN_DEVIATION_RATIO.
     q = problem.given.q[identified.used]
     seen = np.linalg.norm(q - np.mean(q, axis=0), axis=0)
     usual = np.where(robot.prismatic, float(ANGLE), LENGTH)

@@ -314,10 +314,10 @@ def view_sentences(views: BoardViews, held_out: Floats, outliers: Sequence[int])
     Parameters
     ----------
     held_out : shape (N, 2, 3), m and rad
-        The residual of each pose in cross-validation. The rows are divided into blocks, and the
+        The residual of each pose in cross-validation. The poses are divided into blocks, and the
         residuals of a block are computed with corrections that were fitted to the other blocks.
     outliers
-        Indices of the rows that were left out of the fit.
+        Indices of the poses that were left out of the fit.
     """
     errors = np.delete(views.pixel_errors(held_out), outliers)
     yield (

@@ -61,7 +61,7 @@ def calibrate(
     Return the calibration of an arm: table numbers with which its poses are nearest to measured
     ones.
 
-    If large errors remain, or rows contradict the arm, `accepted` of the returned calibration is
+    If large errors remain, or poses contradict the arm, `accepted` of the returned calibration is
     False. Then `refusals` has the reasons, and `explained` has mistakes of the input that would
     explain the errors.
 
@@ -77,9 +77,9 @@ def calibrate(
         that of the robot file.
     same_point : N
         Given instead of `poses`, for a calibration without an instrument: the name of the point
-        that the tip of the tool touched at each row. The positions of the points in the base
-        frame, and of the tip in the tool frame, are fitted with the arm. If the robot file has the
-        true position of the tip, write `tool` in `fix`.
+        that the tip of the tool touched at each of the joint positions `q`. The positions of the
+        points in the base frame, and of the tip in the tool frame, are fitted with the arm. If the
+        robot file has the true position of the tip, write `tool` in `fix`.
     apart
         Known distances (m) between two touched points, by their names. Their standard deviation
         is 0.01 mm.
@@ -96,15 +96,15 @@ def calibrate(
         The place of the camera, if the poses are those of a board in the frame of the camera:
         `on-tool` (the board stands still) or `fixed` (the board is on the tool).
     sessions : N
-        For each row, the name of the session in which the row was measured. The pose of the
+        For each pose, the name of the session in which the pose was measured. The pose of the
         instrument and the zeros of the joints may drift between sessions. The differences from the
         first session are parameters of the groups `placement` and `zeros`.
     loads
-        The load on the tool at each row. Each joint yields to the load: the `compliance` of each
+        The load on the tool at each pose. Each joint yields to the load: the `compliance` of each
         joint is fitted.
     whitening : shape (N, 3, 3) or (N, 6, 6)
         Matrices by which the fit multiplies the residuals of positions, or of positions and
-        rotations. The products have equal noise along all axes and in all rows. None: the
+        rotations. The products have equal noise along all axes and at all poses. None: the
         residuals already have equal noise.
     own
         The ends of the arm that are fitted for each set separately: `base`, `tool`, or both.
@@ -284,9 +284,9 @@ def _fitted(
 
 
 def _blocks(problem: fitting.FitProblem) -> Integers:
-    # Return the number of the cross-validation block of each measured row. Consecutive joint
-    # positions of a set form a block. Rows with equal joint positions are in one block, because a
-    # fitted row would predict a held-out row with equal joint positions.
+    # Return the number of the cross-validation block of each measurement. Consecutive joint
+    # positions of a set form a block. Measurements with equal joint positions are in one block,
+    # because a fitted measurement would predict a held-out one with equal joint positions.
     numbers, begin = checking.position_numbers(problem.given.q), 0
     blocks = np.full(len(problem.given.q), -1)
     for k in range(len(problem.chains)):

@@ -69,7 +69,7 @@ def wrong_size(problem: FitProblem, fit: Identified) -> WrongSize | None:
 
 def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) -> Measured:
     """
-    Return the measured rows of a camera in the form that the fit needs: if the camera is on the
+    Return the measurements of a camera in the form that the fit needs: if the camera is on the
     tool, the poses of the board in the frame of the camera are inverted.
 
     Raises

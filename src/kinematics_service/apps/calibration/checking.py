@@ -42,7 +42,7 @@ MIN_CHANGE = 1e-3
 # Largest median position residual (m) of the nominal table after base and tool are fitted. If it
 # is larger, a mistake of the input is assumed.
 MAX_ERROR = 0.02
-# The frame check leaves out measured rows whose residual is above 5 times the median residual.
+# The frame check leaves out poses whose residual is above 5 times the median residual.
 OUTLIER_MEDIANS = 5.0
 # A calibration has a remark if the correction of a parameter is above 4 times the prior standard
 # deviation of the parameter, or if the error of the board's size is above 4 times the standard
@@ -54,8 +54,8 @@ NAMED_RATIO = 3.0
 # Two mistakes are rivals if the median residuals after their correction differ by less than a
 # factor of 2. If mistakes are rivals, none of them is reported as certain.
 RIVAL_RATIO = 2.0
-# Largest number of rows that are evaluated at once. H hypotheses on N measured rows need H * N
-# evaluated rows. 20,000 rows take about 20 MB of memory.
+# Largest number of poses that are computed at once. H hypotheses on N measurements need H * N
+# computed poses. 20,000 poses take about 20 MB of memory.
 ROWS_AT_ONCE = 20_000
 # A sentence in a report or an error message lists at most this number of names.
 NAMES_IN_SENTENCE = 8
@@ -95,9 +95,9 @@ UNIT_KEYS = ('degrees', 'millimetres')
 
 class Measured(NamedTuple):
     """
-    The measured rows of a calibration. Each row has joint positions, a pose, a set and a session.
+    N measurements of a calibration. Each has joint positions, a pose, a set and a session.
 
-    Rows of one set were measured with the same instrument frame and the same point on the tool, so
+    All measurements of one set have the same instrument frame and the same point on the tool, so
     each set may have offsets of its own. Sessions are times of measurement, between which the
     instrument and the joint zeros may have drifted.
 
@@ -110,7 +110,7 @@ class Measured(NamedTuple):
     positions
         Whether only positions were measured.
     sets : shape (N,)
-        The number of each row's set, from 0.
+        The set of each measurement, as a number from 0.
     rates : shape (N, n, K)
         Derivatives of the joint positions by the K parameters in `moving`. For example, the
         derivative by a lag is the joint velocity.
@@ -118,19 +118,19 @@ class Measured(NamedTuple):
         Parameters that correct the joint positions, for example a lag. With the values x (K,) of
         the parameters, the corrected joint positions are q + rates @ x.
     sessions : shape (N,)
-        The number of each row's session, from 0.
+        The session of each measurement, as a number from 0.
     placements
         Parameters of the pose of the instrument, six for each session but the first.
     priors
         Prior standard deviations of `placements` and `moving`, by name.
     remarks
-        Remarks on the rows, as sentences.
+        Remarks on the measurements, as sentences.
     from_tool
         Whether the inverses of `poses` were measured, for example by a camera on the tool that
         sees a fixed board. If so, residuals and noise belong to the inverse poses.
     whitening : shape (N, 3, 3) or (N, 6, 6)
         Matrices by which the fit multiplies the residuals of positions, or of positions and
-        rotations. The products have equal noise along all axes and in all rows. None: the
+        rotations. The products have equal noise along all axes and in all measurements. None: the
         residuals already have equal noise.
     """
 
@@ -152,8 +152,10 @@ class Measured(NamedTuple):
         cls, q: Floats, poses: Floats, positions: bool, sets: Integers, qdot: Floats | None = None
     ) -> 'Measured':
         """
-        Return measured rows, all of one session. If `qdot` (N, n) is given, the lag is a
-        parameter: a lag of 1 s changes the joint positions by `qdot` times 1 s.
+        Return measurements that are all of one session.
+
+        If the joint velocities `qdot` (N, n) are given, a parameter `lag` is added: the delay (s)
+        between joint positions and poses. It changes the joint positions by `lag * qdot`.
         """
         rates = np.zeros((*q.shape, 0)) if qdot is None else qdot[:, :, None]
         moving = () if qdot is None else (LAG,)
@@ -161,13 +163,17 @@ class Measured(NamedTuple):
 
     @property
     def set_count(self) -> int:
-        """Return the number of sets."""
+        """
+        Return the number of sets of measured poses.
+
+        All poses of a set were measured in the same frame and at the same point of the tool.
+        """
         return int(np.max(self.sets)) + 1
 
     def of_set(self, k: int) -> 'Measured':
         """
-        Return a copy whose `q` and `poses` have only the rows of set k. Use only these two fields:
-        the other fields still have the rows of all sets.
+        Return a copy whose `q` and `poses` have only the measurements of set k. Use only these two
+        fields: the other fields still have the measurements of all sets.
         """
         rows = self.sets == k
         return self._replace(q=self.q[rows], poses=self.poses[rows])
@@ -196,13 +202,13 @@ def measured(
     qdot: npt.ArrayLike | None = None,
 ) -> Measured:
     """
-    Check joint positions and measured poses, and return the rows of a calibration.
+    Check joint positions and measured poses, and return them as the input of a calibration.
 
     Parameters
     ----------
     q, poses, sets
         Joint positions (N, n), rad or m; measured poses (N, 4, 4), or positions (N, 3), m; and the
-        number of each row's set, from 0 (None: one set).
+        set of each pose, as a number from 0 (None: one set).
     qdot : shape (N, n), rad/s or m/s
         Joint velocities. If they are given, a lag is fitted.
 

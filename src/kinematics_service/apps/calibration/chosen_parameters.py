@@ -60,11 +60,11 @@ class TouchedPoint:
     Attributes
     ----------
     name
-        The name by which the measured rows refer to the point.
+        The name of the point, from the argument `same_point` of `calibrate`.
     position, deviation
         Position of the point in the base frame, and its standard deviation; x y z in m.
     count
-        Number of rows that touch the point.
+        How often the tip touched the point.
     """
 
     name: str
@@ -170,9 +170,9 @@ class ChosenParameters:
         Return the kinematic chains that predict the measured poses.
 
         Each set of measured poses has a chain. Base and tool of the chain are moved by the offsets
-        from which the fit starts. If the rows have `placements` (drifts of the instrument between
-        sessions), each set has one chain for each session. Then the order is: all sets in the
-        first session, all sets in the second session, and so on.
+        from which the fit starts. If the measurements have `placements` (drifts of the instrument
+        between sessions), each set has one chain for each session. Then the order is: all sets in
+        the first session, all sets in the second session, and so on.
         """
         description = self.robot.description
         base, tool = description.base.motion.matrix, description.tool.motion.matrix
@@ -214,15 +214,15 @@ class ChosenParameters:
 
     def possible(self, problem: FitProblem) -> int:
         """
-        Return the number of independent combinations of the parameters that poses can determine.
+        Return how many independent combinations of the parameters can be determined from poses.
 
-        The number is reached with enough different poses.
+        Enough different poses determine all these combinations.
         """
-        # J is the Jacobian of the poses of the first chain. `elsewhere` counts the zero columns of
-        # J: parameters that act only on further sets or sessions, and parameters that correct
-        # joint positions, such as a lag. The poses determine each of these parameters, except the
-        # `idle` ones: parameters that correct no joint position in any row. So the result is
-        # rank(J) + elsewhere - idle.
+        # J is the Jacobian of the poses of the first chain: rank(J) combinations can be determined
+        # from these poses. A parameter that does not belong to the first chain has a zero column
+        # in J, and is counted in `elsewhere`. It belongs to another set or session, or it corrects
+        # joint positions (for example a lag). Enough poses determine each parameter in
+        # `elsewhere`, except an `idle` one: its derivatives in `rates` are zero for all poses.
         J = scaled_jacobian(self.robot, problem.chains[0], self.every, problem.given.positions)
         J = J[:, problem.columns]
         elsewhere = sum(not np.any(column) for column in J.T)
@@ -269,8 +269,8 @@ class ChosenParameters:
 
     def misfits(self, used: Flags, changes: Sequence[Hypothesis]) -> Floats:
         """
-        Return for each of H mistakes of the input how badly the measured rows fit the robot file
-        after the mistake is corrected, shape (H,): 0 for a perfect fit, at most 1 (see
+        Return the misfit (H,) between measured poses and robot file for each of H mistakes of the
+        input, after the mistake is corrected: 0 for a perfect fit, at most 1 (see
         `misfits_of_poses`).
         """
         return misfits_of_poses(self.robot, self.given, used, changes)
@@ -281,8 +281,8 @@ class ChosenParameters:
 
     def remarks(self, problem: FitProblem, identified: Identified) -> tuple[str, ...]:
         """
-        Return remarks: a sentence on unused tolerances of the robot file, and the remarks on the
-        measured rows.
+        Return remarks for the report: a sentence that names unused tolerances of the robot file,
+        and sentences on the sessions and loads of the measurements.
         """
         names = {parameter.name for parameter in self.every}
         unused = [
@@ -299,7 +299,7 @@ def usual_motions(problem: FitProblem, noise: Noise, used: Flags) -> Floats:
     Return the QR factor R (P, P) of a scaled Jacobian of the predicted poses by the parameters.
 
     In the scaled Jacobian, column k is multiplied by the usual error of parameter k, and each row
-    is divided by the noise of its measured number. Priors are not used, since they must not decide
+    is divided by the noise of one measured number. Priors are not used, since they must not decide
     which parameters are identifiable. The Jacobian is computed with all corrections zero, so axes
     that are parallel in the nominal arm are exactly parallel. If corrections tilted these axes by
     tiny angles, some parameters would wrongly seem identifiable.

@@ -41,11 +41,12 @@ LARGEST_LOAD = 300.0
 
 class ToolLoads(NamedTuple):
     """
-    The load on the tool at each row.
+    The load on the tool at each measured pose.
 
     Attributes
     ----------
     masses : shape (N,), kg
+        Mass of the load at each of N measured poses.
     at : m
         Centre of mass of the load in the tool frame.
     gravity
@@ -65,21 +66,23 @@ def with_conditions(
     loads: ToolLoads | None,
 ) -> checking.Measured:
     """
-    Return the measured rows with parameters added for their sessions and loads.
+    Return the measurements with additional parameters for sessions and loads.
 
     Parameters
     ----------
     own_base
-        Whether each set has a base of its own.
-    sessions, loads
-        The name of each row's session, and the load on the tool at each row. None adds no
-        parameters.
+        Whether the base is fitted for each set of measurements separately (`given.sets` has the
+        sets).
+    sessions
+        The name of the session of each measurement. None: no parameters for sessions are added.
+    loads
+        The load on the tool at each measurement. None: no parameters for loads are added.
 
     Raises
     ------
     CalibrationError
-        The number of session names, or of masses, differs from the number of rows; all session
-        names are equal; all masses are equal; or a number in `loads` is not finite.
+        The number of session names, or of masses, differs from the number of measurements; all
+        session names are equal; all masses are equal; or a number in `loads` is not finite.
     """
     q, n = given.q, robot.dof
     number, remarks, placements = np.zeros(len(q), dtype=np.int64), list[str](), []
@@ -170,8 +173,8 @@ def _checked_loads(robot: Robot, count: int, loads: ToolLoads) -> tuple[Floats, 
 
 
 def _elsewhere(q: Floats, marks: Integers, names: Sequence[str], cause: str) -> Iterator[str]:
-    # Yield a warning on each group of rows (a session, the smaller loads, or the larger loads) if
-    # most of its joint positions were measured in no other group.
+    # Yield a warning on each group of measurements (a session, the smaller loads, or the larger
+    # loads) if most joint positions of the group were measured in no other group.
     numbers = checking.position_numbers(q)
     shared = (np.isin(numbers[marks == k], numbers[marks != k]) for k in range(len(names)))
     alone = ', '.join(name for name, flags in zip(names, shared) if np.mean(flags) < 0.5)

@@ -101,11 +101,11 @@ def with_ends(description: RobotDescription, base: Floats, tool: Floats) -> Robo
 
 def built_nearly(description: RobotDescription) -> Robot:
     """
-    Build a robot from a corrected description that still has the nominal arm's singular factors.
+    Build a robot from a corrected description, and mark the singular factors as approximate.
 
-    The corrections are small. So the singular factors are kept, and marked as approximate. If a
-    factor is zero at a pose that is far from all singular poses of the built robot, all factors
-    are left out.
+    The singular factors in the description are those of the nominal arm. The corrections are
+    small, so the zeros of a factor are still near singular poses. If a factor is zero at a pose
+    far from all singular poses of the built robot, all factors are left out.
     """
     singularity = description.singularity
     nearly = tuple(replace(factor, approximate=True) for factor in singularity.factors)

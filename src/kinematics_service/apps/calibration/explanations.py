@@ -39,9 +39,9 @@ class TriedCalibration(NamedTuple):
     accepted
         Whether the calibration is accepted.
     errors
-        Errors after the fit: without outliers if the calibration is accepted, else of all rows.
+        Errors after the fit: without outliers if the calibration is accepted, else of all poses.
     out
-        Number of rows left out as outliers.
+        Number of poses left out as outliers.
     """
 
     accepted: bool
@@ -118,16 +118,16 @@ def explained(
 
 def mistakes_of(robot: Robot, given: Measured, read: str) -> list[Hypothesis]:
     """
-    Return the mistakes that measured rows may have, as hypotheses. `read` tells how the
-    orientations were read: a kind of `--pose-format`, such as `rpy`, or empty.
+    Return the mistakes that the measurements may have, as hypotheses. `read` is the kind of
+    `--pose-format` with which the orientations were read, such as `rpy`, or empty.
     """
     if given.positions:
         return list(joint_hypotheses_of(robot, given.q))
     A = forward_kinematics(robot, given.q)
     whole = hypotheses_of(ComparedData(robot, given.q, given.poses, read=read))
     # A hypothesis that contains a robot assumes another convention of the DH table. Leave out such
-    # hypotheses, because the parameters of the table would no longer be those of the refused
-    # calibration. Only the frame check tries other conventions.
+    # hypotheses, because a calibration keeps the convention of the robot file. Only the frame
+    # check tries other conventions.
     kept = [hypothesis for hypothesis in whole if hypothesis.robot is None]
     return kept + list(order_hypotheses_of(given.poses, A, read))
 
@@ -140,8 +140,8 @@ def misfits_of_poses(
     after the mistake is corrected in the data.
 
     If the poses were measured in several sets, only the set with the most outliers is used. Base
-    and tool are fitted to the rows of this set that are not outliers. Let d be the position error
-    and a the rotation error of a row after this fit. The misfit is the mean over the rows,
+    and tool are fitted to the poses of this set that are not outliers. Let d be the position error
+    and a the rotation error of a pose after this fit. The misfit is the mean over the poses,
     outliers included, of
 
         min((d / 20 mm)^2 + (a / 2 deg)^2, 1).

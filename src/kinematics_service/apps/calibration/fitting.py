@@ -3,9 +3,9 @@
 """
 Fit the parameters of an arm to measured poses, with normal priors, and estimate the covariance.
 
-Gauss-Newton steps find the maximum a posteriori estimate. In the first phase, rows have Huber's
-weights, which follow from the median of the residuals (Huber 1964). In the second phase, rows that
-a chi-square test rejects are left out. A row is a measured pose with its joint positions.
+Gauss-Newton steps find the maximum a posteriori estimate. In the first phase, a measured pose has
+a smaller weight if its residual is large compared with the median residual (Huber 1964). In the
+second phase, a pose is left out if a chi-square test rejects it.
 
 The noise is estimated from the residuals. The estimate has f degrees of freedom: the count of
 measured numbers minus the number of parameters that the measured numbers determine (MacKay 1992).
@@ -40,10 +40,10 @@ NOISE_FREEDOM = 30.0
 # Usual noise of encoders and trackers: the standard deviation of each coordinate of a position (m)
 # and of each coordinate of a rotation vector (rad).
 USUAL_NOISE = 2e-5
-# In Huber's estimate, rows with a residual beyond this quantile of the noise (chi-square
+# In Huber's estimate, poses with a residual beyond this quantile of the noise (chi-square
 # distribution) have smaller weights.
 HUBER_QUANTILE = 0.95
-# Significance level of the chi-square test that declares a row an outlier.
+# Significance level of the chi-square test that declares a measured pose an outlier.
 OUTLIER_CHANCE = 3e-6
 # Largest number of Gauss-Newton steps in each phase of the fit (Huber's estimate, then least
 # squares without outliers).
@@ -56,7 +56,7 @@ STEP_TOLERANCE = 1e-3
 LEAST_STUDENT_FREEDOM = 3.0
 # Lower bound of the degrees of freedom of the noise: the count of measured numbers minus the
 # number of parameters that these numbers determine. If the degrees of freedom are at this bound,
-# the measured rows contain too few numbers to estimate the noise.
+# the measured numbers are too few to estimate the noise.
 UNKNOWN_NOISE_FREEDOM = 1.0
 # Standard deviation (m) with which the distance between two touched points is known.
 DISTANCE_DEVIATION = 1e-5
@@ -65,8 +65,8 @@ DISTANCE_DEVIATION = 1e-5
 STEP = float(np.cbrt(np.finfo(np.float64).eps))
 
 
-# A chain with the measured rows that it predicts: flags of the predicted rows, the chain, the
-# values of all corrections of the chain, and the joint positions in the predicted rows.
+# A chain with the measured poses that it predicts: flags of these poses, the chain, the values of
+# all corrections of the chain, and the joint positions at these poses.
 _ChainRows: TypeAlias = tuple[Flags, CorrectedChain, Floats, Floats]
 
 
@@ -95,16 +95,17 @@ class FitProblem:
     parameters, prior : P
         The fitted parameters, and their prior standard deviations, rad or m.
     columns : shape (P,)
-        Index of each fitted parameter in the list of corrections that the chains take. The list
-        has one correction for each parameter, fitted or not.
+        Index of each fitted parameter in the list of all parameters, fitted or not.
     count
-        Length of the list of corrections that the chains take.
+        Number of all parameters, fitted or not. A chain computes poses from joint positions and an
+        array (count,) with one correction for each parameter.
     chains
-        Chains from the frame of the poses to the tool, one for each set of measured poses.
+        Kinematic chains from the frame in which the poses were measured to the tool.
     given
-        The measured rows. `sets` has the index of each row's chain. `rates` has the derivatives of
-        the joint positions by the parameters that correct joint positions, such as a lag. These
-        parameters come last in the list of corrections.
+        The measured poses with their joint positions. `sets` has the index of the chain for each
+        pose. `rates` has the derivatives of the joint positions by those fitted parameters that
+        correct joint positions, for example a lag. These parameters come last in
+        `parameters`.
     known_distances
         Known distances between touched points.
     """
@@ -144,7 +145,7 @@ class FitProblem:
     def predicted(self, values: Floats) -> Floats:
         """
         Return the tool poses (N, 4, 4) that the chains predict at the joint positions of the N
-        measured rows. `values` (P,) has the corrections of the fitted parameters.
+        measured poses. `values` (P,) has the corrections of the fitted parameters.
         """
         poses = np.empty_like(self.given.poses)
         for rows, chain, corrections, q in self._by_chain(values):
@@ -153,14 +154,14 @@ class FitProblem:
 
     def remainders(self, values: Floats) -> Floats:
         """
-        Return the residuals of all measured rows, shape (N, 2, 3): position (m) and rotation
+        Return the residuals of all measured poses, shape (N, 2, 3): position (m) and rotation
         (rad).
         """
         return self._between(self.predicted(values))
 
     def weighed(self, values: Floats) -> Floats:
         """
-        Return the residuals (N, 2, 3) of all measured rows, whitened so that all rows have equal
+        Return the residuals (N, 2, 3) of all measured poses, whitened so that all poses have equal
         noise.
         """
         return self.whitened(self.remainders(values))
@@ -301,9 +302,9 @@ class Identified:
     noise
         Standard deviations of the noise of the poses.
     used : shape (N,)
-        Flags of the rows that are not outliers.
+        Flags of the measured poses that are not outliers.
     distances : shape (N,)
-        Length of each row's residual in standard deviations of the noise.
+        Length of each pose's residual in standard deviations of the noise.
     freedom
         Degrees of freedom of the noise, for positions and for rotations: the count of measured
         numbers minus the number of parameters that the measured numbers determine. Infinite if
@@ -348,17 +349,17 @@ class _Equations:
         return np.asarray(np.sqrt(self.weights, dtype=np.float64)[:, None, None] / noise[:, None])
 
     def right(self, values: Floats, remainders: Floats) -> Floats:
-        # Return the right-hand side: scaled residuals of the measured rows, of the known distances
-        # and of the priors, in this order.
+        # Return the right-hand side: scaled residuals of the measured poses, of the known
+        # distances and of the priors, in this order.
         problem = self.problem
         rows = (remainders[:, : problem.kinds] * self.scale).reshape(-1)
         distances = problem.distance_equations(values)[1]
         return np.concatenate([rows, distances, -values / problem.prior])
 
     def solved(self, values: Floats) -> _Step:
-        # Stack three blocks of derivatives by the parameters: one for the measured rows, one for
-        # the known distances, and one for the priors. Each parameter is in units of its prior
-        # standard deviation, so the block of the priors is the identity.
+        # Stack three blocks of derivatives by the parameters: the derivatives of the poses, of the
+        # known distances, and of the parameters themselves (for the priors). Each parameter is in
+        # units of its prior standard deviation, so the last block is the identity.
         problem, count = self.problem, len(values)
         remainders, J = problem.equations(values)
         moves = J[:, : problem.kinds] * self.scale[:, :, :, None] * problem.prior
@@ -422,9 +423,9 @@ def find_values(
         distances = distances_of(problem, remainders, estimate)
         moved = np.max(np.abs(solved.step) / np.linalg.norm(inverse, axis=1), initial=0.0)
         accepted = normal_scores(distances, freedom) < limit
-        # A row near the outlier limit may be left out in one round and used in the next, again and
-        # again. So keep the used rows unchanged in the second half of the rounds. Then the rounds
-        # converge.
+        # A pose near the outlier limit may be left out in one round and used in the next, again
+        # and again. So do not change the selection of used poses in the second half of the rounds.
+        # Then the rounds converge.
         same = bool(np.array_equal(accepted, used)) or k > MAX_ROUNDS // 2
         used = used if same else accepted
         changed = max(abs(b / a - 1.0) if a else 0.0 for a, b in zip(before, estimate))
@@ -438,7 +439,7 @@ def find_values(
 
 def normal_scores(distances: Floats, freedom: Noise) -> Floats:
     """
-    Convert the lengths of the rows' residuals to normal scores.
+    Convert the lengths of the poses' residuals to normal scores.
 
     `distances` has the lengths divided by the noise. The noise is an estimate with f degrees of
     freedom (`freedom`), so a divided length d has a Student distribution. The score of d is
@@ -470,7 +471,7 @@ def widened(noise: Noise, freedom: Noise) -> Noise:
 
 def refined(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> Floats:
     """
-    Return the corrections fitted to the `used` rows with a given noise; the fit starts from
+    Return the corrections fitted to the `used` poses with a given noise; the fit starts from
     `values`.
     """
     for _ in range(MAX_ROUNDS if len(values) else 0):
@@ -491,10 +492,10 @@ def held_out_remainders(
     """
     Return the residuals (N, 2, 3) of a cross-validation.
 
-    The rows are divided into blocks. The rows of each block are predicted with corrections that
-    are fitted to all other blocks. All rows with equal joint positions must be in one block.
-    Otherwise the residuals would not test the corrections, because a fitted row predicts other
-    rows with equal joint positions. Noise and outliers are taken from the fit of all rows. Each
+    The poses are divided into blocks. The poses of each block are predicted with corrections that
+    are fitted to all other blocks. All poses with equal joint positions must be in one block.
+    Otherwise the residuals would not test the corrections, because a fitted pose predicts other
+    poses with equal joint positions. Noise and outliers are taken from the fit of all poses. Each
     fit starts from `values`.
 
     Parameters
@@ -502,9 +503,9 @@ def held_out_remainders(
     values : shape (P,)
         Initial corrections.
     identified
-        The fit of all rows, which gives the noise and the outliers.
+        The fit of all poses, which gives the noise and the outliers.
     blocks : shape (N,)
-        The number of each row's block.
+        The number of the block of each pose.
     """
     result = np.zeros((len(problem.given.q), 2, 3))
     for k in np.unique(blocks):
@@ -582,15 +583,18 @@ def length_quantile(probability: float, kinds: int) -> float:
 def outlier_limit(kinds: int) -> float:
     """
     Return the length of a whitened residual, in standard deviations of the noise, beyond which a
-    row is an outlier.
+    pose is an outlier.
     """
     return length_quantile(1.0 - OUTLIER_CHANCE, kinds)
 
 
 def distances_of(problem: FitProblem, remainders: Floats, noise: Noise) -> Floats:
     """
-    Return the length of the whitened residual (2, 3) of each of N rows, in standard deviations of
-    the noise.
+    Return the lengths (N,) of the residuals of N poses, in standard deviations of the noise.
+
+    `remainders` (N, 2, 3) has the whitened residuals of position and rotation. A length is the
+    norm of all six numbers of a pose, each divided by its noise. If only positions were measured,
+    the length is the norm of the three position numbers.
     """
     deviations = np.asarray(noise, dtype=np.float64)[: problem.kinds]
     squares = np.sum(remainders**2, axis=2)[:, : problem.kinds] / deviations**2
@@ -599,7 +603,7 @@ def distances_of(problem: FitProblem, remainders: Floats, noise: Noise) -> Float
 
 def huber_weights(distances: Floats, kinds: int) -> Floats:
     """
-    Return Huber's weights (..., N) of N rows. `distances` (..., N) has the length of each row's
+    Return Huber's weights (..., N) of N poses. `distances` (..., N) has the length of each pose's
     residual, in standard deviations of the noise.
     """
     huber = length_quantile(HUBER_QUANTILE, kinds)
@@ -619,7 +623,7 @@ def median_noise(lengths: Floats) -> Floats:
 def _evident_noise(
     problem: FitProblem, remainders: Floats, rows: Floats, inverse: Floats, used: Flags
 ) -> tuple[Noise, Noise]:
-    # Estimate the noise from the residuals of the used rows, and return it with its degrees of
+    # Estimate the noise from the residuals of the used poses, and return it with its degrees of
     # freedom. The degrees of freedom are the count of measured numbers minus the number of
     # parameters that these numbers determine. The squared noise is the sum of squared residuals
     # divided by the degrees of freedom.

@@ -177,7 +177,7 @@ def table_corrections(
     robot: Robot, table: IdentifiedTable, ends: bool = False
 ) -> TableCorrections:
     """
-    Return the corrections that a calibration found, with the chain that takes the corrections.
+    Return the corrections of a calibrated arm, with the kinematic chain of the arm.
 
     Parameters
     ----------
@@ -186,7 +186,9 @@ def table_corrections(
     table
         The corrections that the calibration identified.
     ends
-        Whether base and tool of `robot` are those fitted to the first set of measured poses.
+        True: base and tool of `robot` were fitted by the calibration. If the calibration has
+        several sets of poses, base and tool were fitted to the first set. False: base and tool of
+        `robot` are those of the robot file.
     """
     if robot.dof != table.robot.dof:
         raise CalibrationError(
@@ -219,13 +221,14 @@ def calibrated_errors(robot: Robot, table: IdentifiedTable, ends: bool = False) 
     robot
         The calibrated arm, read from its written file or taken from `Calibration.calibrated`.
     ends
-        Whether base and tool of `robot` are those fitted to the first set of measured poses. If
-        so, the uncertainty of base and tool is included.
+        True: base and tool of `robot` were fitted by the calibration, and their uncertainty is
+        included. If the calibration has several sets of poses, base and tool were fitted to the
+        first set. False: base and tool of `robot` are those of the robot file.
 
     Raises
     ------
     CalibrationError
-        The calibration is one of another arm.
+        The number of joints shows that `robot` is not the calibrated arm.
     """
     corrections = table_corrections(robot, table, ends)
     frames, screws = screws_in_frames(robot, corrections.chain, corrections.values)

@@ -3,7 +3,7 @@
 """
 Estimate the poses of base and tool, from which a fit starts, by least trimmed squares.
 
-The rows with the largest residuals are left out, so single wrong rows do not change the estimate.
+Poses with the largest residuals are left out, so single wrong poses do not change the estimate.
 """
 
 from typing import NamedTuple
@@ -13,10 +13,10 @@ import numpy as np
 from ...kernel import Floats
 from ..checking.offsets import fit_offsets, nearest_rotation
 
-# Number of rounds of least trimmed squares (Rousseeuw 1984). Each round fits the measured rows
-# that had the smallest residuals in the previous round.
+# Number of rounds of least trimmed squares (Rousseeuw 1984). Each round fits base and tool to the
+# measured poses that had the smallest residuals in the previous round.
 TRIM_ROUNDS = 3
-# Each round of least trimmed squares fits this share of the measured rows.
+# Share of the measured poses that each round of least trimmed squares uses.
 TRIMMED_SHARE = 0.7
 # Number of steps that fit the base and a point of the tool to measured positions. Each step first
 # fits the point and then the rotation of the base.
@@ -97,10 +97,10 @@ def _with_remainder(X: Floats, Y: Floats, A: Floats, B: Floats) -> Offsets:
 def _of_positions(A: Floats, B: Floats, steps: int = PLACING_STEPS) -> tuple[Floats, Floats]:
     # Let p_B be the measured positions, p_A and R_A the positions and rotations of the robot
     # file's poses, and y the measured point in the tool frame. Solve p_B = X (p_A + R_A y) for the
-    # base offset X and for y. First subtract from p_B, p_A and R_A their means over the measured
-    # rows. This eliminates the translation of X. Each step then solves for y (least squares) and
-    # for the rotation of X (Kabsch 1976). The steps need only sums over the measured rows, which
-    # are computed once.
+    # base offset X and for y. First subtract from p_B, p_A and R_A their means over the N
+    # measurements. This eliminates the translation of X. Each step then solves for y (least
+    # squares) and for the rotation of X (Kabsch 1976). The steps need only sums over the
+    # measurements. These sums are computed once.
     p, p_A, R_A = B[..., :3, 3], A[..., :3, 3], A[..., :3, :3]
     to, of, by = (array - array.mean(axis=1, keepdims=True) for array in (p, p_A, R_A))
     still, turning = np.einsum('hni,hnj->hij', to, of), np.einsum('hni,hnjk->hkij', to, by)

@@ -89,8 +89,8 @@ class LineOfSight(NamedTuple):
         """
         Return flags (N,): whether the instrument sees the tool at each of N tool poses (N, 4, 4).
 
-        The cone has its apex at the origin of the tool. The instrument sees the tool if the
-        instrument lies in the cone.
+        The instrument sees the tool if the angle between two directions is at most `half_angle`:
+        the direction from the origin of the tool to the instrument, and `axis` (in tool axes).
         """
         axis = np.asarray(self.axis, dtype=np.float64)
         ways = np.asarray(self.point) - poses[:, :3, 3]

@@ -225,10 +225,10 @@ def placed_camera(result: Calibration) -> tuple[PlacedThing, ...]:
 
 def _deviation(result: Calibration, end: str, behind: Floats, R: Floats) -> Floats:
     # Return the standard deviations of the pose of a camera or board, shape (2, 3): position and
-    # rotation. The corrections of base or tool translate a frame by t and rotate it by w. In this
-    # frame, the camera or board has the pose `behind`, with the position p. So the corrections
-    # move the camera or board by t + w x p. R rotates this motion into the axes in which the pose
-    # is written. Corrections that are not fitted are taken as exact.
+    # rotation. Let F be the frame that the corrections of base or tool move: they translate F by t
+    # and rotate F by w. The camera or board is fixed in F, with the pose `behind` and the position
+    # p. So the corrections move the camera or board by t + w x p. R rotates this motion into the
+    # axes in which the pose is written. Corrections that are not fitted are taken as exact.
     axes, columns = result.fitted_of([parameter.name for parameter in end_parameters(end, 0)])
     moved = np.eye(6)
     moved[:3, 3:] = -np.cross(np.eye(3), behind[:3, 3])

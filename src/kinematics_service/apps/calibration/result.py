@@ -22,8 +22,8 @@ from .explanations import RefusalCauses
 from .fitting import UNKNOWN_NOISE_FREEDOM, Noise
 from .identified_table import MIN_DEVIATION_RATIO, IdentifiedTable, ParameterCombination
 
-# Number of blocks into which the measured rows are divided for cross-validation. Each block is
-# once left out of the fit and then predicted (held out).
+# Number of blocks into which the measurements are divided for cross-validation. Each block is once
+# left out of the fit and then predicted (held out).
 BLOCKS = 5
 
 
@@ -40,8 +40,8 @@ class FitErrors(NamedTuple):
     after
         Errors with all corrections.
     held_out_before, held_out
-        Like `before` and `after`, but by cross-validation: the rows are divided into blocks, and
-        the errors of each block are those of a fit to the other blocks.
+        Like `before` and `after`, but by cross-validation: the measurements are divided into
+        blocks, and the errors of each block are those of a fit to the other blocks.
     """
 
     as_given: Errors
@@ -56,6 +56,8 @@ class Calibration(IdentifiedTable):
     """
     The result of a calibration: the identified robot, its errors, and the reasons if the
     calibration is refused.
+
+    The calibration was computed from N measurements: poses, positions or touches.
 
     Attributes
     ----------
@@ -76,25 +78,24 @@ class Calibration(IdentifiedTable):
     positions
         Whether only positions were measured.
     outliers
-        Indices of the rows that were left out, the largest error first.
+        Indices of the measurements that were left out, the largest error first.
     distances : shape (N,)
-        The error of each row, in standard deviations of the noise.
+        The error of each measurement, in standard deviations of the noise.
     left : shape (5, N, 2, 3), m and rad
-        Residuals of each row with the unchanged robot file and after the four fits that
-        `FitErrors` names, in the same order. A row has the residual of the position, and that of
-        the rotation as a rotation vector, in the frame of the poses.
+        Residuals of position, and of rotation as a rotation vector, in the frame of the poses. The
+        first index selects one of the five cases in `FitErrors`, in the order of its fields.
     spare
-        Count of measured numbers minus the number of parameters of base and tool. Cross-validation
-        divides the rows into blocks; the rows of the largest block are not counted. Rows with
-        equal joint positions count as one.
+        Count of measured numbers that remain if the largest block of the cross-validation is left
+        out, minus the number of parameters of base and tool. Measurements with equal joint
+        positions count as one.
     possible
-        Number of independent combinations of the parameters that poses can determine. The number
-        is reached with enough different poses.
+        How many independent combinations of the parameters can be determined from poses, if enough
+        different poses are measured.
     singular_values : shape (P,)
         Singular values of the scaled Jacobian of the poses, descending. Rows of the Jacobian are
         divided by the noise, columns are multiplied by the parameters' prior standard deviations.
     combinations
-        Sets of parameters that these poses do not determine separately.
+        Sets of parameters that the measurements do not determine separately.
     base_offsets, tool_offsets : shape (sets, 4, 4)
         Base offset X and tool offset Y of each set. Poses A of the calibrated robot and measured
         poses B satisfy B = X A Y, up to the residuals.
@@ -102,14 +103,14 @@ class Calibration(IdentifiedTable):
         Poses of base and tool at which the fit started. The corrections of base and tool are along
         and about the axes of these poses.
     q : shape (N, n), rad or m
-        Joint positions of the rows.
+        Joint positions of the measurements.
     points
         The touched points, if the calibration is from touches without an instrument; else empty.
     frames
         The result of the frame check; None without one, for example if only positions were
         measured.
     remarks
-        Remarks on the measured rows and on the fit, as sentences.
+        Remarks on the measurements and on the fit, as sentences.
     refusals
         Sentences with the reasons against the calibration; empty if it is accepted.
     explained
@@ -155,14 +156,17 @@ class Calibration(IdentifiedTable):
     @property
     def worse(self) -> str:
         """
-        Return a sentence if held-out rows do not support the calibration; else an empty text.
+        Return a sentence if cross-validation does not support the calibration; else an empty text.
 
-        Held-out rows are predicted by a fit to other rows (cross-validation). One of two sentences
-        is returned. The first says that the errors of held-out rows are larger with all
-        corrections than with base and tool alone. It is returned if the corrections increase the
-        mean squared error of held-out rows by more than the mean squared noise of a position. The
-        second says that held-out rows do not test the calibration. It is returned if the rows
-        outside the largest held-out block are so few that they determine only base and tool.
+        Cross-validation divides the measurements into blocks, and predicts each block by a fit to
+        the other blocks. There are two sentences:
+
+        1. The predictions are worse with all corrections than with base and tool alone. Condition:
+        the corrections increase the mean squared position error of the predictions by more than
+        the mean squared noise of a position.
+
+        2. The measurements are too few for cross-validation. Condition (`spare <= 0`): if the
+        largest block is left out, the measured numbers suffice at most to fit base and tool.
         """
         kind, more = self.kind, f'measure more {self.kind}, far apart (calibrate-propose)'
         before, after = self.held_out_before.position_rms, self.held_out.position_rms
@@ -182,11 +186,12 @@ class Calibration(IdentifiedTable):
     @property
     def no_better(self) -> bool:
         """
-        Return True if all corrections together do not make the errors of held-out rows
-        significantly smaller than base and tool alone do.
+        Return whether the corrections of the table bring no significant gain in cross-validation.
 
-        The decrease is significant if the mean decrease of the squared position errors is at least
-        two of its standard deviations (a paired test).
+        Two fits predict each measurement: a fit of base and tool alone, and a fit of all
+        parameters. The gain is the squared position error of the first prediction minus that of
+        the second. The gain is significant if its mean is at least twice the standard deviation of
+        the mean (a paired test).
         """
         before, after = np.sum(self.left[3:, self.used, 0] ** 2, axis=2)
         gains = before - after
@@ -195,29 +200,29 @@ class Calibration(IdentifiedTable):
     @property
     def only_worse(self) -> bool:
         """
-        Return whether the calibration is refused only because the errors of held-out rows grew.
-        Then measuring more rows helps.
+        Return whether cross-validation (see `worse`) is the only reason to refuse the calibration.
+        Then more measurements help.
         """
         return self.refusals == (self.worse,)
 
     @property
     def count(self) -> int:
-        """Return the number of measured rows."""
+        """Return the number N of measurements (poses, positions or touches)."""
         return len(self.q)
 
     @property
     def used(self) -> Flags:
-        """Return flags (N,): True for the measured rows that are not outliers."""
+        """Return flags (N,): True for the measurements that are not outliers."""
         return ~np.isin(np.arange(self.count), self.outliers)
 
     @property
     def rows(self) -> str:
-        """Return `touches` or `poses`: the word for the measured rows."""
+        """Return `touches` or `poses`: the word for the measurements in sentences."""
         return 'touches' if self.points else 'poses'
 
     @property
     def row(self) -> str:
-        """Return `touch` or `pose`: the word for one measured row."""
+        """Return `touch` or `pose`: the word for one measurement in sentences."""
         return 'touch' if self.points else 'pose'
 
     @property
@@ -241,7 +246,7 @@ class Calibration(IdentifiedTable):
 
     @property
     def noise_told(self) -> bool:
-        """Return whether the measured rows contain enough numbers to estimate the noise."""
+        """Return whether enough numbers were measured to estimate the noise."""
         return min(self.freedom) > UNKNOWN_NOISE_FREEDOM
 
     @property
@@ -254,12 +259,12 @@ class Calibration(IdentifiedTable):
 
     @cached_property
     def without(self) -> FitErrors:
-        """Return the errors of the measured rows that are not outliers."""
+        """Return the errors of the measurements that are not outliers."""
         return self._errors(self.used)
 
     @cached_property
     def with_outliers(self) -> FitErrors:
-        """Return the errors of all measured rows, outliers included."""
+        """Return the errors of all measurements, outliers included."""
         return self._errors(np.ones_like(self.used))
 
     def _errors(self, rows: Flags) -> FitErrors:
@@ -268,20 +273,23 @@ class Calibration(IdentifiedTable):
     @property
     def held_out_before(self) -> Errors:
         """
-        Return the errors of held-out rows. Base and tool are fitted to the other rows, with the
-        nominal table.
+        Return the errors of held-out measurements. Base and tool are fitted to the other
+        measurements, with the nominal table.
         """
         return self.without.held_out_before
 
     @property
     def held_out(self) -> Errors:
-        """Return the errors of held-out rows. All parameters are fitted to the other rows."""
+        """
+        Return the errors of held-out measurements. All parameters are fitted to the other
+        measurements.
+        """
         return self.without.held_out
 
     @property
     def remainders(self) -> Floats:
         """
-        Return the residuals of all measured rows with all corrections applied, (N, 2, 3), m and
+        Return the residuals of all measurements with all corrections applied, (N, 2, 3), m and
         rad.
         """
         return np.asarray(self.left[2])
@@ -294,7 +302,9 @@ class Calibration(IdentifiedTable):
     @property
     def not_identifiable(self) -> tuple[str, ...]:
         """
-        Return the names of the fitted table parameters that the measured rows do not identify.
+        Return the names of those fitted parameters that the measurements do not identify.
+
+        Only parameters of the arm's table are listed, not those of base and tool.
         """
         table = (parameter for parameter in self.parameters if parameter.group in TABLE_GROUPS)
         return tuple(parameter.name for parameter in table if not parameter.identifiable)

@@ -91,7 +91,7 @@ def calibrated_text(
     q, poses : shapes (N, n) and (N, 4, 4)
         Joint positions and poses of the first set of measured poses.
     origin
-        Files and date for the certificate.
+        Names of the measured files, and the date. Both are written into the robot file.
     frames
         `robot`: base and tool stay as in the file. `measured`: the frame in which the poses of the
         first set were measured becomes the base, and the frame whose poses were measured
@@ -105,7 +105,8 @@ def calibrated_text(
     CalibrationError
         The calibration is refused.
     RobotFileWriteError
-        The text cannot be changed without changing other lines.
+        The keys of `text` are in braces, or the written text describes another robot than the
+        calibrated one.
     """
     if not (result.accepted or anyway):
         message = f'this is no calibration: {"; ".join(result.refusals)}'
@@ -220,11 +221,11 @@ def certificate(
 def _known_poses(
     result: Calibration, robot: Robot, q: Floats, poses: Floats, frames: Frames
 ) -> list[str]:
-    # Return the lines of the section `known_poses`. It has the measured poses of some evenly
-    # spaced rows, written as poses of the tool in the base frame of the written file.
+    # Return the lines of the section `known_poses`. It has some evenly spaced measured poses,
+    # written as poses of the tool in the base frame of the written file.
     X, Y = result.base_offsets[0], result.tool_offsets[0]
-    # If the calibration is accepted, leave out the outliers. If it is refused, take all measured
-    # rows.
+    # If the calibration is accepted, leave out the outliers. If it is refused, take all
+    # measurements.
     outliers = set(result.outliers) if result.accepted else set()
     rows = np.array([k for k in range(len(q)) if k not in outliers])
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, KNOWN_POSE_COUNT).astype(int))]
@@ -338,9 +339,9 @@ def named_factor(
             rows = np.flatnonzero(in_frame)
             made_of[rows, column] = np.linalg.lstsq(known.screws[rows].T, screw, rcond=None)[0]
     factor = made_of @ errors.factor
-    # A joint may move several rows of the table. Then the gear ratio of the joint has several
-    # entries in `known`, one for each of these table rows. The entries have equal rows in
-    # `factor`. Keep the first entry.
+    # Each row of the matrix `factor` belongs to a parameter. If a joint moves several rows of the
+    # DH table, the gear ratio of the joint has several equal rows in `factor`. Keep only the
+    # first of these equal rows.
     _, first = np.unique(known.of, return_index=True)
     kept = first[np.any(made_of[first], axis=1)]
     triangle = np.linalg.qr(factor[kept].T, mode='r')

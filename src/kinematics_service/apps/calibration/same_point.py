@@ -71,25 +71,25 @@ class TouchStart(NamedTuple):
 
     @property
     def distances(self) -> Floats:
-        """Return the distances (..., N), m, from the tip to the touched point in each row."""
+        """Return the distances (..., N), m, from the tip to the touched point at each touch."""
         return np.asarray(np.linalg.norm(self.residuals, axis=-1))
 
 
 def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> TouchStart:
     """
-    Fit the touched points and the tip to the touches with the nominal table, and return them. The
+    Fit the touched points and the tip to N touches, with the nominal table, and return both. The
     method is Huber's estimate (reweighted least squares).
 
     The residuals are linear in points and tip. Each step solves for the tip. Then each point
-    becomes the weighted mean of the tip positions in the rows that touch it.
+    becomes the weighted mean of the tip positions at its touches.
 
     Parameters
     ----------
     q : shape (..., N, n), rad or m
-        Joint positions. Leading dimensions are for several versions of the input; in each version
-        another mistake of the input is corrected.
+        Joint positions at the touches. If `q` has leading dimensions, each array (N, n) has a fit
+        of its own.
     point : shape (N,)
-        The number of the point that each row touches.
+        The point of each touch, as a number from 0.
     free
         Whether the tip is fitted; otherwise it is the origin of the tool.
     """
@@ -107,9 +107,9 @@ def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> Touc
         shares /= np.sum(shares, axis=-1, keepdims=True)
         mean_at, mean_R = shares @ at, np.einsum('...kn,...nij->...kij', shares, R)
         if free:
-            # Subtract from each row the mean over the rows that touch the same point. This
-            # eliminates the positions of the points. Then solve for the tip, with a prior so wide
-            # that it hardly changes the solution.
+            # Each touch gives an equation. Subtract from each equation the mean over all touches
+            # of the same point. This eliminates the positions of the points. Then solve for the
+            # tip, with a prior so wide that it hardly changes the solution.
             J, off = R - mean_R[..., point, :, :], mean_at[..., point, :] - at
             M = np.einsum('...n,...nij,...nik->...jk', weights, J, J)
             M = M + (noise[..., None] / PLACE_PRIOR) ** 2 * np.eye(3)
@@ -131,7 +131,7 @@ class SamePointParameters(ChosenParameters):
     q : shape (N, n), rad or m
         Joint positions.
     same_point : N
-        The name of the touched point in each row.
+        The name of the touched point at each of the N joint positions.
     apart
         Known distances (m) between two points, by the names of both points.
     gears
@@ -140,7 +140,8 @@ class SamePointParameters(ChosenParameters):
     Raises
     ------
     CalibrationError
-        Shapes do not fit, a number is not finite, or a point has too few rows or only equal rows.
+        Shapes do not fit, a number is not finite, or a point was touched at too few different
+        joint positions.
     """
 
     placed_groups = ('tool', POINTS)
@@ -296,9 +297,9 @@ class SamePointParameters(ChosenParameters):
 
     def possible(self, problem: fitting.FitProblem) -> int:
         """
-        Return the number of independent combinations of the parameters that touches can determine.
+        Return how many independent combinations of the parameters can be determined from touches.
 
-        The number is reached with enough different touches.
+        Enough different touches determine all these combinations.
         """
         q = seeded_poses(self.robot.limits, self.robot.prismatic)
         point = np.arange(len(q)) % len(self.names)
@@ -374,7 +375,7 @@ class SamePointParameters(ChosenParameters):
     ) -> tuple[str, ...]:
         """
         Return remarks: a sentence if the scale of the lengths is unknown, and a sentence for each
-        row that seems to name a wrong point.
+        touch that seems to have the name of a wrong point.
         """
         result, names = [*super().remarks(problem, identified)], self.names
         # All lengths may grow by one factor, unless a known distance or a prismatic joint sets
@@ -401,9 +402,9 @@ class SamePointParameters(ChosenParameters):
 
 
 def _touching(robot: Robot, q: Floats, targets: Floats, tip: Floats) -> tuple[Floats, Flags]:
-    # Start at joint positions q, and move the tip to the target of each row by damped least
-    # squares (Levenberg and Marquardt). Return the joint positions, and flags of the rows whose
-    # tip has reached the target.
+    # Start at joint positions q (N, n), and move the tip to N targets by damped least squares
+    # (Levenberg and Marquardt). Return the N joint positions, and N flags: whether the tip has
+    # reached the target.
     for _ in range(PLACING_STEPS + 1):
         T, J = forward_kinematics(robot, q), jacobian(robot, q, at=tip)[:, :3]
         residuals = targets - (T[:, :3, 3] + T[:, :3, :3] @ tip)

@@ -32,8 +32,8 @@ MIN_NEW = 20
 # If a joint zero jumped, a diagnosis over poses before and after the jump may wrongly name one of
 # the causes in this list. If a jump is detected, the status reports the jump instead.
 LOOKS_OF_A_JUMP = ('joint_offset', 'link_length', 'link_twist', 'time_lag')
-# Advice to the user if large errors between the poses and the robot file remain that no mistake
-# explains.
+# Advice to the user if the measured poses are far from the poses of the robot file, and no mistake
+# explains the difference.
 ADVICE = 'calibrate-live collects poses for a robot file of this very arm'
 # Recorded motion of the joints: a list of stamps (ns) with the joint positions (n,) at each stamp.
 Path = list[tuple[int, Floats]]
@@ -159,8 +159,10 @@ def judge_of(limits: ReferenceLimits) -> FrameLimits:
 
 def frames_status(known: Examined, limits: ReferenceLimits) -> StatusText:
     """
-    Return the status of the second source: how its poses differ from those of the robot file, and
-    a detected jump.
+    Return the status of the second source, an instrument that measures tool poses.
+
+    The status has the errors between measured poses and poses computed from the robot file. It
+    also says if a jump was detected.
     """
     judge, watched, diagnosis = judge_of(limits), known.watched, known.diagnosis
     jump = watched.jump if watched else None

@@ -32,8 +32,8 @@ PATH_SAMPLES = 6_000
 # The status is WARN if no pose of the second source arrived for this time (s), or if no pose was
 # used for this time.
 PATIENCE = 5.0
-# If the stamps of poses and joint states differ by more than this time (s), the stamps come from
-# two clocks. No source of poses is so late.
+# Largest difference (s) between the stamps of poses and joint states that a delay of the poses can
+# cause. If the difference is larger, the stamps come from two different clocks.
 CLOCK_DIFFERENCE = 1.0
 
 

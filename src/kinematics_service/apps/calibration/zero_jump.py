@@ -15,9 +15,10 @@ x is estimated from the window and from the baseline. The baseline has the poses
 that came before the window. Errors of the table are part of x. So they raise no alarm when the arm
 moves to a region where it has not worked before.
 
-If successive poses share an error, the threshold is multiplied by the estimated number of poses
-that share an error. The estimate can be too small, so shared errors may still raise an alarm,
-mostly within the first 70 poses.
+If the errors of successive poses are correlated, the threshold is higher: it is multiplied by the
+number of poses that contain as much information as one pose with an independent error. This number
+is estimated. The estimate can be too small, so correlated errors may still raise an alarm, mostly
+within the first 70 poses.
 """
 
 import math
@@ -51,8 +52,8 @@ FREEZE_RATIO = 0.5
 # most WINDOW + BATCH - 1. WINDOW is above 100, because a slip of a joint must be detected from 100
 # poses that a camera measures.
 WINDOW = 128
-# A jump is not reported if only this number of poses, or fewer, suggest the jump. The second
-# source, which measures the poses, may measure some of them wrong.
+# A jump is not reported if only this number of poses, or fewer, suggest the jump. The instrument
+# may have measured these poses wrong.
 MAX_FAILED = 5
 # A jump is proven only if at least this number of poses came after the jump and fit better with
 # the jump.
@@ -180,8 +181,8 @@ class Watched(NamedTuple):
     @property
     def fails(self) -> bool:
         """
-        Return whether the second source, which measures the poses, fails: whether more than an
-        eighth of the poses in the window are outliers.
+        Return whether the instrument that measures the poses fails: more than an eighth of the
+        poses in the window are outliers.
         """
         return self.outliers > MAX_OUTLIERS
 
@@ -248,11 +249,11 @@ class _Baseline:
 
 def poses_of_one_error(residuals: Floats) -> Floats:
     """
-    Return how many successive poses contain as much information as one pose with its own error.
+    Return a measure (2,) of the correlation of successive residuals, for position and rotation.
 
-    The array (2,) has one number for positions and one for rotations. Successive poses may have a
-    common error that no parameter corrects, for example because the arm is elastic or the image is
-    distorted. The number of poses is estimated by the ratio of von Neumann (1941).
+    A measure m >= 1 means: m successive poses contain as much information as one pose whose error
+    is independent of all others. Errors are correlated, for example, because the arm is elastic or
+    the image is distorted. m is estimated by the ratio of von Neumann (1941).
 
     Parameters
     ----------
@@ -341,11 +342,12 @@ class _LikelihoodRatios:
         return self.residuals - jumped + self.B @ x, np.sum(jumped * self.residuals, axis=1)
 
     def is_proven(self, jump: _JumpCandidate) -> bool:
-        # Return whether a jump is proven. Let m be the number of successive poses that share an
-        # error, and s the mean squared residual after the effect of the jump is subtracted.
-        # `noise` is m * s for positions or for rotations, whichever is larger. `least` is the
-        # raised threshold of the jump: the threshold times max(jump.scale, noise). A proven jump
-        # satisfies three conditions:
+        # Return whether a jump is proven. First raise the threshold if residuals are larger than
+        # in the baseline, or correlated: least = threshold * max(jump.scale, noise). `jump.scale`
+        # is 1 or more and grows with the residuals. `noise` is s * m, for positions or for
+        # rotations, whichever is larger. s is the mean squared residual after the effect of the
+        # jump is subtracted, and m measures the correlation of successive residuals
+        # (`poses_of_one_error`). A proven jump satisfies three conditions:
         # 1. The test statistic is above `least`.
         # 2. The gain (twice the increase of the log likelihood) is at least `least`. The gain is a
         # sum with one contribution for each pose. Each contribution is clipped, so that MAX_FAILED
@@ -503,8 +505,8 @@ class JumpDetector:
                 if self._jump:
                     break
                 # A few wrong poses may look like this jump. So leave out suspicious poses, and
-                # test again. A pose is suspicious if it does not fit the jump, or if its
-                # contribution to the gain of the jump is far above the median contribution.
+                # test again. A pose is suspicious if it does not fit the jump, or if it raises the
+                # likelihood of the jump far more than the median pose does.
                 (after, shares), begin = ratios.parts(best), best.begin
                 usual = np.median(shares[begin:][self._used[begin:]])
                 gains = np.maximum(np.sum(after**2, axis=1), MEDIAN * shares / max(usual, 1e-9))
@@ -557,11 +559,12 @@ class JumpDetector:
         joints = [joint for joint in candidates if joint.columns.start >= LAGS.stop]
         joints.sort(key=lambda joint: -joint.gain)
         if best.columns in (BASE, TOOL) and joints:
-            # The model is linear in the size of a jump. If a joint jumps by an angle, the model
-            # explains less than the whole jump: the gain of the joint is too small by `bent`,
-            # about angle^2 * gain. The threshold of base and tool is higher than that of a joint;
-            # `fewer` is the difference. So name base or tool only if
-            # gain of base or tool >= gain of the joint + bent + fewer.
+            # Compare base or tool with the likeliest joint by the gain: twice the increase of the
+            # log likelihood if the jump is assumed. First add two numbers to the joint's gain:
+            # 1. `bent`: the model is linear in the jump. So if a joint jumps by an angle, the gain
+            # of the joint is too small by about angle^2 * gain.
+            # 2. `fewer`: a jump of base or tool has 6 numbers, a jump of a joint has one. So base
+            # and tool have a higher threshold. `fewer` is the difference of the two thresholds.
             bent = joints[0].gain * float(joints[0].size[0]) ** 2
             fewer = best.scale * (THRESHOLDS[6] - THRESHOLDS[1])
             best = joints[0] if best.gain - joints[0].gain < bent + fewer else best
@@ -600,8 +603,9 @@ def _table_of(robot: Robot) -> TableErrors:
 
 
 def _table_columns(table: TableErrors, frames: Floats, A: Floats, q: Floats) -> Floats:
-    # Return the motion (N, 6, c) of the tool by c independent errors of the table. The covariance
-    # of the table is L L^T with L = `table.factor`. Each column of L is one of the c errors.
+    # Return the derivatives (N, 6, c) of N tool poses by c numbers u. The errors of the table are
+    # L u with L = `table.factor`. The numbers u are independent with variance 1, so the covariance
+    # of the errors is L L^T.
     F = frames[:, table.frames]
     parts = np.split(table.screws, 2, axis=1)
     linear, angular = (np.einsum('npij,pj->npi', F[..., :3, :3], part) for part in parts)

@@ -80,7 +80,8 @@ def calibrate_zeros(
     q : shape (N, n), rad or m
         Joint positions that the joints report while the tip touches a point.
     points : shape (N, 3), m
-        Touched points in the frame of the sheet, which may lie anywhere.
+        Positions of the touched points on a printed sheet, in the frame of the sheet. The pose of
+        the sheet need not be known.
     approach, noise, fix, progress
         Arguments that are passed to `calibrate`, with the same meaning there.
     check
@@ -125,11 +126,10 @@ def _hidden(result: Calibration) -> tuple[str, ...]:
 
 def zeros_of(result: Calibration) -> tuple[JointZero, ...]:
     """
-    Return the zero of each joint, computed from the corrections of the table's offsets.
+    Return the zero of each joint: the correction x of its position, computed from the fit.
 
-    Several joints may move one row of the table. Then a correction of the row's offset has the
-    effect of a motion of these joints. The zeros are the joint motions that have the same effect
-    on the rows as the corrections. They are computed by the pseudoinverse.
+    The fit corrects the offsets in the table (for example theta of a row) by y. Several joints may
+    move one row, so y = M x. The pseudoinverse of M gives x.
     """
     arm = parameters_of(result.robot)
     offsets = [offset for offset in arm.table if offset.group == 'offsets']

@@ -42,8 +42,8 @@ class ConditionOptions(NamedTuple):
 
     def of(self, given: Sequence[MeasuredRecording]) -> dict[str, Any]:
         """
-        Return the session and the load of the tool in each measured row of `given`, as arguments
-        of the library's `calibrate`.
+        Return the session and the load on the tool for each pose in `given`, as arguments of the
+        library's `calibrate`.
         """
         sessions = loads = None
         if self.sessions == EACH_FILE:

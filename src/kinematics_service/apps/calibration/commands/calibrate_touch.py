@@ -38,9 +38,9 @@ def calibrate_touch(
     Calibrate an arm without an instrument: a spike on the tool touches the same points again.
 
     FILE is a table (.csv): each row has joint positions and the name of the touched point. Touch
-    each point from many poses. The positions of points and tip are fitted, too. Touches alone
-    identify the arm up to its size; with --distance, the distance of two points, also the size.
-    Exit code 1: the result is refused.
+    each point from many poses. The calibration also finds the positions of the points and the tip.
+    Touches alone do not identify the size of the arm. To identify the size as well, measure the
+    distance between two points and give it with --distance. Exit code 1: the result is refused.
 
     \b
     Examples:

@@ -234,7 +234,7 @@ def given_board(text: str) -> Board:
 
 
 def check_inputs(files: Sequence[Path]) -> None:
-    """Refuse a recording that is given twice, since its rows would count twice."""
+    """Refuse a recording that is given twice, since its poses would count twice."""
     resolved = [path.resolve() for path in files]
     for file in files:
         if resolved.count(file.resolve()) > 1:

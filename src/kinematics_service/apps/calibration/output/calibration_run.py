@@ -63,11 +63,12 @@ class CalibrationRun(NamedTuple):
     Attributes
     ----------
     fit, fix, own
-        Words that select parameters: which are fitted, which are not, and which ends (`base`,
-        `tool`) are fitted for each set separately. See `calibrate`.
+        Words that select parameters. `fit`: parameters to fit. `fix`: parameters not to fit.
+        `own`: `base` or `tool`, if the base or tool is fitted for each recording separately. The
+        words are arguments of `calibrate`.
     limit
-        Prior standard deviations of the table (m, rad), used instead of those of the robot file;
-        None: those of the file.
+        Prior standard deviations of the lengths (m) and angles (rad) in the table. None: those in
+        the robot file.
     noise
         The noise of the instrument, m and rad; None: unknown.
     check
@@ -118,8 +119,10 @@ class CalibrationRun(NamedTuple):
 
     def of_recordings(self, given: Recordings, **conditions: Any) -> CalibratedPoses:
         """
-        Return the calibration from the poses of recordings; each file is one set. `conditions` are
-        `sessions` and `loads` as for the library's `calibrate`.
+        Return the calibration from the poses of recordings.
+
+        The poses of each recording are one set: `own` selects whether base and tool are fitted for
+        each set separately. `conditions` are the arguments `sessions` and `loads` of `calibrate`.
         """
         on_tool = self.camera == ON_TOOL
         result = self.calibrated(
@@ -150,6 +153,6 @@ class CalibrationRun(NamedTuple):
 
 
 def origin_of(given: Sequence[MeasuredRecording | TouchRecording]) -> tuple[list[str], list[str]]:
-    """Return the names of all files with measured rows, and all remarks on reading the files."""
+    """Return the names of all files with measurements, and all remarks on reading the files."""
     files = [recording.file for recording in given]
     return files, [remark for recording in given for remark in recording.remarks]

@@ -20,7 +20,7 @@ from ..identified_table import CalibratedParameter
 from ..report import cells_of, sentences_of
 from ..result import Calibration
 
-# A plot on the page shows at most this number of measured rows.
+# A plot on the page shows at most this number of measured poses or touches.
 MAX_ROWS = 1000
 # Sizes of a plot, px: width, width if two plots stand side by side, height.
 WIDTH = 720
@@ -178,7 +178,7 @@ class PointPlot:
     series
         Pairs of a style (`before`, `after`) and its values (N,) of the vertical axis.
     rings : shape (M,)
-        Indices of the outliers; a ring is drawn around each of these rows.
+        Indices of the outliers among the N points; a ring is drawn around each outlier.
     width
         Width of the drawing; a narrow drawing has larger texts.
     """
