@@ -323,8 +323,8 @@ class Estimator:
         Forget all joint positions if the ROS clock stepped back by `back` to `now` (ns). Return
         False if nothing was forgotten.
 
-        Nothing is forgotten if a message with a stamp of the new time came before this call,
-        because that message has already reset the estimator.
+        If the latest message was stamped after the step, this message has already reset the
+        estimator, and nothing is forgotten.
         """
         latest = self.joints.newest()
         # If the latest stamp is nearer to the clock's new time than to its old time, the stamp was

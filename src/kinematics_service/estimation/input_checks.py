@@ -37,16 +37,16 @@ PACE = 3.0
 MICROSECONDS = 'nanosec most likely holds microseconds; write nanoseconds'
 MILLISECONDS = 'nanosec most likely holds milliseconds; write nanoseconds'
 # Most likely cause of a wrong pace. Each key is a pace: time between two stamps divided by the
-# time between the two arrivals.
+# time between the arrivals of the same two messages.
 PACE_CAUSES = {1e3: 'sec most likely holds milliseconds', 1e-3: MICROSECONDS, 1e-6: MILLISECONDS}
-# The pace is the time between two stamps divided by the time between the two arrivals. If the pace
-# agrees with a key of PACE_CAUSES within this relative tolerance, the warning names the cause.
-# Jitter of stamps changes the pace by less than the tolerance, because the pace is measured over
-# half a second or more.
+# Relative tolerance of a pace: the time between two stamps divided by the time between the
+# arrivals of the same two messages. If a key of PACE_CAUSES agrees with the measured pace within
+# the tolerance, the warning names the cause of the key. Jitter of stamps changes the pace by less
+# than the tolerance, because the pace is measured over half a second or more.
 PACE_TOLERANCE = 0.1
-# A driver may fill the field nanosec of its stamps with too small numbers. The likely cause
-# depends on the largest nanosec in the stamps of several seconds: it belongs to the smallest key
-# of NANOSEC_CAUSES above this largest nanosec.
+# Likely causes if the field nanosec of stamps has too small numbers. For example, nanosec stays
+# below 1000 if it holds milliseconds. The likely cause is the value of the first key that exceeds
+# every nanosec in the stamps of several seconds.
 NANOSEC_CAUSES = {
     1: 'their stamps are whole seconds; fill nanosec',
     SECOND // 1_000_000: MILLISECONDS,
@@ -195,10 +195,10 @@ def arrival_jitter(groups: Sequence[JointMessages], names: Sequence[str]) -> str
 
 def zeros_of(groups: Sequence[JointMessages], names: Sequence[str]) -> tuple[int, int]:
     """
-    Return two numbers of messages that contain joints of `names`.
+    Return two counts (zeros, total) of messages that contain at least one joint of `names`.
 
-    The first is the number of messages in which all these joints have the position 0. The second
-    is the number of all messages with such joints.
+    `total` counts all these messages. `zeros` counts only messages in which the joints of `names`
+    are all at position 0.
     """
     values = [group.q[:, np.isin(group.names, names)] for group in groups]
     values = [q for q in values if q.shape[1]]
@@ -263,10 +263,10 @@ def _came_twice(group: JointMessages) -> Flags:
 
 
 def _cause_of_nanosec(group: JointMessages) -> str:
-    # Returns the likely cause if a driver fills nanosec with too small numbers, else ''. The cause
-    # belongs to the smallest key of NANOSEC_CAUSES above the largest nanosec in the stamps. If all
-    # stamps have equal sec, or if sec mostly changes from message to message, nothing can be said
-    # about nanosec. Then also returns ''.
+    # Returns the likely cause if nanosec in the stamps has too small numbers, else ''. The cause
+    # is the value of the first key in NANOSEC_CAUSES that exceeds every nanosec in the stamps.
+    # Also returns '' if all stamps have equal sec, or if sec mostly changes from message to
+    # message, because nothing can then be said about nanosec.
     gaps = np.diff(group.arrivals)
     within = gaps[np.diff(group.seconds) == 0].sum()
     if 2 * within < gaps.sum() or np.ptp(group.seconds) == 0:
@@ -276,10 +276,10 @@ def _cause_of_nanosec(group: JointMessages) -> str:
 
 
 def _pace(group: JointMessages) -> float:
-    # Returns the pace of the messages since the stamps last stepped back: time between the first
-    # and the last stamp, divided by the time between the two arrivals (see PACE). Returns 1 if the
-    # pace is right in the first or in the second half of the messages. A pace that is wrong in
-    # only one half comes from a burst of messages or a step of a clock, and is not a fault.
+    # Returns the pace of the messages since the stamps last stepped back: (last stamp - first
+    # stamp) / (last arrival - first arrival). Returns 1 if the pace is right in the first or in
+    # the second half of the messages. A pace that is wrong in only one half comes from a burst of
+    # messages or a step of a clock, and is not a fault.
     begin = _last(np.diff(group.stamps) < 0)
     s, t = group.stamps[begin:], group.arrivals[begin:]
     middle = int(np.searchsorted(t, (t[0] + t[-1]) // 2))

@@ -67,8 +67,9 @@ class Integration:
         Return an error sentence if a velocity is too large to integrate, otherwise ''. NaN is
         accepted.
 
-        The largest velocity is LIMIT_MARGIN times the joint's limit, or `FASTEST_JOINT` if the
-        robot file has no limit. `names` are the names of the arm's joints.
+        A velocity is too large if it exceeds LIMIT_MARGIN times the velocity limit of the joint.
+        If the robot file has no limit, a velocity above `FASTEST_JOINT` is too large. `names` are
+        the names of the arm's joints.
         """
         for j, place in zip(*ours.table):
             if place < len(velocities) and abs(velocities[place]) > self._fastest[j]:

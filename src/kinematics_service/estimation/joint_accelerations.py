@@ -9,8 +9,9 @@ from ..robot.robot import Robot
 from .estimator import EstimatorOutput, EstimatorSettings, JointMessage, StreamQuantity
 from .joint_memory import NamedJoints
 
-# Number of velocities that are kept for each joint. If the time `acceleration_window` contains
-# more velocities, the line is fitted to the last SAMPLE_COUNT of them.
+# Number of velocities that are kept for each joint. The acceleration is the slope of a straight
+# line through the velocities within the time `acceleration_window`. If more than SAMPLE_COUNT
+# velocities are within this time, only the last SAMPLE_COUNT are used.
 SAMPLE_COUNT = 64
 
 
