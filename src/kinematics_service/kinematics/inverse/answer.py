@@ -108,7 +108,7 @@ def beyond(target: IkTarget, robot: Robot, reach: Reach) -> str:
     offset = robot.singularity.task.rotation.T @ (target.pose[:3, 3] - reach.centre)
     counted = [offset[k] for k in range(3) if ROW_NAMES[k] in target.rows]
     away = math.hypot(*counted)
-    # A tool within the distance `target.proved` (m) of the target is at the target. So add this
+    # In a solution, the tool may be up to `target.proved` (m) away from the target. So add this
     # distance to the reach.
     if not away > reach.radius + target.proved:
         return ''
@@ -222,7 +222,7 @@ def family_of(problem: IkProblem, family: SolutionFamily, moved: Floats | None =
 
 
 def _moved_near(problem: IkProblem, family: SolutionFamily) -> SolutionFamily:
-    # Returns the family, represented by another of its postures, which is nearer to
+    # Returns the family, with its stored posture `q` replaced by a posture nearer to
     # `problem.near`.
     plan = problem.plan
     if plan.redundant:

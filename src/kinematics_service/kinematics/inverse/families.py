@@ -132,8 +132,8 @@ def _along(problem: IkProblem, q: Floats, null: Floats, error: float) -> Floats:
     kept = (gone.errors < as_good) & (size > MIN_TRIAL_MOTION) & (size < 4 * TRIAL_STEP)
     if not np.any(kept):
         return np.empty((0, len(q)))
-    # Project the joint motions of the trial steps onto the null space to get tangents, because the
-    # family may be curved.
+    # The solutions near q may lie on a curve. Then the joint motions of the trial steps are chords
+    # of the curve. Project them onto the null space of J to get tangents.
     tangents = steps[kept] @ null.T @ null
     _, strength, right = np.linalg.svd(tangents, full_matrices=False)
     along = right[strength > 0.2 * TRIAL_STEP]
@@ -167,9 +167,10 @@ def _merged(plan: InversePlan, families: list[SolutionFamily]) -> list[SolutionF
 
 def nearer(problem: IkProblem, family: SolutionFamily, limits: Floats) -> SolutionFamily:
     """
-    Return the family, represented by another of its solutions: one that is nearer to
-    `problem.near` and inside `limits` (n, 2). It is found by at most `MAX_STEPS` steps along the
-    family.
+    Replace the stored solution `q` of a family by a solution nearer to `problem.near`.
+
+    Returns the changed family. The new solution is inside `limits` (n, 2). At most `MAX_STEPS`
+    steps along the family lead to it.
     """
     _, target, plan, near, *_ = problem
     q, error, motions, _ = family

@@ -35,9 +35,9 @@ SAMPLED_SPAN = 0.02
 SAMPLE_COUNT = 13
 # Degree of the polynomial that is fitted to the samples of the reduced equation g(s).
 POLYNOMIAL_DEGREE = 9
-# The reduced equation g(s) = 0 replaces the equations of the target near a singular solution. If
-# its root nearest to s = 0 is simple, each root with |s| / SAMPLED_SPAN below this is taken as a
-# solution of inverse kinematics.
+# Near a singular pose, solutions of inverse kinematics are the roots s (rad) of the reduced
+# equation g(s) = 0. If the root nearest to 0 is simple, all roots with |s| < SIMPLE_ROOT_RANGE *
+# SAMPLED_SPAN are taken as solutions.
 SIMPLE_ROOT_RANGE = 0.05
 # Largest multiplicity that is tried for a solution (a root of the reduced equation g(s) = 0).
 MAX_ORDER = 6
@@ -45,8 +45,10 @@ MAX_ORDER = 6
 # round-off in g and in its Taylor coefficients is at most REDUCED_ROUND_OFF * max(characteristic
 # length, reach of the arm). The number is about 5 machine epsilons.
 REDUCED_ROUND_OFF = 1e-15
-# Largest number of Newton steps for a sample g(s). The steps solve the equations of the target in
-# all directions but one: the direction in which the tool cannot move (the left null vector of J).
+# Largest number of Newton steps to compute one value g(s) of the reduced equation g(s) = 0. First
+# the joints move by s (rad) along the null vector of J. The Newton steps then bring the tool back
+# to the target in all directions except w, the direction in which the tool cannot move (left null
+# vector of J). The error that is left along w is g(s).
 MAX_NEWTON_STEPS = 12
 # Two solutions are taken as one if the distance between their joint positions is below this, rad
 # (prismatic motions divided by the characteristic length).
@@ -133,9 +135,9 @@ def _multiples(problem: IkProblem, q: Floats, error: float) -> list[Multiple]:
 
 
 def _roots(coefficients: Floats, rounding: float) -> list[tuple[int, float]]:
-    # Returns (multiplicity, position) of those roots of the reduced equation g(s) = 0 that are
-    # near s = 0: one multiple root, or all simple roots. `coefficients` belong to the polynomial
-    # g. The position is s / SAMPLED_SPAN.
+    # Returns the real roots of the reduced equation g(s) = 0 near s = 0: one multiple root, or one
+    # or more simple roots. Each root is returned as a pair (multiplicity, s / SAMPLED_SPAN).
+    # `coefficients` are the coefficients of g, a polynomial in s / SAMPLED_SPAN.
     order, at = _root(coefficients, rounding)
     if order != 1:
         return [(order, at)] if order else []

@@ -128,7 +128,8 @@ def _nearest(problem: IkProblem, arcs: Sequence[IkArc]) -> Floats:
     # Returns the posture nearest to `near` on any of the arcs. Let d be the distance from `near`
     # to the nearest sample of an arc, and b the least d of all arcs. Every posture of an arc is
     # within SAMPLE_DISTANCE / 2 of a sample, so its distance from `near` is at least d -
-    # SAMPLE_DISTANCE / 2. If d > b + SAMPLE_DISTANCE, this exceeds b, so the arc is skipped.
+    # SAMPLE_DISTANCE / 2. An arc with d > b + SAMPLE_DISTANCE is skipped, because all its postures
+    # are farther from `near` than b.
     near, plan = problem.near, problem.plan
     away = [_away(near, arc, plan) for arc in arcs]
     nearest = [

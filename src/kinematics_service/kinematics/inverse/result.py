@@ -204,7 +204,8 @@ class NearestPose(FrozenArrays):
     residual
         As in `IkSolution`.
     position_error, rotation_error
-        The position error (m) and the rotation error (rad), over the rows of the target.
+        The position error (m) and the rotation error (rad). Only components of the pose that the
+        target prescribes are included.
     """
 
     q: Floats
@@ -235,10 +236,10 @@ class IkResult(Sequence[IkSolution]):
     reason
         The status as a sentence.
     method
-        `closed form`, `algebraic` or `search`. `algebraic` counts the complex solutions of six
-        joints; it also solves an arm with a closed form if the closed form is in doubt. `search`
-        refines many starts. To an arm of five joints a sixth joint is added; the solutions in
-        which it is at 0 are kept.
+        `closed form`, `algebraic` or `search`. `algebraic` is the elimination for six joints,
+        which counts the complex solutions. It also replaces a closed form whose solutions are in
+        doubt. `search` refines many start positions. An arm of five joints gets a sixth joint;
+        solutions in which the sixth joint is at 0 are kept.
     nearest
         The nearest pose if no solution is inside the limits; for a family, its `q`.
     complete

@@ -45,7 +45,7 @@ class ServoSettings:
     Attributes
     ----------
     damping
-        The damping at a singular pose, divided by the characteristic length.
+        The damping of a singular value of 0 is `damping * L`; L is the characteristic length.
     damped_below
         Singular values of the scaled J_t below `damped_below * L` are damped; L is the
         characteristic length. If `damping` is half of `damped_below`, then joint motion (rad) <=

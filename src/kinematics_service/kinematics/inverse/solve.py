@@ -116,10 +116,11 @@ def inverse_kinematics(
         Seed of the search, if neither a closed form nor elimination finds all solutions. Equal
         seeds give equal results.
     all_solutions
-        False: return one solution inside the limits, in a fraction of the time. With a closed form
-        the solution is the nearest to `near`, otherwise the result of refinement from `near`. For
-        a redundant arm it is a posture of a family (`families[0].q`). If no start leads inside the
-        limits, all solutions are searched for.
+        False: return one solution inside the limits, in a fraction of the time. A closed form
+        gives the solution nearest to `near`. Without a closed form, an iteration starts at `near`,
+        then at random joint positions, until it finds a solution. If no solution is found, all
+        solutions are searched for. For a redundant arm, the solution is a posture of a family
+        (`families[0].q`).
     axis
         For a pose as target: the tool axis, x, y or z, whose direction must be met instead of the
         whole rotation. The tool may turn about this axis. With `axis`, `rows` are some of x y z.
@@ -213,8 +214,8 @@ def _exact_or_near(problem: IkProblem) -> IkResult:
     result = _all(problem)
     nearest = result.nearest
     if nearest is not None and result.status != 'family' and target.is_near_at(nearest.q):
-        # The nearest pose is within the tolerance of the target, so search solutions within the
-        # tolerance.
+        # No exact solution is inside the limits, but the tool's error at the nearest pose is
+        # within the tolerance. So search again, and accept all errors within the tolerance.
         near = problem._replace(target=target.within_tolerance())
         result = (_all if plan.redundant else _searched)(near)
     if result.status != 'unreachable':
@@ -248,9 +249,10 @@ def _all(problem: IkProblem) -> IkResult:
 
 
 def _result_of_five(problem: IkProblem) -> IkResult | None:
-    # Solves an arm of five joints as an arm of six: takes the solutions in which the added sixth
-    # joint is at 0. The arm cannot exactly reach a rounded target, so the pose of the first
-    # solution found replaces the target. Returns None if the number of solutions is not proved.
+    # Solves an arm of five joints as an arm of six: adds a sixth joint, and takes the solutions in
+    # which the sixth joint is at 0. If the numbers of the target are rounded, the five joints can
+    # only approach the target. So the tool pose at the first approximate solution replaces the
+    # target, and the arm is solved again. Returns None if the number of solutions is not proved.
     robot, target, plan, *_ = problem
     known = target.rows == ROW_NAMES and not plan.redundant and not len(plan.idle)
     if not known or target.tolerance > CANDIDATE_ERROR**2:
@@ -365,9 +367,10 @@ def _degenerate(problem: IkProblem, arm: kernel.SixJoints, eliminated: Eliminate
     if not families and np.count_nonzero(~singular) == real:
         solutions = with_multiplicities(problem, isolated, singular)
         # The solutions are proved complete if their number, with multiplicities, is the largest
-        # possible one. `certified` is the number of simple solutions. Multiplicities of singular
-        # solutions are added only if all exceed 1. Multiplicity 0 means unknown. A singular
-        # solution of multiplicity 1 may already be included in `certified`.
+        # possible number. `certified` is the number of simple solutions. Add the multiplicity of
+        # each singular solution only if all these multiplicities exceed 1. A singular solution of
+        # multiplicity 1 may already be included in `certified`, and a multiplicity of 0 means
+        # unknown.
         multiples = solutions.multiplicities[np.count_nonzero(~singular) :]
         if all(m > 1 for m in multiples) and certified + sum(multiples) == arm.bound:
             return result_of(problem, solutions, (), _method_of(roots), roots)

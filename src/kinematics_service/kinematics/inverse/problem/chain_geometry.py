@@ -38,11 +38,11 @@ def size_of(screws: Screws) -> float:
 
 def made_exact(screws: Screws, axes: Floats, points: Floats, coupling: Floats) -> Screws:
     """
-    Return the screws with new axes, points on the axes, and coupling.
+    Return the screws with new axes, new points on the axes, and a new coupling.
 
-    Callers use it to make nearly parallel axes exactly parallel, or to let axes that nearly meet
-    exactly meet. The error bound `off` of the screws increases by twice the change of axes and
-    points.
+    Callers replace nearly parallel axes by exactly parallel axes, or axes that nearly intersect by
+    axes that intersect. The error bound `off` of the screws increases by twice the change of axes
+    and points.
     """
     turns = np.linalg.norm(np.cross(axes, screws.axes), axis=1)
     shifts = np.linalg.norm(np.cross(points - screws.points, screws.axes), axis=1)
@@ -112,8 +112,9 @@ def in_one_direction(screws: Screws, indices: Sequence[int]) -> Screws:
     """
     Return the screws, with several nearly parallel axes made exactly parallel.
 
-    `indices` are those of the axes. All of them get the direction of the first one. If an axis had
-    the opposite direction, its motion changes the sign.
+    `indices` are the indices of these axes. Each axis gets the direction of the first one. If an
+    axis pointed in the opposite direction, its row of `coupling` is negated, because the angle
+    about the reversed axis has the opposite sign.
     """
     axes, coupling = screws.axes.copy(), screws.coupling.copy()
     first = axes[indices[0]]
@@ -128,8 +129,8 @@ def with_feet(screws: Screws) -> Screws:
     Return the screws, with the stored points of axes 1 and 2 moved along the axes to their common
     perpendicular.
 
-    If axes 1 and 2 are parallel or meet within the tolerance, they are made exactly parallel or
-    exactly meeting.
+    If axes 1 and 2 are parallel within the tolerance, they are made exactly parallel. If they
+    intersect within the tolerance, they are made to intersect exactly.
     """
     if parallel(*screws.axes[:2]):
         screws = in_one_direction(screws, (0, 1))
@@ -151,9 +152,9 @@ def with_feet(screws: Screws) -> Screws:
 
 def reversed_screws(screws: Screws) -> Screws:
     """
-    Return the screws in the order from tool to base, with opposite joint motions.
+    Return the screws in the order from tool to base, with negative angles and displacements.
 
-    The inverse of a product of motions is the product of the inverse motions in reversed order.
+    The product A B C of the screw motions becomes its inverse C^-1 B^-1 A^-1.
     """
     return replace(
         screws,
@@ -187,10 +188,11 @@ def with_links_merged(screws: Screws) -> Screws:
     The motion of the tool's origin does not change.
 
     Let the parallel rotations have the axes 1 to m. Link j is the vector from axis j to axis j +
-    1, or from axis m to the tool. It turns by the sum of the rotation angles 1 to j. If two links
-    always have equal sums, as in a parallelogram, they are added to one link. If the sum is always
-    0, the link never turns, and is added to the constant vector to the first axis. If not exactly
-    two links are left that turn, the screws are returned unchanged.
+    1. Link m is the vector from axis m to the tool. Link j turns by the sum of the rotation angles
+    1 to j. If this sum is always equal for two links, as in a parallelogram, the two vectors are
+    added to one link. If the sum is always 0, the link never turns, and its vector is added to the
+    point of axis 1. If the number of turning links is then not 2, the screws are returned
+    unchanged.
     """
     k = len(screws.axes)
     start = k

@@ -85,9 +85,9 @@ def _options(slides: tuple[bool, ...]) -> list[Option]:
         for first in range(6):
             turned = ordered[first:] + ordered[:first]
             if sum(slides) < 2:
-                # Counted cyclically from joint `first`: the third joint is the unknown of the
-                # polynomial (hidden joint), the sixth joint is eliminated first. Both must be
-                # revolute.
+                # Number the joints cyclically from joint `first`. Joint 3 is the unknown of the
+                # polynomial (hidden joint). Joint 6 is eliminated before all others. Joints 3 and
+                # 6 must be revolute; `turned` is True for prismatic joints.
                 allowed = not turned[2] and not turned[5]
             else:
                 # With two or more prismatic joints, joint `first` must be prismatic. Counted

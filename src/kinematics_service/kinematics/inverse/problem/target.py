@@ -23,7 +23,7 @@ IDENTITY = np.eye(4)
 # Accepted shapes of a target: a pose and a position.
 SHAPES = ((4, 4), (3,))
 TOOL_AXES = ('x', 'y', 'z')
-# A solution is exact if its residual is at most this, m. The bound covers the round-off of forward
+# Largest residual of an exact solution, in m. It is larger than the round-off of forward
 # kinematics of usual arms.
 EXACT_ERROR = 1e-10
 # If the reach of an arm is below 1 mm, this number times the reach replaces EXACT_ERROR. The

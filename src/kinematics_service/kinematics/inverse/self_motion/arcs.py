@@ -112,8 +112,8 @@ class IkArc(FrozenArrays):
         """
         Return the joint positions (n,) at length s (rad) along the arc, exact to round-off.
 
-        s is between 0 and `length`. A closed arc continues before 0 and beyond `length`, lap by
-        lap.
+        On an open arc, s is between 0 and `length`. On a closed arc, s may be any number: a new
+        lap begins at each multiple of `length`.
         """
         laps = math.floor(s / self.length) if self.closed else 0
         place = np.interp([s - laps * self.length], self.s, self.places)

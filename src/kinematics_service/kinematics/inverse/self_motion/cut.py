@@ -13,8 +13,9 @@ beyond its limits are skipped, because no arc ends in such a step.
 Pieces: a piece ends where a joint passes a limit. The posture in the middle of a piece determines
 how many full turns must be added to each joint to bring the piece inside the limits.
 
-Arcs: the module `turns` joins successive pieces that are inside the limits with the same full
-turns. Such a sequence of pieces is called a run. Each run becomes one arc.
+Arcs: a vector of full turns has a whole number for each joint. The module `turns` joins successive
+pieces if one vector, added to the joint positions, brings all of them inside the limits. Such a
+sequence of pieces is called a run. Each run becomes one arc.
 """
 
 import functools
@@ -74,9 +75,9 @@ def arcs_of(curve: SolutionCurve) -> tuple[IkArc, ...]:
 
 
 def _is_near(curve: SolutionCurve) -> Flags:
-    # Returns for each step between two samples of the curve whether all joints are near their
-    # limits or inside. A joint is not near if it is farther beyond its limit than the sum of the
-    # motions of all joints in the step. Such a joint cannot come inside during the step.
+    # Returns a flag for each step between two samples of the curve: whether the joints may be
+    # inside their limits somewhere in the step. The flag is False if a joint is farther beyond its
+    # limit than the sum of the motions of all joints in the step.
     q, ((low, high), periods, _) = curve.q, _counted(curve.plan)
     turned = q - periods * np.floor((q - low) / periods)
     away = np.minimum(turned - high, low + periods - turned) / curve.plan.scales
@@ -88,9 +89,10 @@ class _CutCurve:
     # A solution curve that is cut into pieces at the joint limits. `table` has one row for each
     # sample, each passage of a limit and each reversal of a joint. The columns are: place on the
     # curve, n joint positions, length of the curve up to the place (rad), joint, side of the
-    # limit. The rows are sorted by place. On a closed curve, the rows repeat lap after lap: row +
-    # `lap` is the same row one lap later. `begins` has the index of the first row of each piece.
-    # On an open curve, the last number of `begins` is the index of the last row.
+    # limit. The rows are sorted by place. For a closed curve, the table has the rows of one lap.
+    # The vector `lap`, added to a row, gives the row one lap later. `begins` has the index of the
+    # first row of each piece. On an open curve, the last number of `begins` is the index of the
+    # last row.
 
     def __init__(self, curve: SolutionCurve, near: Flags) -> None:
         self.curve, self.near = curve, near
@@ -128,8 +130,8 @@ class _CutCurve:
         k, side, joint = np.nonzero((turns[:-1] != turns[1:]) & near[:, None, None])
         turned = self.periods[joint] * np.maximum(turns[k, side, joint], turns[k + 1, side, joint])
         before, after, limit = q[k, joint], q[k + 1, joint], self.limits[side, joint] + turned
-        # In this step the joint moves from `before` to `after`. The limit may be up to EXIT_MARGIN
-        # outside this range. Then the end of the range that is nearer to the limit replaces it.
+        # `level` is the limit, moved into the range from `before` to `after`. The joint moves over
+        # this range in the step. The limit may be up to EXIT_MARGIN outside.
         level = np.clip(limit, np.minimum(before, after), np.maximum(before, after))
         self._add(k, (joint, level, before - level, after - level), side)
 
@@ -147,22 +149,24 @@ class _CutCurve:
         self.table = table[table[:, 0].argsort(kind='stable')]
 
     def _rows(self, rows: Integers) -> Floats:
-        # Returns rows of the table by their indices. On a closed curve the indices continue lap
-        # after lap.
+        # Returns rows of the table by their indices. On a closed curve, an index may exceed the
+        # number of rows: index + (number of rows) means the same row one lap later.
         laps, k = np.divmod(rows, len(self.table))
         return np.asarray(self.table[k] + laps[:, None] * self.lap)
 
     def _begin(self, piece: int) -> int:
-        # Returns the index of the first row of a piece of the curve. On a closed curve the indices
-        # of pieces and rows continue lap after lap.
+        # Returns the index, in the table, of the row at which a piece begins. On a closed curve,
+        # `piece` may exceed the number of pieces: piece + (number of pieces) means the same piece
+        # one lap later. The index then exceeds the number of rows (see `_rows`).
         laps, k = divmod(piece, len(self.begins))
         return self.begins[k] + laps * len(self.table)
 
     def runs(self) -> Iterator[PieceRun]:
         """
-        Return the runs of the curve: sequences of successive pieces inside the limits.
+        Return the runs of the curve: longest sequences of successive pieces inside the limits.
 
-        All pieces of a run are inside the limits with the same full turns.
+        Full turns are added to the joint positions of a piece to bring the piece inside the
+        limits. Within a run, the number of full turns added to each joint is constant.
         """
         places = self._rows(np.array([self._begin(k) for k in range(self.count + 1)]))[:, 0]
         q, (low, high) = self.curve.at(0.5 * (places[1:] + places[:-1])), self.limits
@@ -191,10 +195,9 @@ class _CutCurve:
         joint, side = int(row[-2]), int(row[-1])
         if side == NO_SIDE:
             return IkArcEnd('', 'singular')
-        # Find the joint at whose limit the arc ends. According to the table, `joint` passes a
-        # limit at this row, but perhaps with other full turns than the arc. If `joint` is not at a
-        # limit with the full turns of the arc (in `q`), another joint is; take the joint nearest
-        # to a limit.
+        # Find the joint at whose limit the arc ends. It is `joint` if the position of `joint` in q
+        # is at a limit. Otherwise `joint` is one or more full turns away from its limit. Then take
+        # the joint whose position in q is nearest to a limit.
         away = np.abs(self.limits - q)
         if away[:, joint].min() > kernel.AT_LIMIT:
             joint = int(away.min(axis=0).argmin())

@@ -102,11 +102,11 @@ class SlicedArm(NamedTuple):
 @functools.lru_cache(maxsize=128)
 def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm | None:
     """
-    Return an arm with the solver of its slices: arms in which one joint is held.
+    Return an arm with a solver that holds one joint and solves the others.
 
     The targets prescribe the pose components `rows`, some of x y z rx ry rz, and the direction of
-    the tool axis `axis`. Returns None if the arm does not have exactly one redundant joint for
-    such targets.
+    the tool axis `axis`. If the arm does not have exactly one redundant joint for these targets,
+    returns None.
     """
     screws = None if robot.chain.loops else screws_of(robot.chain)
     position, whole = rows == ROW_NAMES[:3], bool(axis) or rows == ROW_NAMES

@@ -30,7 +30,7 @@ Box = list[list[int]]
 
 class PieceRun(NamedTuple):
     """
-    A sequence of successive pieces of a curve, all inside the limits with the same full turns.
+    Successive pieces of a curve, brought inside the joint limits by one vector of full turns.
 
     Attributes
     ----------
@@ -41,8 +41,8 @@ class PieceRun(NamedTuple):
         The full turns to add to the joint positions, one number for each joint. They bring all
         pieces of the run inside the limits, but neither the piece before nor the piece after.
     closed
-        Whether the run is a whole closed curve: its last piece leads back to its first piece with
-        the same full turns.
+        Whether the run is a whole closed curve on which each joint returns to its position without
+        a full turn.
     windings
         Number of vectors of full turns that could replace `turns`, including `turns`.
     """
@@ -58,7 +58,8 @@ def runs_of(boxes: Sequence[Box], closed: bool, lap: Sequence[int]) -> Iterator[
     """
     Yield the runs of a curve: longest sequences of successive pieces inside the limits.
 
-    All pieces of a run are inside the limits with the same full turns.
+    Full turns are added to the joint positions of a piece to bring the piece inside the limits.
+    Within a run, the number of full turns added to each joint is constant.
 
     Parameters
     ----------
