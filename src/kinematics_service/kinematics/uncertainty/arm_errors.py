@@ -86,7 +86,7 @@ class NamedErrors(NamedTuple):
 
 def frames_of_elements(robot: Robot) -> Integers:
     """
-    Return for k = 0, 1, ... the index of the first table frame behind exactly k joint screws.
+    Return for k = 0, 1, ... the index of the first table frame after exactly k joint screws.
 
     Frames and joint screws are counted from the base. Only the first k joint screws move this
     frame.

@@ -61,12 +61,12 @@ class MovingScrews(NamedTuple):
 
 
 class _PartPlaces(NamedTuple):
-    # A chain is a product: fixed product 0, joint screw 1, fixed product 1, joint screw 2, and so
-    # on. A fixed product has constant motions and corrections as factors. parts[i, k] is factor i
-    # of fixed product k, shape (largest number of factors, number of joint screws + 1, 4, 4). The
-    # other arrays have one number for each correction: its indices i (`depths`) and k (`places`),
-    # whether it is a rotation (`turns`), its axis 0, 1 or 2 (`along`), and its column in the
-    # Jacobian (`columns`).
+    # A chain is the product F0 S1 F1 S2 F2 ... of joint screws Sk and motions Fk between the
+    # screws. Each Fk is a product of constant motions and corrections. parts[i, k] is factor i of
+    # Fk, shape (largest number of factors, number of joint screws + 1, 4, 4). The other arrays
+    # have one number for each correction: its indices i (`depths`) and k (`places`), whether it is
+    # a rotation (`turns`), its axis 0, 1 or 2 (`along`), and its column in the Jacobian
+    # (`columns`).
     parts: Floats
     depths: Integers
     places: Integers
@@ -124,12 +124,13 @@ class PoseChange(NamedTuple):
 
 
 class _Stills(NamedTuple):
-    # A chain is a product: fixed product 0, joint screw 1, fixed product 1, joint screw 2, and so
-    # on. A fixed product has constant motions and corrections as factors. `motions` has the values
-    # (4, 4) of the fixed products. The other arrays have one entry for each correction: the index
-    # of its fixed product (`places`), the column of the correction in the Jacobian (`columns`),
-    # whether the correction is a rotation (`turns`), and its axis: a direction (`axes`) and a
-    # point (`origins`). Direction and point are in the frame at which the fixed product begins.
+    # A chain is the product F0 S1 F1 S2 F2 ... of joint screws Sk and motions Fk between the
+    # screws. Each Fk is a product of constant motions and corrections. `motions` has the matrices
+    # Fk, shape (number of joint screws + 1, 4, 4). The other arrays have one entry for each
+    # correction: the index k of the Fk that contains the correction (`places`), the column of the
+    # correction in the Jacobian (`columns`), whether the correction is a rotation (`turns`), and
+    # the axis of the correction: a direction (`axes`) and a point (`origins`). Direction and point
+    # are given in the frame directly before Fk.
     motions: Floats
     places: Integers
     columns: Integers
@@ -147,9 +148,9 @@ def small_motion(turns: bool, axis: int, value: float) -> Floats:
 
 
 def _stills(chain: CorrectedChain, values: Floats) -> _Stills:
-    # A chain is a product: fixed product 0, joint screw 1, fixed product 1, and so on. Computes
-    # the fixed products, whose factors are constant motions and corrections. The loop computes all
-    # fixed products at once: step i multiplies each fixed product by its factor number i.
+    # A chain is the product F0 S1 F1 S2 F2 ... of joint screws Sk and motions Fk between the
+    # screws. Each Fk is a product of constant motions and corrections. Computes all Fk at once:
+    # step i multiplies each Fk by its factor i.
     parts, depths, places, turns, along, columns = chain._layout
     parts, by = parts.copy(), values[columns]
     parts[depths[~turns], places[~turns], along[~turns], 3] = by[~turns]
@@ -257,7 +258,7 @@ class ErrorScrews(NamedTuple):
         For each correction, the number k of joint screws between the base and the correction.
     screws : shape (P, 6)
         Each correction as a screw: linear velocity of the frame's origin, and angular velocity. It
-        is given in frame k, the frame directly behind the first k joint screws.
+        is given in frame k, the frame after the first k joint screws.
     starts : shape (number of joint screws + 1, 4, 4)
         Poses of the frames k = 0, 1, ... with all joints at zero.
     """

@@ -41,9 +41,10 @@ from .triangle import triangle_of
 # other parameters. The RMS of the rest over random poses must exceed MIN_EXTRA_MOTION * LENGTH,
 # where LENGTH is the usual standard deviation of a length.
 MIN_EXTRA_MOTION = 0.1
-# The tool motion by an extra parameter is approximated by combinations of errors of the other
-# parameters. A combination is left out if it hardly moves the tool: if the RMS of the tool motion
-# over random poses is at most MIN_SPAN_MOTION * LENGTH, where LENGTH is the usual standard
+# An extra parameter is a correction for which the nominal table has no number. It is added only if
+# errors of the other parameters cannot move the tool in the same way. Some combinations of these
+# errors hardly move the tool, and are left out of the comparison. For them, the RMS of the tool
+# motion over random poses is at most MIN_SPAN_MOTION * LENGTH, where LENGTH is the usual standard
 # deviation of a length.
 MIN_SPAN_MOTION = 0.02
 # Number of random poses at which the tool motions by different parameters are compared.
@@ -102,8 +103,8 @@ def every_parameter_of(description: RobotDescription) -> ArmParameters:
     """
     Return all parameters of an arm, and the arm's chain with a correction for each parameter.
 
-    An extra parameter is included even if combinations of other parameters move the tool in
-    exactly the same way.
+    An extra parameter is a correction for which the table has no number. All extra parameters are
+    included, even if the other parameters can move the tool in exactly the same way.
     """
     return _built(description, None)
 
@@ -240,8 +241,8 @@ def _arranged(
         if link.joint is None:
             return [row.before], [row.after]
         # The row is the product of a constant matrix (key `in` of the robot file), the joint, and
-        # another constant matrix. Put the corrections between the first matrix and the joint. They
-        # act along and about the axes of the frame behind the first matrix.
+        # another constant matrix. Put the corrections directly after the first matrix. So they act
+        # along and about the axes of the frame whose pose is the first matrix.
         remainder = np.asarray(np.linalg.solve(link.inner.matrix, row.before), np.float64)
         return [link.inner.matrix, *motions.values(), remainder], [row.after]
     return [*motions.values(), row.before], [row.after]
