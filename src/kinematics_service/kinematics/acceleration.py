@@ -9,11 +9,12 @@ the tool gets the angular velocity w, and the reference point (the tool's origin
 the linear velocity s. The pair (s, w) is the screw of the element. Each column of the Jacobian is
 a sum of screws.
 
-A screw changes with time. The elements nearer to the base carry its axis: together they turn the
-axis with the angular velocity W, and give the reference point the velocity V. All elements
-together give the reference point the velocity V_all, so this point moves relative to the axis with
-V_all - V. Therefore dw/dt = W x w and ds/dt = W x s + w x (V_all - V). The last term comes from w
-x r, the part of s that depends on the vector r from the axis to the reference point.
+The screw of an element changes with time. The elements between the base and this element move its
+axis: together they turn the axis with the angular velocity W, and give the reference point the
+velocity V. All elements of the arm together give the reference point the velocity V_all. So the
+reference point moves relative to the axis with V_all - V. The derivatives are dw/dt = W x w and
+ds/dt = W x s + w x (V_all - V). The last term comes from w x r, the part of s that depends on the
+vector r from the axis to the reference point.
 
 If the arm has closed loops, J = J_open [1; C]. J_open has a column for each joint and for each
 passive joint, and C = d psi / d q has the derivatives of the passive joints psi by the joints q.
@@ -64,7 +65,7 @@ def jacobian_rate(
     JointVectorError
         The last dimension of `q` or `qdot` is not n, or a number is not finite.
     PointError
-        The arm has no such point, row or axes; `at` is not three finite numbers.
+        The arm has no frame `of` or `axes`; `at` is not three finite numbers.
     """
     robot = as_robot(robot)
     state = state_of(robot, of, q, qdot)
@@ -101,7 +102,7 @@ def acceleration(
     JointVectorError
         The last dimension of `q`, `qdot` or `qddot` is not n, or a number is not finite.
     PointError
-        The arm has no such point, row or axes; `at` is not three finite numbers.
+        The arm has no frame `of` or `axes`; `at` is not three finite numbers.
 
     Examples
     --------
@@ -143,8 +144,9 @@ def _rate(state: ToolState, point: Point, at: npt.ArrayLike | None) -> Floats:
     if not chain.loops:
         rates = _screw_rates(chain, point.first_entries, screws, qdot)
         if chain.form != kernel.MIXED:
-            # If the form is not MIXED, each joint moves exactly one row of the table. Then column
-            # j of J is the screw of the row that joint j moves.
+            # MIXED marks chains in which a joint may move several rows of the table, or none. In
+            # all other chains, each joint moves exactly one row. Then column j of J is the screw
+            # of the row that joint j moves.
             return rates
         return _by_variable(chain, rates)
     closure = chain.closure
@@ -163,9 +165,10 @@ def _screw_rates(chain: Chain, first: Integers, screws: Floats, rates: Floats) -
     entries = chain.entries
     sums = np.zeros((*screws.shape[:-1], entries + 1))
     np.cumsum(screws * rates[..., None, chain.table.joint], axis=-1, out=sums[..., 1:])
-    # `before` has, for each entry, the twist that the elements nearer to the base produce
-    # together. The element of the entry is not included, because an element that moves does not
-    # move its own axis.
+    # Each column of `screws` is the screw of an element (a row of the table). The same column of
+    # `before` is the twist of the element's axis: the sum of the twists of all elements between
+    # the base and this element. The element itself is left out, because an element that moves does
+    # not move its own axis.
     before = sums[..., first]
     W, V = before[..., 3:, :], sums[..., :3, -1:] - before[..., :3, :]
     halves = screws.reshape(*screws.shape[:-2], 2, 3, entries)

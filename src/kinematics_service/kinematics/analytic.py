@@ -138,8 +138,9 @@ def _of_rpy(R: Floats) -> _Map:
     c, s = R[..., 0, 0] / by, R[..., 1, 0] / by
     tangent = -R[..., 2, 0] / by
     zero = np.where(singular, np.nan, 0.0)
-    # The angular velocity is w = roll' Rz Ry x + pitch' Rz y + yaw' z, with the unit vectors x, y,
-    # z, Ry = Ry(pitch) and Rz = Rz(yaw). Solve this equation for the rates roll', pitch', yaw'.
+    # Let x, y, z be the unit vectors, and let Ry = Ry(pitch) and Rz = Rz(yaw) be rotation
+    # matrices. The angular velocity is w = roll' Rz Ry x + pitch' Rz y + yaw' z. Solve this
+    # equation for the rates roll', pitch', yaw'.
     by_turn = _stacked(
         [c / by, s / by, zero], [-s, c, zero], [c * tangent, s * tangent, zero + 1.0]
     )

@@ -54,7 +54,7 @@ def forward_kinematics(
     JointVectorError
         The last dimension of `q` is not n, or a number is not finite.
     PointError
-        The arm has no such point, row or axes; `at` is not three finite numbers.
+        The arm has no frame `of` or `axes`; `at` is not three finite numbers.
     """
     robot = as_robot(robot)
     T = state_of(robot, of, q, depth=kernel.POSE).pose
@@ -102,7 +102,7 @@ def pose_of_axes(robot: Robot, axes: str | int, q: npt.ArrayLike) -> Floats:
     Raises
     ------
     PointError
-        The arm has no such point or row.
+        The arm has no frame `axes`.
     """
     try:
         robot.point(axes)
@@ -142,7 +142,7 @@ def jacobian(
     Raises
     ------
     PointError
-        The arm has no such point, row or axes; `at` is not three finite numbers.
+        The arm has no frame `of` or `axes`; `at` is not three finite numbers.
 
     Examples
     --------
@@ -224,7 +224,7 @@ def state_of(
     JointVectorError
         The last dimension of `q` or `qdot` is not n, or a number is not finite.
     PointError
-        The arm has no such point or row.
+        The arm has no frame `of`.
     """
     point = None if type(of) is str and of == TOOL else robot.point(of)
     return evaluate(robot, q, qdot, depth, point=point)

@@ -35,7 +35,9 @@ class LoopJoint(NamedTuple):
 
 class LoopLinks(NamedTuple):
     """
-    The second chain of a closed loop as corners and joints, in the base frame, for pictures.
+    The links of a closed loop that are not in the DH table, as corners and joints for pictures.
+
+    These links form the second chain of the loop. All coordinates are in the base frame.
 
     Attributes
     ----------
@@ -56,11 +58,15 @@ class LoopLinks(NamedTuple):
 
 def loop_links(state: ToolState) -> tuple[LoopLinks, ...]:
     """
-    Return the second chain of each closed loop at one pose: a polyline (corners) with joints.
+    Return the corners and joints of those links of closed loops that are not in the DH table.
 
-    The first chain of a loop is in the DH table of the arm. `state` must have the frames of the
-    table. If `state` was evaluated for an inner frame instead of the tool, the frames of later
-    rows are missing. Loops that are connected to these rows are left out.
+    A closed loop consists of two chains of links. The first chain is in the DH table of the arm.
+    The second chain has its own links in the robot file. The result has the second chain of each
+    loop at one pose.
+
+    `state` must have the frames of the table. If `state` was evaluated for an inner frame instead
+    of the tool, the frames of later rows are missing. Loops that are connected to these rows are
+    left out.
     """
     description, closure = state.robot.description, state.closure
     if closure is None:
@@ -75,11 +81,11 @@ def loop_links(state: ToolState) -> tuple[LoopLinks, ...]:
 
 def carried_rows(robot: Robot) -> tuple[bool, ...]:
     """
-    Return for each row of the DH table whether the row describes a coordinate of a platform, not a
-    link.
+    Return which rows of the DH table are coordinates of a platform instead of links.
 
-    The loops of a parallel robot carry a platform. The coordinates of its position are
-    neighbouring prismatic rows that only passive joints move.
+    The loops of a parallel robot carry a platform. The coordinates of the platform's position,
+    such as x and y, are neighbouring prismatic rows of the table. Only passive joints set the
+    displacements in these rows.
     """
     passive = passive_names(robot.description)
     slides = [_slides_by(row) for row in table_rows(robot.description)]

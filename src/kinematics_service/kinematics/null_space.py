@@ -59,7 +59,7 @@ def null_space(
     JointVectorError
         The last dimension of `q` is not n, `near` has another shape, or a number is not finite.
     PointError
-        The arm has no such point, row or rows.
+        The arm has no frame `of`; `rows` is empty or has an unknown name.
     KinematicsError
         No joint moves the tool in these rows.
 
@@ -99,10 +99,11 @@ def basis_of(task: Task, J: Floats, before: Floats | None = None) -> Floats:
     """
     rank, matrix = task.generic_rank, task.row_scales[:, None] * task_jacobian(task, J)
     if before is not None:
-        # The null space of J_t may have more dimensions than `before` has columns. Then prefer
-        # null vectors that are combinations of the columns of `before`. For this, add rows to J_t
-        # that are as small as round-off. The product of the added rows with a joint motion is 0
-        # only if the motion is such a combination.
+        # At a singular pose, the null space of J_t may have more dimensions than `before` has
+        # columns. Then choose null vectors in the span of `before`. Let P = before before^T be the
+        # projection onto this span. Append the rows of I - P, scaled to the size of round-off, to
+        # J_t. For joint motions outside the span, these rows make the singular values larger than
+        # 0, so the SVD puts the motions inside the span last.
         least = kernel.RANK_TOLERANCE * np.linalg.norm(matrix, axis=(-2, -1), keepdims=True)
         others = least * (np.eye(J.shape[-1]) - before @ np.swapaxes(before, -1, -2))
         leading = others.shape[:-2]

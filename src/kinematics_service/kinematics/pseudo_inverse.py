@@ -50,8 +50,8 @@ class PseudoInverse(FrozenArrays):
         Number of singular values above 1e-10 times the largest singular value. The other singular
         values are not inverted.
     damping : shape (...)
-        The largest damping of a singular value (m), divided by the characteristic length; 0 if the
-        pseudo-inverse is exact.
+        Largest d / L over the singular values, without unit: d is the damping (m) of a singular
+        value, L is the characteristic length. 0 if the pseudo-inverse is exact.
     """
 
     rows: tuple[str, ...]
@@ -78,10 +78,11 @@ class Inverted(FrozenArrays):
 
 def inverted(sigma: Floats, length: float, damping: float, damped_below: float) -> Inverted:
     """
-    Return s / (s^2 + d^2) for singular values s below the bound `damped_below`, else 1 / s.
+    Return the gain s / (s^2 + d^2) of each singular value s, with the damping d.
 
-    The damping d follows from d^2 = damping^2 (1 - (s / damped_below)^2), with s and d relative to
-    the length. Singular values below the rank tolerance give 0.
+    If s < damped_below * length, the damping follows from (d / length)^2 = damping^2 (1 - (s /
+    (damped_below * length))^2). Otherwise d is 0, and the gain is 1 / s. Singular values below the
+    rank tolerance have the gain 0.
 
     Parameters
     ----------
@@ -90,8 +91,8 @@ def inverted(sigma: Floats, length: float, damping: float, damped_below: float) 
     length
         The characteristic length, m.
     damping, damped_below
-        The damping of a singular value of 0, and the bound below which damping begins, both
-        divided by the length.
+        A singular value of 0 has the damping `damping * length`. Singular values below
+        `damped_below * length` are damped.
 
     Raises
     ------
@@ -137,14 +138,15 @@ def pseudo_inverse(
     of
         The frame that moves, as in `jacobian`.
     damping, damped_below
-        As in `ServoSettings`, divided by the characteristic length; 0: not damped.
+        Singular values below `damped_below * L` are damped; L is the characteristic length. A
+        singular value of 0 has the damping `damping * L`. By default, no singular value is damped.
 
     Raises
     ------
     JointVectorError
         The last dimension of `q` is not n, or a number is not finite.
     PointError
-        The arm has no such point, row or rows.
+        The arm has no frame `of`; `rows` is empty or has an unknown name.
     ServoSettingsError
         `damping` or `damped_below` is negative or not finite.
     KinematicsError

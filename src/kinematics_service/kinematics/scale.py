@@ -101,8 +101,9 @@ class MotionScale(FrozenArrays, Generic[Number, Text]):
     values, margins, times : shape (..., K)
         Factor, margin and time of each constraint.
     proved : shape (...)
-        Whether it is proved that the motion meets no singular pose during a stop. If False, the
-        search may have missed a singular pose. Always False for arms with closed loops.
+        Whether it is proved that the arm meets no singular pose while it reacts and brakes from
+        the unscaled velocities to rest. If False, the search may have missed a singular pose.
+        Always False for arms with closed loops.
     """
 
     value: Number
@@ -161,8 +162,8 @@ def scale(
 
     The causes are singular poses ahead (the distance to them must not fall below the threshold
     `stop`), limits of joint positions, limits of joint velocities, and `speed_limits` of the tool
-    and of points. Stops use `acceleration` of the robot file. Motion away from a singular pose or
-    a limit is not slowed. The factor is not a safety function.
+    and of points. The robot file gives the `acceleration` with which each joint can brake. Motion
+    away from a singular pose or a limit is not slowed. The factor is not a safety function.
 
     Parameters
     ----------
@@ -242,10 +243,10 @@ def _scale(groups: list[_Scales], proved: npt.NDArray[np.bool_]) -> MotionScale[
 def _braked(
     constraints: tuple[Constraint, ...], margins: Floats, times: Floats, braking: _Braking
 ) -> _Scales:
-    # Compute the factor s for which the motion comes to rest when the margin is used up. T is the
-    # reaction time, S (`stopping`) the time in which the unscaled motion brakes to rest, and t
-    # (`times`) the time in which it uses up the margin. The factor solves s T + s^2 S / 2 = t; the
-    # code uses the form of the root without cancellation.
+    # Compute the factor s with which the scaled motion comes to rest at a limit or singular pose.
+    # T is the reaction time. The unscaled motion would brake to rest in the time S (`stopping`).
+    # Without braking, it would reach the limit or singular pose in the time t (`times`). The
+    # factor solves s T + s^2 S / 2 = t; the code uses the form of the root without cancellation.
     T, stopping = braking.horizon, braking.stopping[..., None]
     kept = 2.0 * times / (T + np.sqrt(T * T + 2.0 * times * stopping))
     values = np.where(np.isfinite(times), np.minimum(kept, 1.0), 1.0)
@@ -307,9 +308,9 @@ def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
     # pose falls below `stop`. Sphere tracing finds the place on the path at which the distance is
     # `stop`: compute the distance, advance by (distance - `stop`), and repeat. No such place is
     # passed over, because a joint motion changes the distance by at most the length of the motion.
-    # The tracing ends, at the latest, where the arm would come to rest without scaling. The rest
-    # of the motion is computed with a plane instead of the curved set of singular poses: the plane
-    # through the nearest singular pose, normal to the direction toward this pose.
+    # The tracing ends, at the latest, where the arm would stop if it braked from the unscaled
+    # velocities. After the last traced pose, a plane replaces the curved set of singular poses:
+    # the plane through the nearest singular pose, normal to the direction toward this pose.
     thresholds, scales = robot.singularity.thresholds, robot.singularity.task.column_scales
     stop = MEASURES['distance'].stop if thresholds.measure != 'distance' else thresholds.stop
     assert stop is not None  # the threshold `stop` of a distance is always a number
@@ -342,9 +343,9 @@ def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
 def _proved(
     robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
 ) -> npt.NDArray[np.bool_]:
-    # Returns whether it is proved that a stopping motion meets no singular pose. The proof covers
-    # the path of the motion with balls in joint space. Each ball is proved to contain no singular
-    # pose (see `clearances`).
+    # Returns whether it is proved that the arm meets no singular pose while it reacts and brakes
+    # from the unscaled velocities to rest. The proof covers the path with balls in joint space.
+    # Each ball is proved to contain no singular pose (see `clearances`).
     q, rates = (np.reshape(rows, (-1, robot.dof)) for rows in (state.q, qdot))
     speeds = np.linalg.norm(rates / robot.singularity.task.column_scales, axis=-1)
     passed = np.where(speeds > AT_REST, 0.0, braking.due)
@@ -360,8 +361,9 @@ def _proved(
 
 def _seen_from(robot: Robot, q: Floats) -> tuple[Singularities, npt.NDArray[np.bool_]]:
     # Returns singularity measures and a mask (N,) for joint positions q (N, n). The mask is True
-    # where all loops close; the measures are only for these joint positions. A loop may not close
-    # if the motion has passed a pose with singular loop equations that the search missed.
+    # where all loops close; the measures are only for these joint positions. A loop may be unable
+    # to close at joint positions beyond a pose with singular loop equations. The search for
+    # singular poses may have missed this pose.
     closes = np.ones(len(q), bool)
     while True:
         try:

@@ -140,10 +140,11 @@ class Singularity(Generic[Number, Index, Grade, Pose]):
     way_out : shape (..., n)
         Joint motion that leads away from singular poses fastest, rad or m. It follows the gradient
         of the manipulability (at a singular pose, of the smallest singular value), and is zero if
-        this gradient is zero. At a singular pose the opposite motion leads away, too. For an arm
-        with closed loops, the nearest singular pose may have singular loop equations
-        (`flat_loop`). Then the motion leads away from this pose. If the search found no singular
-        pose of such an arm, the pose that is nearest by first-order estimates is used.
+        this gradient is zero. At a singular pose the opposite motion leads away, too. In an arm
+        with closed loops, the equations of a loop may be singular at the nearest singular pose
+        (`flat_loop`). Then the motion follows the gradient of the size of their determinant
+        instead. If the search found no singular pose, the nearest singular pose is estimated to
+        first order.
     rate
         Change per second, along qdot, of the measure to which the robot's thresholds apply; None
         without qdot.
@@ -254,9 +255,10 @@ class _TakenMeasures(Singularity[Any, Any, Any, Any]):
 
     @property
     def _watched(self) -> Floats:
-        # Returns the array of measures from which the level is read. If the thresholds apply to
-        # the distance, returns `_searched`, the array after the search for the nearest singular
-        # poses. Otherwise the level needs no search.
+        # Returns the array of measures that contains the final level (OK, WARN or ERROR). If the
+        # robot's thresholds apply to the distance, this is the array after the search for the
+        # nearest singular poses. Otherwise the level does not depend on the search, so `_first` is
+        # returned.
         by_distance = self._robot.singularity.thresholds.measure == 'distance'
         return self._searched if by_distance else self._first
 

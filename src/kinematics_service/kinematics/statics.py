@@ -39,7 +39,8 @@ class WrenchEstimate(FrozenArrays):
     rank : shape (...)
         Number of independent directions of wrench that act on the joints.
     damping : shape (...)
-        The largest damping of a singular value (m), divided by the characteristic length.
+        Largest d / L over the singular values, without unit: d is the damping (m) of a singular
+        value, L is the characteristic length.
     damped : shape (..., 6, 6)
         Nonzero rows are directions of wrench that act weakly on the joints. Because of the
         damping, the estimate along these directions is too small. The rows are unit vectors as in
@@ -91,7 +92,7 @@ def joint_torques(
     WrenchError
         `wrench` is not six finite numbers, or its leading dimensions do not fit those of `q`.
     PointError
-        The arm has no such point, row or axes; `at` is not three finite numbers.
+        The arm has no frame `of` or `axes`; `at` is not three finite numbers.
 
     Examples
     --------
@@ -145,7 +146,7 @@ def wrench_from_torques(
     JointVectorError
         The last dimension of `q` or `torques` is not n, or a number is not finite.
     PointError
-        The arm has no such point, row or axes; `at` is not three finite numbers.
+        The arm has no frame `of` or `axes`; `at` is not three finite numbers.
     ServoSettingsError
         `damping` or `damped_below` is negative or not finite.
     """

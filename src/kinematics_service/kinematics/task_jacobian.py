@@ -23,7 +23,7 @@ def task_of(robot: Robot, rows: Sequence[str] | None, of: str | int = TOOL) -> T
     Raises
     ------
     PointError
-        A row does not exist.
+        The arm has no frame `of`; `rows` is empty or has a name other than x y z rx ry rz.
     KinematicsError
         No joint moves the point in these rows.
     """
