@@ -47,9 +47,9 @@ def _note_late(memory: JointMemory, reported: ReportedJoints) -> None:
 
 def _store(memory: JointMemory, reported: ReportedJoints, use_velocities: bool) -> None:
     # Stores the joint positions of a message in the memory. Stores a velocity for each joint, too.
-    # If `use_velocities` is set, the velocities are those of the message. Otherwise they are
-    # computed from differences of positions, or are unknown (NaN) if the memory's velocity source
-    # is FROM_MESSAGE.
+    # If `use_velocities` is set, the velocities are those of the message. If not, they are
+    # differences of positions divided by time. But if the memory's velocity source is
+    # FROM_MESSAGE, they are unknown (NaN).
     at = reported.stamp if reported.stamp != 0 else reported.received
     for k in range(reported.ours.count):
         j, place = reported.ours.joint[k], reported.ours.place[k]

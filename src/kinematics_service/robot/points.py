@@ -148,8 +148,8 @@ def with_tool(
 
 def moved_base(description: RobotDescription, motion: Floats, frame: str) -> RobotDescription:
     """
-    Return an arm whose base is given in another frame, named `frame`. `motion`, (4, 4), m, is the
-    pose of the old base frame in this frame.
+    Return the same arm with a new base frame, named `frame`. `motion`, (4, 4), m, is the pose of
+    the old base frame in the new one.
     """
     matrix = motion @ description.base.motion.matrix
     place, turn = _texts(matrix[:3, 3], description.metres), exact_rpy(matrix[:3, :3])

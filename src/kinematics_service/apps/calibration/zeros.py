@@ -85,7 +85,8 @@ def calibrate_zeros(
     approach, noise, fix, progress
         Arguments that are passed to `calibrate`, with the same meaning there.
     check
-        Whether to try mistakes that would explain a refusal.
+        If the calibration is refused: whether to look for a mistake of the input that explains the
+        refusal, such as wrong units.
 
     Raises
     ------

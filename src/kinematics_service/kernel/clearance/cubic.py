@@ -113,11 +113,11 @@ class Cubic:
                 self.T[p] = -self.T[p]
 
     def _divide(self, slope: float) -> None:
-        # Let s be this polynomial, and let t be the argument of `take_away`. The linear part of t
-        # is slope * (u.d), where the vector u (`way`) has length 1. Computes the quadratic
-        # polynomial p for which p * slope * (u.d) cancels all terms of s that contain u.d. The
-        # coefficients of p are the number along[0], the vector `more` (linear part) and the matrix
-        # `half` (quadratic part).
+        # Let s be this polynomial of the joint motion d, and let t be the argument of `take_away`.
+        # The linear part of t is slope * (u.d), where the vector u (`way`) has length 1. Computes
+        # the quadratic polynomial p for which p * slope * (u.d) cancels all terms of s that
+        # contain u.d. The coefficients of p are the number along[0], the vector `more` (linear
+        # part) and the matrix `half` (quadratic part).
         d, u, whole = self.count, self.way, 0.0
         for a in range(d):
             self.more[a], self.along[a] = 0.0, 0.0

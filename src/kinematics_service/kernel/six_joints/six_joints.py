@@ -38,10 +38,10 @@ MAX_NOISE = 1e-6
 # 2 * START_RADIUS. Roots come in pairs z and 1 / conj(z), so as many roots are inside the unit
 # circle as outside. So half of the starting points are inside the unit circle, too.
 START_RADIUS = 0.7
-# A root z = e^(i a) has a complex angle a. If the solution of the root is real, the imaginary part
-# of a is 0, except for errors. The absolute value of the imaginary part is |log |z||. A root may
-# belong to a real solution if this value is at most MAX_REAL_DEVIATION, rad. If the noise is 1e-6,
-# a double root is off by sqrt(1e-6) = 1e-3, a fourfold root by 3e-2.
+# A root z = e^(i a) has a complex angle a. If the root gives real joint positions, the imaginary
+# part of a is 0, except for errors. The absolute value of the imaginary part is |log |z||. A root
+# may belong to a real solution if this value is at most MAX_REAL_DEVIATION, rad. If the noise is
+# 1e-6, a double root is off by sqrt(1e-6) = 1e-3, a fourfold root by 3e-2.
 MAX_REAL_DEVIATION = 0.05
 # Each root z = e^(i a) gives joint positions, with the angle a of the hidden joint, from which
 # Newton's method starts. If z is near the unit circle, the first start uses, instead of z, the

@@ -277,8 +277,9 @@ def errors_of_file(robot: Robot) -> PoseErrors | None:
 
 def covariances(errors: PoseErrors, state: ToolState, axes: str = BASE) -> Floats:
     """
-    Return the covariances of the tool's pose and twist, shape (..., 2, 6, 6), for a state with all
-    frames.
+    Return the covariances of the tool's pose and twist, shape (..., 2, 6, 6).
+
+    The state must have the frames of all rows of the table.
 
     The covariance of the twist is in `axes`, `base` or `tool`.
     """

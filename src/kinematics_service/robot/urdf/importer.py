@@ -31,7 +31,7 @@ from .tree import UrdfTree, read_tree
 # Largest accepted error of a robot file's poses, relative to the arm's size. The value is 100
 # times the largest error that was seen in thousands of random chains.
 MAX_RELATIVE_ERROR = 1e-10
-MAX_NAME_LENGTH = 256  # characters; a robot file accepts no longer names
+MAX_NAME_LENGTH = 256  # characters; a robot file refuses names that are longer
 REFUSED_IN_JOINTS = ','  # a comma separates joint names in the label of a Jacobian message
 REFUSED_IN_FRAMES = r'\s'
 

@@ -3,8 +3,9 @@
 """
 Compute the Denavit-Hartenberg table of a URDF chain from common normals of the joint axes.
 
-The program computes each row in the frame after the previous rows, with all joints at 0. The
-previous rows have the rounded numbers of the robot file, so each row corrects their round-off.
+Each row is computed in the frame after the previous rows, with all joints at 0. The numbers of the
+previous rows are already rounded as in the robot file that is written, so each row corrects the
+round-off of the previous rows.
 """
 
 import math
@@ -251,8 +252,8 @@ def _steps(line: _Line, size: float) -> list[UrdfRow]:
 
 
 def _last_steps(line: _Line, size: float) -> list[UrdfRow]:
-    # Return the last row, after which the z axis of the frame is the z axis of the tip. The motion
-    # about and along the z axis of the tip becomes part of the tool pose.
+    # Return the last row. After this row, the z axis of the frame is the z axis of the tip. The
+    # constant rotation about this axis and shift along it become part of the tool pose.
     z = line.direction[2]
     if math.hypot(*line.direction[:2]) < TOOL_AXIS_TOLERANCE:
         row, _ = _step(_Line(line.point, np.array([0.0, 0.0, math.copysign(1.0, z)])))

@@ -226,7 +226,7 @@ class Laurent:
         }
 
     def by_power(self, index: int) -> dict[int, 'Laurent']:
-        """Return a dictionary from each power of a generator to the coefficient of the power."""
+        """Return the coefficient of each power of one variable of the polynomial, by the power."""
         groups = self.grouped((index,)).items()
         return {power: from_terms(self.ring, terms, self.divisor) for (power,), terms in groups}
 

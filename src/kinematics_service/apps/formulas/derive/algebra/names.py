@@ -170,8 +170,8 @@ def names_by_use(description: RobotDescription) -> dict[str, set[str]]:
 
 def uses_of(motion: RigidMotion) -> Sequence[str]:
     """
-    Return whether each text of a rigid motion is a 'length', an 'angle' or a 'number'. The texts
-    are x, y, z, roll, pitch, yaw, or the 16 entries of a 4 x 4 matrix, row by row.
+    Return what each expression of a constant pose is: a 'length', an 'angle' or a 'number'. The
+    expressions are x, y, z, roll, pitch, yaw, or the 16 entries of a 4 x 4 matrix, row by row.
     """
     if len(motion.texts) == 6:
         return ['length'] * 3 + ['angle'] * 3
