@@ -120,9 +120,8 @@ class Computer:
         turns = np.where(dots < 0.0, -1.0, 1.0)
         signs = np.cumprod(turns)
         for k in np.flatnonzero(fresh | (dots == 0.0)):
-            # After a reset of the estimator, or if two successive quaternions are orthogonal, the
-            # node publishes the kernel's quaternion unchanged. So row k needs the factor 1.
-            # Multiply the factors of row k and of all later rows by signs[k], which is 1 or -1.
-            # Then the factor of row k is signs[k]**2 = 1.
+            # Before state k the estimator was reset, or quaternions k - 1 and k are orthogonal. So
+            # the node publishes the kernel's quaternion k unchanged, and signs[k] must be 1. If
+            # signs[k] is -1, change the sign of signs[k] and of all later factors.
             signs[k:] *= signs[k]
         return np.asarray(signs, dtype=np.float64)

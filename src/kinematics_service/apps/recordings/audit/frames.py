@@ -23,15 +23,15 @@ from ..readers.source import MAX_POSES, PoseTrack
 from .neighbourhoods import Track, joined
 from .timeline import Timeline
 
-# Joint positions at the time of a measured pose are interpolated between the joint states before
-# and after it. By default, the time between these two states may be at most this many median
-# intervals of the joint states, so that one or two lost messages do no harm.
+# The option --pose-gap is the largest accepted time between the joint states before and after a
+# measured pose. The default is GAP_INTERVALS times the median interval between joint states, so
+# that one or two lost messages do no harm. MIN_GAP and MAX_GAP bound the default.
 GAP_INTERVALS = 3.0
-# By default, the joint states before and after a pose may be GAP_INTERVALS median intervals of the
-# joint states apart in time. If this is less than MIN_GAP (s), they may be MIN_GAP apart.
+# Least default (s) of --pose-gap, the largest accepted time between the joint states before and
+# after a measured pose.
 MIN_GAP = 0.05
-# By default, the joint states before and after a pose may be GAP_INTERVALS median intervals of the
-# joint states apart in time, but never more than MAX_GAP (s).
+# Largest default (s) of --pose-gap, the largest accepted time between the joint states before and
+# after a measured pose.
 MAX_GAP = 0.5
 # Least number of poses for a comparison. A measured pose counts only if the joint positions at its
 # time are known.
@@ -45,8 +45,8 @@ class FrameSettings(NamedTuple):
     Attributes
     ----------
     gap : s
-        Largest time between the joint states before and after a pose. None: three median intervals
-        of the joint states, but at least 0.05 s and at most 0.5 s.
+        Largest time between the joint states before and after a pose. None: three times the median
+        interval between joint states, but at least 0.05 s and at most 0.5 s.
     limits
         Limits of the RMS difference that remains between measured and computed poses after the
         best constant offsets of base and tool were fitted: one for WARN, one for ERROR.
@@ -201,10 +201,10 @@ class ChosenPoses(NamedTuple):
 
 def chosen_poses(track: PoseTrack, pairs: Track, use: Flags) -> ChosenPoses:
     """
-    Choose at most `MAX_POSES` poses, evenly spread over the list of usable poses.
+    Choose at most `MAX_POSES` of the usable poses, evenly spread by index.
 
-    One of the M poses in `pairs` is usable if its joint positions are known. `use` (M,) is true
-    for usable poses.
+    `pairs` has M measured poses. A pose is usable if the joint positions at its time are known.
+    `use` (M,) is true for usable poses.
     """
     rows = np.flatnonzero(use)
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, MAX_POSES).astype(int))]
@@ -223,8 +223,8 @@ def matched(pairs: Track, longest: float | None) -> tuple[Flags, str]:
     Parameters
     ----------
     longest : s
-        Largest time between the joint states before and after a pose. None: three median intervals
-        of the joint states, but at least 0.05 s and at most 0.5 s.
+        Largest time between the joint states before and after a pose. None: three times the median
+        interval between joint states, but at least 0.05 s and at most 0.5 s.
     """
     if longest is None:
         longest = min(max(GAP_INTERVALS * pairs.interval, MIN_GAP), MAX_GAP)

@@ -21,10 +21,11 @@ from .timeline import Stretch, Timeline, stretches_of
 
 class FactorPassage(NamedTuple):
     """
-    The state of a recording that comes nearest to a zero of a singular factor of the robot file.
+    The state of a recording at which a singular factor comes nearest to zero.
 
-    `name` is that of the factor. `distance` is the joint motion (rad) from the state to the zero,
-    estimated from the factor's value and gradient. `row` is the row of the state in the timeline.
+    A singular factor is a function of q whose zeros are singular poses. `name` is the name of the
+    factor. `row` is the row of the state in the timeline. `distance` is the joint motion (rad)
+    from the state to a zero of the factor, estimated from the factor's value and gradient.
     """
 
     name: str

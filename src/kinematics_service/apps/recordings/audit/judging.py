@@ -21,8 +21,9 @@ class Judged(NamedTuple):
     Singularity levels (N,) of N states, with hysteresis, and the rows of the states at which the
     node would publish a warning.
 
-    `timeouts` lists the warnings about stale joint states. Each is a pair: the row of the first
-    state after the time-out, and the time-out.
+    `timeouts` lists the warnings about stale joint states, as pairs (row, timeout). `timeout` has
+    the joints without a recent position and the time at which the node reports STALE. `row` is the
+    row of the first state after this time.
     """
 
     levels: Levels

@@ -25,8 +25,8 @@ from ..readers.block import Flags, ForwardClock, Times
 from ..readers.stored_columns import Column, StateTable, median, spans
 from .stream import steps_of
 
-# Largest lag of the reported velocities behind the positions that is tried, in median intervals of
-# the messages.
+# Largest tried lag of the reported velocities behind the positions, as a multiple of the median
+# interval between states.
 LAG_INTERVALS = 12
 # A lag is searched in about LAG_MESSAGES messages: in pieces of LAG_PIECE successive messages,
 # spread over the recording.
@@ -58,18 +58,18 @@ RANGE_FACTOR = 20.0
 # m). With a smaller range the joint counts as standing still.
 RANGE_MINIMUM = 1e-3
 # A velocity is computed from the positions of two successive states only if the time between them
-# is at most this many median intervals.
+# is at most this multiple of the median interval between states.
 INTERVAL_FACTOR = 5.0
-# Velocities computed from positions may differ from reported velocities without a lag or a wrong
-# scale. The difference is reported only if `median > noise + VELOCITY_SHARE * speed`. Here
-# `median` is the median of the absolute differences, `speed` is the RMS of the computed
-# velocities, and `noise` is the RMS noise in the computed velocities.
+# If neither a lag nor a wrong scale is found, a difference between reported and computed
+# velocities is a finding only if `median > noise + VELOCITY_SHARE * speed`. Computed velocities
+# are differences of positions, divided by time. `median` is the median absolute difference,
+# `speed` is the RMS of the computed velocities, and `noise` is the RMS of their noise.
 VELOCITY_SHARE = 0.2
 
 
 class MotionColumns:
     """
-    Stamps, joint positions and velocities of N states, in columns that are read in pieces.
+    Stamps, joint positions and velocities of N states. Long columns are kept in temporary files.
 
     Attributes
     ----------

@@ -17,12 +17,12 @@ from .joints import look_like_degrees
 from .plan_findings import joints_refuted, plan_findings
 
 # The verdict is at least WARN if `unjudged > max(MAX_UNJUDGED, MAX_UNJUDGED_RATIO * messages)`.
-# Here `unjudged` is the number of messages that yield no state of the arm. One or two such
-# messages are usual while several drivers start.
+# Here `messages` is the number of all messages, and `unjudged` is the number of messages that
+# yield no state of the arm. One or two such messages are usual while several drivers start.
 MAX_UNJUDGED = 2
-# Largest accepted ratio of messages that yield no state of the arm to all messages, see
-# MAX_UNJUDGED. At 1 kHz the ratio allows one such message in each second. No arm passes a
-# singularity in the 1 ms of one message.
+# Largest accepted number of messages that yield no state of the arm, divided by the number of all
+# messages, see MAX_UNJUDGED. At 1 kHz one message without a state is accepted in each second. No
+# arm passes a singularity in the 1 ms of one message.
 MAX_UNJUDGED_RATIO = 1e-3
 
 

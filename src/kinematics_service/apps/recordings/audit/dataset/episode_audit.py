@@ -209,8 +209,9 @@ def _rows_at_fault(finished: Audit) -> Iterator[Finding]:
 def _breaks(finished: Audit) -> Iterator[Finding]:
     timeline = finished.timeline
     stamps = np.diff(timeline.stamps[:])
-    # Search for missing frames only if the stamps have no gaps. Another finding reports gaps of
-    # the stamps.
+    # If the stamps have a gap, another finding reports the gap. Evenly spaced stamps do not prove
+    # that no frame is missing, because stamps may be computed from row numbers. So search the
+    # joint positions for missing, repeated and outlying frames.
     if len(stamps) and np.max(stamps) < 1.5 * np.median(stamps):
         q = timeline.q[:]
         wraps = np.array(finished.robot.continuous)

@@ -17,8 +17,16 @@ NOTHING = '&ndash;'
 
 class TableColumn(NamedTuple):
     """
-    A column of an HTML table: header, a function that returns the HTML of a cell from the object
-    of a row, and whether the cells are numbers.
+    A column of an HTML table. Each row of the table shows one object.
+
+    Attributes
+    ----------
+    header
+        Text at the head of the column.
+    cell
+        Function that takes the object of a row and returns the HTML of the row's cell.
+    number
+        Whether the cells are numbers.
     """
 
     header: str
