@@ -177,10 +177,11 @@ class _Speeds:
         return Bounded(np.linalg.norm(v, axis=1), upper, pieces.half == 0.0)
 
     def _velocity(self, taylor: Floats, T: Floats) -> tuple[Floats, Floats]:
-        # Returns velocity and acceleration of the point at the middle of each piece. Let e and f
-        # be indices of entries of the chain (joints that move an axis), counted from base to tool.
-        # The Jacobian column of entry f has the linear part v_f (3,) and the angular part w_f
-        # (3,). If e <= f, dv_f/dq_e = w_e x v_f. The acceleration follows from these derivatives.
+        # Returns the linear velocity and acceleration (N, 3) of the chain's tool at the middles of
+        # N time intervals. Let e and f be entries of the chain (joints that move an axis), counted
+        # from base to tool. The Jacobian column of entry f has the linear part v_f (3,) and the
+        # angular part w_f (3,). If e <= f, dv_f/dq_e = w_e x v_f. The acceleration follows from
+        # these derivatives.
         chain, E = self._chain, self._chain.entries
         q, rates, accelerations = (derivative(taylor, order, T) for order in (0, 1, 2))
         rows = np.empty((len(q), chain.widths[kernel.JACOBIAN]))
@@ -195,8 +196,9 @@ class _Speeds:
         return np.sum(moved, axis=1), np.sum(acceleration, axis=1)
 
     def _third(self, taylor: Floats, half: Floats, T: Floats) -> Floats:
-        # Returns a bound of the third time derivative of the point's position in each piece. The
-        # position is a sum of vectors from one element of the chain (a moving axis) to the next.
+        # Returns bounds (N,) of the third time derivative of the tool's position in N time
+        # intervals. The position is a sum of vectors from one element of the chain (a moving axis)
+        # to the next.
         # Let R be the product of the rotations of elements 0 to k. R turns the vector that begins
         # at element k. Let s, a and j be sums over elements 0 to k: the sums of the absolute
         # first, second and third time derivatives of the rotation angles. Then the norms of the
@@ -204,8 +206,9 @@ class _Speeds:
         table = self._chain.table
         turns, slides = taylor @ self._by_theta, taylor @ self._by_d
         s, a, j = (np.cumsum(_bound(turns, order, half, T), axis=1) for order in (1, 2, 3))
-        # In each piece, bound the length of the vector from each element to the next element. The
-        # length changes only if the next element slides along its axis.
+        # For each of N time intervals, bound the distance from the origin of each element of the
+        # chain (a moving axis) to the origin of the next element. The distance changes only if the
+        # next element slides along its axis.
         moves, axes = table.before[1:, :, 3], table.before[1:-1, :, 2]
         stroke = table.d_0[1:] + slides[:, 0, 1:]
         lengths = np.linalg.norm(moves[:-1] + axes * stroke[:, :, None], axis=2)

@@ -18,15 +18,15 @@ Index: TypeAlias = npt.NDArray[np.bool_] | slice
 
 class Pieces(NamedTuple):
     """
-    N pieces of a motion: intervals of time, each within the segment of one polynomial.
+    N pieces of a planned motion. A piece is an interval of time within one segment of the plan.
 
     Attributes
     ----------
     segment : shape (N,)
-        The number of the polynomial, from 0. Polynomial `segment` is between points `segment` and
-        `segment + 1`.
+        Number of the segment in which each piece lies. Segment k is the motion from point k of the
+        plan to point k + 1, counted from 0.
     middle, half : shape (N,)
-        Middle and half length of each piece, as ratios of the segment's duration.
+        Middle and half length of each piece, as fractions of the segment's duration.
     """
 
     segment: Integers

@@ -36,10 +36,11 @@ ROUND_OFF = 1e-9
 # 45 machine epsilons, see ROUND_OFF.
 RELATIVE_ROUND_OFF = 1e-14
 # Bisection begins with the S segments of a plan as intervals of time. It makes at most
-# MAX_CLEARANCES + MAX_CLEARANCES_OF_SEGMENT * S intervals by halving. Each interval needs one
-# clearance.
+# MAX_CLEARANCES + MAX_CLEARANCES_OF_SEGMENT * S intervals by halving. For each interval it
+# computes one clearance: a proved lower bound of the distance to singular poses.
 MAX_CLEARANCES = 5_000
-# For each segment of a plan, bisection may make this many intervals in addition to MAX_CLEARANCES.
+# For a plan of S segments, bisection makes at most MAX_CLEARANCES + MAX_CLEARANCES_OF_SEGMENT * S
+# intervals of time by halving.
 MAX_CLEARANCES_OF_SEGMENT = 20
 # Bisection raises the proved lower bound of the distance from the plan to singular poses. The
 # lower bound cannot exceed `least_clearance`, the least clearance of all poses at which the
@@ -92,8 +93,8 @@ class _Distance:
 
     def __init__(self, robot: Robot, motion: PolynomialMotion, threshold: float) -> None:
         self._robot, self._motion, self._threshold = robot, motion, threshold
-        # In the joint motion within an interval of time, count only joints that can change the
-        # rank of the Jacobian.
+        # Joints that can change the rank of the Jacobian. The motion of all other joints does not
+        # change the distance to singular poses.
         self._moving = moving_joints(robot.chain, robot.singularity.task)
         size = np.max(np.sum(np.abs(motion.coefficients), axis=1))
         self._round_off = ROUND_OFF + RELATIVE_ROUND_OFF * float(size)
@@ -106,9 +107,9 @@ class _Distance:
         piece. A piece is an interval of time, and `distance` is the distance to the nearest
         singular pose. The sign is negative because `bracketed` searches for a largest value.
 
-        The search for the nearest singular pose is slow. So it is done only at the begin of each
-        segment, and at middles whose clearance is at most the threshold. At all other middles,
-        -distance is not computed, and -inf is returned instead.
+        The search for the nearest singular pose is slow. If the clearance, a lower bound of
+        `distance`, exceeds the threshold, no search is done, and -inf is returned as -distance. At
+        the begin of each segment the search is always done.
         """
         q = self._motion.positions(pieces.segment, pieces.middle)
         # Pieces of length 0 are ends of segments. They need no clearance, because the longer
@@ -126,12 +127,12 @@ class _Distance:
 
     def enough(self, seen: float) -> float:
         """
-        Return the limit at which bisection stops: it halves an interval of time if the upper bound
-        of -distance in the interval exceeds the limit.
+        Return the limit of -distance: bisection halves an interval of time only if the upper bound
+        of -distance in the interval exceeds this limit.
 
-        Here `distance` is the distance to the nearest singular pose, and `seen` is the largest
-        value of -distance found so far. If `seen` refutes the plan, the limit is infinite, so that
-        no interval is halved.
+        Here `distance` is the distance to the nearest singular pose. `seen` is the largest value
+        of -distance found so far. If `-seen` is less than the threshold, the plan is refuted. Then
+        the limit is infinite, so that no interval is halved.
         """
         if -seen < self._threshold:
             return math.inf
@@ -166,9 +167,10 @@ class _Distance:
 
 
 def _span(taylor: Floats, reach: Floats) -> Floats:
-    # Returns for each interval of time (piece) a bound of the joint motion (norm) from the middle
-    # of the interval to any moment at most `reach` before or after the middle. `reach` is a ratio
-    # of the segment's duration.
+    # Returns bounds (N,) of the joint motion (norm) in N intervals of time: from the middle of the
+    # interval to any other moment in the interval. `taylor` has the Taylor coefficients of the
+    # joint positions about the middles. `reach` (N,) is half the length of each interval, divided
+    # by the duration of the segment in which the interval lies.
     powers = reach[:, None] ** np.arange(1, taylor.shape[1])
     bounds = np.sum(np.abs(taylor[:, 1:]) * powers[:, :, None], axis=1)
     return np.asarray(np.linalg.norm(bounds, axis=1))
