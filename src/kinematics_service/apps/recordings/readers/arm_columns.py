@@ -316,9 +316,10 @@ class _Search:
         if layout.maker:
             ends = {name.lower() for name in self.header}
             return ends >= set(layout.needed)
-        # A layout whose columns have the joints' names or numbers fits even if the stamp column is
-        # missing; the missing stamps are reported later. A layout with column names of its own
-        # fits only with its stamp column.
+        # Position columns may be named by joint (`elbow`), by number (`q1`), or by a prefix and
+        # the joint (`position.elbow`). With such a prefix, the layout fits only if its stamp
+        # column exists, or if an option gives the stamps. Without a prefix, the layout fits even
+        # if the stamps are missing; an error about missing stamps follows later.
         named = names.position and not layout.numbered and 'stamp' not in self._given
         return not named or names.stamp in self.header or self.selection.stamps.rate > 0.0
 

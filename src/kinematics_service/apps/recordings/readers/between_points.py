@@ -64,9 +64,9 @@ def sampled(planned: PlannedTrajectory, limit: int = sys.maxsize) -> SampledStep
     """
     Return samples of the motion along a trajectory, including the trajectory's points.
 
-    There are at most `limit` samples, so in a long motion the joints move farther from sample to
-    sample. But each segment between two points has at least 4 samples, even if all segments
-    together then have more than `limit` samples.
+    The joints move at most about 0.01 (rad or m) from sample to sample. If the trajectory then
+    needs more than `limit` samples, the steps are made larger. Each segment between two points has
+    at least 4 samples; this minimum has priority over `limit`.
     """
     q = planned.positions
     motion = polynomial_motion(planned.times, q, planned.velocities, planned.accelerations)
@@ -83,8 +83,8 @@ def _counts(planned: PlannedTrajectory, limit: int) -> Integers:
     # segment belongs to the next segment.
     reach = np.max(np.abs(np.diff(planned.positions, axis=0)), axis=1)
     if planned.velocities is not None:
-        # If the speed at a point is large, more samples are needed: the cubic polynomial of a
-        # segment may leave the range between the positions at its two points.
+        # If a joint is fast at an end of a segment, it overshoots: it moves farther than the
+        # difference between its positions at the two ends. So estimate the motion also by speed.
         speeds = np.max(np.abs(planned.velocities), axis=1)
         fastest = np.maximum(speeds[:-1], speeds[1:])
         reach = np.maximum(reach, 0.5 * np.diff(planned.times) * fastest)

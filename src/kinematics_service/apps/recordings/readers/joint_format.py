@@ -50,13 +50,12 @@ class JointUnits(NamedTuple):
 
 class JointFormat(NamedTuple):
     """
-    The units of joint columns as a text: words separated by commas. Without words, the units are
-    rad and m.
+    The units of joint columns as a text: items separated by commas. An empty text means rad and m.
 
-    A word is a unit, or a file that gives the units. A unit without a joint's name applies to all
-    revolute or all prismatic joints, as in `deg,mm`. A unit after the name of a joint applies to
-    this joint, as in `turns,wrist=4096@2048`. If the file has the statistics of a dataset, `first`
-    is the index of the arm's first joint in the dataset's state vector.
+    The item `deg` gives the unit of all revolute joints, and `mm` of all prismatic joints. An item
+    such as `wrist=4096@2048` gives the unit of one joint. An item that ends in `.json` is the name
+    of a file with a calibration or with the statistics of a dataset. For statistics, `first` is
+    the index of the arm's first joint in the dataset's state vector.
     """
 
     text: str = ''
@@ -69,7 +68,7 @@ class JointFormat(NamedTuple):
         Raises
         ------
         RecordingError
-            A word or a joint is unknown, or a file cannot be read.
+            An item or a joint is unknown, or a file cannot be read.
         """
         units = JointUnits(np.ones(robot.dof), np.zeros(robot.dof))
         for word in (part.strip() for part in self.text.split(',') if part.strip()):

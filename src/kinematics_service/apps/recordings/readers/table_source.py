@@ -55,9 +55,8 @@ def source_of(
         for stamps, numbers in pieces:
             q, qdot = units.positions(numbers[:, :n]), numbers[:, n:m] * units.scale[: m - n]
             if columns.poses:
-                # A measured pose belongs to the joint positions in the same row, not to those at
-                # the same time. Skip rows without any number of a pose. A row with only some
-                # numbers of a pose counts as an invalid pose.
+                # Each measured pose keeps the joint positions of its own row. Skip a row if all of
+                # its pose columns are empty. If only some are empty, the pose is invalid.
                 rows = numbers[:, m:]
                 known = np.any(np.isfinite(rows), axis=1)
                 poses.take(stamps[known], rows[known], q[known], count + np.flatnonzero(known))
