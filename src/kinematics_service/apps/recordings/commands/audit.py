@@ -138,9 +138,10 @@ def audit(
       limits         a joint is beyond its position limits
       speed          a joint is above its velocity limit, or a plan above --speed-limit
       frames         no second source of tool poses is given, or it cannot be compared,
-                     or the check finds why measured poses differ from computed poses,
-                     or the difference exceeds --pose-stop after correction by the best
-                     constant offsets of base and tool
+                     or measured and computed poses differ because of a fault that the
+                     check names, such as a wrong joint order, or they still differ by
+                     more than --pose-stop after correction by the best constant
+                     offsets of base and tool
       never          the default for a recording; the default for a plan is
                      stop,undecided, and speed with --speed-limit
     An audit also fails, unless --fail-on is never, if a sample of a plan could not be
