@@ -104,8 +104,8 @@ class FrameReport(NamedTuple):
     @property
     def level(self) -> Level:
         """
-        Return OK, WARN or ERROR, by the pose differences that remain after fitted constant
-        offsets.
+        Return ERROR if the diagnosis names a cause. If not, compare the pose differences that
+        remain after fitted constant offsets with the limits: OK, WARN or ERROR.
         """
         return self.limits.level(self.diagnosis)
 
