@@ -102,8 +102,8 @@ def basis_of(task: Task, J: Floats, before: Floats | None = None) -> Floats:
         # At a singular pose, the null space of J_t may have more dimensions than `before` has
         # columns. Then choose null vectors in the span of `before`. Let P = before before^T be the
         # projection onto this span. Append the rows of I - P, scaled to the size of round-off, to
-        # J_t. For joint motions outside the span, these rows make the singular values larger than
-        # 0, so the SVD puts the motions inside the span last.
+        # J_t. Then only null vectors inside the span have the singular value 0. The SVD puts them
+        # last, because it sorts by singular values.
         least = kernel.RANK_TOLERANCE * np.linalg.norm(matrix, axis=(-2, -1), keepdims=True)
         others = least * (np.eye(J.shape[-1]) - before @ np.swapaxes(before, -1, -2))
         leading = others.shape[:-2]

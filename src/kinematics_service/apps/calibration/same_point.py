@@ -350,8 +350,9 @@ class SamePointParameters(ChosenParameters):
         """
         Return the residuals (N, 2, 3), m, with the unchanged robot file.
 
-        A residual goes from the tip to the touched point. The positions of the touched points are
-        fitted to the tip positions of the robot file. Residuals of rotations are zero.
+        A residual goes from the tip to the touched point. The tip positions are computed with the
+        numbers of the robot file. The positions of the touched points are fitted to them.
+        Residuals of rotations are zero.
         """
         residuals = started(self.robot, self.given.q, self.given.sets, free=False).residuals
         return np.stack([residuals, np.zeros_like(residuals)], axis=1)

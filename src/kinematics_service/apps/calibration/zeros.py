@@ -115,8 +115,8 @@ def calibrate_zeros(
 
 
 def _hidden(result: Calibration) -> tuple[str, ...]:
-    # Return the names of joint offsets whose effect on the touches equals that of corrections of
-    # base and tool. If these offsets are not fitted, the fit explains the touches equally well.
+    # Return the names of joint offsets that move the touching tip like corrections of base and
+    # tool do. If these offsets are not fitted, the fit is equally good.
     offsets = {entry.name for entry in result.parameters if entry.group == 'offsets'}
     hidden = list[str]()
     for combination in result.combinations:

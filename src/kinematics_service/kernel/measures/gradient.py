@@ -197,8 +197,8 @@ def _add_groups(
     # The gradient has two terms. The second term is the weighted sum of the entries of dPhi_x (see
     # the module's docstring). Adds to `work` the part of the second term that comes from `group`
     # and all later groups of loops. Also multiplies mu, from which the weights follow, by
-    # -Phi_psi^-T. The last group comes first, because each group changes the rows of mu that
-    # belong to earlier groups.
+    # -Phi_psi^-T. The function calls itself for the later groups first, because each group changes
+    # the rows of mu that belong to earlier groups.
     if groups > 1:
         following = arrays.after(screws, 6 * group.entries)
         _add_groups(group.following, groups - 1, closure, coupling, following, mu, work)

@@ -62,8 +62,9 @@ class MovingScrews(NamedTuple):
 
 class _PartPlaces(NamedTuple):
     # A chain is the product F0 S1 F1 S2 F2 ... of joint screws Sk and motions Fk between the
-    # screws. Each Fk is a product of constant motions and corrections. parts[i, k] is factor i of
-    # Fk, shape (largest number of factors, number of joint screws + 1, 4, 4). The other arrays
+    # screws. Each Fk is a product of constant motions and corrections. The array `parts` has shape
+    # (largest number of factors, number of joint screws + 1, 4, 4); parts[i, k] is factor i of Fk,
+    # a 4 x 4 matrix. The other arrays
     # have one number for each correction: its indices i (`depths`) and k (`places`), whether it is
     # a rotation (`turns`), its axis 0, 1 or 2 (`along`), and its column in the Jacobian
     # (`columns`).

@@ -41,9 +41,9 @@ class Family:
 
 @dataclass(frozen=True)
 class _Solved:
-    # A factor as an equation in one joint. If the joint is revolute, the equation is `cosine` cos
-    # y + `sine` sin y + `constant` = 0 with y = `multiple` q + `shift`. If the joint is prismatic,
-    # the equation is `cosine` q + `constant` = 0.
+    # A factor as an equation in one joint position q. If the joint is revolute, the equation is
+    #     cosine * cos(y) + sine * sin(y) + constant = 0   with   y = multiple * q + shift.
+    # If the joint is prismatic, the equation is cosine * q + constant = 0.
     variable: sympy.Symbol
     shift: sympy.Expr
     cosine: Laurent

@@ -192,8 +192,8 @@ def _upright(terms: Terms, arithmetic: Arithmetic) -> Laurent:
 
 
 def _centred(terms: Terms, indices: Sequence[int]) -> Terms:
-    # Multiply by the monomial that centres the exponents of angles at 0 and removes negative
-    # exponents of lengths.
+    # Multiply the polynomial by a monomial, so that the exponents of the variable of each angle
+    # are centred at 0, and no exponent of a length is negative.
     centre = dict(zip(indices, _degrees(terms, indices)))
     shift = [
         centre[k] // 2 if k in centre else min(0, *exponents)
