@@ -15,21 +15,14 @@ from ..printing import Output, broken_name, heading, json_text, number, plain, t
 from ..robot.points import TOOL
 from ..robot.robot import Robot
 from ..robot.task import TWIST_ROWS
-from . import options
-from .singularity_report import (
-    DEGREES,
-    JSON_KEYS,
-    print_singularity,
-    singularity_json,
-    state_json,
-)
+from . import options, singularity_report
 
 # Width, in characters, of a column of the printed matrix. If a joint name is longer, break it into
 # lines.
 CELL = 9
 
 # Text at the end of the help: the keys of the JSON object `singularity`.
-HELP_ENDS = JSON_KEYS
+HELP_ENDS = singularity_report.JSON_KEYS
 
 
 def jacobian(
@@ -91,13 +84,13 @@ def jacobian(
     singularity = singularity_of(state)
     if json:
         document = {
-            **state_json(state),
+            **singularity_report.state_json(state),
             'frame': axes,
             'rows': TWIST_ROWS,
             'jacobian': J,
             'qdot': state.qdot,
             'twist': twist,
-            'singularity': singularity_json(arm, singularity),
+            'singularity': singularity_report.singularity_json(arm, singularity),
         }
         print(json_text(document))
         return
@@ -105,7 +98,7 @@ def jacobian(
     _print_jacobian(out, arm, at, _axes_name(whole, axes), J)
     if twist is not None:
         _print_twist(out, arm, at, _axes_name(whole, axes), twist)
-    print_singularity(out, state, singularity)
+    singularity_report.print_singularity(out, state, singularity)
 
 
 def _axes_name(robot: Robot, axes: str) -> str:
@@ -145,7 +138,11 @@ def _print_twist(out: Output, robot: Robot, at: str | None, axes: str, twist: Fl
     for name, value in zip(TWIST_ROWS[:3], twist[:3]):
         rows.add_row(f'  {name}', f'{number(value)} m/s')
     for name, value in zip(TWIST_ROWS[3:], twist[3:]):
-        rows.add_row(f'  {name}', f'{number(value)} rad/s', f'{number(value * DEGREES, 4)} deg/s')
+        rows.add_row(
+            f'  {name}',
+            f'{number(value)} rad/s',
+            f'{number(value * singularity_report.DEGREES, 4)} deg/s',
+        )
     rows.show_header = False
     title = heading(f'Twist of {_place(robot, at)}, axes of {axes}')
     out.print('', title, rows)

@@ -8,13 +8,7 @@ from collections.abc import Iterator
 
 from rich.text import Text
 
-from ..estimation.status_text import (
-    direction_in_words,
-    flat_position,
-    joints_in_words,
-    lost_hold,
-    structure_in_words,
-)
+from ..estimation import status_text
 from ..kernel import Floats
 from ..kinematics.singularity import Singularity, flat_loop, none_found
 from ..kinematics.tool_state import ToolState
@@ -118,10 +112,10 @@ def short_measures(state: ToolState, singularity: Singularity) -> Iterator[tuple
     )
     loop = flat_loop(robot, singularity)
     if loop and singularity.level != Level.OK:
-        yield 'near', f'{flat_position(loop)}: {lost_hold(loop)}'
+        yield 'near', f'{status_text.flat_position(loop)}: {status_text.lost_hold(loop)}'
     if measure.name != 'determinant' and singularity.determinant is not None:
         yield 'determinant', f'{singularity.determinant:.6g}'
-    direction = direction_in_words(singularity.lost_direction)
+    direction = status_text.direction_in_words(singularity.lost_direction)
     yield f'{_degree(robot, singularity)} direction', direction
     if outside := beyond_limits(robot, state.q):
         yield 'beyond limits', ', '.join(map(plain, outside))
@@ -188,23 +182,23 @@ def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str
     )
     yield from _loop_words(robot, singularity)
     if task.structurally_deficient:
-        yield 'at every pose', structure_in_words(robot)
+        yield 'at every pose', status_text.structure_in_words(robot)
     yield 'task', f'{" ".join(task.rows)}, characteristic length {task.length:.4g} m'
     yield 'watched', threshold_words(robot.singularity.thresholds)
     loop = flat_loop(robot, singularity)
     if loop and singularity.level != Level.OK:
-        yield 'near', f'{flat_position(loop)}: {lost_hold(loop)}'
+        yield 'near', f'{status_text.flat_position(loop)}: {status_text.lost_hold(loop)}'
     direction = singularity.lost_direction
     yield (
         f'{_degree(robot, singularity)} direction',
-        f'{direction_in_words(direction)}\n'
+        f'{status_text.direction_in_words(direction)}\n'
         f'linear   {numbers(direction[:3], 3)}  in {robot.base_frame}\n'
         f'angular  {numbers(direction[3:], 3)}  times length',
     )
     is_lost = _degree(robot, singularity) == 'lost'
     yield (
         'joints against each other' if is_lost else 'weakest motion',
-        joints_in_words(robot.joint_names, singularity.joint_motion),
+        status_text.joints_in_words(robot.joint_names, singularity.joint_motion),
     )
     yield 'along qdot', _motion_words(robot, singularity)
 
@@ -233,7 +227,7 @@ def _end_words(robot: Robot, singularity: Singularity) -> str:
     if not robot.loop_names:
         return 'a singular pose'
     loop = flat_loop(robot, singularity)
-    return flat_position(loop) if loop else 'a singular pose of the arm'
+    return status_text.flat_position(loop) if loop else 'a singular pose of the arm'
 
 
 def _value_words(measure: Measure, robot: Robot, singularity: Singularity) -> str:

@@ -18,6 +18,7 @@ from ...robot.file.parts.description import RobotDescription
 from ...robot.file.parts.parameters import ArmParameter
 from ...robot.robot import Robot
 from ...typography import counted
+from ..checking import hypotheses
 from ..checking.diagnosis import (
     CAUSE_POSES,
     MIN_POSES,
@@ -26,13 +27,6 @@ from ..checking.diagnosis import (
     diagnose_frames,
 )
 from ..checking.errors import angle_in_words, length_in_words
-from ..checking.hypotheses import (
-    DEGREES,
-    INVERSE,
-    LENGTHS_IN_MM,
-    from_degrees,
-    joint_hypotheses_of,
-)
 from ..recordings.readers.source import MAX_POSES
 from .placing import Free, Offsets, offsets_of, shared_offsets
 
@@ -69,8 +63,8 @@ IN_METRES = 'the poses are in metres, not millimetres'
 # Maps a mistake of the input to advice: which option or command corrects the mistake. The key is
 # the sentence by which an error message names the mistake. The advice ends the error message.
 OPTIONS = {
-    INVERSE: '. Poses of a board take calibrate-camera, with the right --camera',
-    DEGREES: '; add --joint-format deg',
+    hypotheses.INVERSE: '. Poses of a board take calibrate-camera, with the right --camera',
+    hypotheses.DEGREES: '; add --joint-format deg',
     IN_METRES: '; leave mm out of --pose-format',
     'the poses are in millimetres, not metres': '; add --pose-format mm',
     'the positions are in millimetres, not metres': '; add --pose-format mm,position',
@@ -405,7 +399,7 @@ def _checked(
             _check_positions(robot, q, poses, float(np.median(alone.remainder)), free)
         if cause is not None and cause.key not in FOUND_HERE:
             sentence, option = diagnosis.sentence, OPTIONS.get(cause.sentence, '')
-            if cause.sentence == LENGTHS_IN_MM and _is_in_metres(robot):
+            if cause.sentence == hypotheses.LENGTHS_IN_MM and _is_in_metres(robot):
                 sentence = sentence.replace(sentence.partition(':')[0], IN_METRES.capitalize())
                 option = OPTIONS[IN_METRES]
             raise CalibrationError(
@@ -449,7 +443,10 @@ def explained_by_joints(
         A function that takes H corrected arrays of joint positions (H, N, n), and returns the
         lengths (H, N) of the position residuals, m.
     """
-    changes, at_once = list(joint_hypotheses_of(robot, q)), max(1, ROWS_AT_ONCE // len(q))
+    changes, at_once = (
+        list(hypotheses.joint_hypotheses_of(robot, q)),
+        max(1, ROWS_AT_ONCE // len(q)),
+    )
     blocks = (changes[k : k + at_once] for k in range(0, len(changes), at_once))
     remains = [lengths_of(np.stack([change.joints(q) for change in block])) for block in blocks]
     sizes = np.median(np.concatenate(remains), axis=1).tolist()
@@ -478,7 +475,7 @@ def _check_positions(robot: Robot, q: Floats, poses: Floats, middle: float, free
         ('the positions are in millimetres, not metres', 'wrong-unit', q, np.eye(3) / 1000),
         (IN_METRES, 'wrong-unit', q, large * np.eye(3)),
         (axes, 'mirrored', q, mirrored),
-        (DEGREES, 'wrong-unit', from_degrees(robot, q), np.eye(3)),
+        (hypotheses.DEGREES, 'wrong-unit', hypotheses.from_degrees(robot, q), np.eye(3)),
     ):
         others = np.array(poses)
         others[:, :3, 3] = poses[:, :3, 3] @ scale

@@ -29,14 +29,7 @@ from ..checking.diagnosis import MIN_POSES
 from ..checking.errors import ERROR_LIMIT, length_in_words
 from ..checking.hypotheses import DEGREES, Hypothesis, from_degrees
 from ..recordings.readers.block import Flags
-from . import checking, fitting
-from .chosen_parameters import (
-    PLACE_PRIOR,
-    ChosenParameters,
-    PlacedEnds,
-    TouchedPoint,
-    usual_motions,
-)
+from . import checking, chosen_parameters, fitting
 from .explanations import truncated
 from .identified_table import ParameterCombination, combinations_of, structural_rank
 from .placing import PLACING_STEPS
@@ -112,7 +105,7 @@ def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> Touc
             # tip, with a prior so wide that it hardly changes the solution.
             J, off = R - mean_R[..., point, :, :], mean_at[..., point, :] - at
             M = np.einsum('...n,...nij,...nik->...jk', weights, J, J)
-            M = M + (noise[..., None] / PLACE_PRIOR) ** 2 * np.eye(3)
+            M = M + (noise[..., None] / chosen_parameters.PLACE_PRIOR) ** 2 * np.eye(3)
             right = np.einsum('...n,...nij,...ni->...j', weights, J, off)
             tip = np.linalg.solve(M, right[..., None])[..., 0]
         points = mean_at + np.einsum('...kij,...j->...ki', mean_R, tip)
@@ -122,7 +115,7 @@ def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> Touc
     return TouchStart(points, tip, residuals)
 
 
-class SamePointParameters(ChosenParameters):
+class SamePointParameters(chosen_parameters.ChosenParameters):
     """
     The parameters of an arm whose tip touched points, and the fit problem of these touches.
 
@@ -333,9 +326,11 @@ class SamePointParameters(ChosenParameters):
             poses=checking.rigid_positions(self.start.points[point[exact]]),
         )
         exact_problem = replace(problem, given=rows)
-        return usual_motions(exact_problem, noise, np.ones(len(rows.q), dtype=bool))
+        return chosen_parameters.usual_motions(
+            exact_problem, noise, np.ones(len(rows.q), dtype=bool)
+        )
 
-    def ends_of(self, problem: fitting.FitProblem, values: Floats) -> PlacedEnds:
+    def ends_of(self, problem: fitting.FitProblem, values: Floats) -> chosen_parameters.PlacedEnds:
         """
         Return base and tool, after the fit and before it, as in `ChosenParameters.ends_of`.
 
@@ -344,7 +339,9 @@ class SamePointParameters(ChosenParameters):
         """
         _, tool_offsets, _, tool_starts = super().ends_of(problem, values)
         base = self.robot.description.base.motion.matrix[None]
-        return PlacedEnds(np.eye(4)[None], tool_offsets[:1], base, tool_starts[:1])
+        return chosen_parameters.PlacedEnds(
+            np.eye(4)[None], tool_offsets[:1], base, tool_starts[:1]
+        )
 
     def as_given(self) -> Floats:
         """
@@ -359,7 +356,7 @@ class SamePointParameters(ChosenParameters):
 
     def points(
         self, problem: fitting.FitProblem, identified: fitting.Identified
-    ) -> tuple[TouchedPoint, ...]:
+    ) -> tuple[chosen_parameters.TouchedPoint, ...]:
         """Return the touched points with their fitted positions and standard deviations."""
         span = slice(self.first(POINTS, 0), self.first('tool', 0))
         moved = problem.every(identified.values)[span].reshape(-1, 3)
@@ -367,7 +364,7 @@ class SamePointParameters(ChosenParameters):
         counts = np.bincount(self.given.sets).tolist()
         numbers = zip((self.start.points + moved).tolist(), deviations.tolist(), counts)
         return tuple(
-            TouchedPoint(name, (x, y, z), (dx, dy, dz), count)
+            chosen_parameters.TouchedPoint(name, (x, y, z), (dx, dy, dz), count)
             for name, ((x, y, z), (dx, dy, dz), count) in zip(self.names, numbers)
         )
 

@@ -298,11 +298,9 @@ def _known_offset(fit: Fit) -> str:
     for end, offset, other in (('base', fit.X, fit.Y), ('tool', fit.Y, fit.X)):
         turn, other_turn = rotation_vector(offset[:3, :3]), rotation_vector(other[:3, :3])
         shift = max(np.linalg.norm(offset[:3, 3]), np.linalg.norm(other[:3, 3]))
-        angle = math.degrees(np.linalg.norm(turn))
-        if (
-            np.linalg.norm(other_turn) < NOMINAL.angle < np.linalg.norm(turn)
-            and shift < NOMINAL.position
-        ):
+        size = np.linalg.norm(turn)
+        if np.linalg.norm(other_turn) < NOMINAL.angle < size and shift < NOMINAL.position:
+            angle = math.degrees(size)
             axis = direction_in_words(np.append(np.zeros(3), turn), ('', 'about'))
             link = ': base_link of UR arms' if (end, axis, round(angle)) == BASE_LINK else ''
             return f'(the {end} is turned by {angle:.3g} deg {axis}{link}) '
@@ -317,9 +315,8 @@ def _mention(causes: Causes) -> str:
         return f' for certain; tried, not decided: {tried}'
     if causes.likely:
         first, *rivals = causes.likely
-        others = (
-            f' (also possible: {"; ".join(cause.sentence for cause in rivals)})' if rivals else ''
-        )
+        sentences = '; '.join(cause.sentence for cause in rivals)
+        others = f' (also possible: {sentences})' if rivals else ''
         return (
             f'; most likely, not decisive: {first.sentence}{others}, {first.ratio:.2g} times less'
         )

@@ -361,11 +361,9 @@ def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
     yield from _of_joints(given, 'joint_offset', 1)
     if robot.chain.loops:
         return  # with another table, closed loops would no longer close at the given positions
-    arm, description = parameters_of(robot), robot.description
+    arm, nominal = parameters_of(robot), robot.description
     ends = len(arm.table), len(arm.table) + len(SIX)
-    chain = placement(
-        arm.chain, description.base.motion.matrix, description.tool.motion.matrix, ends
-    )
+    chain = placement(arm.chain, nominal.base.motion.matrix, nominal.tool.motion.matrix, ends)
     corrections = np.eye(ends[1] + len(SIX))
     columns = pose_change(chain, 0.0 * corrections[0], given.q).jacobian
     for k, number in enumerate(arm.table):

@@ -16,13 +16,7 @@ from rich.live import Live
 from rich.text import Text
 
 from ...kernel import Floats
-from ...node.messages.readings import (
-    JacobianReading,
-    ScaleReading,
-    VectorPair,
-    VectorReading,
-    WarningReading,
-)
+from ...node.messages import readings
 from ...node.steady_time import steady_timer
 from ...printing import broken_name, plain
 from ...robot.measures import Level
@@ -90,7 +84,7 @@ def numbers(values: Sequence[float] | Floats, decimals: int = 4) -> str:
     return ' '.join(number(float(value), decimals).rjust(CELL_WIDTH) for value in values)
 
 
-def matrix_lines(matrix: JacobianReading, width: int) -> list[str]:
+def matrix_lines(matrix: readings.JacobianReading, width: int) -> list[str]:
     """
     Return a Jacobian as lines of at most `width` characters, with the names of rows and joints. If
     the columns need more width, they continue in a second block of lines.
@@ -134,7 +128,9 @@ def pose_lines(pose: PoseReading, width: int) -> list[str]:
     ]
 
 
-def vector_lines(pair: VectorPair, reading: VectorReading, width: int) -> list[str]:
+def vector_lines(
+    pair: readings.VectorPair, reading: readings.VectorReading, width: int
+) -> list[str]:
     """
     Return two lines for a twist, acceleration or wrench: one for each of its two vectors. `width`
     has no effect.
@@ -146,7 +142,7 @@ def vector_lines(pair: VectorPair, reading: VectorReading, width: int) -> list[s
     return [f'{lines[0]}, axes of {plain(reading.frame)}', *lines[1:]]
 
 
-def scale_lines(reading: ScaleReading, width: int = 0) -> list[str]:
+def scale_lines(reading: readings.ScaleReading, width: int = 0) -> list[str]:
     """
     Return a line with the velocity scale (0 to 1) as a number and as a bar; `width` has no effect.
     """
@@ -154,7 +150,7 @@ def scale_lines(reading: ScaleReading, width: int = 0) -> list[str]:
     return [f'scale {reading.scale:.3f}  {"█" * filled}{"░" * (SCALE_BAR_WIDTH - filled)}']
 
 
-def warned_lines(warned: WarningReading, width: int) -> list[str]:
+def warned_lines(warned: readings.WarningReading, width: int) -> list[str]:
     """
     Return the lines of a warning: level (such as WARN) and sentence, then its keys and values.
     """

@@ -8,17 +8,8 @@ from typing import Optional
 
 import typer
 
+from ....cli import options
 from ....cli.missing_ros import RosMissingError, is_ours, ros_module
-from ....cli.options import (
-    ROBOT,
-    ROBOT_WORDS,
-    OfOption,
-    WrongUsage,
-    ending_at,
-    flag,
-    given_robot,
-    option,
-)
 from ....errors import ViewError
 from ....stop_signals import stop_signals
 
@@ -32,23 +23,27 @@ WITHOUT_VISER = (
 
 def view(
     context: typer.Context,
-    robot: Optional[str] = option(ROBOT_WORDS, ROBOT, shown=f"the node's, or {DEFAULT}"),
-    of: OfOption = None,
-    node: str = option(
+    robot: Optional[str] = options.option(
+        options.ROBOT_WORDS, options.ROBOT, shown=f"the node's, or {DEFAULT}"
+    ),
+    of: options.OfOption = None,
+    node: str = options.option(
         'The full name of the node.',
         'NAME',
         default='',
         shown='/kinematics, or the first one found',
     ),
-    port: int = option('Port of the page; 0: any free one.', default=8080, least=0, most=65535),
-    host: str = option(
+    port: int = options.option(
+        'Port of the page; 0: any free one.', default=8080, least=0, most=65535
+    ),
+    host: str = options.option(
         'Address of the page; 0.0.0.0: for the whole network, with a token.', default='127.0.0.1'
     ),
-    allow_host: Optional[list[str]] = option(
+    allow_host: Optional[list[str]] = options.option(
         'Another host name of this computer; repeatable.', 'NAME'
     ),
-    sliders: bool = flag('--sliders', 'Use sliders only, without ROS.'),
-    publish: bool = flag('--publish', 'Let the sliders publish joint states.'),
+    sliders: bool = options.flag('--sliders', 'Use sliders only, without ROS.'),
+    publish: bool = options.flag('--publish', 'Let the sliders publish joint states.'),
 ) -> None:
     """
     Show the arm on a web page, live from a running node, or moved by sliders if no joint states
@@ -70,9 +65,11 @@ def view(
     there are only sliders.
     """
     if sliders and publish:
-        raise WrongUsage('--sliders works without ROS, and --publish needs it; give one of them')
+        raise options.WrongUsage(
+            '--sliders works without ROS, and --publish needs it; give one of them'
+        )
     if of is not None and robot is None:
-        raise WrongUsage('--of names a point of a robot: give --robot, too')
+        raise options.WrongUsage('--of names a point of a robot: give --robot, too')
     try:
         from ..view.address import Address, check_address
         from ..view.run import ArmSource, run_page
@@ -82,7 +79,7 @@ def view(
         raise ViewError(WITHOUT_VISER.format(reason=error), code='missing-package') from error
     check_address(host, port)
     address = Address(host, port, tuple(allow_host or ()))
-    arm = None if robot is None else ending_at(given_robot(robot), of)
+    arm = None if robot is None else options.ending_at(options.given_robot(robot), of)
     status = 'sliders'
     if not sliders:
         run_view = _with_ros(publish)
@@ -91,7 +88,7 @@ def view(
         status = 'sliders only: there is no ROS here'
     with stop_signals() as stop:
         default = '' if arm else '; choose an arm with --robot FILE|NAME'
-        source = ArmSource(arm or given_robot(DEFAULT), f'{status}{default}')
+        source = ArmSource(arm or options.given_robot(DEFAULT), f'{status}{default}')
         run_page(source, address, False, lambda: stop.came)
 
 

@@ -307,10 +307,8 @@ def _set(settings: Settings, name: str, value: _Chunk) -> Settings:
     word = ' '.join(value.text.split()).lower()
     if name in CHOICES:
         if word not in CHOICES[name]:
-            accepted = ' or '.join(repr(choice) for choice in CHOICES[name])
-            raise value.fault(
-                f'{name}: {word!r} is not accepted; write {accepted}', 'unknown-name'
-            )
+            choices = ' or '.join(repr(choice) for choice in CHOICES[name])
+            raise value.fault(f'{name}: {word!r} is not accepted; write {choices}', 'unknown-name')
         return replace(settings, **CHOICES[name][word])
     if name == 'point' and word in ('', 'tool'):
         return replace(settings, point='')

@@ -86,19 +86,17 @@ def _singularities(audit: Audit) -> str:
         none = f'<p>None of the {judged_in_words(audit)} judged is near a singularity.</p>\n'
         return text + none
     columns = (
-        TableColumn('begins', lambda interval: f'{interval.begin:.3f} s', True),
-        TableColumn('lasts', lambda interval: seconds(interval.seconds), True),
+        TableColumn('begins', lambda span: f'{span.begin:.3f} s', True),
+        TableColumn('lasts', lambda span: seconds(span.seconds), True),
         TableColumn(
-            'time at ERROR',
-            lambda interval: seconds(interval.stopped) if interval.stopped else '',
-            True,
+            'time at ERROR', lambda span: seconds(span.stopped) if span.stopped else '', True
         ),
-        TableColumn('level', lambda interval: _tag(interval.level.name)),
+        TableColumn('level', lambda span: _tag(span.level.name)),
         TableColumn('which', partial(_factors, audit)),
-        TableColumn(worst, lambda interval: f'{interval.value:.3g}', True),
-        TableColumn('at', lambda interval: _at(audit, interval.worst), True),
-        TableColumn('tool motion lost there', lambda interval: escape(interval.lost)),
-        TableColumn('joints against each other', lambda interval: escape(interval.fighting)),
+        TableColumn(worst, lambda span: f'{span.value:.3g}', True),
+        TableColumn('at', lambda span: _at(audit, span.worst), True),
+        TableColumn('tool motion lost there', lambda span: escape(span.lost)),
+        TableColumn('joints against each other', lambda span: escape(span.fighting)),
     )
     return text + first_rows(columns, audit.intervals)
 
