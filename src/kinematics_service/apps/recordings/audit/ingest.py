@@ -141,7 +141,7 @@ class Ingest:
         for begin, end in self._runs(block):
             k = begin
             while k < end:
-                accepted = self._one(block, k)
+                accepted = self._accept(block, k)
                 k += 1
                 if accepted and end - k >= MIN_RUN:
                     self._columns(block, k - 1, end - 1)
@@ -189,7 +189,7 @@ class Ingest:
             return None
         return [block.names.index(name) for name in self._names]
 
-    def _one(self, block: Block, k: int) -> bool:
+    def _accept(self, block: Block, k: int) -> bool:
         # Passes message k of the block through the estimator, and returns whether it accepted the
         # message.
         estimator, sample = self._estimator, block.sample(k)

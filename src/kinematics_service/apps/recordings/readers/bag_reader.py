@@ -259,14 +259,14 @@ class _Bag:
         times, raws = zip(*messages)
         columns = columns_of(raws, not self.reader.is2) if len(raws) > 1 else None
         if columns is None:
-            yield from joined(self._one(raw, time) for time, raw in messages)
+            yield from joined(self._block(raw, time) for time, raw in messages)
             return
         received = np.array(times, dtype=np.int64)
         edges = np.flatnonzero(np.diff(columns.alike)) + 1
         for begin, end in zip([0, *edges.tolist()], [*edges.tolist(), len(raws)]):
             span = slice(begin, end)
             if not columns.alike[begin]:
-                yield from joined(self._one(raw, time) for time, raw in messages[span])
+                yield from joined(self._block(raw, time) for time, raw in messages[span])
                 continue
             yield Block(
                 columns.names,
@@ -276,7 +276,7 @@ class _Bag:
                 columns.velocities[span],
             )
 
-    def _one(self, raw: bytes, time: int) -> Block | UnreadableMessage:
+    def _block(self, raw: bytes, time: int) -> Block | UnreadableMessage:
         try:
             message: Any = self.reader.deserialize(raw, JOINT_STATE)
         except Exception as error:  # damaged bytes can make the reader raise any exception
