@@ -35,12 +35,12 @@ Read = TypeVar('Read')  # the type of the values that a subclass of YamlReader b
 # the mapping, the quoted text or the key begins.
 ADVICE = {
     r"'\t'": 'indent with spaces',
-    "',' or ']'": 'close the [ of line {line}',
-    "',' or '}'": 'close the {{ of line {line}',
+    "',' or ']'": 'close the [ of line {line}, or write the missing comma',
+    "',' or '}'": 'close the {{ of line {line}, or write the missing comma',
     'escape character': r'write \\ for a backslash, or use single quotation marks',
     'quoted scalar': 'close the quotation mark of line {line}',
     'cannot start any token': 'put the text into quotation marks',
-    'mapping values': 'write one `key: value` a line, and a text with a colon in quotation marks',
+    'mapping values': 'write one `key: value` a line, in its column; quote a text with a colon',
     '<block end>': 'begin the line at the same column as the lines of its level',
     "expected ':'": 'write line {line} as `key: value`',
 }
